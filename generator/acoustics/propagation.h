@@ -1,0 +1,28 @@
+// The way out and back in homogeneous water.
+#pragma once
+
+#include <cmath>
+
+#include "core/host_device.h"
+
+namespace ensonify {
+
+// r^-2 10^(-alpha 2r / 20): spherical spreading out and back and absorption over both ways
+// (Choi et al. 2021, Eq 8), as amplitude, 1/m^2.
+ENSONIFY_HD inline double two_way_loss(double range_m, double absorption_db_m) {
+  return std::pow(10.0, -absorption_db_m * range_m / 10.0) / (range_m * range_m);
+}
+
+// tau = 2r / c.
+ENSONIFY_HD inline double two_way_delay_s(double range_m, double sound_speed_m_s) {
+  return 2.0 * range_m / sound_speed_m_s;
+}
+
+// The fraction of a turn that the carrier makes in a delay, in (-1/2, 1/2]. Reduced in double:
+// 900 kHz over 60 m is 72,000 turns, of which a float would keep two digits.
+ENSONIFY_HD inline double carrier_turns(double frequency_hz, double delay_s) {
+  const double turns = frequency_hz * delay_s;
+  return turns - std::rint(turns);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,45 @@
+#include "acoustics/water.h"
+
+#include <cmath>
+
+namespace ensonify {
+namespace {
+
+// One relaxation: A P f_r f^2 / (f^2 + f_r^2), frequencies in kHz, dB/km.
+double relaxation_db_km(double amplitude, double relaxation_khz, double frequency_khz) {
+  const double f2 = frequency_khz * frequency_khz;
+  return amplitude * relaxation_khz * f2 / (f2 + relaxation_khz * relaxation_khz);
+}
+
+double pure_water_coefficient(double t) {
+  if (t <= 20) return 4.937e-4 + t * (-2.59e-5 + t * (9.11e-7 - t * 1.50e-8));
+  return 3.964e-4 + t * (-1.146e-5 + t * (1.45e-7 - t * 6.5e-10));
+}
+
+}  // namespace
+
+double francois_garrison_db_m(double frequency_hz, const SeaWater& water) {
+  const double f = frequency_hz / 1000.0;
+  const double t = water.temperature_c;
+  const double s = water.salinity_psu;
+  const double d = water.depth_m;
+  const double kelvin = 273.0 + t;
+  const double sound_speed = 1412.0 + 3.21 * t + 1.19 * s + 0.0167 * d;
+
+  const double boric = 8.86 / sound_speed * std::pow(10.0, 0.78 * water.ph - 5.0);
+  const double boric_khz = 2.8 * std::sqrt(s / 35.0) * std::pow(10.0, 4.0 - 1245.0 / kelvin);
+
+  const double sulphate = 21.44 * s / sound_speed * (1.0 + 0.025 * t);
+  const double sulphate_pressure = 1.0 + d * (-1.37e-4 + d * 6.2e-9);
+  const double sulphate_khz =
+      8.17 * std::pow(10.0, 8.0 - 1990.0 / kelvin) / (1.0 + 0.0018 * (s - 35.0));
+
+  const double water_pressure = 1.0 + d * (-3.83e-5 + d * 4.9e-10);
+
+  const double db_km = relaxation_db_km(boric, boric_khz, f) +
+                       relaxation_db_km(sulphate * sulphate_pressure, sulphate_khz, f) +
+                       pure_water_coefficient(t) * water_pressure * f * f;
+  return db_km / 1000.0;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,38 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "app/commands.h"
+#include "app/cost.h"
+
+namespace ensonify {
+namespace {
+
+std::string bytes_text(std::uint64_t bytes) {
+  const double b = static_cast<double>(bytes);
+  if (b < 1e6) return fmt::format("{:.0f} kB", b / 1e3);
+  if (b < 1e9) return fmt::format("{:.0f} MB", b / 1e6);
+  return fmt::format("{:.1f} GB", b / 1e9);
+}
+
+}  // namespace
+
+Status check(const ScenarioOptions& options) {
+  Result<Scenario> scenario = load_scenario(options.scenario, options.overrides);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_session(std::move(*scenario));
+  if (!session) return session.error();
+  const Cost cost = estimate_cost(*session);
+  fmt::print("{}", to_yaml(session->scenario,
+                           [](const std::filesystem::path& file) { return file.string(); }));
+  fmt::print("# {} sequences x {} pings: {} beams x {} samples, {} rays a ping\n",
+             session->scenario.sequences, session->ping_times_s.size(), session->sonar.beam_count,
+             session->record.samples,
+             std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
+                 session->sonar.rays_elevation);
+  fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {}\n", cost.files,
+             bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes));
+  return {};
+}
+
+}  // namespace ensonify

@@ -1,0 +1,155 @@
+#include "app/command_line.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdio>
+#include <new>
+
+#include "app/commands.h"
+#include "app/version.h"
+
+namespace ensonify {
+namespace {
+
+// Everything that the command line can hold; each command reads its own part.
+struct Arguments {
+  std::string scenario, folder, pings, backend = "auto";
+  std::vector<std::string> sets;
+  std::optional<std::string> seed, preset;
+  int threads = 0;
+  bool overwrite = false, export_scatterers = false, quiet = false;
+};
+
+Error usage(const std::string& text) { return {ErrorKind::usage, text}; }
+
+Result<ScenarioOptions> scenario_options(const Arguments& arguments) {
+  ScenarioOptions options;
+  options.scenario = arguments.scenario;
+  for (const std::string& set : arguments.sets) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      return usage(fmt::format("--set {}: accepted is KEY.PATH=VALUE", set));
+    }
+    options.overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
+  }
+  if (arguments.seed) options.overrides.push_back({"seed", *arguments.seed});
+  if (arguments.export_scatterers) options.overrides.push_back({"output.scatterers", "true"});
+  return options;
+}
+
+Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const std::string& text) {
+  std::uint32_t first = 0, last = 0;
+  const char* end = text.data() + text.size();
+  const auto a = std::from_chars(text.data(), end, first);
+  if (a.ec == std::errc() && a.ptr != end && *a.ptr == ':') {
+    const auto b = std::from_chars(a.ptr + 1, end, last);
+    if (b.ec == std::errc() && b.ptr == end) return std::pair(first, last);
+  }
+  return usage(
+      fmt::format("--pings {}: accepted is A:B, the first ping and the one after the last", text));
+}
+
+Status run_generate(const Arguments& arguments) {
+  Result<ScenarioOptions> input = scenario_options(arguments);
+  if (!input) return input.error();
+  GenerateOptions options;
+  options.input = std::move(*input);
+  options.output = arguments.folder;
+  if (!arguments.pings.empty()) {
+    const auto range = parse_range(arguments.pings);
+    if (!range) return range.error();
+    options.pings = *range;
+  }
+  options.threads = arguments.threads;
+  options.backend =
+      arguments.backend == "reference" ? BackendChoice::reference : BackendChoice::cpu;
+  options.overwrite = arguments.overwrite;
+  options.quiet = arguments.quiet;
+  return generate(options);
+}
+
+Status run_check(const Arguments& arguments) {
+  Result<ScenarioOptions> input = scenario_options(arguments);
+  return input ? check(*input) : Status(input.error());
+}
+
+void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
+  command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file")->required();
+  command
+      .add_option("--set", arguments.sets,
+                  "KEY.PATH=VALUE: override a key; items of a list by index (objects.0.name)")
+      ->allow_extra_args(false);
+  command.add_option("--seed", arguments.seed, "override the scenario's seed");
+}
+
+CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand("generate", "make a data set, or go on with one");
+  add_scenario_arguments(command, arguments);
+  command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
+  command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
+  command.add_option("--threads", arguments.threads, "threads; 0: all that the machine has")
+      ->check(CLI::Range(0, 4096));
+  command
+      .add_option("--backend", arguments.backend,
+                  "auto, cpu, or reference (term by term in double precision, seconds a ping)")
+      ->check(CLI::IsMember({"auto", "cpu", "reference"}));
+  command.add_flag("--overwrite", arguments.overwrite,
+                   "replace another data set; removes only files that its manifest lists");
+  command.add_flag("--export-scatterers", arguments.export_scatterers,
+                   "write scatterers/*.npy as well");
+  command.add_flag("--quiet", arguments.quiet, "no progress");
+  return command;
+}
+
+// The command that was asked for, its arguments filled in; the parser's own exit otherwise.
+Status dispatch(const CLI::App& app, const Arguments& arguments) {
+  if (app.got_subcommand("generate")) return run_generate(arguments);
+  if (app.got_subcommand("check")) return run_check(arguments);
+  if (app.got_subcommand("verify")) return verify(arguments.folder, arguments.threads);
+  return presets(arguments.preset);
+}
+
+int report(const Error& error) {
+  fmt::print(stderr, "{}\n", error.message);
+  return exit_code(error.kind);
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  Arguments arguments;
+  CLI::App app("ensonify: labelled multibeam sonar data sets from YAML scenarios", "ensonify");
+  app.set_version_flag("--version",
+                       fmt::format("ensonify {} ({})", program_version(), program_commit()));
+  app.require_subcommand(1);
+  add_generate(app, arguments);
+  add_scenario_arguments(
+      *app.add_subcommand("check", "validate; print the resolved scenario and its cost"),
+      arguments);
+  CLI::App& verify_command =
+      *app.add_subcommand("verify", "check a data set: schema, shapes, checksums");
+  verify_command.add_option("DIR", arguments.folder, "the data set")->required();
+  verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
+      ->check(CLI::Range(0, 4096));
+  app.add_subcommand("presets", "sonar presets with their numbers and sources")
+      ->add_option("NAME", arguments.preset, "print this one");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : exit_code(ErrorKind::usage);
+  }
+  try {
+    const Status status = dispatch(app, arguments);
+    return status ? 0 : report(status.error());
+  } catch (const std::bad_alloc&) {
+    return report({ErrorKind::device,
+                   "not enough memory; `ensonify check` tells what a scenario needs: fewer rays, "
+                   "beams or a shorter range need less"});
+  } catch (const std::exception& error) {
+    return report({ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())});
+  }
+}
+
+}  // namespace ensonify

@@ -1,0 +1,10 @@
+// argv to a command's options, and its error to an exit status.
+#pragma once
+
+namespace ensonify {
+
+// Runs the program; the return value is the exit status: 0 done; 1 a bug or a damaged
+// data set; 2 wrong usage or scenario; 4 reading or writing failed; 5 memory; 130 interrupted.
+int run_command_line(int argc, const char* const* argv);
+
+}  // namespace ensonify

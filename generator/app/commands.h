@@ -1,0 +1,47 @@
+// The program's commands. Each returns nothing or the error that the process ends with; messages
+// for people go to stderr, what was asked for (`check`, `presets`) to stdout.
+//
+//   generate check verify presets
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/pipeline.h"
+#include "core/error.h"
+#include "scenario/scenario.h"
+
+namespace ensonify {
+
+struct ScenarioOptions {
+  std::filesystem::path scenario;
+  std::vector<Override> overrides;  // --set, --seed and the like
+};
+
+struct GenerateOptions {
+  ScenarioOptions input;
+  std::filesystem::path output;
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;  // [first, last)
+  int threads = 0;
+  BackendChoice backend = BackendChoice::cpu;
+  bool overwrite = false;
+  bool quiet = false;
+};
+
+// Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
+Status generate(const GenerateOptions& options);
+
+// Prints the resolved scenario and, as comments under it, what generating it will cost.
+Status check(const ScenarioOptions& options);
+
+// Error kind damage when anything of the data set is not as its manifest says.
+Status verify(const std::filesystem::path& folder, int threads);
+
+// All presets with their numbers, or the text of one.
+Status presets(const std::optional<std::string>& name);
+
+}  // namespace ensonify

@@ -1,0 +1,83 @@
+#include "app/cost.h"
+
+#include "labels/cartesian.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+namespace {
+
+// Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
+constexpr double kImageBytesPerPixel = 2.0 + 2.5 + 0.1;
+constexpr double kGreyBytesPerPixel = 0.8;
+constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
+// Program, libraries and their tables.
+constexpr std::uint64_t kProcessBytes = 45'000'000;
+
+struct PerPing {
+  std::uint64_t files = 0;
+  double bytes = 0;
+};
+
+PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t rays) {
+  const OutputSelection& output = session.scenario.output.selection;
+  PerPing sum;
+  const auto add = [&](std::uint64_t files, double bytes) {
+    sum.files += files;
+    sum.bytes += bytes;
+  };
+  std::uint64_t cartesian_pixels = 0;
+  if (output.cartesian) {
+    const CartesianGrid grid =
+        cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
+    cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
+  if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
+  if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
+  if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));
+  if (output.png && output.cartesian) {
+    add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
+  }
+  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * rays));
+  return sum;
+}
+
+}  // namespace
+
+Cost estimate_cost(const Session& session) {
+  const Sonar& sonar = session.sonar;
+  const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+  const std::uint64_t rays =
+      std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
+  const std::uint64_t sequences = session.scenario.sequences;
+  const PerPing ping = per_ping(session, pixels, rays);
+
+  Cost cost;
+  cost.pings = sequences * session.ping_times_s.size();
+  // A sequence: axes, poses twice, objects, first returns, sequence.json. The top: card, work,
+  // manifest and its hash, scenario, index, annotations, splits, provenance.
+  cost.files = cost.pings * ping.files + sequences * 7 + 11 + input_files(session.scenario).size();
+  cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
+                    cost.pings * 8000 + sequences * 20000 + 20000;
+
+  // Series and power of the beams in double and as results, the polar and Cartesian images, what
+  // is being encoded; scatterers as hits, unsorted and sorted.
+  const std::uint64_t transform = std::uint64_t(sonar.beam_count) * session.record.transform;
+  std::uint64_t cartesian_pixels = 0;
+  if (session.scenario.output.selection.cartesian) {
+    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
+    cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  std::uint64_t mesh_bytes = 0;
+  for (const WorldObject& object : session.world.objects) {
+    if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
+      mesh_bytes += shape->mesh->triangles.size() * 200;  // arrays, their copy and the hierarchy
+    }
+  }
+  cost.peak_bytes = kProcessBytes + transform * 24 + pixels * 12 +
+                    (pixels + cartesian_pixels) * 36 +
+                    rays * (sizeof(Hit) + 2 * sizeof(Scatterer)) + mesh_bytes;
+  return cost;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,19 @@
+// What generating a data set will take, estimated before anything is written.
+#pragma once
+
+#include <cstdint>
+
+#include "app/session.h"
+
+namespace ensonify {
+
+struct Cost {
+  std::uint64_t pings = 0;
+  std::uint64_t files = 0;       // exact
+  std::uint64_t disk_bytes = 0;  // compressed parts estimated from typical images
+  std::uint64_t peak_bytes = 0;  // memory of the process
+};
+
+Cost estimate_cost(const Session& session);
+
+}  // namespace ensonify

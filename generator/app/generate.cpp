@@ -1,0 +1,191 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/numerics.h"
+#include "app/progress.h"
+#include "app/version.h"
+#include "dataset/finish.h"
+#include "dataset/sha256.h"
+#include "dataset/work.h"
+#include "dataset/write_ping.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PingRange {
+  std::uint32_t first = 0, last = 0;
+};
+
+Result<PingRange> range_of(const GenerateOptions& options, const Session& session) {
+  const auto total = static_cast<std::uint32_t>(session.ping_times_s.size());
+  if (!options.pings) return PingRange{0, total};
+  const auto [first, last] = *options.pings;
+  if (first < last && last <= total) return PingRange{first, last};
+  return Error{ErrorKind::usage, fmt::format("--pings {}:{}: the scenario has pings 0 to {}; "
+                                             "accepted is A:B with 0 <= A < B <= {}",
+                                             first, last, total - 1, total)};
+}
+
+Result<std::vector<Asset>> hash_assets(const Scenario& scenario) {
+  std::vector<Asset> assets;
+  for (const fs::path& file : input_files(scenario)) {
+    Result<std::string> hash = sha256_of_file(file);
+    if (!hash) return hash.error();
+    assets.push_back({*hash, file.extension().string(), file});
+  }
+  return assets;
+}
+
+// The resolved text as a data set holds it: input files by the hash of their content.
+std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& assets) {
+  return to_yaml(scenario, [&](const fs::path& file) {
+    for (const Asset& asset : assets) {
+      if (asset.source == file) return "assets/" + asset.sha256 + asset.extension;
+    }
+    return file.string();
+  });
+}
+
+WorkIdentity identity_of(const Session& session, const std::vector<Asset>& assets, PingRange pings,
+                         BackendChoice backend, const Tracer& tracer) {
+  // More sequences are the same work grown: the first ones stay as they are.
+  Scenario without_count = session.scenario;
+  without_count.sequences = 1;
+  WorkIdentity identity;
+  identity.name = session.scenario.name;
+  identity.scenario_sha256 = sha256_hex(resolved_text(without_count, assets));
+  identity.seed = session.scenario.seed;
+  identity.first_ping = pings.first;
+  identity.last_ping = pings.last;
+  identity.program_version = program_version();
+  identity.program_commit = program_commit();
+  identity.backend = backend == BackendChoice::reference ? "reference" : "cpu";
+  identity.simd = simd_level();
+  identity.embree_isa = tracer.instruction_set();
+  return identity;
+}
+
+struct Run {
+  const GenerateOptions& options;
+  const Session& session;
+  const Tracer& tracer;
+  const Workers& workers;
+};
+
+Status make_pings(const Run& run, Pipeline& pipeline, const std::vector<std::uint32_t>& missing,
+                  Progress& progress) {
+  if (missing.empty()) return {};
+  for (const std::uint32_t ping : missing) {
+    if (interrupted()) {
+      return Error{ErrorKind::interrupted,
+                   "interrupted: what is finished is kept; the same command goes on from there"};
+    }
+    const PingResult result = pipeline.run(ping, run.workers);
+    if (Status written = write_ping(run.options.output, pipeline.info(), result, run.workers);
+        !written) {
+      return written;
+    }
+    progress.ping_done();
+  }
+  return {};
+}
+
+std::vector<std::uint32_t> missing_pings(const fs::path& folder, const SequenceInfo& info) {
+  std::vector<std::uint32_t> missing;
+  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+    if (!ping_is_finished(folder, info.sequence, ping, info)) missing.push_back(ping);
+  }
+  return missing;
+}
+
+// All sequences, one after the other; their infos, for the finishing step.
+Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings) {
+  const std::uint32_t count = run.session.scenario.sequences;
+  const std::uint64_t total = std::uint64_t{count} * (pings.last - pings.first);
+  std::vector<std::vector<std::uint32_t>> missing(count);
+  std::uint64_t found = total;
+  for (std::uint32_t s = 0; s < count; ++s) {
+    missing[s] =
+        missing_pings(run.options.output, sequence_info(run.session, s, pings.first, pings.last));
+    found -= missing[s].size();
+  }
+  if (found > 0 && !run.options.quiet) {
+    fmt::print(stderr, "continuing: {} of {} pings are there\n", found, total);
+  }
+  Progress progress(progress_style(run.options.quiet), total, found);
+  std::vector<SequenceInfo> infos;
+  for (std::uint32_t s = 0; s < count; ++s) {
+    Pipeline pipeline(run.session, run.tracer,
+                      sequence_info(run.session, s, pings.first, pings.last), run.options.backend);
+    pipeline.set_png_db_limits(pipeline.png_db_limits(run.workers));
+    if (Status made = make_pings(run, pipeline, missing[s], progress); !made) return made.error();
+    if (Status finished = finish_sequence(run.options.output, pipeline.info()); !finished) {
+      return finished.error();
+    }
+    infos.push_back(pipeline.info());
+  }
+  return infos;
+}
+
+std::string host_name() {
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+}  // namespace
+
+Status generate(const GenerateOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  Result<Scenario> scenario = load_scenario(options.input.scenario, options.input.overrides);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_session(std::move(*scenario));
+  if (!session) return session.error();
+  Result<PingRange> pings = range_of(options, *session);
+  if (!pings) return pings.error();
+  Result<std::vector<Asset>> assets = hash_assets(session->scenario);
+  if (!assets) return assets.error();
+
+  const Workers workers(options.threads);
+  const Tracer tracer(session->world);
+  DatasetInfo dataset;
+  dataset.identity = identity_of(*session, *assets, *pings, options.backend, tracer);
+  Result<FolderState> state =
+      open_work(options.output, dataset.identity, session->scenario.sequences, options.overwrite);
+  if (!state) return state.error();
+  if (*state == FolderState::complete) {
+    if (!options.quiet) {
+      fmt::print(stderr, "{}: complete already, nothing to do\n", options.output.string());
+    }
+    return {};
+  }
+  listen_for_interrupts();
+  Result<std::vector<SequenceInfo>> sequences =
+      make_sequences({options, *session, tracer, workers}, *pings);
+  if (!sequences) return sequences.error();
+
+  dataset.scenario_yaml = resolved_text(session->scenario, *assets);
+  dataset.sequences = std::move(*sequences);
+  dataset.classes = session->world.classes;
+  dataset.assets = std::move(*assets);
+  dataset.host = host_name();
+  dataset.threads = workers.threads();
+  dataset.wall_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (Status finished = finish_dataset(options.output, dataset); !finished) return finished;
+  if (!options.quiet) {
+    fmt::print(stderr, "{}: {} pings in {} sequence{}\n", options.output.string(),
+               std::uint64_t{session->scenario.sequences} * (pings->last - pings->first),
+               session->scenario.sequences, session->scenario.sequences == 1 ? "" : "s");
+  }
+  return {};
+}
+
+}  // namespace ensonify

@@ -1,0 +1,52 @@
+// One ping from the world to everything that will be written of it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/session.h"
+#include "core/parallel.h"
+#include "core/ping.h"
+#include "synthesis/backend.h"
+#include "trace/scatter.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+enum class BackendChoice { cpu, reference };
+
+class Pipeline {
+ public:
+  // `session` and `tracer` must outlive the pipeline; `info` is of the sequence to run.
+  Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info, BackendChoice backend);
+
+  // Everything that the sequence's output selection asks for.
+  PingResult run(std::uint32_t ping, const Workers& workers) const;
+
+  // The black and white of the grey pictures: the scenario's, or from the clean image of ping 0.
+  std::array<double, 2> png_db_limits(const Workers& workers) const;
+  void set_png_db_limits(std::array<double, 2> limits) { info_.png_db_limits = limits; }
+
+  const SequenceInfo& info() const { return info_; }
+
+ private:
+  ScattererList scatterers_of(const Pose& sonar_in_world, const Workers& workers) const;
+  RandomKeys keys_of(std::uint32_t ping) const;
+  PingSeries series_of(const ScattererList& scatterers, std::uint32_t ping, const Pose& pose,
+                       const Workers& workers) const;
+  LabelledImage image_of(const ScattererList& scatterers, const PingSeries& series,
+                         const Workers& workers) const;
+
+  const Session& session_;
+  const Tracer& tracer_;
+  SequenceInfo info_;
+  Fan fan_;
+  SurfaceScattering scattering_;
+  std::unique_ptr<Backend> backend_;
+  std::vector<std::int32_t> cartesian_map_;
+  std::vector<std::uint8_t> class_of_instance_;
+};
+
+}  // namespace ensonify

@@ -1,0 +1,9 @@
+// Which program this is; written at build time.
+#pragma once
+
+namespace ensonify {
+
+const char* program_version();
+const char* program_commit();  // 12 digits, "+" for a changed tree; "unknown" outside a checkout
+
+}  // namespace ensonify

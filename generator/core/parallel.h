@@ -1,0 +1,31 @@
+// The one door to threads: TBB where it is, std::thread elsewhere (a machine without TBB, or
+// the thread sanitizer, which reports false races inside TBB).
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace ensonify {
+
+class Workers {
+ public:
+  // threads = 0: as many as the machine has.
+  explicit Workers(int threads = 0);
+  ~Workers();
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  int threads() const;
+
+  // Calls body(i) once for every i in [0, count), in any order, and returns when all are done.
+  // Each i must write only what it owns: then results cannot depend on the number of threads.
+  // An exception of a body is thrown on from here.
+  void for_each(std::size_t count, const std::function<void(std::size_t)>& body) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ensonify

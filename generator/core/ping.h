@@ -1,0 +1,112 @@
+// What one ping leaves behind, and what a sequence and a data set are: the records that the
+// pipeline fills and the writers of dataset/ put on disk.
+//
+//   LabelledImage  GreyImage  Annotation   one picture and its labels
+//   PingResult                             everything of one ping
+//   Instance  CartesianGrid  SequenceInfo  what the pings of a sequence share
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scatterers.h"
+#include "core/sonar.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+// A picture with its ground truth, row-major [rows x columns].
+// Polar: rows are samples, nearest first; columns are beams, 0 first.
+// Cartesian: the fan seen from above, boresight up, port left.
+struct LabelledImage {
+  int rows = 0, columns = 0;
+  std::vector<float> level_db;           // dB re 1 uPa; kNoEnergyDb where there is none
+  std::vector<float> clean_db;           // of the expected power, without noise
+  std::vector<float> elevation_rad;      // energy-weighted mean of the pixel's echoes; NaN: none
+  std::vector<float> elevation_std_rad;  // its spread; NaN: none
+  std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
+  std::vector<std::uint16_t> instance;   // 0: none
+  std::vector<std::uint8_t> semantic;    // class id; 0: none
+};
+
+struct GreyImage {
+  int rows = 0, columns = 0;
+  std::vector<std::uint8_t> pixels;
+};
+
+// One instance in one picture. COCO conventions: x, y, width, height in pixels; the counts of the
+// column-major run-length code, compressed as COCO's tools do.
+struct Annotation {
+  std::uint16_t instance = 0;
+  std::array<int, 4> box{};
+  std::int64_t area = 0;
+  std::string rle_counts;
+};
+
+struct PingResult {
+  std::uint32_t ping = 0;
+  double time_s = 0;
+  Pose sonar_in_world;                      // mount included
+  std::vector<Pose> object_in_world;        // by instance id - 1
+  std::vector<std::complex<float>> series;  // [beams x samples], Pa; empty: not asked for
+  std::optional<LabelledImage> polar;       // absent: not asked for
+  std::optional<LabelledImage> cartesian;
+  std::optional<GreyImage> polar_grey;
+  std::optional<GreyImage> cartesian_grey;
+  std::vector<Annotation> polar_annotations;
+  std::vector<Annotation> cartesian_annotations;
+  std::vector<float> first_return_m;            // [beams], NaN: none
+  ScattererList scatterers;                     // with amplitudes as drawn, for the export
+  std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
+};
+
+struct Instance {
+  std::uint16_t id = 0;  // 1, 2, ...: objects in the order of the scenario, then point targets
+  std::string name;
+  std::uint8_t class_id = 0;
+  std::string class_name;
+  bool point_target = false;
+  std::string material;           // of a surface
+  double reflectivity = 0;        // mu, of a surface
+  double target_strength_db = 0;  // of a point target
+};
+
+// The Cartesian picture: pixel (row, column) has its centre at
+// x = x_top_m - (row + 1/2) m_per_px, y = y_left_m - (column + 1/2) m_per_px in the sonar's plane.
+struct CartesianGrid {
+  int height_px = 0, width_px = 0;
+  double m_per_px = 0;
+  double x_top_m = 0, y_left_m = 0;
+};
+
+struct OutputSelection {
+  bool timeseries = true;
+  bool polar = true;
+  bool cartesian = true;
+  bool png = true;
+  bool scatterers = false;
+};
+
+struct SequenceInfo {
+  std::uint32_t sequence = 0;
+  std::uint64_t seed = 0;
+  std::string split;  // train, val or test
+  Sonar sonar;
+  Water water;
+  Record record;
+  SpeckleMode speckle = SpeckleMode::per_ping;
+  double lambert_exponent = 1;
+  std::optional<double> noise_spectrum_level_db;
+  std::vector<Instance> instances;
+  std::vector<std::string> classes;        // class id k is classes[k - 1]
+  std::optional<CartesianGrid> cartesian;  // absent: not asked for
+  std::array<double, 2> png_db_limits{};   // black and white of the grey pictures
+  OutputSelection output;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+};
+
+}  // namespace ensonify

@@ -1,0 +1,58 @@
+// The record between tracing and synthesis: the point scatterers that one ping hears.
+//
+// Made once per ping, read by every backend and by the labels. No ray grid is left in it: an echo
+// from a bent ray, a bounce, a volume or a fixed surface scatterer is one more entry.
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace ensonify {
+
+// Direction in the sonar frame: azimuth = atan2(y, x), elevation = asin(z / r).
+struct Direction {
+  float azimuth_rad = 0;
+  float elevation_rad = 0;
+};
+
+// The unit vector of a direction given in double precision.
+inline Vec3 unit_vector(double azimuth_rad, double elevation_rad) {
+  return {std::cos(elevation_rad) * std::cos(azimuth_rad),
+          std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
+}
+
+// One scatterer. Its echo in its own sector is S0 a gain e^(-i 2 pi f_c delay) s(t - delay), with
+// a = mean + standard_deviation * xi(key), xi circular complex normal, E|xi|^2 = 1.
+struct Scatterer {
+  double delay_s = 0;   // two-way
+  Vec3 position_m;      // sonar frame, at transmission
+  Direction departure;  // of the transmitted path
+  Direction arrival;    // of the received path; its azimuth chooses the sector
+  float gain = 0;       // spreading, absorption and elevation pattern, both ways
+  std::complex<float> mean;
+  float standard_deviation = 0;
+  float cos_incidence = 0;
+  float doppler = 0;       // relative frequency shift; 0 at rest
+  std::uint64_t key = 0;   // identity for random draws, the same for any thread or order
+  std::uint32_t beam = 0;  // the sector of arrival
+  std::uint32_t instance = 0;
+  std::uint16_t path = 0;  // 0 direct
+};
+
+// All scatterers of one ping, sorted by beam, then delay, then key. Those of beam j are
+// [beam_offset[j], beam_offset[j + 1]).
+struct ScattererList {
+  std::vector<std::uint32_t> beam_offset;  // [beams + 1]
+  std::vector<Scatterer> items;
+
+  std::size_t size() const { return items.size(); }
+};
+
+// Sorts scatterers into a list. Throws away none; every beam must be below `beams`.
+ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int beams);
+
+}  // namespace ensonify

@@ -1,0 +1,70 @@
+// What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
+//
+//   Sonar    the instrument                 beam_azimuth_rad  sector_of
+//   Water    sound speed and absorption
+//   Record   samples and transform length   make_record  sample_range_m
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace ensonify {
+
+enum class PulseShape { gaussian, flat };
+
+// calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
+enum class Normalization { calibrated, mean_square };
+
+// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame.
+enum class SpeckleMode { per_ping, per_ray };
+
+struct Sonar {
+  double frequency_hz = 0;  // carrier f_c
+  double bandwidth_hz = 0;  // b; the sample interval is 1/b
+  PulseShape pulse = PulseShape::gaussian;
+  double source_level_db = 0;  // rms, dB re 1 uPa m
+  double range_min_m = 0;      // echoes nearer than this are dropped, the samples stay
+  double range_max_m = 0;
+  int beam_count = 0;
+  double beam_spacing_rad = 0;  // field of view / count
+  double beam_width_rad = 0;    // -3 dB, one-way receive
+  double elevation_width_rad = 0;
+  double elevation_fan_rad = 0;  // rays span [-fan/2, fan/2]
+  int rays_elevation = 0;        // rays per sector
+  int rays_azimuth = 1;
+  Normalization normalization = Normalization::calibrated;
+};
+
+struct Water {
+  double sound_speed_m_s = 1500;
+  double absorption_db_m = 0;  // at the carrier
+};
+
+// The length of a stored record and of the transforms behind it (Eq 10-13).
+struct Record {
+  int samples = 0;    // N = ceil(b 2R / c)
+  int transform = 0;  // M, the smallest even 2-3-5-smooth integer >= N + 64
+  double sample_interval_s = 0;
+};
+
+// The same start of the fan for everyone: theta_j = (j - (count-1)/2) spacing; beam 0 starboard.
+double beam_azimuth_rad(const Sonar& sonar, int beam);
+std::vector<double> beam_azimuths_rad(const Sonar& sonar);
+
+// The sector [theta_j - spacing/2, theta_j + spacing/2) that holds an azimuth; none outside.
+std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad);
+
+Record make_record(const Sonar& sonar, const Water& water);
+
+// Slant range of sample n: c n / (2b).
+double sample_range_m(const Sonar& sonar, const Water& water, int sample);
+
+// Smallest even integer >= n whose only prime factors are 2, 3 and 5. Needs n >= 1.
+int smooth_even_length(int n);
+
+// S0 = 10^((SL - 120)/20), Pa m.
+double source_pressure_pa_m(const Sonar& sonar);
+
+}  // namespace ensonify

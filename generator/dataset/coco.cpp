@@ -1,0 +1,154 @@
+#include "dataset/coco.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "dataset/layout.h"
+
+namespace ensonify {
+namespace {
+
+// A JSON array written piece by piece, one element a line.
+class ElementWriter {
+ public:
+  explicit ElementWriter(StreamedFile& file) : file_(file) {}
+  void add(const Json& element) {
+    file_.append(first_ ? "\n  " : ",\n  ");
+    file_.append(json_line(element));
+    first_ = false;
+  }
+
+ private:
+  StreamedFile& file_;
+  bool first_ = true;
+};
+
+using UseImage = std::function<Status(const SequenceInfo&, const Json& line, const Json& image)>;
+
+Status for_each_image(const std::filesystem::path& dir, const std::vector<SequenceInfo>& sequences,
+                      const UseImage& use) {
+  for (const SequenceInfo& info : sequences) {
+    const Status read = for_each_annotation_line(dir, info.sequence, [&](const Json& line) {
+      for (const Json& image : line.at("images")) {
+        if (const Status used = use(info, line, image); !used) return used;
+      }
+      return Status();
+    });
+    if (!read) return read;
+  }
+  return {};
+}
+
+Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, const Json& image) {
+  return {{"id", id},
+          {"file_name", layout::in_sequence(info.sequence, image.at("file").get<std::string>())},
+          {"width", image.at("width")},
+          {"height", image.at("height")},
+          {"view", image.at("view")},
+          {"sequence", info.sequence},
+          {"ping", line.at("ping")},
+          {"split", info.split}};
+}
+
+Json annotation_json(std::uint64_t id, std::uint64_t image_id, const Instance& instance,
+                     const Json& image, const Json& annotation) {
+  return {{"id", id},
+          {"image_id", image_id},
+          {"category_id", instance.class_id},
+          {"bbox", annotation.at("bbox")},
+          {"area", annotation.at("area")},
+          {"iscrowd", 0},
+          {"segmentation",
+           {{"size", Json::array({image.at("height"), image.at("width")})},
+            {"counts", annotation.at("counts")}}},
+          {"instance_id", instance.id},
+          {"name", instance.name}};
+}
+
+Json categories_json(const std::vector<std::string>& classes) {
+  Json categories = Json::array();
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    categories.push_back({{"id", k + 1}, {"name", classes[k]}, {"supercategory", "object"}});
+  }
+  return categories;
+}
+
+const Instance* find_instance(const SequenceInfo& info, const Json& annotation) {
+  const auto id = annotation.at("instance").get<std::uint64_t>();
+  return id >= 1 && id <= info.instances.size() ? &info.instances[id - 1] : nullptr;
+}
+
+Status write_images(StreamedFile& file, const std::filesystem::path& dir,
+                    const std::vector<SequenceInfo>& sequences) {
+  ElementWriter images(file);
+  std::uint64_t id = 0;
+  return for_each_image(dir, sequences,
+                        [&](const SequenceInfo& info, const Json& line, const Json& image) {
+                          images.add(image_json(++id, info, line, image));
+                          return Status();
+                        });
+}
+
+Status write_annotations(StreamedFile& file, const std::filesystem::path& dir,
+                         const std::vector<SequenceInfo>& sequences) {
+  ElementWriter annotations(file);
+  std::uint64_t image_id = 0, id = 0;
+  return for_each_image(
+      dir, sequences, [&](const SequenceInfo& info, const Json&, const Json& image) -> Status {
+        ++image_id;
+        for (const Json& annotation : image.at("annotations")) {
+          const Instance* instance = find_instance(info, annotation);
+          if (instance == nullptr) {
+            return Error{ErrorKind::bug, fmt::format("sequence {}: an annotation of an instance "
+                                                     "that the sequence does not have",
+                                                     info.sequence)};
+          }
+          annotations.add(annotation_json(++id, image_id, *instance, image, annotation));
+        }
+        return {};
+      });
+}
+
+}  // namespace
+
+std::string annotation_line(std::uint32_t ping, double time_s, const Json& images) {
+  return json_line({{"ping", ping}, {"time_s", time_s}, {"images", images}}) + "\n";
+}
+
+Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
+                                const std::function<Status(const Json&)>& use) {
+  const auto path = dir / layout::in_sequence(sequence, layout::kAnnotations);
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  while (std::getline(file, line)) {
+    const auto json = parse_json(line);
+    if (!json || !count_at(*json, "ping") || !number_at(*json, "time_s") ||
+        member(*json, "images") == nullptr) {
+      return Error{ErrorKind::damage, path.string() + ": a line is not one of ensonify's"};
+    }
+    if (const Status used = use(*json); !used) return used;
+  }
+  if (!file.eof()) {
+    return Error{ErrorKind::io, "cannot read " + path.string()};
+  }
+  return {};
+}
+
+Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
+                             const std::vector<SequenceInfo>& sequences,
+                             const std::vector<std::string>& classes) {
+  StreamedFile file(dir, "coco.json");
+  const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
+  file.append("{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
+              json_line(categories_json(classes)) + ",\n\"images\": [");
+  if (const Status written = write_images(file, dir, sequences); !written) return written.error();
+  file.append("\n],\n\"annotations\": [");
+  if (const Status written = write_annotations(file, dir, sequences); !written) {
+    return written.error();
+  }
+  file.append("\n]\n}\n");
+  return file.commit();
+}
+
+}  // namespace ensonify

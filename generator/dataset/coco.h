@@ -1,0 +1,39 @@
+// Boxes and masks: annotations.jsonl of a sequence, and coco.json made from those of all of them
+// without holding more than one line in memory. Private to dataset/.
+//
+// annotations.jsonl has one line a ping:
+//   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
+//    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts"}]}]}
+// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code.
+//
+//   annotation_line  for_each_annotation_line
+//   write_coco
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+#include "dataset/files.h"
+#include "dataset/json.h"
+
+namespace ensonify {
+
+std::string annotation_line(std::uint32_t ping, double time_s, const Json& images);
+
+// Hands over the lines of a sequence's annotations.jsonl as JSON, in order.
+// Error (io): it cannot be read; (damage): a line is not what stands above.
+Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
+                                const std::function<Status(const Json&)>& use);
+
+// Writes coco.json. Images are numbered from 1 in the order sequence, ping, polar before Cartesian;
+// annotations from 1 in the order of their images. Category k is classes[k - 1].
+Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
+                             const std::vector<SequenceInfo>& sequences,
+                             const std::vector<std::string>& classes);
+
+}  // namespace ensonify

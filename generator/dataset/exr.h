@@ -1,0 +1,40 @@
+// OpenEXR pictures of two parts, in memory:
+//   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
+//   `labels`  clean_db, elevation_rad, elevation_std_rad, instance_fraction, half, ZIP
+// No date, host or path is in the headers: equal pictures give equal bytes.
+//
+//   encode_exr       a labelled image with its header attributes
+//   read_exr_parts   what the headers of a file say
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+
+namespace ensonify {
+
+// Stands in the headers of both parts, beside `units` and `no_energy`.
+struct ExrAttributes {
+  std::vector<std::pair<std::string, std::string>> texts;
+  std::vector<std::pair<std::string, double>> numbers;
+};
+
+// Row 0 on top. Values beyond the range of a half stop at its ends (+-65504); every NaN becomes the
+// same one. Needs all five float layers at rows * columns, both positive.
+Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
+
+struct ExrPart {
+  std::string name;
+  int width = 0, height = 0;
+  std::vector<std::string> half_channels;   // sorted by name, as the file holds them
+  std::vector<std::string> other_channels;  // of another pixel type
+};
+
+// Error (damage): not a readable EXR file, or cut short.
+Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
+
+}  // namespace ensonify

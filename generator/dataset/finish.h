@@ -1,0 +1,52 @@
+// The finishing steps: a sequence once all its pings are there, the data set once all its
+// sequences are. Both may be cut off anywhere and called again, also by two processes at once.
+//
+//   sequence_is_finished  finish_sequence
+//   Asset  DatasetInfo  finish_dataset
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+#include "dataset/work.h"
+
+namespace ensonify {
+
+// Whether the sequence has its sequence.json and every file it lists is there with its size.
+bool sequence_is_finished(const std::filesystem::path& dir, const SequenceInfo& info);
+
+// Writes the sequence's arrays and tables from the records of its pings
+// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished.
+// Error (usage): records of some pings, or their files, are missing. Error (io): as it says.
+Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info);
+
+// An input file of the scenario; goes to assets/<sha256>.<extension>.
+struct Asset {
+  std::string sha256;
+  std::string extension;  // with or without its dot; may be empty
+  std::filesystem::path source;
+};
+
+struct DatasetInfo {
+  WorkIdentity identity;
+  std::string scenario_yaml;            // resolved, `sequences` included
+  std::vector<SequenceInfo> sequences;  // all of them, in the order of their numbers
+  std::vector<std::string> classes;     // class id k is classes[k - 1]
+  std::vector<Asset> assets;
+  // What differs from run to run: goes to provenance.json, the only file that is never hashed.
+  std::string host;
+  double wall_seconds = 0;
+  int threads = 0;
+};
+
+// Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work. Renews
+// them if `sequences` grew; files of sequences are only read.
+// Error (usage): a sequence is not finished, the folder holds other work, or an input file has
+// changed since it was hashed. Error (io): as it says.
+Status finish_dataset(const std::filesystem::path& dir, const DatasetInfo& info);
+
+}  // namespace ensonify

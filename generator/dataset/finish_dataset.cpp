@@ -1,0 +1,237 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "dataset/coco.h"
+#include "dataset/data_card.h"
+#include "dataset/finish.h"
+#include "dataset/layout.h"
+#include "dataset/overwrite.h"
+#include "dataset/sequence_json.h"
+#include "dataset/tables.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kSplits[] = {"train", "val", "test"};
+
+std::string asset_name(const Asset& asset) {
+  const std::size_t dots = asset.extension.starts_with('.') ? 1 : 0;
+  const std::string extension = asset.extension.substr(dots);
+  return "assets/" + asset.sha256 + (extension.empty() ? "" : "." + extension);
+}
+
+Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
+  std::ifstream source(asset.source, std::ios::binary);
+  if (!source) return read_error(asset.source, errno != 0 ? errno : EIO);
+  StreamedFile copy(dir, asset_name(asset));
+  Sha256 hash;
+  std::string piece(std::size_t{1} << 18, '\0');
+  while (source.read(piece.data(), static_cast<std::streamsize>(piece.size())),
+         source.gcount() > 0) {
+    const std::string_view got(piece.data(), static_cast<std::size_t>(source.gcount()));
+    hash.update(got);
+    copy.append(got);
+  }
+  if (source.bad()) return read_error(asset.source, EIO);
+  // Checked before the copy gets its name: what stands under a hash has that hash.
+  if (hash.finish() != asset.sha256) {
+    return Error{ErrorKind::usage, asset.source.string() +
+                                       " has changed since this work began; put the old file back "
+                                       "or generate into another folder"};
+  }
+  return copy.commit();
+}
+
+struct SequenceLine {
+  std::uint64_t bytes = 0;
+  std::string sha256;  // of sequence.json
+};
+
+Result<SequenceLine> read_sequence(const fs::path& dir, const SequenceInfo& info) {
+  const fs::path path = dir / layout::in_sequence(info.sequence, layout::kSequenceJson);
+  const auto unfinished = [&] {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: the sequence is not finished; generate all of its pings first",
+                             (dir / layout::sequence_folder(info.sequence)).string())};
+  };
+  if (!sequence_is_finished(dir, info)) return unfinished();
+  const auto text = read_file(path);
+  if (!text) return text.error();
+  const auto head = parse_manifest(*text, [](const FileEntry&) {});
+  const auto bytes = head ? count_at(*head, "bytes") : std::nullopt;
+  if (!bytes) return unfinished();
+  return SequenceLine{*bytes + text->size(), sha256_hex(*text)};
+}
+
+Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
+  const auto bug = [](const std::string& what) { return Error{ErrorKind::bug, what}; };
+  if (info.sequences.empty()) return bug("a data set needs a sequence");
+  for (const SequenceInfo& sequence : info.sequences) {
+    if (sequence.classes != info.classes) return bug("sequences must share the data set's classes");
+    if (std::find(std::begin(kSplits), std::end(kSplits), sequence.split) == std::end(kSplits)) {
+      return bug("unknown split: " + sequence.split);
+    }
+  }
+  const auto work = read_file(dir / layout::kWorkJson);
+  if (!work) return work.error();
+  if (*work == to_json(info.identity)) return {};
+  return Error{ErrorKind::usage, dir.string() + ": holds other work by now; name another folder"};
+}
+
+// index.csv and splits/*.txt, line by line from the sequences' own files.
+Result<std::vector<FileEntry>> write_index(const fs::path& dir, const DatasetInfo& info) {
+  StreamedFile index(dir, "index.csv");
+  StreamedFile train(dir, "splits/train.txt");
+  StreamedFile val(dir, "splits/val.txt");
+  StreamedFile test(dir, "splits/test.txt");
+  StreamedFile* splits[] = {&train, &val, &test};
+  index.append(kIndexHeader);
+  for (const SequenceInfo& sequence : info.sequences) {
+    const auto split = std::find(std::begin(kSplits), std::end(kSplits), sequence.split);
+    StreamedFile& list = *splits[split - std::begin(kSplits)];
+    const Status read = for_each_annotation_line(dir, sequence.sequence, [&](const Json& line) {
+      const auto ping = line.at("ping").get<std::uint32_t>();
+      index.append(
+          index_row(sequence.sequence, ping, line.at("time_s").get<double>(), sequence.split));
+      list.append(layout::index_stem(sequence.sequence, ping) + "\n");
+      return Status();
+    });
+    if (!read) return read.error();
+  }
+  std::vector<FileEntry> entries;
+  for (StreamedFile* file : {&index, &train, &val, &test}) {
+    auto entry = file->commit();
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+  }
+  return entries;
+}
+
+Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const DatasetInfo& info) {
+  std::vector<FileEntry> entries;
+  const auto keep = [&](Result<FileEntry> entry) -> Status {
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+    return {};
+  };
+  const std::string work = to_json(info.identity);
+  entries.push_back({layout::kWorkJson, work.size(), sha256_hex(work)});
+  Status done = keep(write_file_atomically(dir, "README.md", data_card(info)));
+  if (done) done = keep(write_file_atomically(dir, "scenario.yaml", info.scenario_yaml));
+  std::set<std::string> copied;
+  for (const Asset& asset : info.assets) {
+    if (done && copied.insert(asset_name(asset)).second) done = keep(copy_asset(dir, asset));
+  }
+  if (!done) return done.error();
+  const auto tables = write_index(dir, info);
+  if (!tables) return tables.error();
+  entries.insert(entries.end(), tables->begin(), tables->end());
+  done = keep(write_coco(dir, info.identity.name, info.sequences, info.classes));
+  if (!done) return done.error();
+  std::sort(entries.begin(), entries.end(),
+            [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; });
+  return entries;
+}
+
+Json dataset_json(const DatasetInfo& info, const std::vector<SequenceLine>& lines,
+                  const std::vector<FileEntry>& entries) {
+  const WorkIdentity& identity = info.identity;
+  Json splits = Json::object();
+  for (const char* split : kSplits) splits[split] = Json::array();
+  Json sequences = Json::array();
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const SequenceInfo& sequence = info.sequences[i];
+    splits[sequence.split].push_back(sequence.sequence);
+    sequences.push_back({{"sequence", sequence.sequence},
+                         {"pings", Json::array({sequence.first_ping, sequence.last_ping})},
+                         {"seed", sequence.seed},
+                         {"split", sequence.split},
+                         {"bytes", lines[i].bytes},
+                         {"sha256", lines[i].sha256}});
+    bytes += lines[i].bytes;
+  }
+  Json files = Json::array();
+  for (const FileEntry& entry : entries) {
+    files.push_back(json_of(entry));
+    bytes += entry.bytes;
+  }
+  return {{"ensonify_dataset", 1},
+          {"name", identity.name},
+          {"program", {{"version", identity.program_version}, {"commit", identity.program_commit}}},
+          {"numerics",
+           {{"backend", identity.backend},
+            {"simd", identity.simd},
+            {"embree_isa", identity.embree_isa}}},
+          {"seed", identity.seed},
+          {"scenario_sha256", identity.scenario_sha256},
+          {"classes", info.classes},
+          {"splits", std::move(splits)},
+          {"bytes", bytes},
+          {"sequences", std::move(sequences)},
+          {"files", std::move(files)}};
+}
+
+// While top-level files are renewed for more sequences, the old seal must not vouch for them.
+Status break_outgrown_seal(const fs::path& dir, const DatasetInfo& info) {
+  if (!listed_file_size(dir, layout::kDatasetJson)) return {};
+  const auto text = read_file(dir / layout::kDatasetJson);
+  const auto old = text ? parse_manifest(*text, [](const FileEntry&) {}) : std::nullopt;
+  const Json* sequences = old ? member(*old, "sequences") : nullptr;
+  if (sequences != nullptr && sequences->size() == info.sequences.size()) return {};
+  const fs::path seal = dir / layout::kDatasetSha256;
+  if (::unlink(seal.c_str()) != 0 && errno != ENOENT) return write_error(seal, errno);
+  return {};
+}
+
+Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
+  const auto written =
+      write_file_atomically(dir, layout::kProvenanceJson,
+                            json_text({{"host", info.host},
+                                       {"wall_seconds", number_or_null(info.wall_seconds)},
+                                       {"threads", info.threads}}));
+  return written ? Status() : Status(written.error());
+}
+
+Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
+  if (const Status fit = check_inputs(dir, info); !fit) return fit;
+  std::vector<SequenceLine> lines;
+  for (const SequenceInfo& sequence : info.sequences) {
+    auto line = read_sequence(dir, sequence);
+    if (!line) return line.error();
+    lines.push_back(std::move(*line));
+  }
+  std::vector<std::string> assets;
+  for (const Asset& asset : info.assets) assets.push_back(asset_name(asset));
+  if (const Status planned = plan_top_level(dir, assets); !planned) return planned;
+  if (const Status broken = break_outgrown_seal(dir, info); !broken) return broken;
+
+  const auto entries = write_top_level(dir, info);
+  if (!entries) return entries.error();
+  if (const Status written = write_provenance(dir, info); !written) return written;
+  const auto manifest = write_file_atomically(dir, layout::kDatasetJson,
+                                              json_text(dataset_json(info, lines, *entries)));
+  if (!manifest) return manifest.error();
+  const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
+                                          manifest->sha256 + "  " + layout::kDatasetJson + "\n");
+  if (!seal) return seal.error();
+  remove_work_folder(dir);
+  return {};
+}
+
+}  // namespace
+
+Status finish_dataset(const fs::path& dir, const DatasetInfo& info) {
+  return without_exceptions("finishing " + dir.string(), [&] { return write_dataset(dir, info); });
+}
+
+}  // namespace ensonify

@@ -1,0 +1,202 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "core/units.h"
+#include "dataset/coco.h"
+#include "dataset/finish.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "dataset/overwrite.h"
+#include "dataset/ping_record.h"
+#include "dataset/sequence_json.h"
+#include "dataset/tables.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+// What the pings of a sequence have in common and add up to.
+struct Totals {
+  std::vector<std::string> each_ping;  // templates
+  std::uint64_t bytes = 0;
+};
+
+std::vector<std::string> templates_of(const PingRecord& record) {
+  std::vector<std::string> templates;
+  for (const FileEntry& entry : record.files) {
+    const auto file = layout::parse_ping_file(entry.path);
+    templates.push_back(file ? file->name_template : entry.path);
+  }
+  return templates;
+}
+
+// Hands every record to `use`, in the order of the pings.
+template <class Use>
+Status for_each_record(const fs::path& dir, const SequenceInfo& info, Use use) {
+  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+    const auto record = read_ping_record(dir, info.sequence, ping);
+    if (!record) return record.error();
+    if (const Status used = use(*record); !used) return used;
+  }
+  return {};
+}
+
+Status check_all_there(const fs::path& dir, const SequenceInfo& info) {
+  std::uint32_t missing = 0;
+  std::optional<std::uint32_t> first;
+  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+    const auto record = read_ping_record(dir, info.sequence, ping);
+    if (record && files_are_there(dir, info.sequence, *record)) continue;
+    ++missing;
+    if (!first) first = ping;
+  }
+  if (missing == 0) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("{}: {} of {} pings are not done yet, ping {} among them; generate them "
+                           "(all shards) before finishing",
+                           (dir / layout::sequence_folder(info.sequence)).string(), missing,
+                           info.last_ping - info.first_ping, *first)};
+}
+
+class SequenceTables {
+ public:
+  SequenceTables(const fs::path& dir, const SequenceInfo& info)
+      : beams_(static_cast<std::size_t>(info.sonar.beam_count)),
+        poses_(dir, layout::in_sequence(info.sequence, "poses.csv")),
+        tum_(dir, layout::in_sequence(info.sequence, "poses.tum")),
+        objects_(dir, layout::in_sequence(info.sequence, "objects.csv")),
+        first_return_(dir, layout::in_sequence(info.sequence, "first_return_m.npy")),
+        annotations_(dir, layout::in_sequence(info.sequence, layout::kAnnotations)) {
+    poses_.append(kPosesHeader);
+    objects_.append(kObjectsHeader);
+    first_return_.append(
+        npy_header(kNpyFloat32, {info.last_ping - info.first_ping, std::uint64_t{beams_}}));
+  }
+
+  Status add(const PingRecord& record) {
+    if (record.first_return_m.size() != beams_) {
+      return Error{ErrorKind::damage,
+                   fmt::format("the record of ping {} has {} first returns for "
+                               "{} beams; remove .work and generate again",
+                               record.ping, record.first_return_m.size(), beams_)};
+    }
+    poses_.append(poses_row(record.ping, record.time_s, record.sonar_in_world));
+    tum_.append(tum_row(record.time_s, record.sonar_in_world));
+    objects_.append(objects_rows(record.ping, record.object_in_world));
+    std::string row(record.first_return_m.size() * sizeof(float), '\0');
+    std::memcpy(row.data(), record.first_return_m.data(), row.size());
+    first_return_.append(row);
+    annotations_.append(annotation_line(record.ping, record.time_s, record.images));
+    return {};
+  }
+
+  Result<std::vector<FileEntry>> commit() {
+    std::vector<FileEntry> entries;
+    for (StreamedFile* file : {&poses_, &tum_, &objects_, &first_return_, &annotations_}) {
+      auto entry = file->commit();
+      if (!entry) return entry.error();
+      entries.push_back(std::move(*entry));
+    }
+    return entries;
+  }
+
+ private:
+  std::size_t beams_;
+  StreamedFile poses_, tum_, objects_, first_return_, annotations_;
+};
+
+Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInfo& info) {
+  const auto azimuths = beam_azimuths_rad(info.sonar);
+  std::vector<double> ranges;
+  for (int n = 0; n < info.record.samples; ++n) {
+    ranges.push_back(sample_range_m(info.sonar, info.water, n));
+  }
+  const std::pair<const char*, const std::vector<double>*> arrays[] = {
+      {"azimuth_rad.npy", &azimuths}, {"range_m.npy", &ranges}};
+  std::vector<FileEntry> entries;
+  for (const auto& [name, values] : arrays) {
+    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, name),
+                                       encode_npy(*values, {values->size()}));
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+  }
+  return entries;
+}
+
+Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
+                            std::vector<FileEntry>& entries) {
+  Totals totals;
+  SequenceTables tables(dir, info);
+  const Status read = for_each_record(dir, info, [&](const PingRecord& record) -> Status {
+    const auto templates = templates_of(record);
+    if (record.ping == info.first_ping) totals.each_ping = templates;
+    if (templates != totals.each_ping) {
+      return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
+                                               info.sequence, record.ping, info.first_ping)};
+    }
+    for (const FileEntry& entry : record.files) totals.bytes += entry.bytes;
+    return tables.add(record);
+  });
+  if (!read) return read.error();
+  const auto committed = tables.commit();
+  if (!committed) return committed.error();
+  entries.insert(entries.end(), committed->begin(), committed->end());
+  for (const FileEntry& entry : entries) totals.bytes += entry.bytes;
+  return totals;
+}
+
+Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const Totals& totals,
+                           std::vector<FileEntry> entries) {
+  StreamedFile file(dir, layout::in_sequence(info.sequence, layout::kSequenceJson));
+  file.append(files_opening(sequence_head(info, totals.each_ping, totals.bytes)));
+  bool first = true;
+  for (FileEntry& entry : entries) {
+    entry.path.erase(0, layout::sequence_folder(info.sequence).size() + 1);
+    file.append(file_line(entry, std::exchange(first, false)));
+  }
+  const Status read = for_each_record(dir, info, [&](const PingRecord& record) {
+    for (const FileEntry& entry : record.files) file.append(file_line(entry, false));
+    return Status();
+  });
+  if (!read) return read;
+  file.append(files_closing());
+  const auto committed = file.commit();
+  return committed ? Status() : Status(committed.error());
+}
+
+Status write_sequence(const fs::path& dir, const SequenceInfo& info) {
+  if (const Status there = check_all_there(dir, info); !there) return there;
+  // A sequence without pings has no plan yet.
+  if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
+  auto entries = write_axes(dir, info);
+  if (!entries) return entries.error();
+  const auto totals = write_tables(dir, info, *entries);
+  if (!totals) return totals.error();
+  return write_sequence_json(dir, info, *totals, std::move(*entries));
+}
+
+}  // namespace
+
+bool sequence_is_finished(const fs::path& dir, const SequenceInfo& info) {
+  try {
+    return sequence_is_whole(dir, info.sequence);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+Status finish_sequence(const fs::path& dir, const SequenceInfo& info) {
+  return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
+    if (sequence_is_finished(dir, info)) return {};
+    const Status written = write_sequence(dir, info);
+    // Another copy of the same work may have finished it, and taken the records away, meanwhile.
+    if (!written && sequence_is_finished(dir, info)) return {};
+    return written;
+  });
+}
+
+}  // namespace ensonify

@@ -1,0 +1,107 @@
+#include "dataset/layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace ensonify::layout {
+namespace {
+
+constexpr std::string_view kPingMark = "{ping}";
+constexpr std::string_view kPingTemplates[] = {
+    kTimeseries,        kPolarExr,          kPolarInstance, kPolarSemantic, kCartesianExr,
+    kCartesianInstance, kCartesianSemantic, kPolarGrey,     kCartesianGrey, kScatterers};
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Replaces every run of six or more digits by {ping}.
+std::string with_marks(std::string_view name) {
+  std::string marked;
+  for (std::size_t i = 0; i < name.size();) {
+    std::size_t end = i;
+    while (end < name.size() && is_digit(name[end])) ++end;
+    if (end - i >= 6) {
+      marked += kPingMark;
+      i = end;
+    } else {
+      marked += name[i++];
+    }
+  }
+  return marked;
+}
+
+// Whether `name` is `candidate` or one of the folders above it.
+bool is_or_holds(std::string_view name, std::string_view candidate) {
+  return candidate == name ||
+         (candidate.size() > name.size() && candidate.substr(0, name.size()) == name &&
+          candidate[name.size()] == '/');
+}
+
+}  // namespace
+
+std::string sequence_folder(std::uint32_t sequence) {
+  return fmt::format("sequences/{:06}", sequence);
+}
+std::string in_sequence(std::uint32_t sequence, std::string_view name) {
+  return fmt::format("sequences/{:06}/{}", sequence, name);
+}
+std::string ping_stem(std::uint32_t ping) { return fmt::format("{:06}", ping); }
+std::string index_stem(std::uint32_t sequence, std::uint32_t ping) {
+  return fmt::format("{:06}/{:06}", sequence, ping);
+}
+
+std::string ping_file(std::string_view name_template, std::uint32_t ping) {
+  std::string name(name_template);
+  const auto at = name.find(kPingMark);
+  if (at != std::string::npos) name.replace(at, kPingMark.size(), ping_stem(ping));
+  return name;
+}
+
+std::optional<PingFile> parse_ping_file(std::string_view name) {
+  const std::string marked = with_marks(name);
+  const auto at = marked.find(kPingMark);
+  if (at == std::string::npos) return std::nullopt;
+  PingFile file{marked, 0};
+  // What stands before the mark has no digits replaced, so the place is the same in the name.
+  std::from_chars(name.data() + at, name.data() + name.size(), file.ping);
+  if (ping_file(file.name_template, file.ping) != name) return std::nullopt;
+  return file;
+}
+
+std::string record_path(std::uint32_t sequence, std::uint32_t ping) {
+  return fmt::format("{}/sequences/{:06}/{:06}.json", kWorkFolder, sequence, ping);
+}
+std::string plan_path(std::uint32_t sequence) {
+  return fmt::format("{}/sequences/{:06}/plan.json", kWorkFolder, sequence);
+}
+std::string top_plan_path() { return fmt::format("{}/plan.json", kWorkFolder); }
+
+std::vector<std::string> top_level_files() {
+  return {"README.md",      kWorkJson,         kDatasetJson,   kDatasetSha256,
+          "scenario.yaml",  "index.csv",       "coco.json",    "splits/train.txt",
+          "splits/val.txt", "splits/test.txt", kProvenanceJson};
+}
+
+std::vector<std::string> sequence_files() {
+  return {"azimuth_rad.npy", "range_m.npy",        "poses.csv",  "poses.tum",
+          "objects.csv",     "first_return_m.npy", kAnnotations, kSequenceJson};
+}
+
+bool is_layout_name(std::string_view relative) {
+  if (is_or_holds("assets", relative) || is_or_holds(kWorkFolder, relative)) return true;
+  const auto named = [&](std::string_view candidate) { return is_or_holds(relative, candidate); };
+  const auto top = top_level_files();
+  if (std::any_of(top.begin(), top.end(), named)) return true;
+
+  const std::string marked = with_marks(relative);
+  const std::string folder = "sequences/{ping}/";
+  const auto in_folder = [&](std::string_view name) {
+    return is_or_holds(marked, folder + std::string(name));
+  };
+  const auto once = sequence_files();
+  return std::any_of(once.begin(), once.end(), in_folder) ||
+         std::any_of(std::begin(kPingTemplates), std::end(kPingTemplates), in_folder);
+}
+
+}  // namespace ensonify::layout

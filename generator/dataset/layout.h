@@ -1,0 +1,69 @@
+// Where the files of a data set stand: every name is written here once, all relative to the data
+// set's folder and with '/' between the parts.
+//
+//   sequence_folder  ping_stem  index_stem      sequences/000000   000003   000000/000003
+//   ping_file        parse_ping_file            a template such as timeseries/{ping}.npy and back
+//   record_path      plan_path                  what .work holds of a sequence
+//   top_level_files  sequence_files             fixed names
+//   is_layout_name                              could ensonify write a file (or folder) of this
+//   name?
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ensonify::layout {
+
+inline constexpr char kWorkJson[] = "work.json";
+inline constexpr char kDatasetJson[] = "dataset.json";
+inline constexpr char kDatasetSha256[] = "dataset.sha256";
+inline constexpr char kProvenanceJson[] = "provenance.json";
+inline constexpr char kSequenceJson[] = "sequence.json";
+inline constexpr char kAnnotations[] = "annotations.jsonl";
+inline constexpr char kWorkFolder[] = ".work";
+inline constexpr char kTemporaryFolder[] = ".work/tmp";
+
+// Files of a ping; {ping} stands for its stem.
+inline constexpr char kTimeseries[] = "timeseries/{ping}.npy";
+inline constexpr char kPolarExr[] = "polar/{ping}.exr";
+inline constexpr char kPolarInstance[] = "polar/{ping}_instance.png";
+inline constexpr char kPolarSemantic[] = "polar/{ping}_semantic.png";
+inline constexpr char kCartesianExr[] = "cartesian/{ping}.exr";
+inline constexpr char kCartesianInstance[] = "cartesian/{ping}_instance.png";
+inline constexpr char kCartesianSemantic[] = "cartesian/{ping}_semantic.png";
+inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
+inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
+inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
+
+std::string sequence_folder(std::uint32_t sequence);
+std::string in_sequence(std::uint32_t sequence, std::string_view name);
+std::string ping_stem(std::uint32_t ping);
+std::string index_stem(std::uint32_t sequence, std::uint32_t ping);
+
+// The name of a ping's file inside its sequence's folder.
+std::string ping_file(std::string_view name_template, std::uint32_t ping);
+// The opposite; none if the name is not of a ping.
+struct PingFile {
+  std::string name_template;
+  std::uint32_t ping = 0;
+};
+std::optional<PingFile> parse_ping_file(std::string_view name);
+
+std::string record_path(std::uint32_t sequence, std::uint32_t ping);
+// What the sequence (the finishing step) is about to write; see overwrite.h.
+std::string plan_path(std::uint32_t sequence);
+std::string top_plan_path();
+
+// Fixed names of the top level but for assets/; dataset.json, its hash and provenance.json
+// included.
+std::vector<std::string> top_level_files();
+// Files that a sequence has once, sequence.json last.
+std::vector<std::string> sequence_files();
+
+// Whether a data set may hold a file or folder of this name: then it must not be a stranger's.
+bool is_layout_name(std::string_view relative);
+
+}  // namespace ensonify::layout

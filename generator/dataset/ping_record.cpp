@@ -1,0 +1,143 @@
+#include "dataset/ping_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "dataset/layout.h"
+
+namespace ensonify {
+namespace {
+
+Json json_of(const Annotation& annotation) {
+  return {{"instance", annotation.instance},
+          {"bbox", annotation.box},
+          {"area", annotation.area},
+          {"counts", annotation.rle_counts}};
+}
+
+// The picture that a detector trains on: the grey one, or the EXR file where there is none.
+void add_image(Json& images, const char* view, const std::vector<FileEntry>& files,
+               std::uint32_t ping, const char* grey, const char* exr, int rows, int columns,
+               const std::vector<Annotation>& annotations) {
+  std::string chosen;
+  for (const char* name : {exr, grey}) {
+    const std::string path = layout::ping_file(name, ping);
+    for (const FileEntry& entry : files) {
+      if (entry.path == path) chosen = path;
+    }
+  }
+  if (chosen.empty()) return;
+  Json list = Json::array();
+  for (const Annotation& annotation : annotations) list.push_back(json_of(annotation));
+  images.push_back({{"view", view},
+                    {"file", chosen},
+                    {"width", columns},
+                    {"height", rows},
+                    {"annotations", std::move(list)}});
+}
+
+std::pair<int, int> size_of(const std::optional<GreyImage>& grey,
+                            const std::optional<LabelledImage>& labelled) {
+  if (grey) return {grey->rows, grey->columns};
+  if (labelled) return {labelled->rows, labelled->columns};
+  return {0, 0};
+}
+
+std::optional<PingRecord> parse(const Json& json) {
+  PingRecord record;
+  const auto ping = count_at(json, "ping");
+  const auto time = number_at(json, "time_s");
+  const Json* sonar = member(json, "sonar_in_world");
+  const Json* objects = member(json, "object_in_world");
+  const Json* first = member(json, "first_return_m");
+  const Json* images = member(json, "images");
+  const Json* files = member(json, "files");
+  if (!ping || !time || sonar == nullptr || objects == nullptr || first == nullptr ||
+      images == nullptr || files == nullptr) {
+    return std::nullopt;
+  }
+  record.ping = static_cast<std::uint32_t>(*ping);
+  record.time_s = *time;
+  const auto pose = pose_of_json(*sonar);
+  if (!pose) return std::nullopt;
+  record.sonar_in_world = *pose;
+  for (const Json& object : *objects) {
+    const auto object_pose = pose_of_json(object);
+    if (!object_pose) return std::nullopt;
+    record.object_in_world.push_back(*object_pose);
+  }
+  for (const Json& range : *first) {
+    record.first_return_m.push_back(range.is_number() ? static_cast<float>(range.get<double>())
+                                                      : std::numeric_limits<float>::quiet_NaN());
+  }
+  record.images = *images;
+  for (const Json& file : *files) {
+    const auto entry = file_entry_of(file);
+    if (!entry) return std::nullopt;
+    record.files.push_back(*entry);
+  }
+  return record;
+}
+
+}  // namespace
+
+PingRecord record_of(const PingResult& result, std::vector<FileEntry> files) {
+  PingRecord record;
+  record.ping = result.ping;
+  record.time_s = result.time_s;
+  record.sonar_in_world = result.sonar_in_world;
+  record.object_in_world = result.object_in_world;
+  record.first_return_m = result.first_return_m;
+  const auto [polar_rows, polar_columns] = size_of(result.polar_grey, result.polar);
+  add_image(record.images, "polar", files, result.ping, layout::kPolarGrey, layout::kPolarExr,
+            polar_rows, polar_columns, result.polar_annotations);
+  const auto [rows, columns] = size_of(result.cartesian_grey, result.cartesian);
+  add_image(record.images, "cartesian", files, result.ping, layout::kCartesianGrey,
+            layout::kCartesianExr, rows, columns, result.cartesian_annotations);
+  record.files = std::move(files);
+  return record;
+}
+
+Status write_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
+                         const PingRecord& record) {
+  Json objects = Json::array();
+  for (const Pose& pose : record.object_in_world) objects.push_back(json_of(pose));
+  Json first = Json::array();
+  for (const float range : record.first_return_m) first.push_back(number_or_null(range));
+  Json files = Json::array();
+  for (const FileEntry& entry : record.files) files.push_back(json_of(entry));
+  const Json json = {{"ping", record.ping},
+                     {"time_s", record.time_s},
+                     {"sonar_in_world", json_of(record.sonar_in_world)},
+                     {"object_in_world", std::move(objects)},
+                     {"first_return_m", std::move(first)},
+                     {"images", record.images},
+                     {"files", std::move(files)}};
+  const auto written = write_file_atomically(dir, layout::record_path(sequence, record.ping),
+                                             json_line(json) + "\n");
+  return written ? Status() : Status(written.error());
+}
+
+Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
+                                    std::uint32_t ping) {
+  const auto path = dir / layout::record_path(sequence, ping);
+  const auto text = read_file(path);
+  if (!text) return text.error();
+  const auto json = parse_json(*text);
+  const auto record = json ? parse(*json) : std::nullopt;
+  if (!record || record->ping != ping) {
+    return Error{ErrorKind::damage, path.string() + ": not a record of this ping"};
+  }
+  return *record;
+}
+
+bool files_are_there(const std::filesystem::path& dir, std::uint32_t sequence,
+                     const PingRecord& record) {
+  return std::all_of(record.files.begin(), record.files.end(), [&](const FileEntry& entry) {
+    return listed_file_size(dir, layout::in_sequence(sequence, entry.path)) == entry.bytes;
+  });
+}
+
+}  // namespace ensonify

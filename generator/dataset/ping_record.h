@@ -1,0 +1,41 @@
+// The record of a finished ping in .work: all that the finishing step needs to know of it, so that
+// it never opens the ping's own files. Private to dataset/.
+//
+//   record_of  write_ping_record  read_ping_record  files_are_there
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+#include "dataset/files.h"
+#include "dataset/json.h"
+
+namespace ensonify {
+
+struct PingRecord {
+  std::uint32_t ping = 0;
+  double time_s = 0;
+  Pose sonar_in_world;
+  std::vector<Pose> object_in_world;
+  std::vector<float> first_return_m;  // NaN: none
+  Json images = Json::array();        // see annotations.jsonl in coco.h
+  std::vector<FileEntry> files;       // relative to the sequence's folder
+};
+
+PingRecord record_of(const PingResult& result, std::vector<FileEntry> files);
+
+Status write_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
+                         const PingRecord& record);
+
+// Error (io): it cannot be read; (damage): it is not a record of that ping.
+Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
+                                    std::uint32_t ping);
+
+// Whether every file of the record is there with the size it had.
+bool files_are_there(const std::filesystem::path& dir, std::uint32_t sequence,
+                     const PingRecord& record);
+
+}  // namespace ensonify

@@ -1,0 +1,40 @@
+// SHA-256, as 64 lower-case hexadecimal digits.
+//
+//   sha256_hex      of bytes in memory
+//   sha256_of_file  of a file, read in pieces
+//   Sha256          of bytes that come one after another
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+
+namespace ensonify {
+
+std::string sha256_hex(std::string_view bytes);
+
+// Error (io): the file cannot be read.
+Result<std::string> sha256_of_file(const std::filesystem::path& path);
+
+class Sha256 {
+ public:
+  Sha256();
+  ~Sha256();
+  Sha256(Sha256&&) noexcept;
+  Sha256& operator=(Sha256&&) noexcept;
+
+  void update(std::string_view bytes);
+  // The hash of all that came so far; afterwards only destruction is allowed.
+  std::string finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+bool is_sha256_hex(std::string_view text);
+
+}  // namespace ensonify

@@ -1,0 +1,30 @@
+// Rows of the text tables, numbers in the shortest form that reads back to the same double.
+// Private to dataset/.
+//
+//   poses.csv  poses.tum  objects.csv  index.csv
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace ensonify {
+
+inline constexpr char kPosesHeader[] = "ping,time_s,x,y,z,qw,qx,qy,qz\n";
+inline constexpr char kObjectsHeader[] = "ping,instance,x,y,z,qw,qx,qy,qz\n";
+inline constexpr char kIndexHeader[] = "sequence,ping,time_s,split,stem\n";
+
+std::string poses_row(std::uint32_t ping, double time_s, const Pose& sonar_in_world);
+
+// TUM's own order: time x y z qx qy qz qw, with blanks.
+std::string tum_row(double time_s, const Pose& sonar_in_world);
+
+// One row an instance, ids 1, 2, ...
+std::string objects_rows(std::uint32_t ping, const std::vector<Pose>& object_in_world);
+
+std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,
+                      const std::string& split);
+
+}  // namespace ensonify

@@ -1,0 +1,315 @@
+#include "dataset/verify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "dataset/files.h"
+#include "dataset/json.h"
+#include "dataset/layout.h"
+#include "dataset/verify_files.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+struct Verification {
+  const fs::path& dir;
+  const Workers& workers;
+  VerifyReport report;
+  std::set<std::string> known;  // listed by a manifest, or a manifest
+  std::vector<SequenceShape> shapes;
+
+  void fault(const std::string& relative, const std::string& what) {
+    if (!what.empty()) report.faults.push_back(relative + ": " + what);
+  }
+};
+
+std::optional<std::pair<std::uint64_t, std::uint64_t>> ping_range(const Json& json) {
+  const Json* pings = member(json, "pings");
+  if (pings == nullptr || !pings->is_array() || pings->size() != 2) return std::nullopt;
+  if (!(*pings)[0].is_number_unsigned() || !(*pings)[1].is_number_unsigned()) return std::nullopt;
+  const std::pair<std::uint64_t, std::uint64_t> range{(*pings)[0], (*pings)[1]};
+  if (range.first > range.second || range.second > UINT32_MAX) return std::nullopt;
+  return range;
+}
+
+// The members that have to be there, by name; empty if they all are.
+std::string missing_member(const Json& json, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    if (member(json, key) == nullptr) return fmt::format("lacks the key {}", key);
+  }
+  return {};
+}
+
+std::optional<SequenceShape> shape_of(const Json& head) {
+  const Json* sonar = member(head, "sonar");
+  const Json* beams = sonar != nullptr ? member(*sonar, "beams") : nullptr;
+  const Json* record = member(head, "record");
+  const Json* instances = member(head, "instances");
+  const Json* cartesian = member(head, "cartesian");
+  const auto pings = ping_range(head);
+  const auto sequence = count_at(head, "sequence");
+  const auto split = text_at(head, "split");
+  const auto beam_count = beams != nullptr ? count_at(*beams, "count") : std::nullopt;
+  const auto samples = record != nullptr ? count_at(*record, "samples") : std::nullopt;
+  if (!pings || !sequence || *sequence > UINT32_MAX || !split || !beam_count || !samples ||
+      instances == nullptr || !instances->is_array()) {
+    return std::nullopt;
+  }
+  SequenceShape shape;
+  shape.sequence = static_cast<std::uint32_t>(*sequence);
+  shape.split = *split;
+  std::tie(shape.first_ping, shape.last_ping) = *pings;
+  shape.beams = *beam_count;
+  shape.samples = *samples;
+  shape.instances = instances->size();
+  if (cartesian != nullptr) {
+    shape.cartesian_height = count_at(*cartesian, "height_px").value_or(0);
+    shape.cartesian_width = count_at(*cartesian, "width_px").value_or(0);
+  }
+  return shape;
+}
+
+// Names a sequence has to list, with the template of each.
+std::vector<std::pair<std::string, std::string>> expected_files(const SequenceShape& shape,
+                                                                const Json& head) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : layout::sequence_files()) {
+    if (name != layout::kSequenceJson) names.emplace_back(name, name);
+  }
+  const Json* each = member(head, "each_ping");
+  if (each == nullptr || !each->is_array()) return names;
+  for (const Json& item : *each) {
+    if (!item.is_string()) continue;
+    const auto name_template = item.get<std::string>();
+    for (auto ping = shape.first_ping; ping < shape.last_ping; ++ping) {
+      names.emplace_back(layout::ping_file(name_template, static_cast<std::uint32_t>(ping)),
+                         name_template);
+    }
+  }
+  return names;
+}
+
+void check_listed_files(Verification& v, const SequenceShape& shape, const Json& head,
+                        std::vector<FileEntry> entries) {
+  const std::string folder = layout::sequence_folder(shape.sequence) + "/";
+  const Json* each = member(head, "each_ping");
+  if (each != nullptr && shape.pings() * each->size() > entries.size()) {
+    // Also keeps a manifest that claims billions of pings from filling the memory.
+    v.fault(folder + layout::kSequenceJson, "lists fewer files than its pings have");
+    return;
+  }
+  std::map<std::string, std::string> templates;
+  for (auto& [name, name_template] : expected_files(shape, head)) templates[name] = name_template;
+
+  std::vector<std::string> faults(entries.size());
+  v.workers.for_each(entries.size(), [&](std::size_t i) {
+    const FileEntry& entry = entries[i];
+    if (!is_safe_relative_path(entry.path)) {
+      faults[i] = "is listed, and no path inside the folder; not followed";
+      return;
+    }
+    const auto known = templates.find(entry.path);
+    faults[i] = content_fault(v.dir, folder + entry.path, entry.bytes, entry.sha256);
+    if (!faults[i].empty()) return;
+    faults[i] = known == templates.end() ? "is listed, but not a file of this sequence"
+                                         : format_fault(v.dir, shape, entry.path, known->second);
+  });
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    v.fault(folder + entries[i].path, faults[i]);
+    v.known.insert(folder + entries[i].path);
+    if (templates.erase(entries[i].path) == 0 && faults[i].empty()) {
+      v.fault(folder + entries[i].path, "is listed twice");
+    }
+    bytes += entries[i].bytes;
+  }
+  for (const auto& [name, name_template] : templates) {
+    v.fault(folder + name, "belongs to this sequence, but sequence.json does not list it");
+  }
+  if (count_at(head, "bytes") != bytes) {
+    v.fault(folder + layout::kSequenceJson, "its number of bytes is not the sum over its files");
+  }
+  v.report.files += entries.size();
+  v.report.bytes += bytes;
+}
+
+void check_sequence(Verification& v, const Json& row) {
+  const auto number = count_at(row, "sequence");
+  const auto hash = text_at(row, "sha256");
+  if (!number || *number > UINT32_MAX || !hash) {
+    return v.fault(layout::kDatasetJson, "a sequence lacks its number or hash");
+  }
+  const auto sequence = static_cast<std::uint32_t>(*number);
+  const std::string path = layout::in_sequence(sequence, layout::kSequenceJson);
+  if (!v.known.insert(path).second) return v.fault(path, "the sequence is listed twice");
+  const auto size = listed_file_size(v.dir, path);
+  v.fault(path, content_fault(v.dir, path, size.value_or(0), *hash));
+  if (!size) return;
+  ++v.report.files;
+  v.report.bytes += *size;
+
+  std::vector<FileEntry> entries;
+  const auto text = read_file(v.dir / path);
+  const auto head =
+      text ? parse_manifest(*text, [&](FileEntry entry) { entries.push_back(std::move(entry)); })
+           : std::nullopt;
+  if (!head) return v.fault(path, "is not JSON");
+  v.fault(path, missing_member(*head, {"ensonify_sequence", "seed", "sonar", "water", "record",
+                                       "scattering", "noise", "model", "png", "cartesian",
+                                       "classes", "instances", "each_ping", "bytes", "files"}));
+  const auto shape = shape_of(*head);
+  if (!shape) return v.fault(path, "lacks its pings, beams, samples, split or instances");
+  if (shape->sequence != sequence || ping_range(row) != ping_range(*head) ||
+      text_at(row, "split") != shape->split || count_at(row, "seed") != count_at(*head, "seed")) {
+    return v.fault(path, "says something else than dataset.json");
+  }
+  v.shapes.push_back(*shape);
+  check_listed_files(v, *shape, *head, std::move(entries));
+}
+
+void check_top_level_files(Verification& v, const std::vector<FileEntry>& entries) {
+  for (const FileEntry& entry : entries) {
+    const bool asset = entry.path.starts_with("assets/");
+    const auto names = layout::top_level_files();
+    if (!is_safe_relative_path(entry.path)) {
+      v.fault(entry.path, "is listed, and no path inside the folder; not followed");
+      continue;
+    }
+    if (!asset && std::find(names.begin(), names.end(), entry.path) == names.end()) {
+      v.fault(entry.path, "is listed, but not a file of a data set");
+      continue;
+    }
+    v.fault(entry.path, content_fault(v.dir, entry.path, entry.bytes, entry.sha256));
+    if (asset && !entry.path.starts_with("assets/" + entry.sha256)) {
+      v.fault(entry.path, "does not bear the hash it is listed with");
+    }
+    v.known.insert(entry.path);
+    ++v.report.files;
+    v.report.bytes += entry.bytes;
+  }
+  for (const std::string& name : layout::top_level_files()) {
+    const bool own = name == layout::kDatasetJson || name == layout::kDatasetSha256 ||
+                     name == layout::kProvenanceJson;
+    if (own) {
+      v.known.insert(name);
+    } else if (!v.known.contains(name)) {
+      v.fault(name, "is not listed in dataset.json");
+    }
+  }
+}
+
+void check_tables(Verification& v, const Json& manifest) {
+  // A table that is missing has been reported with its hash.
+  const auto check = [&](const std::string& name, const auto& fault_of) {
+    if (listed_file_size(v.dir, name)) v.fault(name, fault_of(v.dir / name));
+  };
+  check("index.csv", [&](const fs::path& path) { return index_fault(path, v.shapes); });
+  for (const std::string split : {"train", "val", "test"}) {
+    check("splits/" + split + ".txt",
+          [&](const fs::path& path) { return split_fault(path, split, v.shapes); });
+  }
+  const Json* classes = member(manifest, "classes");
+  check("coco.json", [&](const fs::path& path) {
+    return coco_fault(path, v.known, classes != nullptr ? classes->size() : 0);
+  });
+  check(layout::kWorkJson, [&](const fs::path& path) -> std::string {
+    const auto text = read_file(path);
+    const auto work = text ? parse_json(*text) : std::nullopt;
+    if (!work) return "is not JSON";
+    for (const char* key : {"name", "scenario_sha256", "seed", "program", "numerics"}) {
+      const Json* here = member(*work, key);
+      const Json* there = member(manifest, key);
+      if (here == nullptr || there == nullptr || *here != *there) {
+        return fmt::format("says something else than dataset.json of {}", key);
+      }
+    }
+    return {};
+  });
+}
+
+void check_unlisted(Verification& v) {
+  const auto found = files_below(v.dir);
+  if (!found) return v.fault(v.dir.string(), found.error().message);
+  bool work = false;
+  for (const std::string& path : *found) {
+    if (path.starts_with(std::string(layout::kWorkFolder) + "/")) {
+      work = true;
+    } else if (!v.known.contains(path)) {
+      v.fault(path, "no manifest lists it");
+    }
+  }
+  if (work) {
+    v.fault(layout::kWorkFolder,
+            "is still there: something was cut off, or is being written; give "
+            "the generate command again");
+  }
+}
+
+void check_manifest(Verification& v) {
+  if (!listed_file_size(v.dir, layout::kDatasetJson)) {
+    return v.fault(layout::kDatasetJson,
+                   "is missing: the data set is not finished; give the generate command again");
+  }
+  const auto text = read_file(v.dir / layout::kDatasetJson);
+  if (!text) return v.fault(layout::kDatasetJson, text.error().message);
+  const auto seal = listed_file_size(v.dir, layout::kDatasetSha256)
+                        ? read_file(v.dir / layout::kDatasetSha256)
+                        : Result<std::string>(std::string());
+  if (!seal || *seal != sha256_hex(*text) + "  " + layout::kDatasetJson + "\n") {
+    v.fault(layout::kDatasetSha256, "is missing or does not agree with dataset.json");
+  }
+  v.report.files += 2;
+  v.report.bytes += text->size() + (seal ? seal->size() : 0);
+
+  std::vector<FileEntry> entries;
+  const auto manifest =
+      parse_manifest(*text, [&](FileEntry entry) { entries.push_back(std::move(entry)); });
+  if (!manifest) return v.fault(layout::kDatasetJson, "is not JSON");
+  v.fault(layout::kDatasetJson,
+          missing_member(*manifest, {"ensonify_dataset", "name", "program", "numerics", "seed",
+                                     "classes", "splits", "sequences", "files"}));
+  check_top_level_files(v, entries);
+  if (const Json* sequences = member(*manifest, "sequences")) {
+    for (const Json& row : *sequences) check_sequence(v, row);
+  }
+  check_tables(v, *manifest);
+  check_unlisted(v);
+}
+
+// Whether anything here bears ensonify's mark; a flipped bit must not make it a stranger's folder.
+bool is_ours(const fs::path& dir) {
+  if (listed_file_size(dir, layout::kDatasetSha256)) return true;
+  const std::pair<const char*, const char*> marks[] = {{layout::kWorkJson, "ensonify_work"},
+                                                       {layout::kDatasetJson, "ensonify_dataset"}};
+  return std::any_of(std::begin(marks), std::end(marks), [&](const auto& mark) {
+    if (!listed_file_size(dir, mark.first)) return false;
+    const auto text = read_file(dir / mark.first);
+    const auto json = text ? parse_json(*text) : std::nullopt;
+    return json && count_at(*json, mark.second);
+  });
+}
+
+}  // namespace
+
+Result<VerifyReport> verify_dataset(const fs::path& dir, const Workers& workers) {
+  return without_exceptions("verifying " + dir.string(), [&]() -> Result<VerifyReport> {
+    std::error_code error;
+    const fs::directory_iterator readable(dir, error);
+    if (error) return read_error(dir, error.value());
+    if (!is_ours(dir)) {
+      return Error{ErrorKind::usage, dir.string() + ": not a data set of ensonify"};
+    }
+    Verification verification{dir, workers, {}, {}, {}};
+    check_manifest(verification);
+    return std::move(verification.report);
+  });
+}
+
+}  // namespace ensonify

@@ -1,0 +1,313 @@
+#include "dataset/verify_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+#include "dataset/coco.h"
+#include "dataset/exr.h"
+#include "dataset/json.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "dataset/png.h"
+#include "dataset/tables.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+// Holds every header that is looked at.
+constexpr std::size_t kHeaderBytes = 4096;
+
+std::string start_of(const fs::path& path) {
+  std::string bytes(kHeaderBytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  return bytes;
+}
+
+// A shape of one element that is 0 stands for any length.
+std::string npy_fault(const fs::path& path, std::string_view descr, const NpyShape& shape) {
+  const auto header = parse_npy_header(start_of(path));
+  if (!header) return "is not an NPY file of ensonify's form";
+  if (header->descr != descr) return fmt::format("has dtype {}, not {}", header->descr, descr);
+  const bool any_length = shape == NpyShape{0} && header->shape.size() == 1;
+  if (header->fortran_order || (!any_length && header->shape != shape)) {
+    return fmt::format("has shape ({}), not ({})", fmt::join(header->shape, ", "),
+                       fmt::join(shape, ", "));
+  }
+  std::uint64_t size = npy_item_bytes(descr).value_or(0);
+  for (const std::uint64_t n : header->shape) size *= n;
+  std::error_code error;
+  if (fs::file_size(path, error) != header->data_offset + size) {
+    return "is not as long as its header says";
+  }
+  return {};
+}
+
+std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns, int bits) {
+  const auto header = parse_png_header(start_of(path));
+  if (!header) return "is not a PNG file";
+  if (header->height == rows && header->width == columns && header->bit_depth == bits &&
+      header->color_type == 0) {
+    return {};
+  }
+  return fmt::format("is {} x {} pixels of {} bits, not {} x {} grey ones of {}", header->width,
+                     header->height, header->bit_depth, columns, rows, bits);
+}
+
+std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+  const auto parts = read_exr_parts(path);
+  if (!parts) return "cannot be read as EXR: " + parts.error().message;
+  const std::vector<std::string> labels = {"clean_db", "elevation_rad", "elevation_std_rad",
+                                           "instance_fraction"};
+  if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
+    return "does not have the parts level and labels, in this order";
+  }
+  if ((*parts)[0].half_channels != std::vector<std::string>{"Y"} ||
+      (*parts)[1].half_channels != labels || !(*parts)[0].other_channels.empty() ||
+      !(*parts)[1].other_channels.empty()) {
+    return "does not have the channels Y, and " + fmt::format("{}", fmt::join(labels, ", "));
+  }
+  for (const ExrPart& part : *parts) {
+    if (std::cmp_not_equal(part.height, rows) || std::cmp_not_equal(part.width, columns)) {
+      return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
+    }
+  }
+  return {};
+}
+
+// Calls use(row) for every line after the header; the fault is a wrong header, a row that `use`
+// refuses, or another number of rows.
+template <class Use>
+std::string rows_fault(const fs::path& path, std::string_view header, std::uint64_t expected,
+                       Use use) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  if (!header.empty() && (!std::getline(file, line) || line + "\n" != header)) {
+    return fmt::format("does not begin with {}", header.substr(0, header.size() - 1));
+  }
+  std::uint64_t rows = 0;
+  while (std::getline(file, line)) {
+    if (++rows <= expected && !use(line)) return fmt::format("has a wrong row: {}", line);
+  }
+  if (rows != expected) return fmt::format("has {} rows, not {}", rows, expected);
+  return {};
+}
+
+std::vector<std::string_view> columns_of(std::string_view line, char separator) {
+  std::vector<std::string_view> columns;
+  for (std::size_t start = 0; start <= line.size();) {
+    const std::size_t end = std::min(line.find(separator, start), line.size());
+    columns.push_back(line.substr(start, end - start));
+    start = end + 1;
+  }
+  return columns;
+}
+
+bool is_number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count) {
+  return columns.size() == count && std::all_of(columns.begin(), columns.end(), is_number);
+}
+
+std::string poses_fault(const fs::path& path, const SequenceShape& shape) {
+  std::uint64_t ping = shape.first_ping;
+  return rows_fault(path, kPosesHeader, shape.pings(), [&](const std::string& line) {
+    const auto columns = columns_of(line, ',');
+    return are_numbers(columns, 9) && columns[0] == std::to_string(ping++);
+  });
+}
+
+std::string tum_fault(const fs::path& path, const SequenceShape& shape) {
+  return rows_fault(path, "", shape.pings(),
+                    [](const std::string& line) { return are_numbers(columns_of(line, ' '), 8); });
+}
+
+std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
+  std::ifstream file(path, std::ios::binary);
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(file, line);) ++lines;
+  const std::uint64_t rows = lines > 0 ? lines - 1 : 0;
+  if (rows > shape.pings() * shape.instances || (shape.pings() > 0 && rows % shape.pings() != 0)) {
+    return fmt::format("has {} rows for {} pings and {} instances", rows, shape.pings(),
+                       shape.instances);
+  }
+  return rows_fault(path, kObjectsHeader, rows,
+                    [](const std::string& line) { return are_numbers(columns_of(line, ','), 9); });
+}
+
+std::string annotations_fault(const fs::path& dir, const SequenceShape& shape) {
+  std::uint64_t ping = shape.first_ping;
+  const Status read = for_each_annotation_line(dir, shape.sequence, [&](const Json& line) {
+    return count_at(line, "ping") == ping++ ? Status() : Status(Error{ErrorKind::damage, "order"});
+  });
+  if (read && ping == shape.last_ping) return {};
+  return "does not have one line for every ping, in order";
+}
+
+using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
+
+struct KnownFile {
+  std::string_view name_template;
+  Checker check;
+};
+
+const KnownFile kKnownFiles[] = {
+    {layout::kTimeseries,
+     [](auto&, auto& path, auto& s) {
+       return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
+     }},
+    {layout::kScatterers,
+     [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
+    {layout::kPolarExr,
+     [](auto&, auto& path, auto& s) { return exr_fault(path, s.samples, s.beams); }},
+    {layout::kPolarInstance,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
+    {layout::kPolarSemantic,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
+    {layout::kPolarGrey,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
+    {layout::kCartesianExr,
+     [](auto&, auto& path, auto& s) {
+       return exr_fault(path, s.cartesian_height, s.cartesian_width);
+     }},
+    {layout::kCartesianInstance,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
+     }},
+    {layout::kCartesianSemantic,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+     }},
+    {layout::kCartesianGrey,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+     }},
+    {"azimuth_rad.npy",
+     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.beams}); }},
+    {"range_m.npy",
+     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.samples}); }},
+    {"first_return_m.npy",
+     [](auto&, auto& path, auto& s) {
+       return npy_fault(path, kNpyFloat32, {s.pings(), s.beams});
+     }},
+    {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
+    {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
+    {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
+    {layout::kAnnotations, [](auto& dir, auto&, auto& s) { return annotations_fault(dir, s); }},
+};
+
+// Walks coco.json without keeping its images and annotations.
+struct CocoReader {
+  const std::set<std::string>& known;
+  std::uint64_t classes;
+  std::string array;  // the top-level member that is being read
+  std::uint64_t images = 0, annotations = 0;
+  std::string fault;
+
+  void image(const Json& image) {
+    const auto file = text_at(image, "file_name");
+    if (count_at(image, "id") != ++images || !count_at(image, "width") ||
+        !count_at(image, "height")) {
+      fault = fmt::format("image {} lacks its id or size", images);
+    } else if (!file || !known.contains(*file)) {
+      fault = fmt::format("image {} names a file that is not of the data set", images);
+    }
+  }
+
+  void annotation(const Json& annotation) {
+    const auto category = count_at(annotation, "category_id").value_or(0);
+    const auto image_id = count_at(annotation, "image_id").value_or(0);
+    const Json* mask = member(annotation, "segmentation");
+    if (count_at(annotation, "id") != ++annotations || image_id < 1 || image_id > images ||
+        category < 1 || category > classes || mask == nullptr || !text_at(*mask, "counts")) {
+      fault = fmt::format("annotation {} is not whole", annotations);
+    }
+  }
+
+  bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::key && depth == 1) array = parsed.get<std::string>();
+    if (event != Json::parse_event_t::object_end || depth != 2) return true;
+    if (array == "images") image(parsed);
+    if (array == "annotations") annotation(parsed);
+    return array != "images" && array != "annotations";
+  }
+};
+
+}  // namespace
+
+std::string content_fault(const fs::path& dir, const std::string& relative, std::uint64_t bytes,
+                          const std::string& sha256) {
+  if (!is_safe_relative_path(relative)) return "is no path inside the folder; not followed";
+  const auto size = listed_file_size(dir, relative);
+  if (!size) {
+    std::error_code error;
+    const bool there = fs::exists(fs::symlink_status(dir / relative, error));
+    return there ? "is a link or not a file; not followed" : "is missing";
+  }
+  if (*size != bytes) return fmt::format("has {} bytes, not {}", *size, bytes);
+  const auto hash = sha256_of_file(dir / relative);
+  if (!hash) return hash.error().message;
+  return *hash == sha256 ? "" : "has another SHA-256 than listed";
+}
+
+std::string format_fault(const fs::path& dir, const SequenceShape& shape, const std::string& name,
+                         const std::string& name_template) {
+  for (const KnownFile& known : kKnownFiles) {
+    if (known.name_template != name_template) continue;
+    return known.check(dir, dir / layout::in_sequence(shape.sequence, name), shape);
+  }
+  return {};
+}
+
+std::string index_fault(const fs::path& path, const std::vector<SequenceShape>& shapes) {
+  std::uint64_t rows = 0;
+  for (const SequenceShape& shape : shapes) rows += shape.pings();
+  auto shape = shapes.begin();
+  std::uint64_t done = 0;  // pings of this sequence
+  return rows_fault(path, kIndexHeader, rows, [&](const std::string& line) {
+    for (; done == shape->pings(); done = 0) ++shape;
+    const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
+    const auto columns = columns_of(line, ',');
+    return columns.size() == 5 && columns[0] == std::to_string(shape->sequence) &&
+           columns[1] == std::to_string(ping) && is_number(columns[2]) &&
+           columns[3] == shape->split && columns[4] == layout::index_stem(shape->sequence, ping);
+  });
+}
+
+std::string split_fault(const fs::path& path, const std::string& split,
+                        const std::vector<SequenceShape>& shapes) {
+  std::uint64_t rows = 0;
+  for (const SequenceShape& shape : shapes) rows += shape.split == split ? shape.pings() : 0;
+  auto shape = shapes.begin();
+  std::uint64_t done = 0;  // pings of this sequence
+  return rows_fault(path, "", rows, [&](const std::string& line) {
+    for (; shape->split != split || done == shape->pings(); done = 0) ++shape;
+    const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
+    return line == layout::index_stem(shape->sequence, ping);
+  });
+}
+
+std::string coco_fault(const fs::path& path, const std::set<std::string>& known,
+                       std::uint64_t classes) {
+  CocoReader reader{known, classes, {}, 0, 0, {}};
+  std::ifstream file(path, std::ios::binary);
+  const Json json = Json::parse(file, std::ref(reader), false);
+  if (json.is_discarded()) return "is not JSON";
+  for (const char* key : {"images", "annotations", "categories"}) {
+    const Json* found = member(json, key);
+    if (found == nullptr || !found->is_array()) return fmt::format("lacks the list {}", key);
+  }
+  return reader.fault;
+}
+
+}  // namespace ensonify

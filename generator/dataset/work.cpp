@@ -1,0 +1,234 @@
+#include "dataset/work.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <optional>
+#include <vector>
+
+#include "dataset/files.h"
+#include "dataset/json.h"
+#include "dataset/layout.h"
+#include "dataset/overwrite.h"
+#include "dataset/sequence_json.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+// Keeps two processes from opening one folder at the same time. Where the file system has no locks
+// it does nothing.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& dir)
+      : descriptor_(::open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+  }
+  ~FolderLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+// What stands in a folder, as far as it decides whose it is.
+struct Folder {
+  bool empty = true;  // but for temporary files of a start that was cut off
+  std::optional<std::string> work_text;
+  std::optional<Json> work;     // valid
+  std::optional<Json> dataset;  // valid
+  bool sealed = false;          // dataset.sha256 agrees with dataset.json
+  std::uint64_t sequences_sealed = 0;
+  std::uint64_t sequences_begun = 0;  // highest number of a sequence's folder, plus one
+};
+
+std::optional<std::string> text_of(const fs::path& dir, const char* name) {
+  if (!listed_file_size(dir, name)) return std::nullopt;
+  auto text = read_file(dir / name);
+  return text ? std::optional(std::move(*text)) : std::nullopt;
+}
+
+std::uint64_t begun_sequences(const fs::path& dir) {
+  std::uint64_t count = 0;
+  std::error_code error;
+  for (fs::directory_iterator entry(dir / "sequences", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() < 6 || name.size() > 10) continue;
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    count = std::max<std::uint64_t>(count, std::stoull(name) + 1);
+  }
+  return count;
+}
+
+// No file at all but what a start that was cut off may have left in .work/tmp.
+bool holds_nothing(const fs::path& dir, std::error_code& error) {
+  for (fs::recursive_directory_iterator entry(dir, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    if (fs::is_directory(entry->symlink_status(ignored))) continue;
+    if (entry->path().parent_path() != dir / layout::kTemporaryFolder) return false;
+  }
+  return true;
+}
+
+Result<Folder> look_at(const fs::path& dir) {
+  Folder folder;
+  std::error_code error;
+  folder.empty = holds_nothing(dir, error);
+  if (error) return read_error(dir, error.value());
+
+  folder.work_text = text_of(dir, layout::kWorkJson);
+  if (folder.work_text) folder.work = parse_json(*folder.work_text);
+  if (folder.work && !count_at(*folder.work, "ensonify_work")) folder.work.reset();
+
+  const auto manifest = text_of(dir, layout::kDatasetJson);
+  if (manifest) folder.dataset = parse_manifest(*manifest, [](const FileEntry&) {});
+  if (folder.dataset && !count_at(*folder.dataset, "ensonify_dataset")) folder.dataset.reset();
+  if (folder.dataset) {
+    const auto seal = text_of(dir, layout::kDatasetSha256);
+    folder.sealed = seal == sha256_hex(*manifest) + "  " + layout::kDatasetJson + "\n";
+    const Json* sequences = member(*folder.dataset, "sequences");
+    folder.sequences_sealed = sequences != nullptr ? sequences->size() : 0;
+  }
+  folder.sequences_begun = std::max(folder.sequences_sealed, begun_sequences(dir));
+  return folder;
+}
+
+// "seed (7, now 8)" for every member in which two work.json differ.
+std::vector<std::string> differences(const Json& held, const Json& asked) {
+  static constexpr const char* kMembers[][2] = {
+      {"/name", "scenario name"},
+      {"/scenario_sha256", "scenario"},
+      {"/seed", "seed"},
+      {"/pings", "pings"},
+      {"/program/version", "version"},
+      {"/program/commit", "commit"},
+      {"/numerics/backend", "backend"},
+      {"/numerics/simd", "SIMD level"},
+      {"/numerics/embree_isa", "Embree's instruction set"}};
+  std::vector<std::string> list;
+  for (const auto& [pointer, label] : kMembers) {
+    const Json::json_pointer at(pointer);
+    const Json was = held.contains(at) ? held.at(at) : Json(nullptr);
+    const Json now = asked.at(at);
+    if (was == now) continue;
+    const bool hash = std::string_view(label) == "scenario";
+    list.push_back(hash ? label
+                        : fmt::format("{} ({}, now {})", label, json_line(was), json_line(now)));
+  }
+  return list;
+}
+
+Error refused(const fs::path& dir, const std::string& why, bool ours) {
+  return {ErrorKind::usage,
+          fmt::format("{}: {}; name another folder{}", dir.string(), why,
+                      ours ? ", or give --overwrite to remove the old data set" : "")};
+}
+
+Error refused_other_work(const fs::path& dir, const Folder& folder, const std::string& asked) {
+  if (!folder.work) {
+    return refused(dir, "holds a data set of ensonify without a readable work.json", true);
+  }
+  const auto list = differences(*folder.work, *parse_json(asked));
+  return refused(dir,
+                 list.empty()
+                     ? std::string("holds other work")
+                     : fmt::format("holds other work: it differs in {}", fmt::join(list, ", ")),
+                 true);
+}
+
+Result<FolderState> start(const fs::path& dir, const std::string& work_text) {
+  const auto written = write_file_atomically(dir, layout::kWorkJson, work_text);
+  if (!written) return written.error();
+  return FolderState::started;
+}
+
+Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work_text) {
+  const auto inventory = take_inventory(dir);
+  if (!inventory) return inventory.error();
+  if (const auto removed = remove_listed(dir, *inventory); !removed) return removed.error();
+  return start(dir, work_text);
+}
+
+// A sequence.json that lists files which are gone (an --overwrite was cut off, or somebody cleaned
+// up) would pass for a finished sequence: takes it away, so that the sequence is made again.
+Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
+  for (std::uint64_t number = 0; number < begun; ++number) {
+    const auto sequence = static_cast<std::uint32_t>(number);
+    const auto path = dir / layout::in_sequence(sequence, layout::kSequenceJson);
+    std::error_code error;
+    if (!fs::exists(fs::symlink_status(path, error)) || sequence_is_whole(dir, sequence)) continue;
+    if (::unlink(path.c_str()) != 0 && errno != ENOENT) return write_error(path, errno);
+  }
+  return {};
+}
+
+Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identity,
+                                std::uint32_t sequences, bool overwrite) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) return write_error(dir, error.value());
+  if (!fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
+  const FolderLock lock(dir);
+
+  const auto folder = look_at(dir);
+  if (!folder) return folder.error();
+  const std::string asked = to_json(identity);
+  if (folder->empty) return start(dir, asked);
+  if (!folder->work && !folder->dataset) {
+    return refused(dir, "is not empty, and ensonify did not make what it holds", false);
+  }
+  if (folder->work_text != asked) {
+    if (overwrite) return empty_and_start(dir, asked);
+    return refused_other_work(dir, *folder, asked);
+  }
+  if (folder->sequences_begun > sequences) {
+    if (overwrite) return empty_and_start(dir, asked);
+    return refused(dir,
+                   fmt::format("holds {} sequences of this work and {} are asked for; their number "
+                               "may grow, not shrink",
+                               folder->sequences_begun, sequences),
+                   true);
+  }
+  if (!folder->sealed || folder->sequences_sealed < sequences) {
+    const Status dropped = drop_broken_sequences(dir, folder->sequences_begun);
+    if (!dropped) return dropped.error();
+    return FolderState::continued;
+  }
+  if (overwrite) return empty_and_start(dir, asked);
+  remove_work_folder(dir);
+  return FolderState::complete;
+}
+
+}  // namespace
+
+std::string to_json(const WorkIdentity& identity) {
+  return json_text(
+      {{"ensonify_work", 1},
+       {"name", identity.name},
+       {"scenario_sha256", identity.scenario_sha256},
+       {"seed", identity.seed},
+       {"pings", Json::array({identity.first_ping, identity.last_ping})},
+       {"program", {{"version", identity.program_version}, {"commit", identity.program_commit}}},
+       {"numerics",
+        {{"backend", identity.backend},
+         {"simd", identity.simd},
+         {"embree_isa", identity.embree_isa}}}});
+}
+
+Result<FolderState> open_work(const fs::path& dir, const WorkIdentity& identity,
+                              std::uint32_t sequences, bool overwrite) {
+  return without_exceptions("opening " + dir.string(),
+                            [&] { return open_folder(dir, identity, sequences, overwrite); });
+}
+
+}  // namespace ensonify

@@ -1,0 +1,50 @@
+// The identity of a piece of work and the folder it is done in.
+//
+//   WorkIdentity  to_json  what must be equal for a folder to be continued
+//   open_work              new, continued, complete, or refused
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+
+namespace ensonify {
+
+struct WorkIdentity {
+  std::string name;             // of the scenario
+  std::string scenario_sha256;  // of the resolved scenario without `sequences`, which may grow
+  std::uint64_t seed = 0;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  std::string program_version, program_commit;
+  std::string backend, simd, embree_isa;
+};
+
+// The bytes of work.json: the same for equal identities, different for different ones.
+std::string to_json(const WorkIdentity& identity);
+
+enum class FolderState {
+  started,    // new or emptied; work.json is written
+  continued,  // the same work, not done, or done for fewer sequences
+  complete,   // the same work, done: dataset.json and dataset.sha256 agree; leave it alone
+};
+
+// Makes `dir` ready for the work, which has `sequences` sequences.
+//
+// A folder that is new or empty is started; one with the same work is continued or complete (then
+// a .work that was left behind is removed). Any other is refused (usage) with what differs, and so
+// is the same work with more sequences than asked for. Before a folder is continued, a
+// sequence.json that lists missing files is taken away, so that its sequence is made again.
+//
+// With `overwrite` those refused are emptied and started if ensonify made them (a valid work.json
+// or dataset.json), and so is one that is complete. Only files that a manifest lists are removed;
+// links and '..' are not followed. Others stay, and where such a file stands in the place of one of
+// ours the folder is refused before anything is removed. The same work that is not yet complete is
+// continued even then, so that shards which all say `overwrite` do not undo each other.
+//
+// Error (io): the folder cannot be made, read or written.
+Result<FolderState> open_work(const std::filesystem::path& dir, const WorkIdentity& identity,
+                              std::uint32_t sequences, bool overwrite);
+
+}  // namespace ensonify

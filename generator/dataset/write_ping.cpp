@@ -1,0 +1,194 @@
+#include "dataset/write_ping.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/exr.h"
+#include "dataset/files.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "dataset/overwrite.h"
+#include "dataset/ping_record.h"
+#include "dataset/png.h"
+
+namespace ensonify {
+namespace {
+
+// One file: where it goes and how its bytes come about.
+struct FileJob {
+  const char* name_template;
+  std::function<Result<std::string>()> encode;
+};
+
+std::size_t area(int rows, int columns) {
+  return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+}
+
+bool fits(const std::optional<LabelledImage>& image, int rows, int columns) {
+  if (!image || image->rows != rows || image->columns != columns || rows < 1 || columns < 1) {
+    return false;
+  }
+  const std::size_t pixels = area(rows, columns);
+  return image->level_db.size() == pixels && image->clean_db.size() == pixels &&
+         image->elevation_rad.size() == pixels && image->elevation_std_rad.size() == pixels &&
+         image->instance_fraction.size() == pixels && image->instance.size() == pixels &&
+         image->semantic.size() == pixels;
+}
+
+bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
+  return !image || (rows > 0 && columns > 0 && image->rows == rows && image->columns == columns &&
+                    image->pixels.size() == area(rows, columns));
+}
+
+// What of the result does not fit the sequence; empty if all does.
+std::string misfit(const SequenceInfo& info, const PingResult& result) {
+  const int beams = info.sonar.beam_count;
+  const int samples = info.record.samples;
+  const CartesianGrid grid = info.cartesian.value_or(CartesianGrid{});
+  const auto is_bad = [](bool asked, bool fitting) { return asked && !fitting; };
+  if (is_bad(info.output.timeseries, result.series.size() == area(beams, samples))) return "series";
+  if (is_bad(info.output.polar, fits(result.polar, samples, beams))) return "polar";
+  if (is_bad(info.output.cartesian, fits(result.cartesian, grid.height_px, grid.width_px))) {
+    return "cartesian";
+  }
+  if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
+  if (!fits(result.cartesian_grey, grid.height_px, grid.width_px)) return "cartesian_grey";
+  if (is_bad(info.output.png, result.polar_grey || result.cartesian_grey)) return "png";
+  if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
+    return "scatterers";
+  }
+  if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
+  if (result.object_in_world.size() > info.instances.size()) return "object_in_world";
+  if (result.ping < info.first_ping || result.ping >= info.last_ping) return "ping";
+  return {};
+}
+
+ExrAttributes polar_attributes(const SequenceInfo& info) {
+  return {{{"axes", "rows: samples, nearest first; columns: beams, 0 first"},
+           {"beam_order", "beam 0 is to starboard, azimuth grows to port"}},
+          {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
+           {"beam_spacing_rad", info.sonar.beam_spacing_rad},
+           {"range_step_m", sample_range_m(info.sonar, info.water, 1)}}};
+}
+
+ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
+  return {{{"axes", "the fan from above, boresight up, port left; nearest neighbour"},
+           {"beam_order", "beam 0 is to starboard, on the right"}},
+          {{"metres_per_pixel", grid.m_per_px},
+           {"x_top_m", grid.x_top_m},
+           {"y_left_m", grid.y_left_m}}};
+}
+
+void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
+                    const ExrAttributes& attributes, const char* exr, const char* instance,
+                    const char* semantic) {
+  jobs.push_back({exr, [&image, attributes] { return encode_exr(image, attributes); }});
+  jobs.push_back({instance, [&image] {
+                    return encode_png(image.instance, image.rows, image.columns, PngContent::mask);
+                  }});
+  jobs.push_back({semantic, [&image] {
+                    return encode_png(image.semantic, image.rows, image.columns, PngContent::mask);
+                  }});
+}
+
+void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& grey,
+                  const char* name) {
+  if (!grey) return;
+  jobs.push_back({name, [&image = *grey] {
+                    return encode_png(image.pixels, image.rows, image.columns, PngContent::speckle);
+                  }});
+}
+
+// Long jobs first, so that no worker starts one when the others are done.
+std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result) {
+  using namespace layout;
+  std::vector<FileJob> jobs;
+  if (info.output.polar) {
+    add_image_jobs(jobs, *result.polar, polar_attributes(info), kPolarExr, kPolarInstance,
+                   kPolarSemantic);
+  }
+  if (info.output.cartesian) {
+    add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian), kCartesianExr,
+                   kCartesianInstance, kCartesianSemantic);
+  }
+  if (info.output.timeseries) {
+    jobs.push_back({kTimeseries, [&]() -> Result<std::string> {
+                      return encode_npy(result.series,
+                                        {static_cast<std::uint64_t>(info.sonar.beam_count),
+                                         static_cast<std::uint64_t>(info.record.samples)});
+                    }});
+  }
+  if (info.output.scatterers) {
+    jobs.push_back({kScatterers, [&]() -> Result<std::string> {
+                      return encode_scatterers(result.scatterers, result.amplitudes,
+                                               result.sonar_in_world);
+                    }});
+  }
+  if (info.output.png) {
+    add_grey_job(jobs, result.polar_grey, kPolarGrey);
+    add_grey_job(jobs, result.cartesian_grey, kCartesianGrey);
+  }
+  return jobs;
+}
+
+Result<FileEntry> do_job(const std::filesystem::path& dir, std::uint32_t sequence,
+                         std::uint32_t ping, const FileJob& job) {
+  const std::string name = layout::ping_file(job.name_template, ping);
+  const std::string relative = layout::in_sequence(sequence, name);
+  return without_exceptions("writing " + (dir / relative).string(), [&]() -> Result<FileEntry> {
+    const auto bytes = job.encode();
+    if (!bytes) return bytes.error();
+    auto entry = write_file_atomically(dir, relative, *bytes);
+    if (entry) entry->path = name;
+    return entry;
+  });
+}
+
+Status write_all(const std::filesystem::path& dir, const SequenceInfo& info,
+                 const PingResult& result, const Workers& workers) {
+  const auto jobs = jobs_of(info, result);
+  std::vector<std::string> templates;
+  for (const FileJob& job : jobs) templates.emplace_back(job.name_template);
+  if (const auto planned = plan_sequence(dir, info, templates); !planned) return planned;
+
+  std::vector<std::optional<Result<FileEntry>>> done(jobs.size());
+  workers.for_each(jobs.size(), [&](std::size_t i) {
+    done[i] = do_job(dir, info.sequence, result.ping, jobs[i]);
+  });
+  std::vector<FileEntry> entries;
+  for (const auto& entry : done) {
+    if (!entry->ok()) return entry->error();
+    entries.push_back(**entry);
+  }
+  return write_ping_record(dir, info.sequence, record_of(result, std::move(entries)));
+}
+
+}  // namespace
+
+bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, std::uint32_t ping,
+                      const SequenceInfo& info) {
+  if (ping < info.first_ping || ping >= info.last_ping) return false;
+  if (listed_file_size(dir, layout::in_sequence(sequence, layout::kSequenceJson))) return true;
+  const auto record = without_exceptions("reading a record",
+                                         [&]() { return read_ping_record(dir, sequence, ping); });
+  return record && files_are_there(dir, sequence, *record);
+}
+
+Status write_ping(const std::filesystem::path& dir, const SequenceInfo& info,
+                  const PingResult& result, const Workers& workers) {
+  if (const std::string what = misfit(info, result); !what.empty()) {
+    return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not fit what the "
+                                             "sequence says of it; please report this",
+                                             info.sequence, result.ping, what)};
+  }
+  if (ping_is_finished(dir, info.sequence, result.ping, info)) return {};
+  return without_exceptions(
+      fmt::format("writing ping {} of sequence {}", result.ping, info.sequence),
+      [&] { return write_all(dir, info, result, workers); });
+}
+
+}  // namespace ensonify

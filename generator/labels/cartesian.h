@@ -1,0 +1,28 @@
+// The fan seen from above: boresight up, port left, nearest neighbour from the polar image.
+//
+//   cartesian_grid   which metres a pixel stands for
+//   cartesian_map    which polar pixel it shows
+//   resample         the picture
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/ping.h"
+
+namespace ensonify {
+
+// The smallest grid of `height_px` rows with square pixels that holds the whole fan.
+CartesianGrid cartesian_grid(const Sonar& sonar, int height_px);
+
+// For each Cartesian pixel, row-major, the index of the polar pixel (sample * beams + beam) whose
+// sector holds its azimuth and whose sample is nearest to its range; -1 outside the fan and beyond
+// the record.
+std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& sonar,
+                                        const Water& water, const Record& record);
+
+// Outside the fan: kNoEnergyDb, NaN angles, instance 0.
+LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
+                       const std::vector<std::int32_t>& map);
+
+}  // namespace ensonify

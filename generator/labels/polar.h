@@ -1,0 +1,36 @@
+// Ground truth of a ping in the sonar's own coordinates: rows are samples, columns beams.
+//
+//   polar_image     level, clean level, instance, semantic class, elevation
+//   first_return_m  where each beam first meets something
+#pragma once
+
+#include <complex>
+#include <span>
+#include <vector>
+
+#include "core/parallel.h"
+#include "core/ping.h"
+
+namespace ensonify {
+
+struct PolarInput {
+  const ScattererList* scatterers = nullptr;
+  std::span<const std::complex<float>> pressure_pa;  // [beams x samples]
+  std::span<const float> clean_power_pa2;            // [beams x samples]
+  double noise_power_pa2 = 0;                        // 0: no noise
+  double bandwidth_hz = 0;
+  int beams = 0, samples = 0;
+  std::span<const std::uint8_t> class_of_instance;  // by instance id; [0] is 0
+};
+
+// The image and its labels. A pixel hears the echoes of its own sector (no side lobes) within
+// c/2b of its sample. Its instance is the one with the most expected energy, E|a|^2 gain^2 summed
+// without phase; ties go to the lower id. None where there is no echo, or where noise is given and
+// the pixel's clean power lies under it; then the fraction is 0. Elevation: energy-weighted mean
+// and standard deviation over all echoes of the pixel, NaN where there is none.
+LabelledImage polar_image(const PolarInput& input, const Workers& workers);
+
+// Slant range of the nearest scatterer of each sector, [beams]; NaN where there is none.
+std::vector<float> first_return_m(const ScattererList& scatterers, int beams);
+
+}  // namespace ensonify

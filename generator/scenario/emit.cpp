@@ -1,0 +1,214 @@
+#include <type_traits>
+
+#include <fmt/format.h>
+
+#include "scenario/scenario.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+using NameFile = std::function<std::string(const std::filesystem::path&)>;
+
+// The shortest digits that read back the same. YAML 1.1 knows no exponent without a point: 1e-05
+// would be text to some readers.
+std::string number(double value) {
+  std::string text = fmt::format("{}", value);
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
+template <std::size_t N>
+std::string numbers(const std::array<double, N>& values) {
+  std::string text = "[";
+  for (const double value : values) text += (text.size() > 1 ? ", " : "") + number(value);
+  return text + "]";
+}
+
+// Plain only if no reader could take it for anything else.
+std::string quoted_if_needed(const std::string& text) {
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
+  constexpr std::string_view kOthers = "0123456789.-/";
+  const auto one_of = [](char c, std::string_view set) {
+    return set.find(c) != std::string_view::npos;
+  };
+  bool plain = !text.empty() && one_of(text[0], kLetters);
+  for (const char c : text) plain = plain && (one_of(c, kLetters) || one_of(c, kOthers));
+  for (const char* word : {"null", "y", "n"}) plain = plain && !equals_ignoring_case(text, word);
+  if (plain && classify_plain(text) == PlainKind::text) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string rotation(const RotationSpec& spec) {
+  if (const auto* angles = std::get_if<std::array<double, 3>>(&spec)) {
+    return "rotation_deg: " + numbers(*angles);
+  }
+  const Quat& q = std::get<Quat>(spec);
+  return "quaternion_wxyz: " + numbers(std::array<double, 4>{q.w, q.x, q.y, q.z});
+}
+
+std::string pose_keys(const PoseSpec& pose) {
+  return fmt::format("position_m: {}, {}", numbers(pose.position_m), rotation(pose.rotation));
+}
+
+std::string sonar_text(const SonarSpec& sonar) {
+  std::string text = "sonar:\n";
+  const auto line = [&](std::string_view key, const std::string& value) {
+    text += fmt::format("  {}: {}\n", key, value);
+  };
+  line("frequency_hz", number(sonar.frequency_hz));
+  line("bandwidth_hz", number(sonar.bandwidth_hz));
+  line("pulse", sonar.pulse == PulseShape::flat ? "flat" : "gaussian");
+  line("source_level_db", number(sonar.source_level_db));
+  line("range_min_m", number(sonar.range_min_m));
+  line("range_max_m", number(sonar.range_max_m));
+  line("beams", fmt::format("{{count: {}, fov_deg: {}, width_deg: {}}}", sonar.beam_count,
+                            number(sonar.beam_fov_deg), number(sonar.beam_width_deg)));
+  line("elevation", fmt::format("{{width_deg: {}, fan_deg: {}}}", number(sonar.elevation_width_deg),
+                                number(sonar.elevation_fan_deg)));
+  line("rays",
+       fmt::format("{{elevation: {}, azimuth: {}}}", sonar.rays_elevation, sonar.rays_azimuth));
+  line("mount", fmt::format("{{{}}}", pose_keys(sonar.mount)));
+  return text;
+}
+
+std::string water_text(const WaterSpec& water) {
+  std::string absorption;
+  if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&water.absorption)) {
+    absorption = "fixed_db_m: " + number(fixed->db_m);
+  } else {
+    const auto& model = std::get<FrancoisGarrisonSpec>(water.absorption);
+    absorption = fmt::format(
+        "model: francois_garrison, temperature_c: {}, salinity_psu: {}, ph: {}, depth_m: {}",
+        number(model.temperature_c), number(model.salinity_psu), number(model.ph),
+        number(model.depth_m));
+  }
+  return fmt::format("water:\n  sound_speed_m_s: {}\n  absorption: {{{}}}\n",
+                     number(water.sound_speed_m_s), absorption);
+}
+
+std::string scattering_text(const ScatteringSpec& scattering) {
+  return fmt::format(
+      "scattering: {{lambert_exponent: {}, normalization: {}, speckle: {}}}\n",
+      number(scattering.lambert_exponent),
+      scattering.normalization == Normalization::calibrated ? "calibrated" : "mean_square",
+      scattering.speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray");
+}
+
+std::string materials_text(const std::vector<MaterialSpec>& materials) {
+  if (materials.empty()) return "materials: {}\n";
+  std::string text = "materials:\n";
+  for (const MaterialSpec& material : materials) {
+    text += fmt::format("  {}: {{reflectivity: {}}}\n", quoted_if_needed(material.name),
+                        number(material.reflectivity));
+  }
+  return text;
+}
+
+std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
+  return std::visit(
+      [&](const auto& s) -> std::string {
+        using S = std::decay_t<decltype(s)>;
+        if constexpr (std::is_same_v<S, BoxSpec>) {
+          return fmt::format("box: {{size_m: {}, inside: {}}}", numbers(s.size_m), s.inside);
+        } else if constexpr (std::is_same_v<S, SphereSpec>) {
+          return fmt::format("sphere: {{radius_m: {}, inside: {}}}", number(s.radius_m), s.inside);
+        } else if constexpr (std::is_same_v<S, CylinderSpec>) {
+          return fmt::format("cylinder: {{radius_m: {}, height_m: {}}}", number(s.radius_m),
+                             number(s.height_m));
+        } else if constexpr (std::is_same_v<S, PlaneSpec>) {
+          return "plane: {}";
+        } else {
+          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}}}",
+                             quoted_if_needed(name_file(s.file)), number(s.scale),
+                             s.smooth_normals ? "smooth" : "face");
+        }
+      },
+      shape);
+}
+
+std::string objects_text(const std::vector<ObjectSpec>& objects, const NameFile& name_file) {
+  if (objects.empty()) return "objects: []\n";
+  std::string text = "objects:\n";
+  for (const ObjectSpec& object : objects) {
+    text += fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, pose: {{{}}}}}\n",
+                        quoted_if_needed(object.name), quoted_if_needed(object.class_name),
+                        quoted_if_needed(object.material), shape_text(object.shape, name_file),
+                        pose_keys(object.pose));
+  }
+  return text;
+}
+
+std::string point_targets_text(const std::vector<PointTargetSpec>& targets) {
+  if (targets.empty()) return "point_targets: []\n";
+  std::string text = "point_targets:\n";
+  for (const PointTargetSpec& target : targets) {
+    text += fmt::format("  - {{name: {}, class: {}, target_strength_db: {}, position_m: {}}}\n",
+                        quoted_if_needed(target.name), quoted_if_needed(target.class_name),
+                        number(target.target_strength_db), numbers(target.position_m));
+  }
+  return text;
+}
+
+std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file) {
+  std::string text = "trajectory:\n";
+  if (const auto* path = std::get_if<PathFileSpec>(&trajectory.path)) {
+    text += fmt::format("  file: {}\n", quoted_if_needed(name_file(path->file)));
+  } else {
+    text += "  poses:\n";
+    for (const TimedPoseSpec& pose : std::get<std::vector<TimedPoseSpec>>(trajectory.path)) {
+      text += fmt::format("    - {{time_s: {}, {}}}\n", number(pose.time_s), pose_keys(pose.pose));
+    }
+  }
+  text += fmt::format("  ping_rate_hz: {}\n", number(trajectory.ping_rate_hz));
+  if (trajectory.pings) text += fmt::format("  pings: {}\n", *trajectory.pings);
+  return text;
+}
+
+std::string output_text(const OutputSpec& output) {
+  std::string cartesian = "false";
+  if (output.selection.cartesian) {
+    cartesian = fmt::format("{{height_px: {}}}", output.cartesian_height_px);
+  }
+  std::string png = output.selection.png ? "true" : "false";
+  if (output.selection.png && output.png_db) {
+    png = fmt::format("{{db: {}}}", numbers(*output.png_db));
+  }
+  return fmt::format(
+      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}}}\n",
+      output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
+      output.selection.scatterers);
+}
+
+}  // namespace
+
+std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
+  std::string text =
+      fmt::format("ensonify: 1\nname: {}\nseed: {}\nsequences: {}\n",
+                  quoted_if_needed(scenario.name), scenario.seed, scenario.sequences);
+  text += sonar_text(scenario.sonar);
+  text += water_text(scenario.water);
+  text += scattering_text(scenario.scattering);
+  text += materials_text(scenario.materials);
+  text += objects_text(scenario.objects, name_file);
+  text += point_targets_text(scenario.point_targets);
+  text += trajectory_text(scenario.trajectory, name_file);
+  if (scenario.noise_spectrum_level_db) {
+    text += fmt::format("noise: {{spectrum_level_db: {}}}\n",
+                        number(*scenario.noise_spectrum_level_db));
+  }
+  text += output_text(scenario.output);
+  text += fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
+                      number(scenario.splits.val), number(scenario.splits.test));
+  return text;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,217 @@
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "scenario/merge.h"
+#include "scenario/parse.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kMaxSequences = 1'000'000;
+constexpr int kMaxPings = 1'000'000;
+constexpr int kMaxImageHeight = 16384;
+
+// The first pose's time does not matter, but with several each needs its own.
+void parse_poses(Faults& faults, const Value& list, std::vector<TimedPoseSpec>& poses) {
+  if (!open_list(faults, list)) return;
+  const std::size_t count = list.node->items.size();
+  if (count == 0) {
+    add_fault(faults, list.place, list.path, "empty, accepted is a list of at least one pose");
+    return;
+  }
+  poses.assign(count, {});
+  std::optional<double> last_time;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Value map = item(list, i);
+    if (!open_map(faults, map, {"time_s", "position_m", "rotation_deg", "quaternion_wxyz"})) {
+      continue;
+    }
+    parse_pose(faults, map, poses[i].pose);
+    const Need need = count > 1 ? Need::required : Need::optional;
+    if (!read_number(faults, map, "time_s", from_to(-1e12, 1e12), poses[i].time_s, need)) continue;
+    if (last_time && poses[i].time_s <= *last_time) {
+      const Value time = *child(map, "time_s");
+      add_fault(faults, time.place, time.path,
+                fmt::format("{} s does not come after the {} s before it, accepted are times that "
+                            "increase from pose to pose",
+                            poses[i].time_s, *last_time));
+    }
+    last_time = poses[i].time_s;
+  }
+}
+
+void parse_image_options(Faults& faults, const Value& value, OutputSpec& output) {
+  if (const auto map = read_switch(faults, value, "cartesian", output.selection.cartesian);
+      map && open_map(faults, *map, {"height_px"})) {
+    read_integer(faults, *map, "height_px", 1, kMaxImageHeight, output.cartesian_height_px);
+  }
+  const auto map = read_switch(faults, value, "png", output.selection.png);
+  if (!map || !open_map(faults, *map, {"db"})) return;
+  std::array<double, 2> limits{};
+  if (!read_numbers(faults, *map, "db", from_to(-1000, 1000), limits)) return;
+  if (limits[0] < limits[1]) {
+    output.png_db = limits;
+    return;
+  }
+  const Value db = *child(*map, "db");
+  add_fault(faults, db.place, db.path,
+            fmt::format("the first level, {} dB, is not below the second, {} dB; accepted is "
+                        "[black, white] with black below white",
+                        limits[0], limits[1]));
+}
+
+// The head of a scenario.
+void parse_head(Faults& faults, const Value& root, Scenario& scenario) {
+  int version = 0;
+  read_integer(faults, root, "ensonify", 1, 1, version, Need::required);
+  read_text(faults, root, "name", scenario.name, Need::required);
+  read_seed(faults, root, "seed", scenario.seed);
+  int sequences = 1;
+  read_integer(faults, root, "sequences", 1, kMaxSequences, sequences);
+  scenario.sequences = static_cast<std::uint32_t>(sequences);
+}
+
+void parse_noise(Faults& faults, const Value& value, std::optional<double>& level_db) {
+  double level = 0;
+  if (!open_map(faults, value, {"spectrum_level_db"})) return;
+  if (read_number(faults, value, "spectrum_level_db", from_to(-300, 300), level, Need::required)) {
+    level_db = level;
+  }
+}
+
+Scenario read_scenario(const InputFolder& input, const Value& root) {
+  Faults& faults = input.faults;
+  Scenario scenario;
+  scenario.trajectory.pings = 1;
+  open_map(faults, root,
+           {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
+            "objects", "point_targets", "trajectory", "noise", "output", "splits"});
+  parse_head(faults, root, scenario);
+  parse_sonar(faults, child_or_empty(root, "sonar"), scenario.sonar);
+  if (const auto v = child(root, "water")) parse_water(faults, *v, scenario.water);
+  if (const auto v = child(root, "scattering")) parse_scattering(faults, *v, scenario.scattering);
+  if (const auto v = child(root, "materials")) parse_materials(faults, *v, scenario.materials);
+  if (const auto v = child(root, "objects")) {
+    parse_objects(input, *v, scenario.materials, scenario.objects);
+  }
+  if (const auto v = child(root, "point_targets")) {
+    parse_point_targets(faults, *v, scenario.point_targets);
+  }
+  check_instances(faults, root);
+  parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
+  if (const auto v = child(root, "noise")) {
+    parse_noise(faults, *v, scenario.noise_spectrum_level_db);
+  }
+  if (const auto v = child(root, "output")) parse_output(faults, *v, scenario.output);
+  if (const auto v = child(root, "splits")) parse_splits(faults, *v, scenario.splits);
+  check_ping_size(faults, root, scenario);
+  return scenario;
+}
+
+}  // namespace
+
+void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scattering) {
+  if (!open_map(faults, value, {"lambert_exponent", "normalization", "speckle"})) return;
+  read_number(faults, value, "lambert_exponent", from_to(0, 100), scattering.lambert_exponent);
+  read_choice<Normalization>(
+      faults, value, "normalization",
+      {{"calibrated", Normalization::calibrated}, {"mean_square", Normalization::mean_square}},
+      scattering.normalization);
+  read_choice<SpeckleMode>(faults, value, "speckle",
+                           {{"per_ping", SpeckleMode::per_ping}, {"per_ray", SpeckleMode::per_ray}},
+                           scattering.speckle);
+}
+
+void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySpec& trajectory) {
+  Faults& faults = input.faults;
+  std::vector<TimedPoseSpec> poses(1);
+  trajectory.path = poses;
+  if (!open_map(faults, value, {"poses", "file", "ping_rate_hz", "pings"})) return;
+  if (child(value, "poses") || child(value, "file")) {
+    const auto key = only_key_of(faults, value, {"poses", "file"}, "poses or file");
+    PathFileSpec path;
+    if (key == "poses") {
+      parse_poses(faults, *child(value, "poses"), poses);
+      trajectory.path = poses;
+    } else if (key == "file") {
+      parse_input_file(input, value, "file", {".tum", ".txt", ".csv"}, path.file);
+      trajectory.path = path;
+    }
+  }
+  read_number(faults, value, "ping_rate_hz", above_up_to(0, 1e6), trajectory.ping_rate_hz);
+  const auto* given = std::get_if<std::vector<TimedPoseSpec>>(&trajectory.path);
+  trajectory.pings.reset();
+  if (given && given->size() == 1) trajectory.pings = 1;
+  int pings = 1;
+  if (read_integer(faults, value, "pings", 1, kMaxPings, pings)) trajectory.pings = pings;
+}
+
+void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
+  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers"})) return;
+  read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
+                    output.selection.timeseries);
+  if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
+    open_map(faults, *map, {});
+  }
+  parse_image_options(faults, value, output);
+  if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
+    open_map(faults, *map, {});
+  }
+}
+
+void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
+  if (!open_map(faults, value, {"train", "val", "test"})) return;
+  const std::size_t before = faults.list.size();
+  const NumberRange fraction = from_to(0, 1e6);
+  splits = {0, 0, 0};
+  read_number(faults, value, "train", fraction, splits.train);
+  read_number(faults, value, "val", fraction, splits.val);
+  read_number(faults, value, "test", fraction, splits.test);
+  if (faults.list.size() == before && !(splits.train + splits.val + splits.test > 0)) {
+    add_fault(faults, value.place, value.path,
+              "the fractions train, val and test are all zero, accepted is a sum above zero");
+  }
+}
+
+Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
+                                const std::filesystem::path& folder,
+                                const std::vector<Override>& overrides) {
+  Faults faults;
+  std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
+  if (!tree) return to_error(faults);
+  apply_overrides(*tree, overrides, faults);
+  Scenario scenario = read_scenario({folder, faults}, {&*tree, tree->place, ""});
+  if (!faults.empty()) return to_error(faults);
+  return scenario;
+}
+
+Result<Scenario> load_scenario(const std::filesystem::path& file,
+                               const std::vector<Override>& overrides) {
+  const std::string label = file.string();
+  const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
+    return Error{kind,
+                 one_line(fmt::format("{}: {}, accepted is a scenario in YAML", label, trouble))};
+  };
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) return refuse(ErrorKind::usage, "no such file");
+  if (std::filesystem::is_directory(status)) return refuse(ErrorKind::usage, "is a folder");
+  if (std::filesystem::is_regular_file(status) &&
+      std::filesystem::file_size(file, error) > kMaxYamlBytes) {
+    return refuse(ErrorKind::usage, fmt::format("larger than {} MiB", kMaxYamlBytes >> 20));
+  }
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return refuse(ErrorKind::io, "cannot be opened");
+  // One byte more than the limit, so that an endless pipe ends and is refused.
+  std::string text(kMaxYamlBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return parse_scenario(text, label, file.parent_path(), overrides);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,16 @@
+// The files of configs/sonars as the build embeds them.
+#pragma once
+
+#include <span>
+
+namespace ensonify {
+
+struct PresetFile {
+  const char* name;  // of the file, without extension
+  const char* text;
+};
+
+// Sorted by name. Defined in a source that scripts/cmake/EmbedPresets.cmake writes.
+std::span<const PresetFile> preset_files();
+
+}  // namespace ensonify

@@ -1,0 +1,113 @@
+// Typed reading of a tree. A value that is absent leaves `out` as it is, a wrong one too and adds
+// a fault; the returned bool says whether `out` was set.
+//
+//   Value  child  child_or_empty  item      a node with its key path
+//   open_map  open_list  only_key_of        what kind of node it must be
+//   NumberRange and its makers              what is accepted, also in words
+//   read_number  read_numbers  read_integer  read_seed  read_boolean  read_switch  read_choice
+//   read_text  text_of_key
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "scenario/faults.h"
+#include "scenario/yaml_tree.h"
+
+namespace ensonify {
+
+struct Value {
+  const Node* node = nullptr;
+  Place place;
+  std::string path;
+};
+
+std::string path_of(const Value& map, std::string_view key);
+std::optional<Value> child(const Value& map, std::string_view key);
+
+// An absent child as an empty map in its parent's place, so that each key it lacks is named.
+Value child_or_empty(const Value& map, std::string_view key);
+
+Value item(const Value& list, std::size_t index);
+
+// Whether this is a map; each key that is not in `known` is a fault, with the nearest known one.
+bool open_map(Faults& faults, const Value& value, const std::vector<std::string_view>& known);
+
+bool open_list(Faults& faults, const Value& value);
+
+// The one key of the map that is among `keys`; a fault, and nothing, if there is none or several.
+// `what` says in words what is wanted.
+std::optional<std::string_view> only_key_of(Faults& faults, const Value& map,
+                                            const std::vector<std::string_view>& keys,
+                                            std::string_view what);
+
+enum class Need { optional, required };
+
+struct NumberRange {
+  double low = 0, high = 0;
+  bool low_excluded = false;
+};
+constexpr NumberRange from_to(double low, double high) { return {low, high, false}; }
+constexpr NumberRange above_up_to(double low, double high) { return {low, high, true}; }
+
+// "a number > 0, at most 180"
+std::string in_words(const NumberRange& range, std::string_view noun);
+
+bool read_number(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
+                 double& out, Need need = Need::optional);
+
+// A list of exactly N numbers.
+bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
+                  double* out, std::size_t count, Need need = Need::optional);
+
+template <std::size_t N>
+bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
+                  std::array<double, N>& out, Need need = Need::optional) {
+  return read_numbers(faults, map, key, range, out.data(), N, need);
+}
+
+bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
+                  int& out, Need need = Need::optional);
+
+// Any unsigned 64-bit integer, to the last digit.
+bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint64_t& out);
+
+// true or false and nothing else.
+bool read_boolean(Faults& faults, const Value& map, std::string_view key, bool& out);
+
+// An output that is off, on, or on with options: false or off, true or on, or a map, which is
+// returned for its options to be read.
+std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_view key, bool& out);
+
+// Index of one of the words.
+std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::string_view key,
+                                     const std::vector<std::string_view>& words, Need need);
+
+template <class T>
+bool read_choice(Faults& faults, const Value& map, std::string_view key,
+                 const std::vector<std::pair<std::string_view, T>>& choices, T& out,
+                 Need need = Need::optional) {
+  std::vector<std::string_view> words;
+  for (const auto& choice : choices) words.push_back(choice.first);
+  const std::optional<std::size_t> index = read_word(faults, map, key, words, need);
+  if (index) out = choices[*index].second;
+  return index.has_value();
+}
+
+inline constexpr std::size_t kMaxNameBytes = 128;
+inline constexpr std::size_t kMaxFileNameBytes = 4096;
+
+// Printable text of 1 to `max_bytes` bytes. What YAML might take for something else must be quoted.
+bool read_text(Faults& faults, const Value& map, std::string_view key, std::string& out,
+               Need need = Need::optional, std::size_t max_bytes = kMaxNameBytes);
+
+// The same for a key that is itself a name.
+bool is_name(Faults& faults, const Key& key, const std::string& path);
+
+}  // namespace ensonify

@@ -1,0 +1,188 @@
+// A scenario as checked plain structs, in the units of its YAML keys (degrees stay degrees, so
+// that writing the resolved scenario and reading it again changes no digit).
+//
+//   load_scenario     file + overrides -> Scenario, or every fault at once
+//   to_yaml           Scenario -> the resolved text
+//   sonar_preset_...  the presets that are built in
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+#include "core/sonar.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a unit quaternion w x y z.
+using RotationSpec = std::variant<std::array<double, 3>, Quat>;
+
+struct PoseSpec {
+  std::array<double, 3> position_m{};
+  RotationSpec rotation = std::array<double, 3>{};
+};
+
+struct SonarSpec {
+  double frequency_hz = 0;
+  double bandwidth_hz = 0;
+  PulseShape pulse = PulseShape::gaussian;
+  double source_level_db = 0;
+  double range_min_m = 0;
+  double range_max_m = 0;
+  int beam_count = 0;
+  double beam_fov_deg = 0;
+  double beam_width_deg = 0;
+  double elevation_width_deg = 0;
+  double elevation_fan_deg = 0;
+  int rays_elevation = 0;
+  int rays_azimuth = 1;
+  PoseSpec mount;
+};
+
+struct FrancoisGarrisonSpec {
+  double temperature_c = 10, salinity_psu = 35, ph = 8, depth_m = 0;
+};
+struct FixedAbsorptionSpec {
+  double db_m = 0;
+};
+
+struct WaterSpec {
+  double sound_speed_m_s = 1500;
+  std::variant<FrancoisGarrisonSpec, FixedAbsorptionSpec> absorption;
+};
+
+struct ScatteringSpec {
+  double lambert_exponent = 1;
+  Normalization normalization = Normalization::calibrated;
+  SpeckleMode speckle = SpeckleMode::per_ping;
+};
+
+struct MaterialSpec {
+  std::string name;
+  double reflectivity = 0;
+};
+
+struct BoxSpec {
+  std::array<double, 3> size_m{};
+  bool inside = false;  // a room seen from within
+};
+struct SphereSpec {
+  double radius_m = 0;
+  bool inside = false;
+};
+struct CylinderSpec {  // axis z, centred at the origin, closed by two discs
+  double radius_m = 0, height_m = 0;
+};
+struct PlaneSpec {};  // z = 0, without end
+struct MeshSpec {
+  std::filesystem::path file;  // absolute or relative to the working directory
+  double scale = 1;
+  bool smooth_normals = false;
+};
+using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
+
+struct ObjectSpec {
+  std::string name;
+  std::string class_name = "object";
+  std::string material;
+  ShapeSpec shape;
+  PoseSpec pose;
+};
+
+struct PointTargetSpec {
+  std::string name;
+  std::string class_name = "point_target";
+  double target_strength_db = 0;
+  std::array<double, 3> position_m{};
+};
+
+struct TimedPoseSpec {
+  double time_s = 0;
+  PoseSpec pose;
+};
+struct PathFileSpec {
+  std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
+};
+
+struct TrajectorySpec {
+  std::variant<std::vector<TimedPoseSpec>, PathFileSpec> path;
+  double ping_rate_hz = 1;
+  std::optional<int> pings;  // absent: the path's own length
+};
+
+struct OutputSpec {
+  OutputSelection selection;
+  int cartesian_height_px = 1000;
+  std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
+};
+
+struct SplitsSpec {
+  double train = 1, val = 0, test = 0;
+};
+
+struct Scenario {
+  std::string name;
+  std::uint64_t seed = 0;
+  std::uint32_t sequences = 1;
+  SonarSpec sonar;
+  WaterSpec water;
+  ScatteringSpec scattering;
+  std::vector<MaterialSpec> materials;
+  std::vector<ObjectSpec> objects;
+  std::vector<PointTargetSpec> point_targets;
+  TrajectorySpec trajectory;
+  std::optional<double> noise_spectrum_level_db;
+  OutputSpec output;
+  SplitsSpec splits;
+};
+
+// One `--set KEY.PATH=VALUE`.
+struct Override {
+  std::string path;
+  std::string value;  // read as YAML
+};
+
+// Reads, merges presets and overrides, fills in defaults and checks everything.
+// Errors (usage): one line a fault, `file:line:column: key.path: what is wrong, what is accepted`,
+// all faults of the file at once; also where a named input file does not exist.
+Result<Scenario> load_scenario(const std::filesystem::path& file,
+                               const std::vector<Override>& overrides = {});
+
+// The same from text; relative paths in it are relative to `folder`; `label` stands for the file
+// name in messages.
+Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
+                                const std::filesystem::path& folder,
+                                const std::vector<Override>& overrides = {});
+
+// The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
+// the shortest form that reads back to the same double. `name_file` says how an input file is
+// named in the text (a data set names its assets by hash).
+std::string to_yaml(const Scenario& scenario,
+                    const std::function<std::string(const std::filesystem::path&)>& name_file);
+
+// Input files that the scenario names (meshes, paths), without repetition, in order of appearance.
+std::vector<std::filesystem::path> input_files(const Scenario& scenario);
+
+// What the stages want to know, in SI units and radians.
+Sonar sonar_of(const Scenario& scenario);
+Pose pose_of(const PoseSpec& spec);
+
+struct SonarPreset {
+  std::string name;
+  std::string description;  // the comment lines at the head of its file
+  std::string yaml;
+};
+
+// The presets of configs/sonars, built into the program, sorted by name.
+const std::vector<SonarPreset>& sonar_presets();
+
+}  // namespace ensonify

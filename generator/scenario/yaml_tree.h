@@ -1,0 +1,57 @@
+// A strict layer over yaml-cpp, which by itself keeps the first of two equal keys, reads 010 as 8
+// and follows aliases without end.
+//
+//   Node  Key         a plain tree that remembers where everything stood and what was quoted
+//   read_yaml_map     a document whose top is a map
+//   read_yaml_value   any one value, as behind --set
+//   find              the value of a key
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/faults.h"
+
+namespace ensonify {
+
+enum class NodeKind { null, scalar, list, map };
+
+struct Key {
+  std::string text;
+  bool quoted = false;
+  Place place;
+};
+
+struct Node {
+  NodeKind kind = NodeKind::null;
+  bool quoted = false;  // a scalar in quotes or a block is text, whatever it looks like
+  Place place;
+  std::string text;         // of a scalar
+  std::vector<Key> keys;    // of a map, one for each item
+  std::vector<Node> items;  // of a map or a list
+};
+
+// Limits that no honest scenario meets, so that a hostile one ends in a message: 65,534 objects
+// with every key take about 1.2 million values in 10 MB.
+inline constexpr std::size_t kMaxYamlBytes = 16u << 20;
+inline constexpr std::size_t kMaxYamlDepth = 64;
+inline constexpr std::size_t kMaxYamlValues = 2'000'000;
+inline constexpr std::size_t kMaxYamlCopies = 250'000;  // values copied for anchors and aliases
+
+// Both report what is wrong to `faults` under `source` and return what can be read on, so that
+// later checks add their faults; nothing where no tree is to be had. Aliases are expanded, a key
+// given twice keeps its first value. Never throws.
+std::optional<Node> read_yaml_map(const std::string& text, int source, Faults& faults);
+
+// `path` names the value in messages; places have no lines; empty text is a null.
+std::optional<Node> read_yaml_value(const std::string& text, int source, const std::string& path,
+                                    Faults& faults);
+
+// The value of a key; null if the map has none.
+const Node* find(const Node& map, std::string_view key);
+Node* find(Node& map, std::string_view key);
+
+}  // namespace ensonify

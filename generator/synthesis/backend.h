@@ -1,0 +1,78 @@
+// The seam between scatterers and time series.
+//
+// A backend takes batches of pings. A ping is a list of scatterers with no ray grid in it, the
+// receiver's pose in time, and the keys of its random numbers; out come the series and its
+// expected power. Every backend draws xi from the same keys and is measured against the reference.
+//
+//   SynthesisSetup   what all pings of a sequence share
+//   PingTask         one ping to synthesize
+//   PingSeries       its result
+//   Backend          the seam
+//   make_..._backend the implementations
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/parallel.h"
+#include "core/scatterers.h"
+#include "core/sonar.h"
+
+namespace ensonify {
+
+struct SynthesisSetup {
+  Sonar sonar;
+  Water water;
+  Record record;
+};
+
+// Where the receiver was when. Receivers that stand still while the sound travels have one entry.
+struct TimedPose {
+  double time_s = 0;  // since transmission
+  Pose pose;          // sonar in world
+};
+
+struct RandomKeys {
+  std::uint64_t speckle = 0;       // stream_key(seed, Stream::speckle, sequence)
+  std::uint32_t speckle_ping = 0;  // counter; 0 for every ping where the pattern is frozen
+  std::uint64_t noise = 0;         // stream_key(seed, Stream::noise, sequence)
+  std::uint32_t noise_ping = 0;
+};
+
+struct PingTask {
+  const ScattererList* scatterers = nullptr;
+  std::vector<TimedPose> receiver;
+  RandomKeys keys;
+  double noise_power_pa2 = 0;  // E|p|^2 of the noise in every sample; 0: none
+};
+
+struct PingSeries {
+  std::vector<std::complex<float>> pressure_pa;  // [beams x samples], complex baseband
+  std::vector<float> clean_power_pa2;            // [beams x samples], expected, without noise
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  // series[i] becomes the result of tasks[i]; both spans have the same length.
+  // p_j(t_n) = S0 sum_i B_az(theta_i - theta_j)/N_j a_i gain_i e^(-i 2 pi f_c tau_i) s(t_n - tau_i)
+  // over all scatterers i, weights at sector centres (Choi et al. 2021, Eq 8-22), plus noise.
+  // clean_j(t_n) = |the same sum over the means|^2
+  //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2.
+  // Throws std::bad_alloc where memory does not suffice.
+  virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
+                          const Workers& workers) const = 0;
+};
+
+// Double precision, term by term: what every other backend is measured against. Seconds a ping.
+std::unique_ptr<Backend> make_reference_backend(const SynthesisSetup& setup);
+
+// Deposit on an oversampled time grid, FFT, and mixing as a convolution over beams, in double
+// precision; within 1e-9 of the reference (relative L2).
+std::unique_ptr<Backend> make_cpu_backend(const SynthesisSetup& setup);
+
+}  // namespace ensonify

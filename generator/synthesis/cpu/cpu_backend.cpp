@@ -1,0 +1,187 @@
+// The CPU backend, in double precision throughout: a strong echo at 1.5 m stands 100 dB over one
+// at 60 m, which single-precision transforms would drown.
+//
+//   sector series   deposit a gain e^(-i 2 pi f_c tau) at tau, FFT, times S(f), inverse FFT
+//   sector power    deposit variance gain^2 at tau, FFT, times the spectrum of |s|^2, inverse FFT
+//   beams           both convolved over beams with the pattern (power: its square)
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "acoustics/propagation.h"
+#include "acoustics/pulse.h"
+#include "core/error.h"
+#include "core/units.h"
+#include "synthesis/backend.h"
+#include "synthesis/cpu/beam_mixer.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/gridding.h"
+#include "synthesis/draw.h"
+#include "synthesis/mixing.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+enum class Amplitude { drawn, mean };
+
+class CpuBackend final : public Backend {
+ public:
+  explicit CpuBackend(const SynthesisSetup& setup)
+      : setup_(setup),
+        stride_((setup.record.transform + 3) / 4 * 4),
+        source_pa_m_(source_pressure_pa_m(setup.sonar)),
+        spectrum_(pulse_spectrum(setup.sonar.pulse, setup.record.transform)),
+        autospectrum_(pulse_autospectrum(spectrum_)),
+        series_kernel_(
+            make_gridding_kernel(2 * setup.record.transform, setup.record.transform / 2)),
+        power_kernel_(make_gridding_kernel(4 * setup.record.transform, setup.record.transform)),
+        series_forward_(series_kernel_.grid, FftDirection::forward),
+        series_backward_(setup.record.transform, FftDirection::backward),
+        power_forward_(power_kernel_.grid, FftDirection::forward),
+        power_backward_(setup.record.transform, FftDirection::backward),
+        mixer_(make_mixing(setup.sonar)) {}
+
+  void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
+                  const Workers& workers) const override {
+    ENSONIFY_ASSERT(tasks.size() == series.size());
+    for (std::size_t i = 0; i < tasks.size(); ++i) series[i] = one_ping(tasks[i], workers);
+  }
+
+ private:
+  int beams() const { return setup_.sonar.beam_count; }
+  int samples() const { return setup_.record.samples; }
+  int transform() const { return setup_.record.transform; }
+  double position(double delay_s) const {
+    return delay_s * setup_.sonar.bandwidth_hz / transform();
+  }
+
+  AlignedBuffer<Complex> series(const PingTask& task, Amplitude which,
+                                const Workers& workers) const;
+  AlignedBuffer<double> diffuse_power(const PingTask& task, const Workers& workers) const;
+  void sector_series(const PingTask& task, Amplitude which, int beam, Complex* row) const;
+  void sector_power(const PingTask& task, int beam, double* row) const;
+  PingSeries one_ping(const PingTask& task, const Workers& workers) const;
+
+  SynthesisSetup setup_;
+  int stride_;  // elements from beam to beam: rows on 64-byte boundaries
+  double source_pa_m_;
+  std::vector<Complex> spectrum_, autospectrum_;
+  GriddingKernel series_kernel_, power_kernel_;
+  ComplexFft series_forward_, series_backward_;
+  RealFft power_forward_, power_backward_;
+  BeamMixer mixer_;
+};
+
+// Writes transform() samples of one ideal sector.
+void CpuBackend::sector_series(const PingTask& task, Amplitude which, int beam,
+                               Complex* row) const {
+  const ScattererList& list = *task.scatterers;
+  AlignedBuffer<Complex> grid(series_kernel_.grid);
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const std::complex<float> a = which == Amplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
+    const double turns = carrier_turns(setup_.sonar.frequency_hz, s.delay_s);
+    const Complex echo =
+        Complex(a) * static_cast<double>(s.gain) * std::polar(source_pa_m_, -2.0 * kPi * turns);
+    spread(series_kernel_, position(s.delay_s), echo, grid.data());
+  }
+  series_forward_.run(grid.data());
+  // Bin m of the band stands for k = m - M/2; the inverse transform wants k = 0 first.
+  const int half = transform() / 2;
+  for (int k = -half; k < half; ++k) {
+    const int source = k < 0 ? k + series_kernel_.grid : k;
+    const int target = k < 0 ? k + transform() : k;
+    row[target] = spectrum_[k + half] * series_kernel_.correction[std::abs(k)] * grid[source];
+  }
+  series_backward_.run(row);
+}
+
+AlignedBuffer<Complex> CpuBackend::series(const PingTask& task, Amplitude which,
+                                          const Workers& workers) const {
+  AlignedBuffer<Complex> rows(std::size_t(beams()) * stride_);
+  const ScattererList& list = *task.scatterers;
+  workers.for_each(beams(), [&](std::size_t beam) {
+    if (list.beam_offset[beam] == list.beam_offset[beam + 1]) return;
+    sector_series(task, which, static_cast<int>(beam), rows.data() + beam * stride_);
+  });
+  mixer_.mix_amplitude(rows.data(), samples(), stride_, workers);
+  return rows;
+}
+
+void CpuBackend::sector_power(const PingTask& task, int beam, double* row) const {
+  const ScattererList& list = *task.scatterers;
+  AlignedBuffer<double> grid(power_kernel_.grid);
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const double amplitude = source_pa_m_ * s.standard_deviation * s.gain;
+    spread(power_kernel_, position(s.delay_s), amplitude * amplitude, grid.data());
+  }
+  AlignedBuffer<Complex> half(power_kernel_.grid / 2 + 1);
+  power_forward_.run(grid.data(), half.data());
+  // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
+  const int bins = transform();
+  const auto term = [&](int k) {
+    return k < bins ? autospectrum_[k] * power_kernel_.correction[k] * half[k] : Complex(0);
+  };
+  AlignedBuffer<Complex> folded(bins / 2 + 1);
+  for (int k = 0; k <= bins / 2; ++k) folded[k] = term(k) + std::conj(term(bins - k));
+  power_backward_.run(row, folded.data());
+}
+
+AlignedBuffer<double> CpuBackend::diffuse_power(const PingTask& task,
+                                                const Workers& workers) const {
+  const std::size_t stride = (transform() + 7) / 8 * 8;
+  AlignedBuffer<double> rows(beams() * stride);
+  const ScattererList& list = *task.scatterers;
+  workers.for_each(beams(), [&](std::size_t beam) {
+    if (list.beam_offset[beam] == list.beam_offset[beam + 1]) return;
+    sector_power(task, static_cast<int>(beam), rows.data() + beam * stride);
+  });
+  mixer_.mix_power(rows.data(), samples(), static_cast<int>(stride), workers);
+  return rows;
+}
+
+PingSeries CpuBackend::one_ping(const PingTask& task, const Workers& workers) const {
+  const std::size_t count = std::size_t(beams()) * samples();
+  PingSeries result;
+  result.pressure_pa.resize(count);
+  result.clean_power_pa2.resize(count);
+  {
+    const AlignedBuffer<Complex> drawn = series(task, Amplitude::drawn, workers);
+    workers.for_each(beams(), [&](std::size_t j) {
+      for (int n = 0; n < samples(); ++n) {
+        Complex p = drawn[j * stride_ + n];
+        if (task.noise_power_pa2 > 0) {
+          p += draw_noise(task.keys, static_cast<int>(j), n, task.noise_power_pa2);
+        }
+        result.pressure_pa[j * samples() + n] = std::complex<float>(p);
+      }
+    });
+  }
+  const AlignedBuffer<double> diffuse = diffuse_power(task, workers);
+  const std::size_t diffuse_stride = diffuse.size() / beams();
+  const auto& items = task.scatterers->items;
+  const bool has_means =
+      std::any_of(items.begin(), items.end(), [](const Scatterer& s) { return s.mean != 0.0f; });
+  const AlignedBuffer<Complex> mean =
+      has_means ? series(task, Amplitude::mean, workers) : AlignedBuffer<Complex>(0);
+  workers.for_each(beams(), [&](std::size_t j) {
+    for (int n = 0; n < samples(); ++n) {
+      const double coherent = has_means ? std::norm(mean[j * stride_ + n]) : 0.0;
+      // The transforms leave rounding of either sign where there is nothing.
+      const double power = std::max(0.0, diffuse[j * diffuse_stride + n] + coherent);
+      result.clean_power_pa2[j * samples() + n] = static_cast<float>(power);
+    }
+  });
+  return result;
+}
+
+}  // namespace
+
+std::unique_ptr<Backend> make_cpu_backend(const SynthesisSetup& setup) {
+  return std::make_unique<CpuBackend>(setup);
+}
+
+}  // namespace ensonify

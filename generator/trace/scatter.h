@@ -1,0 +1,41 @@
+// Hits to scatterers: the physics of one echo, put on record.
+//
+//   SurfaceScattering      what a sequence fixes
+//   surface_scatterers     one scatterer for each ray that found something
+//   point_target_scatterers
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/scatterers.h"
+#include "core/sonar.h"
+#include "trace/fan.h"
+#include "trace/tracer.h"
+#include "world/world.h"
+
+namespace ensonify {
+
+struct SurfaceScattering {
+  Sonar sonar;
+  Water water;
+  double lambert_exponent = 1;
+  std::vector<double> reflectivity;  // mu, by instance id; [0] is unused
+};
+
+SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
+                                          double lambert_exponent, const World& world);
+
+// One scatterer a usable hit (Choi et al. 2021, Eq 1-14): variance mu cos^n(alpha) r^2 dOmega, gain
+// r^-2 10^(-absorption 2r/20) B_el(elevation), delay 2r/c, keyed by its ray. `hits` in the order of
+// ray_index. A ray is left out, alone, when it missed, when its range is not a finite number in
+// [range_min, range_max] above zero, or when its incidence is not one in [0, 1].
+std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
+                                          const SurfaceScattering& scattering);
+
+// Point targets inside the fan and its ranges with no surface before them; amplitude 10^(TS/20).
+std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
+                                               const Pose& sonar_in_world, const Sonar& sonar,
+                                               const Water& water);
+
+}  // namespace ensonify

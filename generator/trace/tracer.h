@@ -1,0 +1,51 @@
+// Rays against the world: first hits, in double precision.
+//
+//   Tracer  first_hit trace_fan
+//   Hit     what one ray found
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "trace/fan.h"
+#include "world/world.h"
+
+namespace ensonify {
+
+struct Hit {
+  double range_m = 0;
+  float cos_incidence = 0;     // |ray . normal|
+  std::uint32_t instance = 0;  // 0: the ray missed
+};
+
+class Tracer {
+ public:
+  // Builds the acceleration structures; `world` must outlive the tracer.
+  // Throws std::runtime_error where Embree finds no memory or cannot start.
+  explicit Tracer(const World& world);
+  ~Tracer();
+  Tracer(const Tracer&) = delete;
+  Tracer& operator=(const Tracer&) = delete;
+
+  // The nearest surface within (0, range_max_m]. Embree finds which surface it is, in float; range
+  // and incidence are worked out again in double.
+  Hit first_hit(const Ray& ray, double range_max_m) const;
+
+  // One hit a ray, in the order of ray_index; pose is the sonar's in the world.
+  std::vector<Hit> trace_fan(const Fan& fan, const Pose& pose, double range_max_m,
+                             const Workers& workers) const;
+
+  // The instruction set that Embree runs on here ("avx512", "avx2", "sse"): hits at edges may
+  // differ between them.
+  std::string instruction_set() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ensonify

@@ -1,0 +1,30 @@
+// Triangle meshes from files.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/error.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+// Vertices in metres, z up, in the object's frame. In float, as the tracer keeps them.
+struct Mesh {
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<float, 3>> normals;  // one a vertex where smooth ones are asked for
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+enum class Normals { face, smooth };
+
+// Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
+// come out z up and in metres. The others say neither: they are taken as they are. All parts of
+// the file become one mesh; `scale` multiplies every coordinate.
+// Errors (usage): a file that cannot be read as a mesh, that has no faces, or a vertex that is not
+// a finite number.
+Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals);
+
+}  // namespace ensonify

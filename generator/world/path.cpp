@@ -1,0 +1,169 @@
+#include "world/path.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
+  return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
+}
+
+// Numbers separated by blanks or commas; nothing else may stand between them.
+Result<std::vector<double>> numbers_of(std::string text, const fs::path& file, std::size_t line) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream words(text);
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    std::size_t used = 0;
+    double value = 0;
+    try {
+      value = std::stod(word, &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used != word.size() || !std::isfinite(value)) {
+      return at_line(file, line, fmt::format("'{}' is not a finite number", word));
+    }
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+// Where each of time_s x y z qw qx qy qz stands in a line.
+using Columns = std::array<std::size_t, 8>;
+constexpr std::array<const char*, 8> kColumnNames{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
+constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
+
+Result<Columns> columns_of_header(const std::string& header, const fs::path& file,
+                                  std::size_t line) {
+  std::map<std::string, std::size_t> place;
+  std::istringstream names(header);
+  std::string name;
+  for (std::size_t i = 0; std::getline(names, name, ','); ++i) {
+    name.erase(std::remove_if(name.begin(), name.end(), [](char c) { return std::isspace(c); }),
+               name.end());
+    place[name] = i;
+  }
+  Columns columns{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto found = place.find(kColumnNames[i]);
+    if (found == place.end()) {
+      return at_line(file, line,
+                     fmt::format("the header has no column {}; wanted are time_s, x, y, z, qw, "
+                                 "qx, qy, qz",
+                                 kColumnNames[i]));
+    }
+    columns[i] = found->second;
+  }
+  return columns;
+}
+
+Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
+                           const fs::path& file, std::size_t line) {
+  const std::size_t wanted = *std::max_element(columns.begin(), columns.end()) + 1;
+  if (v.size() < wanted) {
+    return at_line(file, line, fmt::format("{} numbers where {} are wanted", v.size(), wanted));
+  }
+  const auto at = [&](int i) { return v[columns[i]]; };
+  const Quat q{at(4), at(5), at(6), at(7)};
+  const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  // Files round to four digits; what is further off than this is no rotation.
+  if (!(std::abs(norm - 1) < 0.01)) {
+    return at_line(file, line, fmt::format("a quaternion of length {} is no rotation", norm));
+  }
+  return PathPoint{at(0), {{at(1), at(2), at(3)}, normalized(q)}};
+}
+
+Result<Path> load_file(const fs::path& file) {
+  std::ifstream stream(file);
+  if (!stream) {
+    return Error{ErrorKind::usage, fmt::format("{}: cannot be read", file.string())};
+  }
+  const bool csv = file.extension() == ".csv";
+  std::optional<Columns> columns;
+  if (!csv) columns = kTumColumns;
+  Path path;
+  std::string text;
+  for (std::size_t line = 1; std::getline(stream, text); ++line) {
+    if (const auto start = text.find_first_not_of(" \t\r");
+        start == std::string::npos || text[start] == '#') {
+      continue;
+    }
+    if (!columns) {
+      Result<Columns> header = columns_of_header(text, file, line);
+      if (!header) return header.error();
+      columns = *header;
+      continue;
+    }
+    const Result<std::vector<double>> numbers = numbers_of(text, file, line);
+    if (!numbers) return numbers.error();
+    const Result<PathPoint> point = point_of(*numbers, *columns, file, line);
+    if (!point) return point.error();
+    if (!path.points.empty() && !(point->time_s > path.points.back().time_s)) {
+      return at_line(
+          file, line,
+          fmt::format("time {} does not come after {}", point->time_s, path.points.back().time_s));
+    }
+    path.points.push_back(*point);
+  }
+  if (path.points.empty()) {
+    return Error{ErrorKind::usage, fmt::format("{}: holds no poses", file.string())};
+  }
+  return path;
+}
+
+}  // namespace
+
+Result<Path> load_path(const TrajectorySpec& spec) {
+  if (const auto* file = std::get_if<PathFileSpec>(&spec.path)) return load_file(file->file);
+  Path path;
+  for (const TimedPoseSpec& point : std::get<std::vector<TimedPoseSpec>>(spec.path)) {
+    path.points.push_back({point.time_s, pose_of(point.pose)});
+  }
+  return path;
+}
+
+Pose pose_at(const Path& path, double time_s) {
+  const auto after =
+      std::upper_bound(path.points.begin(), path.points.end(), time_s,
+                       [](double t, const PathPoint& point) { return t < point.time_s; });
+  if (after == path.points.begin()) return path.points.front().pose;
+  const PathPoint& a = *(after - 1);
+  if (after == path.points.end() || a.time_s == time_s) return a.pose;
+  const double u = (time_s - a.time_s) / (after->time_s - a.time_s);
+  return {a.pose.position_m + u * (after->pose.position_m - a.pose.position_m),
+          slerp(a.pose.rotation, after->pose.rotation, u)};
+}
+
+Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
+  const double start = path.points.front().time_s;
+  const double duration = path.points.back().time_s - start;
+  // Slack of a billionth of a ping: a stamp's last digit must not cost the last ping.
+  const double fitting = std::floor(duration * spec.ping_rate_hz + 1e-9) + 1;
+  if (!spec.pings && fitting > 10e6) {
+    return Error{ErrorKind::usage,
+                 fmt::format("trajectory: {} s at {} pings/s are {} pings; at most 10000000",
+                             duration, spec.ping_rate_hz, fitting)};
+  }
+  const int pings = spec.pings.value_or(static_cast<int>(fitting));
+  if (path.points.size() > 1 && pings > fitting) {
+    return Error{ErrorKind::usage,
+                 fmt::format("trajectory.pings: the path lasts {} s, which holds {} pings at {} "
+                             "pings/s; {} are asked for",
+                             duration, fitting, spec.ping_rate_hz, pings)};
+  }
+  std::vector<double> times(pings);
+  for (int k = 0; k < pings; ++k) times[k] = start + k / spec.ping_rate_hz;
+  return times;
+}
+
+}  // namespace ensonify

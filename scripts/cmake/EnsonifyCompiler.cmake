@@ -1,0 +1,34 @@
+# Language level, warnings, sanitizers and the way a folder of generator/ becomes a target.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+add_library(ensonify_flags INTERFACE)
+target_include_directories(ensonify_flags INTERFACE ${CMAKE_SOURCE_DIR}/generator)
+# Contracted multiply-adds would give other bytes on other compilers for the same source.
+target_compile_options(ensonify_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-Wold-style-cast;-ffp-contract=off>)
+if(ENSONIFY_WERROR)
+  target_compile_options(ensonify_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
+endif()
+if(ENSONIFY_SANITIZE)
+  target_compile_options(ensonify_flags INTERFACE
+    -fsanitize=${ENSONIFY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(ensonify_flags INTERFACE -fsanitize=${ENSONIFY_SANITIZE})
+endif()
+
+# ensonify_library(NAME folder SOURCES a.cpp ... USES other folders ... PRIVATE third parties ...)
+# One target a folder; third parties are PRIVATE, so that a wrong include does not compile.
+function(ensonify_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES;PRIVATE")
+  add_library(ensonify_${name} STATIC ${arg_SOURCES})
+  target_link_libraries(ensonify_${name} PUBLIC ensonify_flags PRIVATE ${arg_PRIVATE})
+  foreach(use IN LISTS arg_USES)
+    target_link_libraries(ensonify_${name} PUBLIC ensonify_${use})
+  endforeach()
+endfunction()

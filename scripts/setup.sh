@@ -1,0 +1,49 @@
+# Sourced by generate.sh and test.sh: packages and builds. Needs bash; root or sudo only where a
+# package is missing.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+build_packages=(
+  g++ cmake ninja-build pkg-config
+  libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libpng-dev libssl-dev
+)
+test_packages=(catch2 python3-minimal python3-numpy)
+
+is_installed() {
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+# install_packages NAME...: those that are missing, saying which.
+install_packages() {
+  local missing=() as_root=() package
+  for package in "$@"; do is_installed "$package" || missing+=("$package"); done
+  [ ${#missing[@]} -eq 0 ] && return
+  echo "installing Debian packages: ${missing[*]}" >&2
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      echo "these packages need root or sudo to install; ask your administrator for them" >&2
+      return 4
+    fi
+    as_root=(sudo)
+  fi
+  "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+# build PRESET [TARGET...]: configures once, then builds what changed.
+build() {
+  local preset=$1
+  shift
+  cd "$root"
+  if [ ! -f "build/$preset/build.ninja" ]; then
+    cmake --preset "$preset" "${configure_options[@]}" >"build-$preset.log" 2>&1 || {
+      cat "build-$preset.log" >&2
+      return 1
+    }
+    rm -f "build-$preset.log"
+  fi
+  cmake --build --preset "$preset" ${1:+--target "$@"}
+}
+configure_options=()

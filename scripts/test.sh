@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# ./scripts/test.sh [--long]
+# Installs what is missing, builds, and runs every test: the release build, the ground floor
+# without the big libraries, and the fast tests under the sanitizers. --long adds the full-size
+# comparisons, which take minutes to hours.
+set -euo pipefail
+
+long=no
+case "${1:-}" in
+  "") ;;
+  --long) long=yes ;;
+  *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
+esac
+source "$(dirname "$0")/setup.sh"
+install_packages "${build_packages[@]}" "${test_packages[@]}"
+cd "$root"
+
+# generate.sh configures without tests.
+configure() { cmake --preset "$1" -DENSONIFY_TESTS=ON >/dev/null; }
+run() { # PRESET CTEST-ARGUMENT...
+  local preset=$1
+  shift
+  echo "== $preset" >&2
+  configure "$preset"
+  build "$preset" >/dev/null || { build "$preset"; return 1; }
+  ctest --preset "$preset" -j "$(nproc)" "$@"
+}
+
+without_long=(-LE long)
+[ $long = yes ] && without_long=()
+run acoustics-only "${without_long[@]}"
+run asan-ubsan -L fast
+run tsan -L fast
+run release "${without_long[@]}"

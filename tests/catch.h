@@ -1,0 +1,13 @@
+// Catch2 of either generation: 2.13 has one header, 3.x has many.
+#pragma once
+
+#if __has_include(<catch2/catch_test_macros.hpp>)
+#include <catch2/catch_approx.hpp>
+#include <catch2/catch_test_macros.hpp>
+#include <catch2/generators/catch_generators.hpp>
+using Catch::Approx;
+#else
+#include <catch2/catch.hpp>
+// Catch::Approx also names a matcher there.
+using Catch::Detail::Approx;
+#endif

@@ -1,0 +1,157 @@
+#include "dataset/exr.h"
+
+#include <ImfChannelList.h>
+#include <ImfCompression.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "catch.h"
+#include "dataset/sample.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr int kRows = 5, kColumns = 4;
+const ExrAttributes kAttributes = {{{"axes", "rows: samples"}}, {{"metres_per_pixel", 1.0 / 3}}};
+
+std::string encode(const LabelledImage& image) {
+  const auto bytes = encode_exr(image, kAttributes);
+  REQUIRE(bytes);
+  return *bytes;
+}
+
+std::vector<half> read_channel(Imf::MultiPartInputFile& file, int part, const char* channel) {
+  std::vector<half> pixels(kRows * kColumns);
+  Imf::FrameBuffer frame;
+  frame.insert(channel, Imf::Slice::Make(Imf::HALF, pixels.data(),
+                                         Imath::Box2i({0, 0}, {kColumns - 1, kRows - 1})));
+  Imf::InputPart input(file, part);
+  input.setFrameBuffer(frame);
+  input.readPixels(0, kRows - 1);
+  return pixels;
+}
+
+}  // namespace
+
+// Protects what viewers and cv2 rely on: `level` first, channel Y alone in it, uncompressed; labels
+// behind it under their names; all of them half.
+TEST_CASE("an EXR picture has its parts, channels and compressions") {
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(sample::image(kRows, kColumns, 0)));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  REQUIRE(file.parts() == 2);
+  CHECK(file.header(0).name() == "level");
+  CHECK(file.header(0).compression() == Imf::NO_COMPRESSION);
+  CHECK(file.header(1).name() == "labels");
+  CHECK(file.header(1).compression() == Imf::ZIP_COMPRESSION);
+
+  const auto parts = read_exr_parts(folder.path() / "a.exr");
+  REQUIRE(parts);
+  REQUIRE(parts->size() == 2);
+  CHECK((*parts)[0].half_channels == std::vector<std::string>{"Y"});
+  CHECK((*parts)[1].half_channels == std::vector<std::string>{"clean_db", "elevation_rad",
+                                                              "elevation_std_rad",
+                                                              "instance_fraction"});
+  CHECK((*parts)[0].other_channels.empty());
+  CHECK((*parts)[1].other_channels.empty());
+  CHECK((*parts)[1].width == kColumns);
+  CHECK((*parts)[1].height == kRows);
+}
+
+// Protects every pixel's place and value, -99 dB and NaN included.
+TEST_CASE("EXR pixels read back") {
+  const sample::TemporaryFolder folder;
+  const LabelledImage image = sample::image(kRows, kColumns, 3);
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const std::pair<const char*, const std::vector<float>*> labels[] = {
+      {"clean_db", &image.clean_db},
+      {"elevation_rad", &image.elevation_rad},
+      {"elevation_std_rad", &image.elevation_std_rad},
+      {"instance_fraction", &image.instance_fraction}};
+  const auto compare = [](const std::vector<half>& got, const std::vector<float>& expected) {
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      if (std::isnan(expected[i])) {
+        CHECK(got[i].isNan());
+      } else {
+        CHECK(static_cast<float>(got[i]) == Approx(expected[i]).epsilon(1e-3));
+      }
+    }
+  };
+  compare(read_channel(file, 0, "Y"), image.level_db);
+  for (const auto& [name, values] : labels) compare(read_channel(file, 1, name), *values);
+  CHECK(read_channel(file, 0, "Y")[0] == -99);
+  CHECK(read_channel(file, 1, "elevation_rad")[0].isNan());
+}
+
+// Protects readers from infinities: what a half cannot hold stops at its largest value.
+TEST_CASE("EXR levels do not overflow to infinity") {
+  const sample::TemporaryFolder folder;
+  LabelledImage image = sample::image(kRows, kColumns, 0);
+  image.level_db[1] = 1e6f;
+  image.level_db[2] = -std::numeric_limits<float>::infinity();
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const auto level = read_channel(file, 0, "Y");
+  CHECK(level[1] == 65504);
+  CHECK(level[2] == -65504);
+}
+
+// Protects the units and scales in the headers, and that nothing of the machine or the clock is
+// beside them.
+TEST_CASE("EXR headers hold units and scales and no date or host") {
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(sample::image(kRows, kColumns, 0)));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  for (int part = 0; part < 2; ++part) {
+    const Imf::Header& header = file.header(part);
+    CHECK(header.typedAttribute<Imf::DoubleAttribute>("metres_per_pixel").value() == 1.0 / 3);
+    CHECK(header.typedAttribute<Imf::StringAttribute>("axes").value() == "rows: samples");
+    CHECK(header.typedAttribute<Imf::StringAttribute>("units").value().find("dB re 1 uPa") !=
+          std::string::npos);
+    CHECK_FALSE(Imf::hasCapDate(header));
+    CHECK_FALSE(Imf::hasOwner(header));
+    std::vector<std::string> names;
+    for (auto a = header.begin(); a != header.end(); ++a) names.emplace_back(a.name());
+    const std::vector<std::string> expected = {
+        "axes",        "channels",           "chunkCount",         "compression", "dataWindow",
+        "displayWindow", "lineOrder",        "metres_per_pixel",   "name",        "no_energy",
+        "pixelAspectRatio", "screenWindowCenter", "screenWindowWidth", "type",    "units"};
+    CHECK(names == expected);
+  }
+}
+
+// Protects the promise of equal bytes for equal pictures, and that a NaN's bits do not matter.
+TEST_CASE("EXR bytes depend on the picture alone") {
+  LabelledImage image = sample::image(kRows, kColumns, 0);
+  const std::string first = encode(image);
+  image.elevation_rad[0] = -image.elevation_rad[0];  // NaN with the other sign
+  REQUIRE(std::isnan(image.elevation_rad[0]));
+  CHECK(encode(image) == first);
+  image.instance_fraction[1] += 0.25f;
+  CHECK(encode(image) != first);
+}
+
+// Protects verify: a file that ends too early is no picture.
+TEST_CASE("an EXR file that is cut short is damage") {
+  const sample::TemporaryFolder folder;
+  const std::string bytes = encode(sample::image(kRows, kColumns, 0));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, bytes.size() / 2}) {
+    sample::write(folder.path() / "a.exr", bytes.substr(0, size));
+    const auto parts = read_exr_parts(folder.path() / "a.exr");
+    REQUIRE_FALSE(parts);
+    CHECK(parts.error().kind == ErrorKind::damage);
+  }
+}

@@ -1,0 +1,111 @@
+#include "dataset/png.h"
+
+#include <png.h>
+
+#include <cstring>
+#include <numeric>
+#include <vector>
+
+#include "catch.h"
+
+using namespace ensonify;
+
+namespace {
+
+struct Decoded {
+  png_uint_32 width = 0, height = 0;
+  int bit_depth = 0, color_type = 0;
+  std::vector<std::uint16_t> pixels;
+};
+
+struct Source {
+  const std::string& bytes;
+  std::size_t position = 0;
+};
+
+void read_bytes(png_structp png, png_bytep out, std::size_t size) {
+  auto* source = static_cast<Source*>(png_get_io_ptr(png));
+  if (source->position + size > source->bytes.size()) png_error(png, "end of file");
+  std::memcpy(out, source->bytes.data() + source->position, size);
+  source->position += size;
+}
+
+Decoded decode(const std::string& bytes) {
+  Decoded image;
+  Source source{bytes};
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_read_fn(png, &source, read_bytes);
+  png_read_info(png, info);
+  png_get_IHDR(png, info, &image.width, &image.height, &image.bit_depth, &image.color_type, nullptr,
+               nullptr, nullptr);
+  const std::size_t bytes_each = image.bit_depth == 16 ? 2 : 1;
+  std::vector<png_byte> row(image.width * bytes_each);
+  for (png_uint_32 y = 0; y < image.height; ++y) {
+    png_read_row(png, row.data(), nullptr);
+    for (png_uint_32 x = 0; x < image.width; ++x) {
+      const unsigned high = bytes_each == 2 ? row[2 * x] * 256u : 0u;  // PNG is big-endian
+      image.pixels.push_back(static_cast<std::uint16_t>(high + row[bytes_each * x + bytes_each - 1]));
+    }
+  }
+  png_destroy_read_struct(&png, &info, nullptr);
+  return image;
+}
+
+}  // namespace
+
+// Protects instance ids: 16 bits, exact, in the right byte order and orientation.
+TEST_CASE("a 16-bit mask reads back exactly") {
+  std::vector<std::uint16_t> ids(5 * 300);
+  std::iota(ids.begin(), ids.end(), std::uint16_t{64034});
+  ids[7] = 65534;
+  ids[8] = 0;
+  const auto bytes = encode_png(ids, 5, 300, PngContent::mask);
+  REQUIRE(bytes);
+  const Decoded image = decode(*bytes);
+  CHECK(image.width == 300);
+  CHECK(image.height == 5);
+  CHECK(image.bit_depth == 16);
+  CHECK(image.color_type == PNG_COLOR_TYPE_GRAY);
+  CHECK(image.pixels == ids);
+}
+
+// Protects the 8-bit pictures in either way of compressing them.
+TEST_CASE("an 8-bit picture reads back exactly") {
+  std::vector<std::uint8_t> pixels(40 * 11);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i * 89);
+  for (const auto content : {PngContent::speckle, PngContent::mask}) {
+    const auto bytes = encode_png(pixels, 40, 11, content);
+    REQUIRE(bytes);
+    const Decoded image = decode(*bytes);
+    CHECK(image.bit_depth == 8);
+    CHECK(image.pixels == std::vector<std::uint16_t>(pixels.begin(), pixels.end()));
+  }
+}
+
+// Protects the promise of equal bytes: no time stamp or other text chunk is in the file.
+TEST_CASE("a PNG file holds the picture and nothing else") {
+  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4, PngContent::mask);
+  REQUIRE(bytes);
+  std::string chunks;
+  for (std::size_t at = 8; at + 12 <= bytes->size();) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>((*bytes)[at + i]); };
+    const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
+    chunks += bytes->substr(at + 4, 4) + " ";
+    at += length + 12;
+  }
+  CHECK(chunks == "IHDR IDAT IEND ");
+}
+
+// Protects verify's look at sizes and bit depths.
+TEST_CASE("a PNG header reads back") {
+  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4, PngContent::mask);
+  REQUIRE(bytes);
+  const auto header = parse_png_header(*bytes);
+  REQUIRE(header);
+  CHECK(header->width == 4);
+  CHECK(header->height == 3);
+  CHECK(header->bit_depth == 16);
+  CHECK(header->color_type == 0);
+  CHECK_FALSE(parse_png_header("\x89PNG"));
+}

@@ -1,0 +1,197 @@
+#include "dataset/sample.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "catch.h"
+#include "core/units.h"
+#include "dataset/write_ping.h"
+
+namespace ensonify::sample {
+namespace fs = std::filesystem;
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "ensonify_dataset_XXXXXX").string();
+  REQUIRE(::mkdtemp(name.data()) != nullptr);
+  path_ = name;
+}
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+SequenceInfo sequence_info(std::uint32_t sequence) {
+  SequenceInfo info;
+  info.sequence = sequence;
+  info.seed = 18446744073709551615u;  // does not fit a double or a signed integer
+  info.split = sequence % 2 == 0 ? "train" : "val";
+  info.sonar.frequency_hz = 900e3;
+  info.sonar.bandwidth_hz = 29.9e3;
+  info.sonar.source_level_db = 220;
+  info.sonar.range_max_m = kSamples * 1500 / (2 * 29.9e3);
+  info.sonar.beam_count = kBeams;
+  info.sonar.beam_spacing_rad = 0.1;
+  info.sonar.beam_width_rad = 0.02;
+  info.sonar.elevation_width_rad = info.sonar.elevation_fan_rad = 0.3;
+  info.sonar.rays_elevation = 3;
+  info.record = {kSamples, 128, 1 / 29.9e3};
+  info.noise_spectrum_level_db = 30;
+  info.instances = {{1, "wall", 1, "structure", false, "concrete", 1e-3, 0},
+                    {2, "target", 2, "cylinder", true, "", 0, -40}};
+  info.classes = {"structure", "cylinder"};
+  info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
+  info.png_db_limits = {60, 120};
+  info.output.scatterers = true;
+  info.last_ping = kPings;
+  return info;
+}
+
+LabelledImage image(int rows, int columns, int variant) {
+  LabelledImage image;
+  image.rows = rows;
+  image.columns = columns;
+  const int pixels = rows * columns;
+  for (int i = 0; i < pixels; ++i) {
+    const bool none = i % 5 == 0;
+    const float angle = none ? std::numeric_limits<float>::quiet_NaN() : 0.01f * i;
+    image.level_db.push_back(none ? kNoEnergyDb : 80.0f + i + variant);
+    image.clean_db.push_back(none ? kNoEnergyDb : 70.0f + i);
+    image.elevation_rad.push_back(angle);
+    image.elevation_std_rad.push_back(angle / 2);
+    image.instance_fraction.push_back(none ? 0.0f : 0.5f);
+    image.instance.push_back(static_cast<std::uint16_t>(none ? 0 : 300 * (i % 3)));
+    image.semantic.push_back(static_cast<std::uint8_t>(none ? 0 : i % 3));
+  }
+  return image;
+}
+
+namespace {
+
+GreyImage grey(int rows, int columns, int variant) {
+  GreyImage picture{rows, columns, {}};
+  for (int i = 0; i < rows * columns; ++i) {
+    picture.pixels.push_back(static_cast<std::uint8_t>(37 * i + variant));
+  }
+  return picture;
+}
+
+}  // namespace
+
+PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
+  PingResult result;
+  const int variant = static_cast<int>(10 * info.sequence + ping);
+  result.ping = ping;
+  result.time_s = 0.1 * ping;
+  result.sonar_in_world = {{1.0 / 3 + ping, 2, -3}, from_roll_pitch_yaw(0, 0, kPi / 2)};
+  result.object_in_world = {Pose{}, {{4, 0, 0.5 * ping}, {}}};
+  for (int i = 0; i < kBeams * kSamples; ++i) {
+    result.series.emplace_back(static_cast<float>(i), static_cast<float>(variant));
+  }
+  result.polar = image(kSamples, kBeams, variant);
+  result.cartesian = image(info.cartesian->height_px, info.cartesian->width_px, variant);
+  result.polar_grey = grey(kSamples, kBeams, variant);
+  result.cartesian_grey = grey(info.cartesian->height_px, info.cartesian->width_px, variant);
+  // Runs 0 0 54: every pixel of 9 x 6, as COCO's tools write it.
+  result.polar_annotations = {{2, {0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"}};
+  result.cartesian_annotations = {{1, {1, 0, 2, 3}, 6, "73"}, {2, {0, 0, 1, 1}, 1, "01"}};
+  for (int j = 0; j < kBeams; ++j) {
+    result.first_return_m.push_back(j == 2 ? std::numeric_limits<float>::quiet_NaN()
+                                           : 0.1f + static_cast<float>(j));
+  }
+  Scatterer near{};
+  near.delay_s = 1e-3;
+  near.position_m = {0.75, 0.25, -0.5};
+  near.arrival = {0.05f, -0.1f};
+  near.gain = 0.5f;
+  near.mean = {0.1f, 0.2f};
+  near.standard_deviation = 3;
+  near.cos_incidence = 0.9f;
+  near.doppler = 1e-4f;
+  near.beam = 3;
+  near.instance = 2;
+  near.path = 1;
+  Scatterer far = near;
+  far.delay_s = 2e-3;
+  result.scatterers = sorted_by_beam_and_delay({far, near}, kBeams);
+  result.amplitudes = {{1, 2}, {3, 4}};
+  return result;
+}
+
+WorkIdentity identity() {
+  return {"tank", std::string(64, 'a'), 7, 0, kPings, "0.1.0", "abcdef", "cpu", "avx2", "AVX2"};
+}
+
+DatasetInfo dataset_info(std::uint32_t sequences) {
+  DatasetInfo info;
+  info.identity = identity();
+  info.scenario_yaml = "ensonify: 1\nsequences: " + std::to_string(sequences) + "\n";
+  for (std::uint32_t s = 0; s < sequences; ++s) info.sequences.push_back(sequence_info(s));
+  info.classes = info.sequences.front().classes;
+  info.host = "somewhere";
+  info.threads = 2;
+  return info;
+}
+
+void open(const fs::path& dir, std::uint32_t sequences) {
+  const auto state = open_work(dir, identity(), sequences, false);
+  REQUIRE(state.ok());
+}
+
+void write_pings(const fs::path& dir, const SequenceInfo& info) {
+  const Workers workers(2);
+  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+    if (ping_is_finished(dir, info.sequence, ping, info)) continue;
+    const Status written = write_ping(dir, info, ping_result(info, ping), workers);
+    INFO((written ? "" : written.error().message));
+    REQUIRE(written.ok());
+  }
+}
+
+void make_dataset(const fs::path& dir, std::uint32_t sequences) {
+  open(dir, sequences);
+  const DatasetInfo info = dataset_info(sequences);
+  for (const SequenceInfo& sequence : info.sequences) {
+    write_pings(dir, sequence);
+    const Status finished = finish_sequence(dir, sequence);
+    INFO((finished ? "" : finished.error().message));
+    REQUIRE(finished.ok());
+  }
+  const Status finished = finish_dataset(dir, info);
+  INFO((finished ? "" : finished.error().message));
+  REQUIRE(finished.ok());
+}
+
+std::map<std::string, std::string> contents(const fs::path& dir) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(dir)) {
+    const auto name = entry.path().lexically_relative(dir).generic_string();
+    if (!entry.is_directory() && name != "provenance.json") files[name] = read(entry.path());
+  }
+  return files;
+}
+
+std::string read(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  REQUIRE(stream.good());
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write(const fs::path& file, const std::string& bytes) {
+  fs::create_directories(file.parent_path());
+  std::ofstream stream(file, std::ios::binary);
+  stream << bytes;
+  REQUIRE(stream.good());
+}
+
+void flip_bit(const fs::path& file, std::size_t byte, int bit) {
+  std::string bytes = read(file);
+  REQUIRE(byte < bytes.size());
+  bytes[byte] = static_cast<char>(bytes[byte] ^ (1 << bit));
+  write(file, bytes);
+}
+
+}  // namespace ensonify::sample

@@ -1,0 +1,48 @@
+// A small data set with every kind of file in it, for the tests of dataset/.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "core/parallel.h"
+#include "core/ping.h"
+#include "dataset/finish.h"
+#include "dataset/work.h"
+
+namespace ensonify::sample {
+
+// A folder of its own that goes when the test ends.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+constexpr int kBeams = 6, kSamples = 9, kPings = 3;
+
+SequenceInfo sequence_info(std::uint32_t sequence);
+LabelledImage image(int rows, int columns, int variant);
+PingResult ping_result(const SequenceInfo& info, std::uint32_t ping);
+WorkIdentity identity();
+DatasetInfo dataset_info(std::uint32_t sequences);
+
+// The steps of a run; they require success.
+void open(const std::filesystem::path& dir, std::uint32_t sequences);
+void write_pings(const std::filesystem::path& dir, const SequenceInfo& info);
+void make_dataset(const std::filesystem::path& dir, std::uint32_t sequences);
+
+// Every file's bytes by relative path, but for provenance.json.
+std::map<std::string, std::string> contents(const std::filesystem::path& dir);
+
+std::string read(const std::filesystem::path& file);
+void write(const std::filesystem::path& file, const std::string& bytes);
+void flip_bit(const std::filesystem::path& file, std::size_t byte, int bit);
+
+}  // namespace ensonify::sample

@@ -1,0 +1,255 @@
+#!/usr/bin/python3
+"""Works labels and images out anew from scatterers and series, and compares them pixel by pixel.
+
+    check_labels.py DATASET_DIR
+
+Masks, instance_fraction, elevation, clean_db, first_return_m, the level channel, the grey
+pictures, and the Cartesian images against the polar ones. Pixels that rounding alone decides
+(a tie, a cell's border, power at the noise's) are counted and passed over.
+"""
+import sys
+
+import numpy as np
+
+import labels
+import physics
+import sonar_dataset
+from checklist import run_main
+from sequence import IMAGE_KINDS, DataSet
+
+# Energies nearer than this, relative, are a tie to single precision.
+TIE_MARGIN = 1e-5
+# Clean power and noise power nearer than this are decided by rounding.
+NOISE_MARGIN_DB = 0.01
+# Largest share of the pixels that may be passed over as undecidable.
+MOST_PASSED_OVER = 0.01
+# Below the ping's strongest pixel by more than this, single precision may decide.
+CLEAN_DEPTH_DB = 120.0
+LABEL_CHANNELS = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
+
+
+class Ping:
+    """One ping's images as [beams, samples] and what they should be."""
+
+    def __init__(self, sequence, number):
+        self.sequence, self.number = sequence, number
+        self.sonar = sequence.sonar
+        self.label = f"{sequence.name}/{number:06d}"
+        self.scatterers = sequence.scatterers(number)
+        self.parts = sequence.image("polar", number)
+        self.masks = {what: sequence.mask("polar", number, what).T for what in sequence.mask_kinds}
+        self.series = sequence.series(number)
+        self.clean_pa2 = physics.expected_power(self.scatterers, self.sonar)
+        self.expected = labels.PixelLabels(self.scatterers, self.sonar.bandwidth_hz, self.sonar.beams,
+                                           self.sonar.samples)
+        self._apply_noise_rule()
+
+    def _apply_noise_rule(self):
+        noise = self.sonar.noise_power_pa2
+        wanted = self.expected
+        self.undecided = wanted.has_echo & (wanted.margin < TIE_MARGIN)
+        self.audible = wanted.has_echo
+        if noise is not None:
+            over_db = physics.power_level_db(self.clean_pa2) - physics.power_level_db(noise)
+            self.audible = self.audible & (over_db >= 0.0)
+            self.undecided |= wanted.has_echo & (np.abs(over_db) < NOISE_MARGIN_DB)
+        self.instance = np.where(self.audible, wanted.instance, 0)
+
+    def channel(self, name, part="labels"):
+        return self.parts[part].channels[name].T.astype(np.float64)
+
+
+def half_gap(obtained, expected):
+    """Difference in units of half precision's rounding at the expected value."""
+    spacing = np.spacing(np.abs(expected).astype(np.float16)).astype(np.float64)
+    return np.abs(obtained - expected) / spacing
+
+
+def check_parts(checklist, ping):
+    """The two parts, their channels, types and compressions."""
+    for kind in IMAGE_KINDS:
+        if not ping.sequence.has(kind):
+            continue
+        parts = list(ping.sequence.image(kind, ping.number).values())
+        names = [part.name for part in parts]
+        checklist.expect(names == ["level", "labels"], f"{ping.label} {kind} parts", names, "level, labels")
+        level, label = parts
+        checklist.expect({n: a.dtype for n, a in level.channels.items()} == {"Y": np.float16} and
+                         level.compression == "none", f"{ping.label} {kind} level part",
+                         (level.attributes["channels"], level.compression), "Y half, none")
+        checklist.expect(sorted(label.channels) == sorted(LABEL_CHANNELS) and
+                         all(a.dtype == np.float16 for a in label.channels.values()) and
+                         label.compression == "zip", f"{ping.label} {kind} labels part",
+                         (sorted(label.channels), label.compression), "four half channels, zip")
+
+
+def check_masks(checklist, ping):
+    """Instance by the rule of most energy, semantic as its class, shadows behind their caster."""
+    wrong = (ping.masks["instance"] != ping.instance) & ~ping.undecided
+    where = [f"beam {b} sample {n}: {ping.masks['instance'][b, n]} beside {ping.instance[b, n]}"
+             for b, n in np.argwhere(wrong)[:5]]
+    checklist.expect(not wrong.any(), f"{ping.label} instance mask, wrong pixels", f"{wrong.sum()} {where}",
+                     f"0 of {wrong.size} ({int(np.count_nonzero(ping.instance))} labelled)")
+    share = np.count_nonzero(ping.undecided) / max(np.count_nonzero(ping.expected.has_echo), 1)
+    checklist.expect(share <= MOST_PASSED_OVER, f"{ping.label} undecidable share of labelled pixels",
+                     f"{share:.2e}", f"<= {MOST_PASSED_OVER}")
+    known = ping.sequence.instances
+    unknown = sorted(set(np.unique(ping.masks["instance"]).tolist()) - set(known) - {0})
+    checklist.expect_none(unknown, f"{ping.label} instances the description does not list")
+    if unknown:
+        return
+    table = np.zeros(max(known, default=0) + 1, np.int64)
+    for identity, instance in known.items():
+        table[identity] = instance.class_id
+    wrong = np.count_nonzero(table[ping.masks["instance"]] != ping.masks["semantic"])
+    checklist.expect(wrong == 0, f"{ping.label} semantic mask, wrong pixels", wrong, 0)
+    if "shadow" in ping.masks:
+        check_shadow(checklist, ping)
+
+
+def check_shadow(checklist, ping):
+    """What every shadow must fulfil: behind an echo of its caster in that beam, itself unlabelled."""
+    shadow, expected = ping.masks["shadow"].astype(np.int64), ping.expected
+    overlap = np.count_nonzero((shadow > 0) & (ping.masks["instance"] > 0))
+    checklist.expect(overlap == 0, f"{ping.label} pixels both shadow and labelled", overlap, 0)
+    offenders = []
+    for identity in np.unique(shadow[shadow > 0]):
+        mine = ping.scatterers[ping.scatterers["instance"] == identity]
+        nearest = np.full(ping.sonar.beams, np.inf)
+        np.minimum.at(nearest, mine["beam"], mine["delay_s"] * ping.sonar.bandwidth_hz)
+        beams, samples = np.nonzero(shadow == identity)
+        before = samples + 1 < nearest[beams]
+        if before.any():
+            offenders.append(f"instance {identity}: {np.count_nonzero(before)} pixels before its echo")
+    checklist.expect_none(offenders, f"{ping.label} shadows before their caster")
+    checklist.note(f"{ping.label} shadow pixels {np.count_nonzero(shadow)}, "
+                   f"of them with an own echo {np.count_nonzero((shadow > 0) & expected.has_echo)}")
+
+
+def check_level(checklist, ping):
+    """level Y is the series' level in half precision."""
+    expected = physics.level_db(ping.series)
+    gap = half_gap(ping.channel("Y", "level"), expected)
+    checklist.expect(gap.max() <= 0.51, f"{ping.label} level Y, largest difference in half steps",
+                     f"{gap.max():.3f}", "<= 0.51")
+
+
+def check_clean(checklist, ping):
+    """clean_db against the scatterers' expected power, where it stands clear of the transforms' floor."""
+    expected, obtained = physics.power_level_db(ping.clean_pa2), ping.channel("clean_db")
+    strongest = expected.max()
+    strong = expected > max(strongest - CLEAN_DEPTH_DB, physics.SILENCE_DB)
+    gap = np.where(strong, half_gap(obtained, expected), 0.0)
+    gap = np.where(np.isnan(gap), np.inf, gap)
+    where = np.unravel_index(np.argmax(gap), gap.shape)
+    checklist.expect(gap.max() <= 0.52, f"{ping.label} clean_db, largest difference in half steps",
+                     f"{gap.max():.3f} at beam {where[0]} sample {where[1]} ({obtained[where]:.3f} dB)",
+                     f"<= 0.52 ({expected[where]:.3f} dB; {np.count_nonzero(strong)} pixels)")
+    high = np.count_nonzero(~strong & ~(obtained <= np.maximum(strongest - CLEAN_DEPTH_DB + 1, physics.SILENCE_DB)))
+    checklist.expect(high == 0, f"{ping.label} clean_db too high where there is no energy", high, 0)
+
+
+def check_moments(checklist, ping):
+    """instance_fraction and elevation; energies are single precision, hence the slack beside the half step."""
+    wanted = ping.expected
+    fraction = np.where(ping.audible, wanted.fraction, 0.0)
+    for name, expected, judged, slack in (
+            ("instance_fraction", fraction, ~ping.undecided, 1e-5),
+            ("elevation_rad", wanted.elevation_mean, wanted.has_echo, 2e-6),
+            ("elevation_std_rad", wanted.elevation_spread, wanted.has_echo, 2e-5)):
+        obtained = ping.channel(name)
+        expected = np.where(judged, expected, 1.0)
+        step = np.spacing(np.abs(expected).astype(np.float16)).astype(np.float64)
+        excess = np.where(judged, np.abs(obtained - expected) - 0.51 * step - slack, 0.0)
+        excess = np.where(np.isnan(excess), np.inf, excess)
+        where = np.unravel_index(np.argmax(excess), excess.shape)
+        checklist.expect(not (excess > 0).any(), f"{ping.label} {name}, wrong pixels",
+                         f"{np.count_nonzero(excess > 0)} (worst {obtained[where]:.6g} at beam {where[0]} "
+                         f"sample {where[1]})", f"0 of {judged.sum()} (there {expected[where]:.6g})")
+        if name != "instance_fraction":
+            silent = obtained[~wanted.has_echo]
+            checklist.expect(bool(np.isnan(silent).all()), f"{ping.label} {name} without an echo, not NaN",
+                             np.count_nonzero(~np.isnan(silent)), 0)
+
+
+def check_grey(checklist, ping):
+    """The grey picture is the level between the limits; half a grey step of rounding either way."""
+    if not ping.sequence.has("png"):
+        return
+    low, high = ping.sequence.png_limits_db
+    for kind in IMAGE_KINDS:
+        if not ping.sequence.has(kind):
+            continue
+        grey = ping.sequence.grey(kind, ping.number)
+        level = physics.level_db(ping.series)
+        outside = np.zeros(grey.shape, bool)
+        if kind == "polar":
+            wanted, unsure = labels.grey_levels(level, low, high).T, np.zeros(grey.shape, bool)
+        else:
+            part = ping.sequence.image(kind, ping.number)["level"]
+            fan = cartesian_map(ping, part)
+            wanted = fan.apply(labels.grey_levels(level, low, high), 0.0)
+            unsure, outside = fan.uncertain, ~fan.inside
+        gap = np.where(unsure | outside, 0.0, np.abs(grey - wanted))
+        checklist.expect(gap.max() <= 0.501, f"{ping.label} {kind} grey, largest difference in grey steps",
+                         f"{gap.max():.4f}", f"<= 0.501 (limits {low} to {high} dB)")
+        lit = np.count_nonzero(grey[outside & ~unsure])
+        checklist.expect(lit == 0, f"{ping.label} {kind} grey, lit pixels outside the fan", lit, 0)
+
+
+def cartesian_map(ping, part):
+    """The fan's lookup for one Cartesian image, with the scale from its own header."""
+    sonar = ping.sonar
+    return labels.CartesianMap(ping.sequence.grid(part), sonar.beams, sonar.spacing_rad, sonar.samples,
+                               sonar.range_step_m)
+
+
+def check_cartesian(checklist, ping):
+    """Every Cartesian image is the nearest-neighbour picture of its polar one."""
+    if not ping.sequence.has("cartesian"):
+        return
+    parts = ping.sequence.image("cartesian", ping.number)
+    fan = cartesian_map(ping, parts["level"])
+    images = [(name, parts["labels"].channels[name], ping.parts["labels"].channels[name].T,
+               np.nan if name.startswith("elevation") else physics.SILENCE_DB if name == "clean_db" else 0.0)
+              for name in LABEL_CHANNELS]
+    images.append(("Y", parts["level"].channels["Y"], ping.parts["level"].channels["Y"].T, physics.SILENCE_DB))
+    images += [(what, ping.sequence.mask("cartesian", ping.number, what), ping.masks[what], 0)
+               for what in ping.sequence.mask_kinds]
+    checklist.expect(np.mean(fan.uncertain & fan.inside) <= MOST_PASSED_OVER,
+                     f"{ping.label} cartesian, share of pixels on a border", f"{np.mean(fan.uncertain):.2e}",
+                     f"<= {MOST_PASSED_OVER}")
+    for name, obtained, polar, outside in images:
+        wanted = fan.apply(polar, outside)
+        same = (obtained == wanted) | (np.isnan(wanted) & np.isnan(obtained)) | fan.uncertain
+        bad = ~same
+        where = [f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}" for y, x in np.argwhere(bad)[:2]]
+        checklist.expect(not bad.any(), f"{ping.label} cartesian {name}, wrong pixels",
+                         f"{bad.sum()} {where}", f"0 of {bad.size}")
+
+
+def check_first_return(checklist, sequence):
+    """first_return_m.npy: the nearest echo of every beam's own sector."""
+    stored = sonar_dataset.read_npy(sequence.path("first_return_m.npy"))
+    wanted = np.array([labels.first_return_m(sequence.scatterers(ping), sequence.sonar.sound_speed_m_s,
+                                             sequence.sonar.beams) for ping in sequence.pings])
+    alike = stored.shape == wanted.shape and stored.dtype == np.dtype("<f4")
+    checklist.expect(alike, f"{sequence.name} first_return_m", f"{stored.dtype}{stored.shape}", f"float32{wanted.shape}")
+    if alike:
+        same = np.isclose(stored, wanted, rtol=1e-6, atol=0, equal_nan=True)
+        checklist.expect(bool(same.all()), f"{sequence.name} first_return_m, wrong entries",
+                         np.count_nonzero(~same), f"0 of {same.size}")
+
+
+def check(checklist, root):
+    for sequence in DataSet(root).sequences:
+        check_first_return(checklist, sequence)
+        for number in sequence.pings:
+            ping = Ping(sequence, number)
+            for one in (check_parts, check_masks, check_level, check_clean, check_moments, check_grey,
+                        check_cartesian):
+                one(checklist, ping)
+
+
+if __name__ == "__main__":
+    sys.exit(run_main("check_labels", check))

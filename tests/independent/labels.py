@@ -1,0 +1,122 @@
+"""Label rules of the data set, worked out anew from a scatterer list.
+
+Arrays are [beams, samples] here; the image files hold their transpose.
+"""
+import numpy as np
+
+
+def echo_samples(delay_s, bandwidth_hz, samples):
+    """Pairs (echo index, sample) with |r_echo - r_sample| <= c/2b, that is |tau b - n| <= 1."""
+    position = delay_s * bandwidth_hz
+    first = np.ceil(position - 1.0).astype(np.int64)
+    echoes, bins = [], []
+    for step in range(3):
+        inside = (first + step <= position + 1.0) & (first + step >= 0) & (first + step < samples)
+        echoes.append(np.nonzero(inside)[0])
+        bins.append((first + step)[inside])
+    return np.concatenate(echoes), np.concatenate(bins)
+
+
+def expected_energy(scatterers):
+    """E|a|^2 gain^2 of each echo, without phase."""
+    mean = scatterers["mean_re"].astype(np.float64) ** 2 + scatterers["mean_im"].astype(np.float64) ** 2
+    return (mean + scatterers["variance"].astype(np.float64)) * scatterers["gain"].astype(np.float64) ** 2
+
+
+class PixelLabels:
+    """Instance, share of the energy, elevation mean and spread of every pixel.
+
+    `margin` is how far the runner-up's energy lies below the winner's, relative to the
+    winner's: pixels with a tiny margin can fall either way by rounding.
+    """
+
+    def __init__(self, scatterers, bandwidth_hz, beams, samples):
+        shape = (beams, samples)
+        energy = expected_energy(scatterers)
+        alive = scatterers[energy > 0]
+        echo, sample = echo_samples(alive["delay_s"].astype(np.float64), bandwidth_hz, samples)
+        energy = energy[energy > 0][echo]
+        pixel = alive["beam"][echo].astype(np.int64) * samples + sample
+        instance = alive["instance"][echo].astype(np.int64)
+        elevation = alive["elevation_rad"][echo].astype(np.float64)
+        self._find_winners(pixel, instance, energy, shape)
+        self.elevation_mean, self.elevation_spread = _weighted_moments(pixel, elevation, energy, shape)
+
+    def _find_winners(self, pixel, instance, energy, shape):
+        count = shape[0] * shape[1]
+        id_range = int(instance.max(initial=0)) + 1
+        groups, group_of = np.unique(pixel * id_range + instance, return_inverse=True)
+        sums = np.bincount(group_of, energy, len(groups))
+        group_pixel, group_id = groups // id_range, groups % id_range
+        order = np.lexsort((group_id, -sums, group_pixel))
+        sums, group_pixel, group_id = sums[order], group_pixel[order], group_id[order]
+        first = np.ones(len(order), bool)
+        first[1:] = group_pixel[1:] != group_pixel[:-1]
+        winner_pixel = group_pixel[first]
+        second = np.zeros(len(order), bool)
+        second[1:] = first[:-1] & ~first[1:]
+        total = np.bincount(group_pixel, sums, count)
+        best, runner_up, identity = np.zeros(count), np.zeros(count), np.zeros(count, np.int64)
+        best[winner_pixel] = sums[first]
+        identity[winner_pixel] = group_id[first]
+        runner_up[group_pixel[second]] = sums[second]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            self.fraction = (best / total).reshape(shape)
+            self.margin = ((best - runner_up) / best).reshape(shape)
+        self.instance = identity.reshape(shape)
+        self.has_echo = (total > 0).reshape(shape)
+
+
+def _weighted_moments(pixel, value, weight, shape):
+    """Energy-weighted mean and standard deviation per pixel, NaN where there is nothing."""
+    count = shape[0] * shape[1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        total = np.bincount(pixel, weight, count)
+        mean = np.bincount(pixel, weight * value, count) / total
+        square = np.bincount(pixel, weight * (value - mean[pixel]) ** 2, count) / total
+    return mean.reshape(shape), np.sqrt(square).reshape(shape)
+
+
+def first_return_m(scatterers, sound_speed_m_s, beams):
+    """Nearest echo of every beam's own sector, float64, NaN for none."""
+    nearest = np.full(beams, np.inf)
+    np.minimum.at(nearest, scatterers["beam"], scatterers["delay_s"] * sound_speed_m_s / 2.0)
+    return np.where(np.isfinite(nearest), nearest, np.nan)
+
+
+class CartesianMap:
+    """Nearest-neighbour lookup of the fan seen from above, boresight up, port left.
+
+    A pixel stands for its centre. It is `uncertain` where its range or azimuth lies so near a
+    cell's border that rounding decides.
+    """
+
+    ROUNDING = 1e-4  # of a cell
+
+    def __init__(self, grid, beams, spacing_rad, samples, range_step_m):
+        forward = grid.x_top_m - (np.arange(grid.height) + 0.5) * grid.metres_per_pixel
+        port = grid.y_left_m - (np.arange(grid.width) + 0.5) * grid.metres_per_pixel
+        range_m = np.hypot(forward[:, None], port[None, :])
+        azimuth = np.arctan2(port[None, :], forward[:, None])
+        sample_position = range_m / range_step_m + 0.5
+        beam_position = azimuth / spacing_rad + beams / 2.0
+        self.sample = np.floor(sample_position).astype(np.int64)
+        self.beam = np.floor(beam_position).astype(np.int64)
+        self.inside = (self.sample < samples) & (self.beam >= 0) & (self.beam < beams)
+        self.uncertain = (_border_distance(sample_position) < self.ROUNDING) | \
+            (_border_distance(beam_position) < self.ROUNDING)
+        self.sample = np.clip(self.sample, 0, samples - 1)
+        self.beam = np.clip(self.beam, 0, beams - 1)
+
+    def apply(self, polar, outside):
+        """Cartesian image of a polar [beams, samples] array."""
+        return np.where(self.inside, polar[self.beam, self.sample], outside)
+
+
+def _border_distance(position):
+    return np.abs(position - np.round(position))
+
+
+def grey_levels(level_db, low_db, high_db):
+    """8-bit grey of a dB scale, before rounding."""
+    return np.clip((level_db - low_db) / (high_db - low_db), 0.0, 1.0) * 255.0

@@ -1,0 +1,257 @@
+"""A data set as the checks see it.
+
+Every key name of dataset.json and sequence.json is spelled in this file and nowhere else, so
+that a change of those names is a change here.
+"""
+import os
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+import physics
+from sonar_dataset import read_csv, read_exr, read_json, read_npy, read_png
+
+IMAGE_KINDS = ("polar", "cartesian")
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One labelled object or point target."""
+    identity: int
+    name: str
+    class_name: str
+    class_id: int
+    reflectivity: float | None
+
+
+@dataclass(frozen=True)
+class FileEntry:
+    """One file that a manifest lists, relative to the manifest's folder."""
+    path: str
+    size_bytes: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class SequenceEntry:
+    """What the manifest says of one sequence."""
+    pings: range
+    seed: int
+    split: str
+    size_bytes: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Size, scale and place of a Cartesian image: upper left corner ahead and to port."""
+    height: int
+    width: int
+    metres_per_pixel: float
+    x_top_m: float
+    y_left_m: float
+
+
+@dataclass
+class Sonar:
+    """What the formulas need of a sequence's sonar, SI units."""
+    beams: int
+    spacing_rad: float
+    width_rad: float
+    elevation_width_rad: float
+    fan_rad: float
+    rays_elevation: int
+    rays_azimuth: int
+    frequency_hz: float
+    bandwidth_hz: float
+    source_pressure_pa_m: float
+    range_min_m: float
+    range_max_m: float
+    sound_speed_m_s: float
+    absorption_db_m: float
+    lambert_exponent: float
+    pulse: str
+    duration_s: float
+    normalization: str
+    noise_level_db: float | None
+    unsupported: list = field(default_factory=list)
+
+    @cached_property
+    def samples(self):
+        return physics.stored_samples(self.bandwidth_hz, self.range_max_m, self.sound_speed_m_s)
+
+    @cached_property
+    def spectrum(self):
+        extent_s = self.duration_s if self.pulse == "cw" else 0.0
+        bins = physics.transform_length(self.samples, self.bandwidth_hz, extent_s)
+        return physics.pulse_spectrum(self.pulse, bins, self.bandwidth_hz, self.duration_s)
+
+    @cached_property
+    def azimuths_rad(self):
+        return physics.beam_azimuths_rad(self.beams, self.spacing_rad)
+
+    @cached_property
+    def weights(self):
+        return physics.mixing_weights(self.azimuths_rad, self.width_rad, self.normalization)
+
+    @property
+    def range_step_m(self):
+        return self.sound_speed_m_s / (2.0 * self.bandwidth_hz)
+
+    @property
+    def noise_power_pa2(self):
+        if self.noise_level_db is None:
+            return None
+        gain = self.bandwidth_hz * self.duration_s if self.pulse == "lfm" else 1.0
+        return physics.noise_power_pa2(self.noise_level_db, self.bandwidth_hz, gain)
+
+
+def sonar_from_json(info):
+    """The sonar of a sequence.json, with what the closed formulas cannot cover named."""
+    sonar, water, rays = info["sonar"], info["water"], info["sonar"]["rays"]
+    noise = info.get("noise") or {}
+    unsupported = [key for key in ("adc", "volumes", "motion_within_ping") if info.get(key) or sonar.get(key)]
+    return Sonar(
+        beams=sonar["beams"]["count"],
+        spacing_rad=sonar["beams"]["spacing_rad"],
+        width_rad=sonar["beams"]["width_rad"],
+        elevation_width_rad=sonar["elevation"]["width_rad"],
+        fan_rad=sonar["elevation"]["fan_rad"],
+        rays_elevation=rays["elevation"],
+        rays_azimuth=rays["azimuth"],
+        frequency_hz=sonar["frequency_hz"],
+        bandwidth_hz=sonar["bandwidth_hz"],
+        source_pressure_pa_m=physics.source_pressure_pa_m(sonar["source_level_db"]),
+        range_min_m=sonar["range_min_m"],
+        range_max_m=sonar["range_max_m"],
+        sound_speed_m_s=water["sound_speed_m_s"],
+        absorption_db_m=water["absorption_db_m"],
+        lambert_exponent=info["scattering"]["lambert_exponent"],
+        pulse=sonar["pulse"],
+        duration_s=0.0,
+        normalization=info["scattering"]["normalization"],
+        noise_level_db=noise.get("spectrum_level_db"),
+        unsupported=unsupported)
+
+
+class Sequence:
+    """One sequence folder: its description and its files by ping."""
+
+    def __init__(self, root, name):
+        self.root, self.name, self.number = root, name, int(name)
+        self.folder = os.path.join(root, "sequences", name)
+        self.info = read_json(os.path.join(self.folder, "sequence.json"))
+        self.sonar = sonar_from_json(self.info)
+        self.seed = self.info["seed"]
+        self.speckle = self.info["scattering"]["speckle"]
+
+    def path(self, *parts):
+        return os.path.join(self.folder, *parts)
+
+    def has(self, *parts):
+        return os.path.exists(self.path(*parts))
+
+    @cached_property
+    def _pose_rows(self):
+        header, rows = read_csv(self.path("poses.csv"))
+        return {int(row[header.index("ping")]): dict(zip(header, map(float, row))) for row in rows}
+
+    @property
+    def pings(self):
+        """Ping numbers, from the rows of poses.csv."""
+        return list(self._pose_rows)
+
+    def pose(self, ping):
+        """Sonar in world: x, y, z, qw, qx, qy, qz."""
+        return np.array([self._pose_rows[ping][key] for key in ("x", "y", "z", "qw", "qx", "qy", "qz")])
+
+    def time_s(self, ping):
+        return self._pose_rows[ping]["time_s"]
+
+    @cached_property
+    def instances(self):
+        """Instances by id; a class's id is its place among the class names, from 1."""
+        classes = self.info["classes"]
+        return {entry["id"]: Instance(entry["id"], entry["name"], entry["class"],
+                                      classes.index(entry["class"]) + 1, entry.get("reflectivity"))
+                for entry in self.info["instances"]}
+
+    @property
+    def files(self):
+        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.info["files"]]
+
+    @property
+    def png_limits_db(self):
+        """Levels of black and white of the grey pictures."""
+        return tuple(self.info["png"]["db"])
+
+    def scatterers(self, ping):
+        return read_npy(self.path("scatterers", f"{ping:06d}.npy"))
+
+    def series(self, ping):
+        return read_npy(self.path("timeseries", f"{ping:06d}.npy"))
+
+    def image(self, kind, ping):
+        """The parts of a level image, by name."""
+        return {part.name: part for part in read_exr(self.path(kind, f"{ping:06d}.exr"))}
+
+    def mask_path(self, kind, ping, what):
+        return self.path(kind, f"{ping:06d}_{what}.png")
+
+    def mask(self, kind, ping, what):
+        """instance, semantic or shadow mask as stored (rows of the image)."""
+        return read_png(self.mask_path(kind, ping, what))
+
+    @cached_property
+    def mask_kinds(self):
+        """Masks that this sequence has; shadows are there for all its images or for none."""
+        kinds = ["instance", "semantic"]
+        if any(name.endswith("_shadow.png") for kind in IMAGE_KINDS if self.has(kind)
+               for name in os.listdir(self.path(kind))):
+            kinds.append("shadow")
+        return kinds
+
+    def grey(self, kind, ping):
+        return read_png(self.path("png", f"{ping:06d}_{kind}.png"))
+
+    def grid(self, part):
+        """Place of a Cartesian image, from its own header."""
+        attributes = part.attributes
+        return Grid(part.height, part.width, *(float(attributes[name])
+                                              for name in ("metres_per_pixel", "x_top_m", "y_left_m")))
+
+
+class DataSet:
+    """A finished data set folder."""
+
+    def __init__(self, root):
+        self.root = root
+        self.manifest = read_json(os.path.join(root, "dataset.json"))
+
+    def path(self, *parts):
+        return os.path.join(self.root, *parts)
+
+    @property
+    def files(self):
+        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.manifest["files"]]
+
+    @cached_property
+    def sequences(self):
+        return [Sequence(self.root, name) for name in self.sequence_names]
+
+    @property
+    def sequence_names(self):
+        return sorted(os.listdir(self.path("sequences")))
+
+    @property
+    def sequence_entries(self):
+        """Rows of the manifest by folder name."""
+        return {f"{entry['sequence']:06d}": SequenceEntry(range(*entry["pings"]), entry["seed"], entry["split"],
+                                                         entry["bytes"], entry["sha256"])
+                for entry in self.manifest["sequences"]}
+
+    @staticmethod
+    def stem(sequence_number, ping):
+        """What index.csv and the split files call a ping."""
+        return f"{sequence_number:06d}/{ping:06d}"

@@ -1,0 +1,80 @@
+#include "labels/cartesian.h"
+
+#include <cmath>
+
+#include "catch.h"
+#include "core/units.h"
+
+using namespace ensonify;
+
+namespace {
+
+Sonar fan(double fov_deg) {
+  Sonar sonar;
+  sonar.bandwidth_hz = 30e3;
+  sonar.range_max_m = 10;
+  sonar.beam_count = 90;
+  sonar.beam_spacing_rad = radians(fov_deg) / 90;
+  return sonar;
+}
+
+const Water kWater{1500, 0};
+
+}  // namespace
+
+TEST_CASE("the grid holds the whole fan") {
+  const CartesianGrid narrow = cartesian_grid(fan(60), 500);
+  CHECK(narrow.m_per_px == Approx(0.02));
+  CHECK(narrow.width_px == 500);
+  CHECK(narrow.x_top_m == Approx(10));
+  CHECK(narrow.y_left_m == Approx(5));
+  CHECK(cartesian_grid(fan(180), 500).width_px == 1000);
+}
+
+// Protects the picture's orientation: boresight up, port left, and every pixel from the polar one
+// that holds its place.
+TEST_CASE("pixels come from their sector and sample") {
+  const Sonar sonar = fan(60);
+  const Record record = make_record(sonar, kWater);
+  const CartesianGrid grid = cartesian_grid(sonar, 400);
+  const auto map = cartesian_map(grid, sonar, kWater, record);
+  const auto pixel = [&](double x, double y) {
+    const int row = static_cast<int>((grid.x_top_m - x) / grid.m_per_px);
+    const int column = static_cast<int>((grid.y_left_m - y) / grid.m_per_px);
+    return map[std::size_t(row) * grid.width_px + column];
+  };
+  int inside = 0;
+  for (int row = 0; row < grid.height_px; ++row) {
+    for (int column = 0; column < grid.width_px; ++column) {
+      const std::int32_t polar = map[std::size_t(row) * grid.width_px + column];
+      if (polar < 0) continue;
+      ++inside;
+      const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
+      const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
+      const double azimuth = beam_azimuth_rad(sonar, polar % 90);
+      const double range = sample_range_m(sonar, kWater, polar / 90);
+      REQUIRE(std::abs(std::atan2(y, x) - azimuth) <= sonar.beam_spacing_rad / 2 + 1e-12);
+      REQUIRE(std::abs(std::hypot(x, y) - range) <= 1500 / (4 * 30e3) + 1e-12);
+    }
+  }
+  // A 60 deg sector of 10 m has 52.4 m^2.
+  CHECK(inside * grid.m_per_px * grid.m_per_px == Approx(kPi / 6 * 100).epsilon(0.01));
+  CHECK(pixel(8, 3) % 90 > 45);  // port: y > 0, left of the middle, high beam numbers
+  CHECK(pixel(8, -3) % 90 < 45);
+  CHECK(pixel(5, 4.9) == -1);
+}
+
+TEST_CASE("outside the fan there is nothing") {
+  LabelledImage polar{1, 1, {80}, {70}, {0.1f}, {0.2f}, {1}, {7}, {3}};
+  CartesianGrid grid;
+  grid.height_px = 1;
+  grid.width_px = 2;
+  const LabelledImage image = resample(polar, grid, {0, -1});
+  CHECK(image.level_db[0] == 80);
+  CHECK(image.instance[0] == 7);
+  CHECK(image.semantic[0] == 3);
+  CHECK(image.level_db[1] == kNoEnergyDb);
+  CHECK(image.clean_db[1] == kNoEnergyDb);
+  CHECK(std::isnan(image.elevation_rad[1]));
+  CHECK(image.instance[1] == 0);
+}

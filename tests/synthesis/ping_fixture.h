@@ -1,0 +1,108 @@
+// Sonars, scatterers and single pings for the tests of synthesis.
+#pragma once
+
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <vector>
+
+#include "acoustics/pattern.h"
+#include "acoustics/propagation.h"
+#include "core/random.h"
+#include "core/units.h"
+#include "synthesis/backend.h"
+
+namespace ensonify::test {
+
+// 900 kHz, 29.9 kHz, 1 deg x 20 deg, SL 220: the sonar of the closed forms.
+inline Sonar p900(int beams, double fov_deg, double range_max_m) {
+  Sonar sonar;
+  sonar.frequency_hz = 900e3;
+  sonar.bandwidth_hz = 29.9e3;
+  sonar.source_level_db = 220;
+  sonar.range_max_m = range_max_m;
+  sonar.beam_count = beams;
+  sonar.beam_spacing_rad = radians(fov_deg) / beams;
+  sonar.beam_width_rad = radians(1);
+  sonar.elevation_width_rad = radians(20);
+  sonar.elevation_fan_rad = radians(20);
+  sonar.rays_elevation = 1;
+  return sonar;
+}
+
+inline SynthesisSetup setup_of(const Sonar& sonar) {
+  const Water water{1500, 0};
+  return {sonar, water, make_record(sonar, water)};
+}
+
+// A point target of strength TS in the middle of a sector.
+inline Scatterer point_target(const Sonar& sonar, int beam, double range_m, double ts_db) {
+  Scatterer s;
+  s.delay_s = two_way_delay_s(range_m, 1500);
+  s.gain = static_cast<float>(two_way_loss(range_m, 0));
+  s.mean = static_cast<float>(std::pow(10, ts_db / 20));
+  s.beam = static_cast<std::uint32_t>(beam);
+  s.arrival.azimuth_rad = static_cast<float>(beam_azimuth_rad(sonar, beam));
+  return s;
+}
+
+// `count` diffuse scatterers at random places of the fan from `near_m` to the end of the record,
+// a tenth of them with a mean as well.
+inline std::vector<Scatterer> random_scatterers(const Sonar& sonar, int count, double near_m,
+                                                std::uint64_t seed) {
+  std::vector<Scatterer> scatterers(count);
+  for (int i = 0; i < count; ++i) {
+    const auto draw = [&](std::uint32_t d) { return uniform(seed, 0, i, d); };
+    Scatterer& s = scatterers[i];
+    const double range = near_m + (sonar.range_max_m - near_m) * draw(0);
+    s.delay_s = two_way_delay_s(range, 1500);
+    s.gain = static_cast<float>(two_way_loss(range, 0.3));
+    s.beam = static_cast<std::uint32_t>(draw(1) * sonar.beam_count);
+    s.standard_deviation = static_cast<float>(0.01 * range * draw(2));
+    if (i % 10 == 0)
+      s.mean = {static_cast<float>(0.01 * draw(3)), static_cast<float>(-0.02 * draw(4))};
+    s.key = i;
+  }
+  return scatterers;
+}
+
+inline PingSeries synthesize(const Backend& backend, const ScattererList& list,
+                             RandomKeys keys = {}, double noise_power_pa2 = 0) {
+  const PingTask task{&list, {{0.0, {}}}, keys, noise_power_pa2};
+  PingSeries series;
+  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
+  return series;
+}
+
+// Samples of a periodic band-limited series at `factor` times the rate: a zero-padded DFT.
+inline std::vector<std::complex<double>> interpolated(const std::vector<std::complex<double>>& x,
+                                                      int factor) {
+  const int n = static_cast<int>(x.size());
+  std::vector<std::complex<double>> spectrum(n), fine(std::size_t(n) * factor);
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < n; ++i) {
+      spectrum[k] += x[i] * std::polar(1.0, -2 * kPi * (std::int64_t{k} * i % n) / n);
+    }
+  }
+  const std::int64_t period = std::int64_t{n} * factor;
+  for (std::int64_t i = 0; i < period; ++i) {
+    for (int k = 0; k < n; ++k) {
+      const int frequency = k < n / 2 ? k : k - n;
+      fine[i] +=
+          spectrum[k] * std::polar(1.0 / n, 2 * kPi * (frequency * i % period) / double(period));
+    }
+  }
+  return fine;
+}
+
+// Full width in fine steps where y stays above `level` around its maximum, by linear interpolation.
+inline double width_above(const std::vector<double>& y, std::size_t peak, double level) {
+  std::size_t right = peak, left = peak;
+  while (y[right] > level) ++right;
+  while (y[left] > level) --left;
+  const double r = right - (level - y[right]) / (y[right - 1] - y[right]);
+  const double l = left + (level - y[left]) / (y[left + 1] - y[left]);
+  return r - l;
+}
+
+}  // namespace ensonify::test

@@ -1,0 +1,123 @@
+#include "trace/scatter.h"
+
+#include <cmath>
+#include <limits>
+
+#include "acoustics/pattern.h"
+#include "catch.h"
+#include "core/units.h"
+#include "synthesis/backend.h"
+
+using namespace ensonify;
+
+namespace {
+
+Sonar small_sonar() {
+  Sonar sonar;
+  sonar.frequency_hz = 900e3;
+  sonar.bandwidth_hz = 29.9e3;
+  sonar.source_level_db = 220;
+  sonar.range_min_m = 0.5;
+  sonar.range_max_m = 8;
+  sonar.beam_count = 16;
+  sonar.beam_spacing_rad = radians(1);
+  sonar.beam_width_rad = radians(1);
+  sonar.elevation_width_rad = radians(20);
+  sonar.elevation_fan_rad = radians(20);
+  sonar.rays_elevation = 8;
+  return sonar;
+}
+
+const Water kWater{1500, 0.3};
+
+std::vector<Hit> wall_hits(const Fan& fan) {
+  return std::vector<Hit>(fan.size(), Hit{5.0, 0.8f, 1});
+}
+
+}  // namespace
+
+TEST_CASE("a hit becomes the scatterer of the formulas") {
+  const Sonar sonar = small_sonar();
+  const Fan fan = make_fan(sonar);
+  const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, 2, {0, 1e-3}});
+  REQUIRE(scatterers.size() == fan.size());
+  const std::size_t ray = ray_index(fan, 3, 0, 5);
+  const Scatterer& s = scatterers[ray];
+  CHECK(s.key == ray);
+  CHECK(s.beam == 3);
+  CHECK(s.delay_s == Approx(10.0 / 1500));
+  CHECK(s.arrival.azimuth_rad == Approx(beam_azimuth_rad(sonar, 3)));
+  const double elevation = fan.elevation_rad[5];
+  CHECK(s.arrival.elevation_rad == Approx(elevation));
+  CHECK(s.standard_deviation == Approx(std::sqrt(1e-3 * 0.8 * 0.8 * 25 * radians(1) *
+                                                 (std::sin(radians(5)) - std::sin(radians(2.5))))));
+  CHECK(s.gain == Approx(1 / 25.0 * std::pow(10, -0.3 * 10 / 20) *
+                         sinc(0.884 * std::sin(elevation) / radians(20))));
+  CHECK(length(s.position_m) == Approx(5));
+}
+
+// Protects every beam from one bad ray: a miss, a hit at zero range, NaN and infinite ranges and
+// incidences are left out alone, and the beams they are not in keep every bit of their series.
+TEST_CASE("bad rays poison nobody") {
+  const Sonar sonar = small_sonar();
+  const Fan fan = make_fan(sonar);
+  const SurfaceScattering scattering{sonar, kWater, 1, {0, 1e-3}};
+  const std::vector<Hit> good = wall_hits(fan);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Hit bad = GENERATE_COPY(Hit{}, Hit{0, 1, 1}, Hit{nan, 1, 1},
+                                Hit{5, std::numeric_limits<float>::quiet_NaN(), 1},
+                                Hit{std::numeric_limits<double>::infinity(), 1, 1}, Hit{-3, 1, 1},
+                                Hit{5, 1.5f, 1}, Hit{0.4, 1, 1}, Hit{8.1, 1, 1});
+  std::vector<Hit> spoiled = good;
+  spoiled[ray_index(fan, 7, 0, 2)] = bad;
+  const auto scatterers = surface_scatterers(fan, spoiled, scattering);
+  CHECK(scatterers.size() == good.size() - 1);
+
+  const Record record = make_record(sonar, kWater);
+  const auto backend = make_cpu_backend({sonar, kWater, record});
+  const auto series_of = [&](std::vector<Scatterer> list) {
+    const ScattererList sorted = sorted_by_beam_and_delay(std::move(list), 16);
+    const PingTask task{&sorted, {{0.0, {}}}, RandomKeys{1, 0, 0, 0}, 0};
+    PingSeries series;
+    backend->synthesize({&task, 1}, {&series, 1}, Workers(1));
+    return series;
+  };
+  std::vector<Scatterer> expected = surface_scatterers(fan, good, scattering);
+  expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(ray_index(fan, 7, 0, 2)));
+  const PingSeries a = series_of(scatterers), b = series_of(expected);
+  for (std::size_t i = 0; i < a.pressure_pa.size(); ++i) {
+    REQUIRE(std::isfinite(a.pressure_pa[i].real()));
+    REQUIRE(a.pressure_pa[i] == b.pressure_pa[i]);
+    REQUIRE(a.clean_power_pa2[i] == b.clean_power_pa2[i]);
+  }
+}
+
+// Protects point targets: behind a wall, outside the fan and outside the ranges they are silent.
+TEST_CASE("point targets are hidden by what stands before them") {
+  World world;
+  world.objects.push_back({1, BoxShape{{0.1, 1, 1}, false}, {{3, 0, 0}, {}}, 1e-3});
+  world.instances.resize(7);
+  const auto add = [&](std::uint32_t id, Vec3 p) { world.point_targets.push_back({id, p, -20}); };
+  add(2, {5, 0, 0});                                  // behind the box
+  add(3, {2, 0, 0});                                  // before it
+  add(4, {2.9, 0, 0});                                // on its face
+  add(5, {2 * std::cos(0.3), 2 * std::sin(0.3), 0});  // beside the fan
+  add(6, {2, 0, 1});                                  // above it
+  add(7, {0.4, 0, 0});                                // too near
+  const Tracer tracer(world);
+  const auto scatterers = point_target_scatterers(world, tracer, {}, small_sonar(), kWater);
+  REQUIRE(scatterers.size() == 2);
+  CHECK(scatterers[0].instance == 3);
+  CHECK(scatterers[1].instance == 4);
+  CHECK(scatterers[0].mean.real() == Approx(0.1));
+  CHECK(scatterers[0].standard_deviation == 0);
+  // The world turned and moved with the sonar changes nothing.
+  const Pose moved{{10, -5, 2}, from_roll_pitch_yaw(0.2, 0.3, 2.0)};
+  World other = world;
+  other.objects[0].pose = compose(moved, world.objects[0].pose);
+  for (PointTarget& t : other.point_targets) t.position_m = transform_point(moved, t.position_m);
+  const Tracer again(other);
+  const auto same = point_target_scatterers(other, again, moved, small_sonar(), kWater);
+  REQUIRE(same.size() == 2);
+  CHECK(same[0].delay_s == Approx(scatterers[0].delay_s).epsilon(1e-12));
+}

@@ -1,0 +1,99 @@
+#include "world/mesh.h"
+
+#include <cmath>
+
+#include "catch.h"
+#include "temporary_folder.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+const char* kWedgeObj =
+    "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\n"
+    "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+// A COLLADA triangle whose third vertex is at (0, 0, 5) of the file, in its unit and up axis.
+std::string dae(const std::string& up, const std::string& metres) {
+  return R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="u" meter=")" +
+         metres + R"("/><up_axis>)" + up + R"(</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="9">0 0 0 1 2 0 0 0 5</float_array>
+<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+bool has_vertex(const Mesh& mesh, double x, double y, double z) {
+  for (const auto& v : mesh.vertices) {
+    if (std::abs(v[0] - x) + std::abs(v[1] - y) + std::abs(v[2] - z) < 1e-6) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("OBJ and STL are taken as they are, times the scale") {
+  const TemporaryFolder folder;
+  const auto obj = load_mesh(folder.write("wedge.obj", kWedgeObj), 0.5, Normals::face);
+  REQUIRE(obj.ok());
+  CHECK(obj->triangles.size() == 4);
+  CHECK(has_vertex(*obj, 1, 0, 0));
+  CHECK(has_vertex(*obj, 0, 1.5, 0));
+  CHECK(has_vertex(*obj, 0, 0, 2));
+  const auto stl =
+      load_mesh(folder.write("one.stl",
+                             "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                             "vertex 0 7 0\nendloop\nendfacet\nendsolid x\n"),
+                1, Normals::face);
+  REQUIRE(stl.ok());
+  CHECK(has_vertex(*stl, 0, 7, 0));
+}
+
+// Protects users of COLLADA: z up and metres, whichever axis and unit the file speaks of.
+TEST_CASE("DAE comes out z up and in metres") {
+  const TemporaryFolder folder;
+  const auto z_up = load_mesh(folder.write("z.dae", dae("Z_UP", "1")), 1, Normals::face);
+  REQUIRE(z_up.ok());
+  CHECK(has_vertex(*z_up, 0, 0, 5));
+  CHECK(has_vertex(*z_up, 1, 2, 0));
+  const auto y_up = load_mesh(folder.write("y.dae", dae("Y_UP", "1")), 1, Normals::face);
+  REQUIRE(y_up.ok());
+  CHECK(has_vertex(*y_up, 1, 0, 2));   // its y is up
+  CHECK(has_vertex(*y_up, 0, -5, 0));  // its z points to the viewer
+  const auto inches = load_mesh(folder.write("i.dae", dae("Z_UP", "0.0254")), 1, Normals::face);
+  REQUIRE(inches.ok());
+  CHECK(has_vertex(*inches, 0, 0, 0.127));
+}
+
+// Protects smooth bodies: shared vertices of a wedge get normals between those of their faces.
+TEST_CASE("smooth normals are of unit length and between faces") {
+  const TemporaryFolder folder;
+  const auto mesh = load_mesh(folder.write("wedge.obj", kWedgeObj), 1, Normals::smooth);
+  REQUIRE(mesh.ok());
+  REQUIRE(mesh->normals.size() == mesh->vertices.size());
+  for (const auto& n : mesh->normals) CHECK(std::hypot(n[0], n[1], n[2]) == Approx(1).margin(1e-5));
+  CHECK(load_mesh(folder.path() / "wedge.obj", 1, Normals::face)->normals.empty());
+}
+
+TEST_CASE("what is no mesh is refused with its name") {
+  const TemporaryFolder folder;
+  for (const auto& [name, text] : {std::pair<std::string, std::string>{"empty.obj", ""},
+                                   {"words.stl", "this is not a mesh"},
+                                   {"points.obj", "v 0 0 0\nv 1 0 0\n"},
+                                   {"nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
+                                   {"cut.dae", dae("Z_UP", "1").substr(0, 400)}}) {
+    INFO(name);
+    const auto mesh = load_mesh(folder.write(name, text), 1, Normals::face);
+    REQUIRE_FALSE(mesh.ok());
+    CHECK(mesh.error().kind == ErrorKind::usage);
+    CHECK(mesh.error().message.find(name) != std::string::npos);
+  }
+}
