@@ -54,9 +54,9 @@ Cost estimate_cost(const Session& session) {
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
-  // A sequence: axes, poses twice, objects, first returns, sequence.json. The top: card, work,
-  // manifest and its hash, scenario, index, annotations, splits, provenance.
-  cost.files = cost.pings * ping.files + sequences * 7 + 11 + input_files(session.scenario).size();
+  // A sequence: axes, poses twice, objects, first returns, annotations, sequence.json. The top:
+  // card, work, manifest and its hash, scenario, index, annotations, splits, provenance.
+  cost.files = cost.pings * ping.files + sequences * 8 + 11 + input_files(session.scenario).size();
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 

@@ -122,8 +122,12 @@ Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings
   Progress progress(progress_style(run.options.quiet), total, found);
   std::vector<SequenceInfo> infos;
   for (std::uint32_t s = 0; s < count; ++s) {
-    Pipeline pipeline(run.session, run.tracer,
-                      sequence_info(run.session, s, pings.first, pings.last), run.options.backend);
+    const SequenceInfo info = sequence_info(run.session, s, pings.first, pings.last);
+    if (missing[s].empty() && sequence_is_finished(run.options.output, info)) {
+      infos.push_back(info);
+      continue;
+    }
+    Pipeline pipeline(run.session, run.tracer, info, run.options.backend);
     pipeline.set_png_db_limits(pipeline.png_db_limits(run.workers));
     if (Status made = make_pings(run, pipeline, missing[s], progress); !made) return made.error();
     if (Status finished = finish_sequence(run.options.output, pipeline.info()); !finished) {

@@ -22,8 +22,8 @@ std::string introduction(const DatasetInfo& info) {
       R"(# {name}
 
 Simulated multibeam sonar data, made by ensonify {version}: {pings} pings in {sequences} sequence{s}.
-Each ping is the coherent sum of the echoes of many scatterers, with speckle, side lobes and range
-ambiguity as a real instrument shows them, and comes with exact labels.
+Each ping is the coherent sum of the echoes of many scatterers, with speckle and side lobes as a real
+instrument shows them, and comes with exact labels.
 
 The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the numbers of each):
 
@@ -32,7 +32,7 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
 | carrier, bandwidth | {f_c} Hz, {b} Hz |
 | source level | {level} dB re 1 µPa·m |
 | beams | {beams}, {spacing:.4g}° apart, {width:.4g}° wide |
-| range | {near} m to {far} m, {samples} samples of {step:.4g} m |
+| range | {near:.6g} m to {far:.6g} m, {samples} samples of {step:.4g} m |
 | sound speed, absorption | {c} m/s, {alpha:.4g} dB/m |
 
 )",
@@ -135,7 +135,8 @@ for row in csv.DictReader(open("index.csv")):
        R"(level_db = cv2.imread(f"{folder}/polar/{ping}.exr", cv2.IMREAD_UNCHANGED))");
   line(output.polar,
        R"(instance = cv2.imread(f"{folder}/polar/{ping}_instance.png", cv2.IMREAD_UNCHANGED))");
-  line(output.png, R"(grey = cv2.imread(f"{folder}/png/{ping}_polar.png", cv2.IMREAD_UNCHANGED))");
+  line(output.png && output.polar,
+       R"(grey = cv2.imread(f"{folder}/png/{ping}_polar.png", cv2.IMREAD_UNCHANGED))");
   line(output.scatterers,
        R"(scatterers = np.load(f"{folder}/scatterers/{ping}.npy")  # one record each)");
   line(true, R"(azimuth_rad = np.load(f"{folder}/azimuth_rad.npy"))");

@@ -115,6 +115,8 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
                     labels, image, common)};
     headers[0].compression() = Imf::NO_COMPRESSION;
     headers[1].compression() = Imf::ZIP_COMPRESSION;
+    // Half the time of the default for 1.5 % more bytes.
+    headers[1].zipCompressionLevel() = 1;
 
     MemoryStream stream;
     stream.reserve(pixels * sizeof(half) * 2);

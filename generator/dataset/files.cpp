@@ -82,7 +82,10 @@ StreamedFile::~StreamedFile() {
 
 bool StreamedFile::open_temporary() {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    if (!make_folder(dir_ / layout::kTemporaryFolder, error_number_)) return false;
+    if (!make_folder(dir_ / layout::kTemporaryFolder, error_number_)) {
+      if (error_number_ == ENOENT) continue;
+      return false;
+    }
     temporary_ = dir_ / layout::kTemporaryFolder / temporary_name();
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) {

@@ -30,7 +30,7 @@ std::array<double, 2> db_limits_from_clean(const LabelledImage& polar) {
   const auto percentile = [&](double p) { return levels[std::size_t(p * (levels.size() - 1))]; };
   const double white = std::ceil(percentile(0.99) + 6.0);
   const double black = std::floor(percentile(0.05) - 10.0);
-  return {std::clamp(black, white - 80.0, white - 20.0), white};
+  return {std::clamp(black, white - 80.0, white - 40.0), white};
 }
 
 }  // namespace ensonify

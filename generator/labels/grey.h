@@ -11,7 +11,7 @@ namespace ensonify {
 GreyImage grey_image(const LabelledImage& image, const std::array<double, 2>& db_limits);
 
 // Limits from the clean levels of pixels that hold an echo (whose elevation is known): from 10 dB
-// under their 5th percentile to 6 dB (room for speckle) over their 99th, in whole dB, 20 to 80 dB
+// under their 5th percentile to 6 dB (room for speckle) over their 99th, in whole dB, 40 to 80 dB
 // apart; [60, 120] where nothing echoes.
 std::array<double, 2> db_limits_from_clean(const LabelledImage& polar);
 

@@ -1,5 +1,6 @@
 // A scenario as checked plain structs, in the units of its YAML keys (degrees stay degrees, so
-// that writing the resolved scenario and reading it again changes no digit).
+// that writing the resolved scenario and reading it again changes no digit). The initial values
+// are the defaults of keys that are left out; what has none must be given.
 //
 //   load_scenario     file + overrides -> Scenario, or every fault at once
 //   to_yaml           Scenario -> the resolved text
@@ -23,7 +24,8 @@
 
 namespace ensonify {
 
-// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a unit quaternion w x y z.
+// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a quaternion w x y z of
+// any length but zero, which pose_of normalises.
 using RotationSpec = std::variant<std::array<double, 3>, Quat>;
 
 struct PoseSpec {
@@ -31,6 +33,8 @@ struct PoseSpec {
   RotationSpec rotation = std::array<double, 3>{};
 };
 
+// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
+// range_min_m, elevation.fan_deg, rays.azimuth and mount.
 struct SonarSpec {
   double frequency_hz = 0;
   double bandwidth_hz = 0;
@@ -39,15 +43,16 @@ struct SonarSpec {
   double range_min_m = 0;
   double range_max_m = 0;
   int beam_count = 0;
-  double beam_fov_deg = 0;
+  double beam_fov_deg = 0;  // spacing_deg times count, if that was given
   double beam_width_deg = 0;
   double elevation_width_deg = 0;
-  double elevation_fan_deg = 0;
+  double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
   PoseSpec mount;
 };
 
+// Ocean water at the surface.
 struct FrancoisGarrisonSpec {
   double temperature_c = 10, salinity_psu = 35, ph = 8, depth_m = 0;
 };
@@ -90,6 +95,7 @@ struct MeshSpec {
 };
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
 
+// Name, material and shape must be given.
 struct ObjectSpec {
   std::string name;
   std::string class_name = "object";
@@ -98,6 +104,7 @@ struct ObjectSpec {
   PoseSpec pose;
 };
 
+// Name, strength and position must be given.
 struct PointTargetSpec {
   std::string name;
   std::string class_name = "point_target";
@@ -113,10 +120,11 @@ struct PathFileSpec {
   std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
 };
 
+// Left out: at rest at the origin. Times increase strictly; a single pose needs none.
 struct TrajectorySpec {
   std::variant<std::vector<TimedPoseSpec>, PathFileSpec> path;
   double ping_rate_hz = 1;
-  std::optional<int> pings;  // absent: the path's own length
+  std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };
 
 struct OutputSpec {
@@ -125,6 +133,7 @@ struct OutputSpec {
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
 };
 
+// Shares of the whole, whatever their sum. Once `splits` is given, a share left out is 0.
 struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
@@ -153,7 +162,8 @@ struct Override {
 
 // Reads, merges presets and overrides, fills in defaults and checks everything.
 // Errors (usage): one line a fault, `file:line:column: key.path: what is wrong, what is accepted`,
-// all faults of the file at once; also where a named input file does not exist.
+// all faults of the file at once; also where a named input file does not exist. A scenario file
+// that exists and cannot be opened or read is an error of reading (io).
 Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {});
 

@@ -11,45 +11,13 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include "scenario/text.h"
+#include "scenario/yaml_text.h"
 
 namespace ensonify {
 namespace {
 
 // Thrown through yaml-cpp when reading on makes no sense; the fault is already reported.
 struct StopReading {};
-
-// yaml-cpp counts columns in bytes, people in characters.
-struct Lines {
-  std::vector<int> continuation;  // offsets of the bytes that do not begin a character
-
-  explicit Lines(std::string_view text) {
-    for (std::size_t i = 0; i < text.size(); ++i) {
-      if ((static_cast<unsigned char>(text[i]) & 0xC0) == 0x80) {
-        continuation.push_back(static_cast<int>(i));
-      }
-    }
-  }
-
-  int column(const YAML::Mark& mark) const {
-    const auto from =
-        std::lower_bound(continuation.begin(), continuation.end(), mark.pos - mark.column);
-    const auto to = std::lower_bound(from, continuation.end(), mark.pos);
-    return mark.column + 1 - static_cast<int>(to - from);
-  }
-};
-
-Place place_at_offset(int source, std::string_view text, std::size_t offset) {
-  const std::string_view before = text.substr(0, offset);
-  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
-  const std::size_t newline = before.rfind('\n');
-  const std::size_t start = newline == std::string_view::npos ? 0 : newline + 1;
-  int column = 1;
-  for (const char c : before.substr(start)) {
-    if ((static_cast<unsigned char>(c) & 0xC0) != 0x80) ++column;
-  }
-  return {source, static_cast<int>(line), column};
-}
 
 struct Extent {
   std::size_t values = 1;
@@ -86,7 +54,7 @@ class Builder : public YAML::EventHandler {
  public:
   Builder(const std::string& text, int source, std::string path, bool whole_text, Faults& faults)
       : text_(text),
-        lines_(text),
+        columns_(text),
         source_(source),
         path_(std::move(path)),
         whole_text_(whole_text),
@@ -98,7 +66,7 @@ class Builder : public YAML::EventHandler {
   Place place(const YAML::Mark& mark) const {
     if (!whole_text_) return {source_, 0, 0};
     if (mark.is_null()) return {source_, 1, 1};
-    return {source_, mark.line + 1, lines_.column(mark)};
+    return {source_, mark.line + 1, columns_.column(mark.pos, mark.column)};
   }
 
   void OnDocumentStart(const YAML::Mark& mark) override {
@@ -274,7 +242,7 @@ class Builder : public YAML::EventHandler {
   }
 
   std::string_view text_;
-  Lines lines_;
+  Columns columns_;
   int source_;
   std::string path_;
   bool whole_text_;
@@ -285,53 +253,6 @@ class Builder : public YAML::EventHandler {
   std::vector<Frame> stack_;
   std::unordered_map<YAML::anchor_t, Node> anchors_;
 };
-
-// yaml-cpp lets the end of the text close a quote; such a scalar has swallowed the rest of the
-// file. `offset` is that of the scalar or of its anchor.
-bool is_unterminated(std::string_view text, std::size_t offset) {
-  std::size_t open = offset;
-  if (text[open] == '&') open = text.find_first_of(" \t\r\n", open);
-  open = text.find_first_not_of(" \t\r\n", open);
-  if (open == std::string_view::npos || (text[open] != '"' && text[open] != '\'')) return false;
-  const char quote = text[open];
-  for (std::size_t i = open + 1; i < text.size(); ++i) {
-    if (quote == '"' && text[i] == '\\') {
-      ++i;
-    } else if (text[i] == quote) {
-      if (quote == '"' || i + 1 >= text.size() || text[i + 1] != quote) return false;
-      ++i;
-    }
-  }
-  return true;
-}
-
-// Bytes that yaml-cpp would misread (0x04 ends its input) or that no editor shows.
-bool is_clean_text(std::string_view text, int source, const std::string& path, bool whole_text,
-                   Faults& faults) {
-  const auto refuse = [&](std::size_t offset, const char* what) {
-    const Place at = whole_text ? place_at_offset(source, text, offset) : Place{source, 0, 0};
-    add_fault(faults, at, path, what);
-    return false;
-  };
-  if (text.size() > kMaxYamlBytes) {
-    return refuse(0, fmt::format("larger than {} MiB", kMaxYamlBytes >> 20).c_str());
-  }
-  if (const auto nul = text.find('\0'); nul != std::string_view::npos) {
-    return refuse(nul, "a NUL byte: this is no text file, YAML in UTF-8 is accepted");
-  }
-  if (const auto bad = first_invalid_utf8(text)) {
-    return refuse(*bad, "not UTF-8, which is the only encoding accepted");
-  }
-  if (const auto bad = first_control_character(text, "\t\n\r")) {
-    return refuse(*bad, "a control character or byte order mark, which no text should hold");
-  }
-  for (std::size_t i = text.find('\r'); i != std::string_view::npos; i = text.find('\r', i + 1)) {
-    if (i + 1 >= text.size() || text[i + 1] != '\n') {
-      return refuse(i, "a carriage return without line feed, which no text should hold");
-    }
-  }
-  return true;
-}
 
 std::optional<Node> read_clean(const std::string& text, int source, const std::string& path,
                                bool whole_text, Faults& faults) {

@@ -125,10 +125,21 @@ TEST_CASE("EXR headers hold units and scales and no date or host") {
     CHECK_FALSE(Imf::hasOwner(header));
     std::vector<std::string> names;
     for (auto a = header.begin(); a != header.end(); ++a) names.emplace_back(a.name());
-    const std::vector<std::string> expected = {
-        "axes",        "channels",           "chunkCount",         "compression", "dataWindow",
-        "displayWindow", "lineOrder",        "metres_per_pixel",   "name",        "no_energy",
-        "pixelAspectRatio", "screenWindowCenter", "screenWindowWidth", "type",    "units"};
+    const std::vector<std::string> expected = {"axes",
+                                               "channels",
+                                               "chunkCount",
+                                               "compression",
+                                               "dataWindow",
+                                               "displayWindow",
+                                               "lineOrder",
+                                               "metres_per_pixel",
+                                               "name",
+                                               "no_energy",
+                                               "pixelAspectRatio",
+                                               "screenWindowCenter",
+                                               "screenWindowWidth",
+                                               "type",
+                                               "units"};
     CHECK(names == expected);
   }
 }

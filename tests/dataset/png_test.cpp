@@ -45,7 +45,8 @@ Decoded decode(const std::string& bytes) {
     png_read_row(png, row.data(), nullptr);
     for (png_uint_32 x = 0; x < image.width; ++x) {
       const unsigned high = bytes_each == 2 ? row[2 * x] * 256u : 0u;  // PNG is big-endian
-      image.pixels.push_back(static_cast<std::uint16_t>(high + row[bytes_each * x + bytes_each - 1]));
+      image.pixels.push_back(
+          static_cast<std::uint16_t>(high + row[bytes_each * x + bytes_each - 1]));
     }
   }
   png_destroy_read_struct(&png, &info, nullptr);

@@ -105,11 +105,27 @@ def check_sequence_entry(checklist, data_set, sequence):
     checklist.expect(entry.sha256 == digest, f"{name} SHA-256 of sequence.json in dataset.json", entry.sha256, digest)
     checklist.expect(list(entry.pings) == sequence.pings, f"{name} pings in dataset.json", entry.pings,
                      f"{sequence.pings[:1]} to {sequence.pings[-1:]}")
-    total = sum(listed.size_bytes for listed in sequence.files)
+    listed_bytes = sum(listed.size_bytes for listed in sequence.files)
+    checklist.expect(sequence.stated_bytes == listed_bytes, f"{name} bytes in sequence.json", sequence.stated_bytes,
+                     f"{listed_bytes}, its listed files together")
+    total = listed_bytes + os.path.getsize(sequence.path("sequence.json"))
     checklist.expect(entry.size_bytes == total, f"{name} bytes in dataset.json", entry.size_bytes,
-                     f"{total}, its listed files together")
+                     f"{total}, sequence.json included")
     checklist.expect(entry.split in SPLITS, f"{name} split", entry.split, SPLITS)
     checklist.expect(entry.seed == sequence.seed, f"{name} seed in dataset.json", entry.seed, sequence.seed)
+
+
+def check_description(checklist, data_set, sequence):
+    """Classes, instances and record of sequence.json among themselves and with the manifest."""
+    name, ids = sequence.name, sorted(sequence.instances)
+    checklist.expect(ids == list(range(1, len(ids) + 1)), f"{name} instance ids", ids[:5], f"1 to {len(ids)}")
+    wrong = [instance.name for instance in sequence.instances.values()
+             if sequence.classes[instance.class_id - 1:instance.class_id] != [instance.class_name]]
+    checklist.expect_none(wrong, f"{name} instances whose class id is not that class's place")
+    checklist.expect(sequence.classes == data_set.classes, f"{name} classes", sequence.classes, data_set.classes)
+    worked_out = sequence.sonar.samples, len(sequence.sonar.spectrum)
+    checklist.expect(sequence.stated_record == worked_out, f"{name} samples and transform length",
+                     sequence.stated_record, worked_out)
 
 
 def check_sequence_files(checklist, sequence):
@@ -242,9 +258,15 @@ def check(checklist, root):
     data_set = DataSet(root)
     check_top_level(checklist, data_set)
     listed = sorted(data_set.sequence_entries)
+    total = sum(e.size_bytes for e in data_set.sequence_entries.values()) + sum(e.size_bytes for e in data_set.files)
+    checklist.expect(data_set.stated_bytes == total, "bytes in dataset.json", data_set.stated_bytes,
+                     f"{total}, all listed files together")
+    splits = {split: [int(n) for n in listed if data_set.sequence_entries[n].split == split] for split in SPLITS}
+    checklist.expect(data_set.splits == splits, "splits in dataset.json", data_set.splits, splits)
     checklist.expect(data_set.sequence_names == listed, "sequence folders", data_set.sequence_names[:3], listed[:3])
     for sequence in data_set.sequences:
         check_sequence_entry(checklist, data_set, sequence)
+        check_description(checklist, data_set, sequence)
         check_sequence_files(checklist, sequence)
         check_arrays(checklist, sequence)
         check_tables(checklist, sequence)

@@ -130,7 +130,7 @@ def sonar_from_json(info):
         lambert_exponent=info["scattering"]["lambert_exponent"],
         pulse=sonar["pulse"],
         duration_s=0.0,
-        normalization=info["scattering"]["normalization"],
+        normalization=sonar["normalization"],
         noise_level_db=noise.get("spectrum_level_db"),
         unsupported=unsupported)
 
@@ -171,11 +171,23 @@ class Sequence:
 
     @cached_property
     def instances(self):
-        """Instances by id; a class's id is its place among the class names, from 1."""
-        classes = self.info["classes"]
-        return {entry["id"]: Instance(entry["id"], entry["name"], entry["class"],
-                                      classes.index(entry["class"]) + 1, entry.get("reflectivity"))
+        return {entry["id"]: Instance(entry["id"], entry["name"], entry["class"], entry["class_id"],
+                                      entry.get("reflectivity"))
                 for entry in self.info["instances"]}
+
+    @property
+    def classes(self):
+        """Class names; ids count from 1 in this order."""
+        return self.info["classes"]
+
+    @property
+    def stated_record(self):
+        """Stored samples and transform length as sequence.json says."""
+        return self.info["record"]["samples"], self.info["record"]["transform"]
+
+    @property
+    def stated_bytes(self):
+        return self.info["bytes"]
 
     @property
     def files(self):
@@ -250,6 +262,19 @@ class DataSet:
         return {f"{entry['sequence']:06d}": SequenceEntry(range(*entry["pings"]), entry["seed"], entry["split"],
                                                          entry["bytes"], entry["sha256"])
                 for entry in self.manifest["sequences"]}
+
+    @property
+    def classes(self):
+        return self.manifest["classes"]
+
+    @property
+    def splits(self):
+        """Sequence numbers of each split."""
+        return self.manifest["splits"]
+
+    @property
+    def stated_bytes(self):
+        return self.manifest["bytes"]
 
     @staticmethod
     def stem(sequence_number, ping):

@@ -11,7 +11,7 @@ def png_bytes(image, filters=(0,)):
     """A grey PNG; row y is written with the filter filters[y % len(filters)]."""
     depth = 16 if image.dtype == np.uint16 else 8
     step = depth // 8
-    rows = image.astype(">u2").view(np.uint8).reshape(len(image), -1) if step == 2 else image
+    rows = np.ascontiguousarray(image, ">u2").view(np.uint8).reshape(len(image), -1) if step == 2 else image
     body = bytearray()
     previous = [0] * rows.shape[1]
     for y, row in enumerate(rows.tolist()):

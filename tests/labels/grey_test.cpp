@@ -20,13 +20,13 @@ TEST_CASE("grey is linear in dB between its limits") {
 TEST_CASE("limits follow the pixels that hold an echo") {
   LabelledImage polar;
   for (int i = 0; i < 1000; ++i) {
-    polar.clean_db.push_back(static_cast<float>(100 + 30 * (i / 999.0)));
+    polar.clean_db.push_back(static_cast<float>(80 + 50 * (i / 999.0)));
     polar.elevation_rad.push_back(0);
     polar.clean_db.push_back(20);
     polar.elevation_rad.push_back(std::numeric_limits<float>::quiet_NaN());
   }
   const auto limits = db_limits_from_clean(polar);
-  CHECK(limits[0] == 91);   // 101.5 - 10, rounded down
-  CHECK(limits[1] == 136);  // 129.7 + 6, rounded up
+  CHECK(limits[0] == 72);   // 82.5 - 10, rounded down
+  CHECK(limits[1] == 136);  // 129.5 + 6, rounded up
   CHECK(db_limits_from_clean(LabelledImage{}) == std::array<double, 2>{60, 120});
 }

@@ -1,0 +1,190 @@
+// Data sets from the inside: same bytes, other bytes, going on, growing.
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "app/commands.h"
+#include "catch.h"
+#include "temporary_folder.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const char* kSmall = R"(ensonify: 1
+name: small
+seed: 7
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 3
+  beams: {count: 24, fov_deg: 24}
+  rays: {elevation: 8}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: room, class: structure, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
+point_targets: [{name: p, target_strength_db: -40, position_m: [1, 0.3, 0]}]
+trajectory: {ping_rate_hz: 5, pings: 4}
+noise: {spectrum_level_db: 40}
+output: {cartesian: {height_px: 60}}
+)";
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = fs::relative(entry.path(), folder).string();
+    if (name == "provenance.json") continue;
+    std::ifstream stream(entry.path(), std::ios::binary);
+    files[name] = std::string(std::istreambuf_iterator<char>(stream), {});
+  }
+  return files;
+}
+
+struct Maker {
+  TemporaryFolder folder;
+  fs::path scenario = folder.write("small.yaml", kSmall);
+
+  GenerateOptions options(const std::string& output) const {
+    GenerateOptions o;
+    o.input.scenario = scenario;
+    o.input.overrides = {{"output.scatterers", "true"}};
+    o.output = folder.path() / output;
+    o.threads = 2;
+    o.quiet = true;
+    return o;
+  }
+  std::map<std::string, std::string> make(const GenerateOptions& o) const {
+    const Status status = generate(o);
+    if (!status) FAIL(status.error().message);
+    if (const Status whole = verify(o.output, 2); !whole) FAIL(whole.error().message);
+    return files_of(o.output);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the same bytes for one, two and four threads") {
+  const Maker maker;
+  GenerateOptions one = maker.options("one");
+  one.threads = 1;
+  GenerateOptions four = maker.options("four");
+  four.threads = 4;
+  const auto expected = maker.make(maker.options("two"));
+  CHECK(expected.size() > 40);
+  CHECK(maker.make(one) == expected);
+  CHECK(maker.make(four) == expected);
+}
+
+// Protects seeds: every drawn file changes, the labels, which hold no draw, do not.
+TEST_CASE("another seed gives other series and the same labels") {
+  const Maker maker;
+  GenerateOptions other = maker.options("other");
+  other.input.overrides.push_back({"seed", "8"});
+  const auto a = maker.make(maker.options("a")), b = maker.make(other);
+  for (const char* drawn : {"timeseries/000000.npy", "timeseries/000003.npy", "polar/000000.exr",
+                            "scatterers/000001.npy", "png/000002_cartesian.png"}) {
+    INFO(drawn);
+    CHECK(a.at(std::string("sequences/000000/") + drawn) !=
+          b.at(std::string("sequences/000000/") + drawn));
+  }
+  CHECK(a.at("sequences/000000/polar/000000_instance.png") ==
+        b.at("sequences/000000/polar/000000_instance.png"));
+  CHECK(a.at("sequences/000000/poses.csv") == b.at("sequences/000000/poses.csv"));
+  CHECK(a.at("sequences/000000/timeseries/000000.npy") !=
+        a.at("sequences/000000/timeseries/000001.npy"));
+}
+
+// Protects the resolved scenario: run again from the data set itself, it gives the same bytes.
+TEST_CASE("a data set's own scenario makes it again") {
+  const Maker maker;
+  const auto expected = maker.make(maker.options("a"));
+  GenerateOptions again = maker.options("b");
+  again.input.scenario = maker.options("a").output / "scenario.yaml";
+  again.input.overrides.clear();
+  CHECK(maker.make(again) == expected);
+}
+
+TEST_CASE("a complete data set is left alone, other work is refused") {
+  const Maker maker;
+  const GenerateOptions o = maker.options("a");
+  maker.make(o);
+  const auto stamp = fs::last_write_time(o.output / "dataset.json");
+  CHECK(generate(o).ok());
+  CHECK(fs::last_write_time(o.output / "dataset.json") == stamp);
+  GenerateOptions other = o;
+  other.input.overrides.push_back({"seed", "8"});
+  const Status refused = generate(other);
+  REQUIRE_FALSE(refused.ok());
+  CHECK(refused.error().kind == ErrorKind::usage);
+  CHECK(refused.error().message.find("seed") != std::string::npos);
+  CHECK(refused.error().message.find("--overwrite") != std::string::npos);
+  other.overwrite = true;
+  CHECK(maker.make(other).at("work.json").find("\"seed\": 8") != std::string::npos);
+}
+
+// Protects interrupted work: half a data set, with a ping's file gone and another's record, ends in
+// the bytes of an undisturbed one.
+TEST_CASE("unfinished work is gone on with") {
+  const Maker maker;
+  const auto expected = maker.make(maker.options("whole"));
+  const GenerateOptions o = maker.options("half");
+  maker.make(o);
+  // As a kill leaves it: no manifest, records of the pings that were done.
+  fs::remove(o.output / "dataset.sha256");
+  fs::remove(o.output / "dataset.json");
+  const fs::path sequence = o.output / "sequences/000000";
+  fs::remove(sequence / "sequence.json");
+  fs::remove(sequence / "timeseries/000002.npy");
+  fs::resize_file(sequence / "polar/000001.exr", 100);
+  CHECK(maker.make(o) == expected);
+}
+
+// Protects data sets that grow: the first sequences keep every byte.
+TEST_CASE("sequences may grow") {
+  const Maker maker;
+  const GenerateOptions small = maker.options("a");
+  const auto before = maker.make(small);
+  GenerateOptions grown = small;
+  grown.input.overrides.push_back({"sequences", "3"});
+  const auto after = maker.make(grown);
+  for (const auto& [name, bytes] : before) {
+    if (name.starts_with("sequences/")) CHECK(after.at(name) == bytes);
+  }
+  CHECK(after.at("sequences/000001/timeseries/000000.npy") !=
+        after.at("sequences/000000/timeseries/000000.npy"));
+  GenerateOptions fresh = maker.options("b");
+  fresh.input.overrides.push_back({"sequences", "3"});
+  CHECK(maker.make(fresh) == after);
+}
+
+// Protects ranges of pings: each ping is the one of the whole run, its picture's limits too.
+TEST_CASE("a range of pings gives the pings of the whole") {
+  const Maker maker;
+  const auto whole = maker.make(maker.options("whole"));
+  GenerateOptions part = maker.options("part");
+  part.pings = {2, 4};
+  const auto some = maker.make(part);
+  for (const char* name : {"timeseries/000002.npy", "png/000003_polar.png", "polar/000003.exr"}) {
+    const std::string path = std::string("sequences/000000/") + name;
+    INFO(name);
+    CHECK(some.at(path) == whole.at(path));
+  }
+  CHECK(some.count("sequences/000000/timeseries/000001.npy") == 0);
+  part.pings = {2, 5};
+  part.output = maker.folder.path() / "beyond";
+  CHECK(generate(part).error().kind == ErrorKind::usage);
+  CHECK_FALSE(fs::exists(part.output));
+}
+
+TEST_CASE("frozen speckle repeats in every ping, the noise does not") {
+  const Maker maker;
+  GenerateOptions o = maker.options("a");
+  o.input.overrides.push_back({"scattering.speckle", "per_ray"});
+  const auto noisy = maker.make(o);
+  const std::string folder = "sequences/000000/";
+  CHECK(noisy.at(folder + "scatterers/000000.npy") == noisy.at(folder + "scatterers/000001.npy"));
+  CHECK(noisy.at(folder + "timeseries/000000.npy") != noisy.at(folder + "timeseries/000001.npy"));
+}

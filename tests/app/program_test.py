@@ -1,0 +1,280 @@
+"""The program from outside: exit statuses, messages, interrupted runs, full disks.
+
+ENSONIFY is the program, SCENES the folder of scenes. Run by ctest; by hand:
+    ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest program_test
+"""
+import hashlib
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+SCENES = pathlib.Path(os.environ.get("SCENES", "scenes"))
+
+SMALL = """ensonify: 1
+name: small
+seed: 7
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 4
+  beams: {count: 64, fov_deg: 64}
+  rays: {elevation: 16}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+trajectory: {ping_rate_hz: 5, pings: 30}
+output: {cartesian: {height_px: 100}}
+"""
+
+
+def run(*arguments, **options):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, **options)
+
+
+def hashes(folder):
+    """SHA-256 of every file but provenance.json, by relative name."""
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != "provenance.json"
+    }
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.scenario = self.folder / "small.yaml"
+        self.scenario.write_text(SMALL)
+
+
+class WrongScenarios(Case):
+    """Every class of wrong scenario ends with 2, names place and key, and writes nothing."""
+
+    def refuse(self, text, *expected, name="wrong.yaml", mode="w"):
+        file = self.folder / name
+        with open(file, mode) as stream:
+            stream.write(text)
+        output = self.folder / "out"
+        start = time.monotonic()
+        result = run("generate", file, "-o", output, timeout=60)
+        self.assertLess(time.monotonic() - start, 10, "took too long to refuse")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for part in expected:
+            self.assertIn(part, result.stderr)
+        self.assertFalse(output.exists(), "something was written")
+        return result.stderr
+
+    def test_unknown_key_with_the_nearest(self):
+        self.refuse(SMALL.replace("range_max_m", "range_mx_m"), "wrong.yaml:6:3: sonar.range_mx_m",
+                    "range_max_m")
+
+    def test_key_given_twice(self):
+        self.refuse(SMALL + "seed: 8\n", "wrong.yaml:14:1: seed", "twice")
+
+    def test_wrong_type(self):
+        self.refuse(SMALL.replace("pings: 30", "pings: many"), ":12:38: trajectory.pings", "many")
+
+    def test_octal_looking_number(self):
+        self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: 010"), ":6:16: sonar.range_max_m",
+                    "010")
+
+    def test_negative_and_nan_numbers(self):
+        text = SMALL.replace("reflectivity: 1e-3", "reflectivity: -1e-3")
+        self.refuse(text, ":9:31: materials.m.reflectivity", "-1e-3")
+        self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: .nan"), "sonar.range_max_m")
+
+    def test_missing_file(self):
+        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: gone.stl}}")
+        self.refuse(mesh, "objects.0.shape.mesh.file", "gone.stl")
+        self.assertEqual(run("generate", self.folder / "no.yaml", "-o", self.folder / "o").returncode, 2)
+
+    def test_broken_mesh_and_path(self):
+        (self.folder / "bad.stl").write_text("nothing")
+        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: bad.stl}}")
+        self.refuse(mesh, "bad.stl")
+        (self.folder / "bad.tum").write_text("1 2 3\n")
+        self.refuse(SMALL.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"), "bad.tum:1")
+
+    def test_empty_and_no_yaml(self):
+        self.refuse("", "wrong.yaml")
+        self.refuse("a: [1, 2\n", "wrong.yaml")
+        self.refuse(bytes(range(256)) * 20, "wrong.yaml", mode="wb")
+        self.refuse("just words", "wrong.yaml")
+
+    def test_bombs(self):
+        levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12))
+        self.refuse("ensonify: 1\na0: &a0 [1]\n" + levels, "wrong.yaml")
+        self.refuse("[" * 1_000_000, "wrong.yaml")
+        self.refuse("ensonify: 1\nname: &n {x: *n}\n", "wrong.yaml")
+
+    def test_all_faults_at_once(self):
+        text = SMALL.replace("range_max_m: 4", "range_max_m: -4").replace("seed: 7", "seed: x")
+        errors = self.refuse(text.replace("material: m,", "material: n,"), "sonar.range_max_m",
+                             "seed", "objects.0.material")
+        self.assertGreaterEqual(len(errors.strip().splitlines()), 3)
+
+    def test_wrong_usage(self):
+        output = self.folder / "out"
+        for arguments in ([], ["generate"], ["generate", self.scenario], ["paint"],
+                          ["generate", self.scenario, "-o", output, "--pings", "3"],
+                          ["generate", self.scenario, "-o", output, "--pings", "5:5"],
+                          ["generate", self.scenario, "-o", output, "--pings", "0:31"],
+                          ["generate", self.scenario, "-o", output, "--backend", "cuda"],
+                          ["generate", self.scenario, "-o", output, "--set", "seed"],
+                          ["generate", self.scenario, "-o", output, "--seed", "-1"],
+                          ["generate", self.scenario, "-o", output, "--set", "sonar.nothing=1"],
+                          ["presets", "nothing"]):
+            with self.subTest(arguments=arguments[:1] + arguments[-2:]):
+                self.assertEqual(run(*arguments).returncode, 2)
+        self.assertFalse(output.exists())
+
+
+class Commands(Case):
+    def test_help_and_version_everywhere(self):
+        for arguments in (["--help"], ["--version"], ["generate", "--help"], ["check", "--help"],
+                          ["verify", "--help"], ["presets", "--help"]):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, 0)
+            self.assertTrue(result.stdout)
+
+    def test_check_prints_a_scenario_that_reads_back(self):
+        first = run("check", self.scenario)
+        self.assertEqual(first.returncode, 0, first.stderr)
+        self.assertIn("# files:", first.stdout)
+        again = self.folder / "again.yaml"
+        again.write_text(first.stdout)
+        self.assertEqual(run("check", again).stdout, first.stdout)
+
+    def test_check_announces_files_and_bytes(self):
+        announced = run("check", self.scenario).stdout
+        output = self.folder / "out"
+        self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
+        files = sum(1 for path in output.rglob("*") if path.is_file())
+        self.assertIn(f"# files: {files}\n", announced)
+
+    def test_every_scene_passes_check(self):
+        scenes = sorted(SCENES.glob("*.yaml"))
+        self.assertGreaterEqual(len(scenes), 6)
+        for scene in scenes:
+            with self.subTest(scene=scene.name):
+                result = run("check", scene)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_presets(self):
+        table = run("presets")
+        self.assertEqual(table.returncode, 0)
+        for name in ("blueview_p900_90", "paper_table1", "aris_3000_hf"):
+            self.assertIn(name, table.stdout)
+        one = run("presets", "paper_table1")
+        self.assertIn("2950", one.stdout.replace(".0", "").replace("2.95e3", "2950"))
+
+    def test_verify_finds_a_flipped_bit(self):
+        output = self.folder / "out"
+        self.assertEqual(run("generate", self.scenario, "-o", output, "--pings", "0:2").returncode, 0)
+        self.assertEqual(run("verify", output).returncode, 0)
+        file = output / "sequences/000000/timeseries/000001.npy"
+        data = bytearray(file.read_bytes())
+        data[5000] ^= 1
+        file.write_bytes(data)
+        result = run("verify", output)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("timeseries/000001.npy", result.stderr)
+
+    def test_progress_is_quiet_when_asked(self):
+        result = run("generate", self.scenario, "-o", self.folder / "out", "--quiet", "--pings", "0:1")
+        self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""))
+
+
+class Faults(Case):
+    """Runs that are cut off, and places that cannot be written."""
+
+    def undisturbed(self):
+        output = self.folder / "undisturbed"
+        self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
+        return hashes(output)
+
+    def test_killed_runs_end_in_the_same_bytes(self):
+        expected = self.undisturbed()
+        draw = random.Random(5)
+        output = self.folder / "killed"
+        kills = 0
+        for _ in range(8):
+            process = subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet"])
+            time.sleep(draw.uniform(0.02, 0.5))
+            process.send_signal(signal.SIGKILL)
+            kills += process.wait() == -signal.SIGKILL
+        self.assertGreater(kills, 2)
+        self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
+        self.assertEqual(hashes(output), expected)
+        self.assertEqual(run("verify", output).returncode, 0)
+
+    def test_interrupt_finishes_the_ping_and_goes_on(self):
+        expected = self.undisturbed()
+        output = self.folder / "interrupted"
+        for number in (signal.SIGINT, signal.SIGTERM):
+            process = subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet"],
+                                       stderr=subprocess.PIPE)
+            records = output / ".work/sequences/000000"
+            deadline = time.monotonic() + 30
+            found = len(list(records.glob("*.json"))) if records.exists() else 0
+            while time.monotonic() < deadline and process.poll() is None:
+                if records.exists() and len(list(records.glob("*.json"))) > found:
+                    break
+            process.send_signal(number)
+            message = process.communicate()[1].decode()
+            self.assertEqual(process.returncode, 130, message)
+            self.assertIn("goes on", message)
+        self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
+        self.assertEqual(hashes(output), expected)
+
+    def test_two_copies_at_once_end_in_one_data_set(self):
+        expected = self.undisturbed()
+        output = self.folder / "twice"
+        both = [subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet"])
+                for _ in range(2)]
+        self.assertEqual([process.wait() for process in both], [0, 0])
+        self.assertEqual(hashes(output), expected)
+
+    def test_unwritable_folder(self):
+        result = run("generate", self.scenario, "-o", "/proc/ensonify")
+        self.assertEqual(result.returncode, 4, result.stderr)
+        self.assertIn("/proc/ensonify", result.stderr)
+        file = self.folder / "file"
+        file.write_text("not a folder")
+        self.assertIn(run("generate", self.scenario, "-o", file / "out").returncode, (4,))
+
+    def test_full_disk(self):
+        mount = self.folder / "small_disk"
+        mount.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", mount],
+                                 capture_output=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest("mounting a small tmpfs needs root and the right to mount")
+        self.addCleanup(subprocess.run, ["umount", mount], check=False)
+        output = mount / "out"
+        result = run("generate", self.scenario, "-o", output)
+        self.assertEqual(result.returncode, 4, result.stderr)
+        self.assertIn("space", result.stderr.lower())
+        # Room again: the same command goes on to the same bytes.
+        subprocess.run(["mount", "-o", "remount,size=100m", mount], check=True)
+        self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
+        self.assertEqual(hashes(output), self.undisturbed())
+
+    def test_foreign_folder_is_not_touched(self):
+        output = self.folder / "mine"
+        output.mkdir()
+        (output / "thesis.txt").write_text("years of work")
+        for extra in ([], ["--overwrite"]):
+            self.assertEqual(run("generate", self.scenario, "-o", output, *extra).returncode, 2)
+            self.assertEqual([p.name for p in output.iterdir()], ["thesis.txt"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,39 @@
+// Pings of a scene without files.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "app/pipeline.h"
+#include "app/session.h"
+
+namespace ensonify::test {
+
+class SceneRun {
+ public:
+  explicit SceneRun(const std::string& name, const std::vector<Override>& overrides = {})
+      : session_(load(name, overrides)), tracer_(session_.world) {
+    pipeline_ = std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1),
+                                           BackendChoice::cpu);
+    pipeline_->set_png_db_limits({60, 120});
+  }
+  const Session& session() const { return session_; }
+  PingResult ping(std::uint32_t number) const { return pipeline_->run(number, Workers(2)); }
+
+ private:
+  static Session load(const std::string& name, const std::vector<Override>& overrides) {
+    auto scenario =
+        load_scenario(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"), overrides);
+    if (!scenario) throw std::runtime_error(scenario.error().message);
+    auto session = prepare_session(std::move(*scenario));
+    if (!session) throw std::runtime_error(session.error().message);
+    return std::move(*session);
+  }
+  Session session_;
+  Tracer tracer_;
+  std::unique_ptr<Pipeline> pipeline_;
+};
+
+}  // namespace ensonify::test

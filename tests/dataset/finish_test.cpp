@@ -1,0 +1,324 @@
+#include "dataset/finish.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "catch.h"
+#include "core/units.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "dataset/overwrite.h"
+#include "dataset/sample.h"
+#include "dataset/sha256.h"
+#include "dataset/verify.h"
+#include "dataset/write_ping.h"
+
+using namespace ensonify;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+Json json_in(const fs::path& file) { return Json::parse(sample::read(file)); }
+
+template <class T>
+std::vector<T> array_in(const fs::path& file) {
+  const std::string bytes = sample::read(file);
+  const std::size_t offset = parse_npy_header(bytes)->data_offset;
+  std::vector<T> values((bytes.size() - offset) / sizeof(T));
+  std::memcpy(values.data(), bytes.data() + offset, values.size() * sizeof(T));
+  return values;
+}
+
+}  // namespace
+
+// Protects the sequence's arrays: axes in radians and metres, first returns by ping with NaN.
+TEST_CASE("a finished sequence has its axes and first returns") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const fs::path dir = folder.path() / "sequences/000000";
+  const auto info = sample::sequence_info(0);
+  CHECK(array_in<double>(dir / "azimuth_rad.npy") == beam_azimuths_rad(info.sonar));
+  const auto ranges = array_in<double>(dir / "range_m.npy");
+  REQUIRE(ranges.size() == sample::kSamples);
+  CHECK(ranges[0] == 0);
+  CHECK(ranges[4] == Approx(1500 * 4 / (2 * 29.9e3)).epsilon(1e-14));
+  const auto first = array_in<float>(dir / "first_return_m.npy");
+  REQUIRE(first.size() == sample::kPings * sample::kBeams);
+  CHECK(first[sample::kBeams] == 0.1f);
+  CHECK(first[sample::kBeams + 1] == 1.1f);
+  CHECK(std::isnan(first[2]));
+}
+
+// Protects the tables' columns and digits: 1/3 must come back as the same double.
+TEST_CASE("a finished sequence has its poses and objects") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const fs::path dir = folder.path() / "sequences/000000";
+  const std::string poses = sample::read(dir / "poses.csv");
+  CHECK(
+      poses.starts_with("ping,time_s,x,y,z,qw,qx,qy,qz\n"
+                        "0,0,0.3333333333333333,2,-3,0.7071067811865476,0,0,0.7071067811865475\n"
+                        "1,0.1,1.3333333333333333,2,-3,"));
+  CHECK(std::count(poses.begin(), poses.end(), '\n') == sample::kPings + 1);
+  CHECK(sample::read(dir / "poses.tum")
+            .starts_with("0 0.3333333333333333 2 -3 0 0 0.7071067811865475 0.7071067811865476\n"));
+  const std::string objects = sample::read(dir / "objects.csv");
+  CHECK(
+      objects.starts_with("ping,instance,x,y,z,qw,qx,qy,qz\n0,1,0,0,0,1,0,0,0\n"
+                          "0,2,4,0,0,1,0,0,0\n1,1,0,0,0,1,0,0,0\n1,2,4,0,0.5,1,0,0,0\n"));
+}
+
+// Protects the manifest of a sequence: every file but itself, with true sizes and hashes.
+TEST_CASE("sequence.json lists every file of the sequence") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const fs::path dir = folder.path() / "sequences/000000";
+  auto contents = sample::contents(dir);
+  contents.erase("sequence.json");
+  const Json json = json_in(dir / "sequence.json");
+  REQUIRE(json["files"].size() == contents.size());
+  std::uint64_t bytes = 0;
+  for (const Json& entry : json["files"]) {
+    const std::string& content = contents.at(entry["path"]);
+    CHECK(entry["bytes"] == content.size());
+    CHECK(entry["sha256"] == sha256_hex(content));
+    bytes += content.size();
+  }
+  CHECK(json["bytes"] == bytes);
+}
+
+// Protects the top-level tables and the numbering of COCO's images and annotations.
+TEST_CASE("a finished data set has its index, splits and boxes") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 2);
+  CHECK(sample::read(folder.path() / "index.csv") ==
+        "sequence,ping,time_s,split,stem\n0,0,0,train,000000/000000\n0,1,0.1,train,000000/000001\n"
+        "0,2,0.2,train,000000/000002\n1,0,0,val,000001/000000\n1,1,0.1,val,000001/000001\n"
+        "1,2,0.2,val,000001/000002\n");
+  CHECK(sample::read(folder.path() / "splits/train.txt") ==
+        "000000/000000\n000000/000001\n000000/000002\n");
+  CHECK(sample::read(folder.path() / "splits/test.txt").empty());
+
+  const Json coco = json_in(folder.path() / "coco.json");
+  REQUIRE(coco["images"].size() == 2 * 2 * sample::kPings);
+  REQUIRE(coco["annotations"].size() == 3 * 2 * sample::kPings);
+  CHECK(coco["categories"][1]["id"] == 2);
+  CHECK(coco["categories"][1]["name"] == "cylinder");
+  const Json& image = coco["images"][1];
+  CHECK(image["id"] == 2);
+  CHECK(image["file_name"] == "sequences/000000/png/000000_cartesian.png");
+  CHECK(image["width"] == 8);
+  CHECK(image["height"] == 7);
+  const Json& annotation = coco["annotations"][1];
+  CHECK(annotation["image_id"] == 2);
+  CHECK(annotation["category_id"] == 1);
+  CHECK(annotation["bbox"] == Json({1, 0, 2, 3}));
+  CHECK(annotation["area"] == 6);
+  CHECK(annotation["iscrowd"] == 0);
+  CHECK(annotation["segmentation"]["size"] == Json({7, 8}));
+  CHECK(annotation["segmentation"]["counts"] == "73");
+  CHECK(annotation["name"] == "wall");
+}
+
+// Protects COCO where the grey pictures are off: it refers to files that are there.
+TEST_CASE("coco.json refers to the EXR files where there are no PNG pictures") {
+  const sample::TemporaryFolder folder;
+  auto info = sample::sequence_info(0);
+  info.output.png = false;
+  sample::open(folder.path(), 1);
+  sample::write_pings(folder.path(), info);
+  REQUIRE(finish_sequence(folder.path(), info).ok());
+  auto dataset = sample::dataset_info(1);
+  dataset.sequences = {info};
+  REQUIRE(finish_dataset(folder.path(), dataset).ok());
+  CHECK(json_in(folder.path() / "coco.json")["images"][0]["file_name"] ==
+        "sequences/000000/polar/000000.exr");
+}
+
+// Protects the manifest: version, numerics, hashes of every other top-level file, and its own seal.
+TEST_CASE("dataset.json lists the top level and is sealed") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 2);
+  const std::string text = sample::read(folder.path() / "dataset.json");
+  CHECK(sample::read(folder.path() / "dataset.sha256") == sha256_hex(text) + "  dataset.json\n");
+  const Json json = Json::parse(text);
+  CHECK(json["numerics"]["embree_isa"] == "AVX2");
+  CHECK(json["splits"]["val"] == Json({1}));
+  CHECK(json["sequences"][1]["sha256"] ==
+        sha256_hex(sample::read(folder.path() / "sequences/000001/sequence.json")));
+  CHECK(json["sequences"][1]["seed"] == 18446744073709551615u);
+  std::vector<std::string> listed;
+  for (const Json& entry : json["files"]) {
+    listed.push_back(entry["path"]);
+    CHECK(entry["sha256"] == sha256_hex(sample::read(folder.path() / listed.back())));
+  }
+  CHECK(listed == std::vector<std::string>{"README.md", "coco.json", "index.csv", "scenario.yaml",
+                                           "splits/test.txt", "splits/train.txt", "splits/val.txt",
+                                           "work.json"});
+  CHECK_FALSE(fs::exists(folder.path() / ".work"));
+}
+
+// Protects "no time stamp, host name or path of the machine in any compared file": two runs in two
+// places, on two hosts, are byte for byte the same.
+TEST_CASE("two data sets of the same work are equal") {
+  const sample::TemporaryFolder one, two;
+  sample::make_dataset(one.path(), 2);
+  sample::make_dataset(two.path(), 2);
+  auto info = sample::dataset_info(2);
+  info.host = "elsewhere";
+  info.wall_seconds = 99;
+  REQUIRE(finish_dataset(two.path(), info).ok());
+  CHECK(sample::contents(one.path()) == sample::contents(two.path()));
+  for (const auto& [name, bytes] : sample::contents(two.path())) {
+    INFO(name);
+    CHECK(bytes.find(two.path().string()) == std::string::npos);
+    CHECK(bytes.find("elsewhere") == std::string::npos);
+  }
+}
+
+// Protects input files: under their hash, and only if they still are what was hashed.
+TEST_CASE("assets are copied under their hash") {
+  const sample::TemporaryFolder folder, source;
+  sample::make_dataset(folder.path(), 1);
+  sample::write(source.path() / "ship.obj", "mesh");
+  auto info = sample::dataset_info(1);
+  info.assets = {{sha256_hex("mesh"), ".obj", source.path() / "ship.obj"}};
+  REQUIRE(finish_dataset(folder.path(), info).ok());
+  const std::string name = "assets/" + sha256_hex("mesh") + ".obj";
+  CHECK(sample::read(folder.path() / name) == "mesh");
+  CHECK(sample::read(folder.path() / "dataset.json").find(name) != std::string::npos);
+
+  sample::write(source.path() / "ship.obj", "another mesh");
+  const Status changed = finish_dataset(folder.path(), info);
+  REQUIRE_FALSE(changed.ok());
+  CHECK(changed.error().kind == ErrorKind::usage);
+  CHECK(sample::read(folder.path() / name) == "mesh");
+}
+
+// Protects against finishing what is not there, with a count that helps.
+TEST_CASE("finishing needs every ping and every sequence") {
+  const sample::TemporaryFolder folder;
+  const auto info = sample::sequence_info(0);
+  sample::open(folder.path(), 1);
+  sample::write_pings(folder.path(), info);
+  fs::remove(folder.path() / "sequences/000000/polar/000001.exr");
+  const Status sequence = finish_sequence(folder.path(), info);
+  REQUIRE_FALSE(sequence.ok());
+  CHECK(sequence.error().kind == ErrorKind::usage);
+  CHECK(sequence.error().message.find("1 of 3 pings") != std::string::npos);
+  CHECK_FALSE(sequence_is_finished(folder.path(), info));
+  const Status dataset = finish_dataset(folder.path(), sample::dataset_info(1));
+  REQUIRE_FALSE(dataset.ok());
+  CHECK(dataset.error().kind == ErrorKind::usage);
+  CHECK_FALSE(fs::exists(folder.path() / "dataset.json"));
+}
+
+// Protects growth: top-level files are renewed, files of old sequences keep even their time stamps.
+TEST_CASE("sequences grow without a touch on the old ones") {
+  const sample::TemporaryFolder grown, whole;
+  sample::make_dataset(grown.path(), 1);
+  const fs::path old_file = grown.path() / "sequences/000000/timeseries/000000.npy";
+  const fs::path old_manifest = grown.path() / "sequences/000000/sequence.json";
+  const fs::file_time_type stamp{};
+  fs::last_write_time(old_file, stamp);
+  fs::last_write_time(old_manifest, stamp);
+  sample::make_dataset(grown.path(), 3);
+  sample::make_dataset(whole.path(), 3);
+  CHECK(sample::contents(grown.path()) == sample::contents(whole.path()));
+  CHECK(fs::last_write_time(old_file) == stamp);
+  CHECK(fs::last_write_time(old_manifest) == stamp);
+}
+
+// Protects growth that is killed in the finishing step: the old seal must be gone before the first
+// top-level file is renewed. The missing asset stops finishing in the middle.
+TEST_CASE("a data set that outgrew its seal is not complete") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  sample::open(folder.path(), 2);
+  sample::write_pings(folder.path(), sample::sequence_info(1));
+  REQUIRE(finish_sequence(folder.path(), sample::sequence_info(1)).ok());
+  auto info = sample::dataset_info(2);
+  info.assets = {{std::string(64, 'a'), "obj", folder.path() / "missing.obj"}};
+  REQUIRE_FALSE(finish_dataset(folder.path(), info).ok());
+  CHECK_FALSE(fs::exists(folder.path() / "dataset.sha256"));
+}
+
+// Protects a kill at any moment: whatever set of the latest files is missing, the same steps give
+// the same data set. The order in which files appear is that of the run below.
+TEST_CASE("a run that was cut off anywhere ends in the same data set") {
+  const sample::TemporaryFolder whole;
+  sample::make_dataset(whole.path(), 1);
+  const auto expected = sample::contents(whole.path());
+  const char* const last_first[] = {"dataset.sha256", "dataset.json",   "provenance.json",
+                                    "coco.json",      "splits/val.txt", "index.csv",
+                                    "README.md"};
+  const sample::TemporaryFolder folder;
+  fs::copy(whole.path(), folder.path(), fs::copy_options::recursive);
+  for (const char* name : last_first) {
+    fs::remove(folder.path() / name);
+    sample::write(folder.path() / ".work/tmp/1-2", "half");
+    const sample::TemporaryFolder resumed;
+    fs::copy(folder.path(), resumed.path(), fs::copy_options::recursive);
+    sample::make_dataset(resumed.path(), 1);
+    INFO(name);
+    CHECK(sample::contents(resumed.path()) == expected);
+  }
+}
+
+// Protects the same for the sequence's own end: sequence.json missing, tables there in part.
+TEST_CASE("a sequence that was cut off while finishing is finished again") {
+  const sample::TemporaryFolder folder, whole;
+  const auto info = sample::sequence_info(0);
+  sample::open(folder.path(), 1);
+  sample::write_pings(folder.path(), info);
+  sample::write(folder.path() / "sequences/000000/poses.csv", "stale");
+  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(finish_dataset(folder.path(), sample::dataset_info(1)).ok());
+  sample::make_dataset(whole.path(), 1);
+  CHECK(sample::contents(folder.path()) == sample::contents(whole.path()));
+}
+
+// Protects a cluster's habit of running the same work twice: two copies at once, each going through
+// all the steps, end in one correct data set.
+TEST_CASE("two copies of the same work end in one data set") {
+  const sample::TemporaryFolder whole;
+  sample::make_dataset(whole.path(), 1);
+  const auto run = [](const fs::path& dir) -> std::string {
+    const Workers workers(1);
+    const auto state = open_work(dir, sample::identity(), 1, false);
+    if (!state) return state.error().message;
+    if (*state == FolderState::complete) return {};
+    const auto info = sample::dataset_info(1);
+    for (const SequenceInfo& sequence : info.sequences) {
+      for (std::uint32_t ping = 0; ping < sample::kPings; ++ping) {
+        const auto result = sample::ping_result(sequence, ping);
+        if (const Status s = write_ping(dir, sequence, result, workers); !s) {
+          return s.error().message;
+        }
+      }
+      if (const Status s = finish_sequence(dir, sequence); !s) return s.error().message;
+    }
+    const Status s = finish_dataset(dir, info);
+    return s ? std::string() : s.error().message;
+  };
+  for (int round = 0; round < 12; ++round) {
+    const sample::TemporaryFolder folder;
+    std::string first, second;
+    {
+      const std::jthread one([&] { first = run(folder.path()); });
+      const std::jthread two([&] { second = run(folder.path()); });
+    }
+    REQUIRE(first == "");
+    REQUIRE(second == "");
+    // What the slower copy left in .work goes when the folder is opened again.
+    const auto state = open_work(folder.path(), sample::identity(), 1, false);
+    REQUIRE(state.ok());
+    CHECK(*state == FolderState::complete);
+    CHECK(sample::contents(folder.path()) == sample::contents(whole.path()));
+  }
+}

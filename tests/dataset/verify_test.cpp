@@ -1,0 +1,290 @@
+#include "dataset/verify.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "catch.h"
+#include "dataset/sample.h"
+#include "dataset/sha256.h"
+
+using namespace ensonify;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::string> faults(const fs::path& dir) {
+  const auto report = verify_dataset(dir, Workers(2));
+  INFO((report ? "" : report.error().message));
+  REQUIRE(report.ok());
+  return report->faults;
+}
+
+bool mentions(const std::vector<std::string>& faults, const std::string& text) {
+  return std::any_of(faults.begin(), faults.end(), [&](const std::string& fault) {
+    return fault.find(text) != std::string::npos;
+  });
+}
+
+void edit(const fs::path& file, const std::string& from, const std::string& to) {
+  std::string text = sample::read(file);
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  sample::write(file, text.replace(at, from.size(), to));
+}
+
+// Puts the hash of a changed file into its manifest, and so on up to the seal: what is left is the
+// fault that only a look inside the file can find.
+void forge(const fs::path& dir, const std::string& name, const std::string& bytes) {
+  const fs::path sequence = dir / "sequences/000000/sequence.json";
+  const fs::path file = dir / "sequences/000000" / name;
+  const std::string old = sample::read(file);
+  const auto line = [&](const std::string& content) {
+    return "\"bytes\":" + std::to_string(content.size()) + ",\"sha256\":\"" + sha256_hex(content) +
+           "\"";
+  };
+  const auto total = [](const std::string& text) {
+    const auto at = text.find("\"bytes\": ") + 9;
+    return text.substr(at, text.find(',', at) - at);
+  };
+  const std::string before = sample::read(sequence);
+  sample::write(file, bytes);
+  edit(sequence, line(old), line(bytes));
+  edit(sequence, "\"bytes\": " + total(before),
+       "\"bytes\": " + std::to_string(std::stoull(total(before)) + bytes.size() - old.size()));
+  edit(dir / "dataset.json", sha256_hex(before), sha256_hex(sample::read(sequence)));
+  sample::write(dir / "dataset.sha256",
+                sha256_hex(sample::read(dir / "dataset.json")) + "  dataset.json\n");
+}
+
+void reseal(const fs::path& dir, const std::string& name, const std::string& from,
+            const std::string& to) {
+  const std::string before = sample::read(dir / name);
+  edit(dir / name, from, to);
+  const std::string after = sample::read(dir / name);
+  if (name != "dataset.json") edit(dir / "dataset.json", sha256_hex(before), sha256_hex(after));
+  sample::write(dir / "dataset.sha256",
+                sha256_hex(sample::read(dir / "dataset.json")) + "  dataset.json\n");
+}
+
+}  // namespace
+
+// Protects from false alarms, and that verify looks at every file: its count and bytes are those of
+// the folder.
+TEST_CASE("a whole data set has no faults") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 2);
+  const auto report = verify_dataset(folder.path(), Workers(2));
+  REQUIRE(report.ok());
+  CHECK(report->faults == std::vector<std::string>{});
+  const auto contents = sample::contents(folder.path());
+  std::uint64_t bytes = 0;
+  for (const auto& [name, content] : contents) bytes += content.size();
+  CHECK(report->files == contents.size());
+  CHECK(report->bytes == bytes);
+}
+
+// Protects every file: one flipped bit, at the start, in the middle or at the end, is found and the
+// file named; only provenance.json may change.
+TEST_CASE("one flipped bit in any file is found") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  for (const auto& [name, content] : sample::contents(folder.path())) {
+    if (content.empty()) continue;
+    for (const std::size_t byte : {std::size_t{0}, content.size() / 2, content.size() - 1}) {
+      INFO(name << " byte " << byte);
+      sample::flip_bit(folder.path() / name, byte, 2);
+      const auto found = faults(folder.path());
+      REQUIRE_FALSE(found.empty());
+      CHECK((mentions(found, name) || name == "dataset.json"));
+      sample::write(folder.path() / name, content);
+    }
+  }
+  sample::flip_bit(folder.path() / "provenance.json", 3, 1);
+  CHECK(faults(folder.path()).empty());
+}
+
+// Protects completeness: a missing file of any kind is found and named.
+TEST_CASE("a missing file is found") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  for (const auto& [name, content] : sample::contents(folder.path())) {
+    INFO(name);
+    fs::remove(folder.path() / name);
+    CHECK(mentions(faults(folder.path()), name));
+    sample::write(folder.path() / name, content);
+  }
+}
+
+// Protects from files that slipped in.
+TEST_CASE("an unlisted file is found") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const auto name = GENERATE(as<std::string>{}, "notes.txt", "sequences/000000/polar/000009.exr",
+                             "sequences/000001/sequence.json", "assets/x", "splits/more.txt");
+  sample::write(folder.path() / name, "x");
+  const auto found = faults(folder.path());
+  REQUIRE(found.size() == 1);
+  CHECK(found[0] == name + ": no manifest lists it");
+}
+
+// Protects users from taking an unfinished data set for a whole one.
+TEST_CASE("an unfinished data set is found") {
+  const sample::TemporaryFolder folder;
+  sample::open(folder.path(), 1);
+  CHECK(mentions(faults(folder.path()), "not finished"));
+  sample::make_dataset(folder.path(), 1);
+  sample::write(folder.path() / ".work/sequences/000000/000000.json", "{}");
+  CHECK(mentions(faults(folder.path()), ".work: is still there"));
+}
+
+// Protects the machine of whoever checks a data set from elsewhere: its manifests may not lead out.
+TEST_CASE("paths that leave the folder are faults and not followed") {
+  const sample::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "data";
+  sample::make_dataset(dir, 1);
+  sample::write(folder.path() / "outside", "x");
+  SECTION("upwards from a sequence") {
+    edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"", "\"../../../outside\"");
+  }
+  SECTION("absolute from a sequence") {
+    edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"", "\"/etc/passwd\"");
+  }
+  SECTION("from the top") { edit(dir / "dataset.json", "\"index.csv\"", "\"../outside\""); }
+  CHECK(mentions(faults(dir), "no path inside the folder; not followed"));
+}
+
+// Protects from links that pass for files: the bytes behind this one are even the right ones.
+TEST_CASE("links are faults and not followed") {
+  const sample::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "data";
+  sample::make_dataset(dir, 1);
+  SECTION("a file") {
+    fs::rename(dir / "sequences/000000/poses.csv", folder.path() / "poses.csv");
+    fs::create_symlink(folder.path() / "poses.csv", dir / "sequences/000000/poses.csv");
+    CHECK(mentions(faults(dir), "sequences/000000/poses.csv: is a link"));
+  }
+  SECTION("a folder") {
+    fs::rename(dir / "sequences/000000/polar", folder.path() / "polar");
+    fs::create_directory_symlink(folder.path() / "polar", dir / "sequences/000000/polar");
+    CHECK(mentions(faults(dir), "sequences/000000/polar/000000.exr: is a link"));
+  }
+}
+
+// Protects shapes and formats where every hash is right: a data set that was made wrong.
+TEST_CASE("a file of the wrong shape is found though its hash is right") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const fs::path dir = folder.path() / "sequences/000000";
+  const auto bytes = [&](const char* name) { return sample::read(dir / name); };
+  const auto changed = [&](const char* name, const std::string& from, const std::string& to) {
+    std::string text = bytes(name);
+    const auto at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+  };
+  std::string name, forged;
+  SECTION("transposed series") {
+    name = "timeseries/000001.npy";
+    forged = changed(name.c_str(), "(6, 9)", "(9, 6)");
+  }
+  SECTION("series cut short") {
+    name = "timeseries/000001.npy";
+    forged = bytes(name.c_str());
+    forged.pop_back();
+  }
+  SECTION("range axis of another type") {
+    name = "range_m.npy";
+    forged = changed(name.c_str(), "<f8", "<i8");
+  }
+  SECTION("a field of the scatterers renamed") {
+    name = "scatterers/000000.npy";
+    forged = changed(name.c_str(), "doppler", "Doppler");
+  }
+  SECTION("mask of 8 bits for one of 16") {
+    name = "polar/000001_instance.png";
+    forged = bytes("polar/000001_semantic.png");
+  }
+  SECTION("polar picture in place of the Cartesian one") {
+    name = "cartesian/000001.exr";
+    forged = bytes("polar/000001.exr");
+  }
+  SECTION("EXR channel renamed") {
+    name = "polar/000001.exr";
+    forged = changed(name.c_str(), "clean_db", "cleen_db");
+  }
+  SECTION("EXR cut short") {
+    name = "polar/000001.exr";
+    forged = bytes(name.c_str());
+    forged.resize(forged.size() / 2);
+  }
+  SECTION("a ping missing in the poses") {
+    name = "poses.csv";
+    forged = bytes(name.c_str());
+    forged.resize(forged.rfind('\n', forged.size() - 2) + 1);
+  }
+  SECTION("a number that is none") {
+    name = "poses.tum";
+    forged = changed(name.c_str(), " 2 ", " x ");
+  }
+  SECTION("an object too many") {
+    name = "objects.csv";
+    forged = bytes(name.c_str()) + "2,3,0,0,0,1,0,0,0\n";
+  }
+  SECTION("annotations out of order") {
+    name = "annotations.jsonl";
+    forged = changed(name.c_str(), "\"ping\":1", "\"ping\":2");
+  }
+  forge(folder.path(), name, forged);
+  const auto found = faults(folder.path());
+  REQUIRE_FALSE(found.empty());
+  CHECK(mentions(found, "sequences/000000/" + name));
+}
+
+// Protects the forging itself, on which the test above stands: bytes that are as good are no fault.
+TEST_CASE("a forged file that is as good is no fault") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  std::string series = sample::read(folder.path() / "sequences/000000/timeseries/000001.npy");
+  series.back() = 1;
+  forge(folder.path(), "timeseries/000001.npy", series);
+  CHECK(faults(folder.path()) == std::vector<std::string>{});
+}
+
+// Protects the top-level tables where every hash is right.
+TEST_CASE("tables that do not fit the pings are found though their hashes are right") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const auto check = [&](const char* name, const char* from, const char* to) {
+    reseal(folder.path(), name, from, to);
+    const auto found = faults(folder.path());
+    REQUIRE_FALSE(found.empty());
+    CHECK(mentions(found, name));
+  };
+  SECTION("index: a ping") { check("index.csv", "\n0,1,", "\n0,7,"); }
+  SECTION("index: a split") { check("index.csv", "0.1,train", "0.1,valid"); }
+  SECTION("split: a stem") { check("splits/train.txt", "000000/000001", "000000/000009"); }
+  SECTION("coco: a file") { check("coco.json", "png/000001_polar", "png/000009_polar"); }
+  SECTION("coco: a category") { check("coco.json", "\"category_id\":2", "\"category_id\":3"); }
+  SECTION("coco: an image") { check("coco.json", "\"image_id\":2", "\"image_id\":9"); }
+  SECTION("coco: not JSON") { check("coco.json", "\"images\":", "\"images\";"); }
+  SECTION("work.json") { check("work.json", "\"seed\": 7", "\"seed\": 9"); }
+  SECTION("a key of the manifest") { check("dataset.json", "\"numerics\"", "\"numerisc\""); }
+  SECTION("a split of the manifest") {
+    check("dataset.json", "\"split\": \"train\"", "\"split\": \"tests\"");
+  }
+}
+
+// Protects the exit status: what is not a data set is a wrong command, not damage.
+TEST_CASE("a folder that is no data set cannot be verified") {
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "dataset.json", "{\"name\": \"somebody's\"}");
+  const auto foreign = verify_dataset(folder.path(), Workers(1));
+  REQUIRE_FALSE(foreign.ok());
+  CHECK(foreign.error().kind == ErrorKind::usage);
+  const auto missing = verify_dataset(folder.path() / "missing", Workers(1));
+  REQUIRE_FALSE(missing.ok());
+  CHECK(missing.error().kind == ErrorKind::io);
+  const auto file = verify_dataset(folder.path() / "dataset.json", Workers(1));
+  REQUIRE_FALSE(file.ok());
+  CHECK(file.error().kind == ErrorKind::io);
+}

@@ -1,0 +1,214 @@
+#!/usr/bin/python3
+"""Shows that the readers read and that every check can fail.
+
+    selftest.py
+
+Readers against bytes made by hand, formulas against known numbers, every check on a tiny
+synthetic data set (must pass), and again on copies with one thing wrong each (must fail).
+"""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zlib
+
+import numpy as np
+
+import physics
+import random_numbers
+import sonar_dataset
+import synthetic_files
+import synthetic_faults
+import synthetic_tank
+from checklist import Checklist
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+CHECKS = ("check_files", "check_series", "check_scatterers", "check_labels", "check_coco", "check_physics_tank")
+
+
+def written(folder, name, data):
+    path = os.path.join(folder, name)
+    with open(path, "wb") as stream:
+        stream.write(data)
+    return path
+
+
+def refuses(read, path):
+    """True where a reader raises instead of returning something."""
+    try:
+        read(path)
+    except (ValueError, KeyError, zlib.error):
+        return True
+    return False
+
+
+def test_arrays_and_text(checklist, folder):
+    header = b"{'descr': '<i2', 'fortran_order': False, 'shape': (3,), }".ljust(117) + b"\n"
+    head = b"\x93NUMPY\x01\x00" + bytes([118, 0]) + header
+    path = written(folder, "a.npy", head + b"\x01\x00\x02\x00\xff\xff")
+    checklist.expect(sonar_dataset.read_npy(path).tolist() == [1, 2, -1], "NPY by hand",
+                     sonar_dataset.read_npy(path).tolist(), [1, 2, -1])
+    path = written(folder, "b.npy", head + b"\x01\x00\x02\x00\xff")
+    checklist.expect(refuses(sonar_dataset.read_npy, path), "NPY cut short", "read", "refused")
+    path = written(folder, "c.json", b'{"a": 1, "a": 2}')
+    checklist.expect(refuses(sonar_dataset.read_json, path), "JSON with a key given twice", "read", "refused")
+    path = written(folder, "d.csv", b"a,b\n1,2\n3\n")
+    checklist.expect(refuses(sonar_dataset.read_csv, path), "CSV with a short row", "read", "refused")
+
+
+def test_png(checklist, folder):
+    by_hand = bytes.fromhex("89504e470d0a1a0a0000000d4948445200000002000000010800000000") + \
+        zlib.crc32(bytes.fromhex("4948445200000002000000010800000000")).to_bytes(4, "big")
+    packed = b"IDAT" + zlib.compress(b"\x01\x05\x02")
+    by_hand += (len(packed) - 4).to_bytes(4, "big") + packed + zlib.crc32(packed).to_bytes(4, "big")
+    by_hand += bytes.fromhex("0000000049454e44ae426082")
+    pixels = sonar_dataset.read_png(written(folder, "a.png", by_hand))
+    checklist.expect(pixels.tolist() == [[5, 7]], "PNG by hand (filter Sub)", pixels.tolist(), [[5, 7]])
+    generator = np.random.default_rng(1)
+    for kind in (np.uint8, np.uint16):
+        image = generator.integers(0, np.iinfo(kind).max + 1, (7, 5)).astype(kind)
+        pixels = sonar_dataset.read_png(written(folder, "b.png", synthetic_files.png_bytes(image, (0, 1, 2, 3, 4))))
+        checklist.expect(np.array_equal(pixels, image) and pixels.dtype == kind, f"PNG {kind.__name__}, five filters",
+                         "same" if np.array_equal(pixels, image) else "different", "same")
+    broken = bytearray(by_hand)
+    broken[20] ^= 1
+    checklist.expect(refuses(sonar_dataset.read_png, written(folder, "c.png", bytes(broken))), "PNG with a wrong CRC",
+                     "read", "refused")
+
+
+def test_exr(checklist, folder):
+    by_hand = bytes.fromhex("762f310102000000") + b"channels\0chlist\0" + bytes.fromhex("13000000") + b"Y\0" + \
+        bytes.fromhex("01000000000000000100000001000000" "00") + b"compression\0compression\0\x01\0\0\0\0" + \
+        b"dataWindow\0box2i\0" + bytes.fromhex("10000000" "0000000000000000" "0100000000000000") + b"\0"
+    by_hand += (len(by_hand) + 8).to_bytes(8, "little") + bytes.fromhex("00000000" "04000000" "003c" "00c0")
+    part = sonar_dataset.read_exr(written(folder, "a.exr", by_hand))[0]
+    checklist.expect(part.channels["Y"].tolist() == [[1.0, -2.0]], "EXR by hand", part.channels["Y"].tolist(),
+                     [[1.0, -2.0]])
+    generator = np.random.default_rng(2)
+    arrays = {"b": generator.normal(size=(37, 6)).astype("<f2"), "a": np.zeros((37, 6), "<f4"),
+              "c": np.arange(37 * 6, dtype="<u4").reshape(37, 6)}
+    for packing in ("none", "zips", "zip"):
+        parts = sonar_dataset.read_exr(written(folder, "b.exr", synthetic_files.exr_bytes(
+            [("first", {"Y": arrays["b"]}, "none", {"scale": 0.5}), ("second", arrays, packing, {})])))
+        same = all(np.array_equal(parts[1].channels[name], array) for name, array in arrays.items()) and \
+            np.array_equal(parts[0].channels["Y"], arrays["b"]) and parts[0].attributes["scale"] == 0.5
+        checklist.expect(same and [p.name for p in parts] == ["first", "second"], f"EXR of two parts, {packing}",
+                         "same" if same else "different", "same")
+
+
+def test_rle(checklist):
+    # Runs 1, 2, 3, 100: the fourth is written as its difference 98 = 2 + 32 * 3 to the second.
+    mask = sonar_dataset.decode_rle("123R3", 2, 53)
+    wanted = np.repeat([False, True, False, True], [1, 2, 3, 100]).reshape(53, 2).T
+    checklist.expect(np.array_equal(mask, wanted), "RLE by hand", mask.sum(), wanted.sum())
+    generator = np.random.default_rng(3)
+    for density in (0.02, 0.5, 1.0):
+        mask = generator.random((40, 30)) < density
+        same = np.array_equal(sonar_dataset.decode_rle(synthetic_files.encode_rle(mask), 40, 30), mask)
+        checklist.expect(same, f"RLE of density {density}, there and back", same, True)
+    checklist.expect(refuses(lambda text: sonar_dataset.decode_rle(text, 2, 52), "123R3"), "RLE of another size",
+                     "read", "refused")
+
+
+def test_formulas(checklist):
+    """Numbers of the written physics that need no data set."""
+    checklist.expect(physics.transform_length(2392, 29900.0) == 2500, "transform length for 2392 samples",
+                     physics.transform_length(2392, 29900.0), 2500)
+    bandwidth, bins = 29900.0, 2500
+    fine = 64
+    spectrum = np.zeros(bins * fine)
+    spectrum[:bins] = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    power = np.abs(np.fft.ifft(spectrum) * bins * fine) ** 2
+    samples = np.arange(bins * fine) / fine
+    checklist.near("b int |s|^2 dt (V3)", power.sum() / fine, 1.370, 0.001)
+    half = np.interp(0.5, power[:2 * fine][::-1], samples[:2 * fine][::-1])
+    checklist.near("-3 dB width in range (V3)", 2 * half * 1500 / 2 / bandwidth, 0.0330, 0.00033, " m")
+    checklist.near("highest side lobe", 10 * np.log10(power[2 * fine:bins * fine // 2].max()), -32.4, 0.05, " dB")
+    angle = np.radians(np.linspace(-90, 90, 400001))
+    azimuth_integral = np.trapz(physics.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
+    angle = np.radians(np.linspace(-10, 10, 20001))
+    elevation_integral = np.trapz(physics.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle)
+    checklist.near("diffuse sphere (V6)", 220 + 10 * np.log10(1e-3 * azimuth_integral * elevation_integral / 25),
+                   153.50, 0.02, " dB")
+    azimuths = physics.beam_azimuths_rad(512, np.radians(90) / 512)
+    squares = np.sum(physics.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
+    checklist.near("Eq 16 at the central beam", 10 * np.log10(squares), 8.08, 0.005, " dB")
+    checklist.near("noise of 30 dB re 1 uPa^2/Hz (V15)",
+                   physics.power_level_db(physics.noise_power_pa2(30.0, bandwidth)), 74.76, 0.005, " dB")
+    words = [int(word) for word in random_numbers.philox_4x32([np.array(0)] * 4, 0)]
+    checklist.expect(words == [0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8], "Philox 4x32-10 of zeros",
+                     [hex(word) for word in words], "6627e8d5 e169c58d bc57ac4c 9b00dbd8")
+
+
+def test_sums(checklist):
+    """The fast trigonometric sums against the formula written out."""
+    generator = np.random.default_rng(4)
+    bandwidth, samples = 29900.0, 60
+    bins = physics.transform_length(samples, bandwidth)
+    spectrum = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    delay, weight = generator.uniform(0, samples / bandwidth, 20), generator.normal(size=20) + 1j
+    offsets = np.arange(samples)[:, None] - delay * bandwidth
+    pulse = np.exp(2j * np.pi * offsets[..., None] * (np.arange(bins) - bins // 2) / bins) @ spectrum
+    sector = np.zeros(20, int)
+    series = physics.sector_series(weight, sector, delay, 1, spectrum, bandwidth, samples)[0]
+    power = physics.sector_intensity(np.abs(weight), sector, delay, 1, spectrum, bandwidth, samples)[0]
+    checklist.near("sum of pulses", physics.relative_l2(series, pulse @ weight), 0, 1e-12)
+    checklist.near("sum of squared pulses", physics.relative_l2(power, np.abs(pulse) ** 2 @ np.abs(weight)), 0, 1e-12)
+
+
+def run_check(name, *arguments):
+    """Exit status and output of one check script."""
+    result = subprocess.run([sys.executable, os.path.join(HERE, name + ".py"), *arguments], capture_output=True,
+                            text=True, check=False)
+    return result.returncode, result.stdout + result.stderr
+
+
+def failed_lines(output):
+    return [line for line in output.splitlines() if line.startswith("FAIL") or "Error" in line]
+
+
+def test_sound_data_set(checklist, root):
+    for name in CHECKS:
+        status, output = run_check(name, root)
+        checklist.expect(status == 0, f"{name} on sound data, exit status", f"{status} {failed_lines(output)[:3]}", 0)
+    copy = root + "_copy"
+    shutil.copytree(root, copy)
+    synthetic_tank.write(f"{copy}/provenance.json", "another machine")
+    status, output = run_check("compare_datasets", root, copy)
+    checklist.expect(status == 0, "compare_datasets on a copy, exit status", f"{status} {failed_lines(output)}", 0)
+    shutil.rmtree(copy)
+
+
+def test_faults(checklist, root):
+    """Every fault is found, by a FAIL line rather than by a crash, and its data set differs."""
+    copy = root + "_faulty"
+    for name, check, damage in synthetic_faults.FAULTS:
+        shutil.copytree(root, copy)
+        damage(copy)
+        status, output = run_check(check, copy)
+        found = failed_lines(output)
+        checklist.expect(status == 1 and found and "Traceback" not in output, f"{check} on {name}",
+                         f"exit {status}, {found[0][:110] if found else output[-300:]}", "exit 1")
+        status, _ = run_check("compare_datasets", root, copy)
+        checklist.expect(status == 1, f"compare_datasets on {name}, exit status", status, 1)
+        shutil.rmtree(copy)
+
+
+def main():
+    checklist = Checklist("selftest")
+    with tempfile.TemporaryDirectory() as folder:
+        for test in (test_arrays_and_text, test_png, test_exr):
+            test(checklist, folder)
+        test_rle(checklist)
+        test_formulas(checklist)
+        test_sums(checklist)
+        root = os.path.join(folder, "data")
+        synthetic_tank.write_data_set(root)
+        test_sound_data_set(checklist, root)
+        test_faults(checklist, root)
+    return checklist.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

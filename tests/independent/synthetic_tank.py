@@ -1,0 +1,237 @@
+"""A tiny tank data set, ray by ray from closed forms, for the self-test of the checks.
+
+Two sequences of the same tank, the second with noise; 128 beams, 9 rays in elevation, one ping.
+Written after the documented layout with this folder's own formulas and writers.
+"""
+import hashlib
+import json
+import os
+
+import numpy as np
+
+import labels
+import physics
+import random_numbers
+from check_scatterers import FIELDS
+from sequence import Sonar
+from synthetic_files import encode_rle, exr_bytes, png_bytes
+
+SEED = 11
+MATERIALS = {1: 1e-3, 2: 1e-3}
+CLASSES = ["structure", "cylinder"]
+NAMES = {1: "tank", 2: "target"}
+TANK_HALF_M = np.array([5.5, 5.5, 2.0])
+AXIS_M, RADIUS_M = 4.0, 0.2
+POSE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+CARTESIAN_HEIGHT = 120
+
+
+def make_sonar(noise_level_db):
+    return Sonar(beams=128, spacing_rad=np.radians(90) / 128, width_rad=np.radians(1.0),
+                 elevation_width_rad=np.radians(20.0), fan_rad=np.radians(20.0), rays_elevation=9, rays_azimuth=1,
+                 frequency_hz=9e5, bandwidth_hz=29900.0, source_pressure_pa_m=physics.source_pressure_pa_m(220.0),
+                 range_min_m=0.0, range_max_m=10.0, sound_speed_m_s=1500.0, absorption_db_m=0.3,
+                 lambert_exponent=1.0, pulse="gaussian", duration_s=0.0, normalization="calibrated",
+                 noise_level_db=noise_level_db)
+
+
+def trace(sonar):
+    """Range, cosine of incidence and instance for rays [beams, elevations] from the origin."""
+    step = sonar.fan_rad / sonar.rays_elevation
+    elevation = (np.arange(sonar.rays_elevation) + 0.5) * step - sonar.fan_rad / 2
+    azimuth, elevation = np.meshgrid(sonar.azimuths_rad, elevation, indexing="ij")
+    direction = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
+                          np.sin(elevation)], axis=-1)
+    to_wall = TANK_HALF_M / np.maximum(np.abs(direction), 1e-12)
+    range_m, cosine = to_wall.min(axis=-1), np.take_along_axis(
+        np.abs(direction), to_wall.argmin(axis=-1)[..., None], axis=-1)[..., 0]
+    inside = RADIUS_M ** 2 - (AXIS_M * np.sin(azimuth)) ** 2
+    flat = AXIS_M * np.cos(azimuth) - np.sqrt(np.maximum(inside, 0))
+    struck = inside > 0
+    normal_x, normal_y = (AXIS_M - flat * np.cos(azimuth)) / RADIUS_M, -flat * np.sin(azimuth) / RADIUS_M
+    range_m = np.where(struck, flat / np.cos(elevation), range_m)
+    cosine = np.where(struck, direction[..., 0] * normal_x + direction[..., 1] * normal_y, cosine)
+    return range_m, cosine, np.where(struck, 2, 1), azimuth, elevation, direction
+
+
+def make_scatterers(sonar, sequence):
+    """The scatterer list of ping 0, sorted by beam and delay."""
+    range_m, cosine, instance, azimuth, elevation, direction = trace(sonar)
+    step = sonar.fan_rad / sonar.rays_elevation
+    solid_angle = sonar.spacing_rad * (np.sin(elevation + step / 2) - np.sin(elevation - step / 2))
+    rays = np.arange(range_m.size).reshape(range_m.shape)
+    out = np.zeros(range_m.shape, list(FIELDS))
+    out["delay_s"] = 2 * range_m / sonar.sound_speed_m_s
+    out["beam"] = np.arange(sonar.beams)[:, None]
+    out["azimuth_rad"], out["elevation_rad"] = azimuth, elevation
+    out["variance"] = np.vectorize(MATERIALS.get)(instance) * cosine * range_m ** 2 * solid_angle
+    key = random_numbers.stream_key(SEED, random_numbers.STREAM_SPECKLE, sequence)
+    amplitude = random_numbers.complex_normals(key, 0, rays) * np.sqrt(out["variance"])
+    out["amp_re"], out["amp_im"] = amplitude.real, amplitude.imag
+    out["gain"] = physics.propagation_gain(range_m, elevation, sonar)
+    out["cos_incidence"], out["instance"] = cosine, instance
+    for axis, name in enumerate("xyz"):
+        out[name] = range_m * direction[..., axis]
+    out = out[range_m <= sonar.range_max_m]
+    return out[np.lexsort((out["delay_s"], out["beam"]))]
+
+
+class Images:
+    """Everything stored of one ping, polar [beams, samples]."""
+
+    def __init__(self, sonar, scatterers, series):
+        wanted = labels.PixelLabels(scatterers, sonar.bandwidth_hz, sonar.beams, sonar.samples)
+        clean = physics.expected_power(scatterers, sonar)
+        audible = wanted.has_echo & (clean >= (sonar.noise_power_pa2 or 0.0))
+        self.instance = np.where(audible, wanted.instance, 0).astype(np.uint16)
+        self.level = physics.level_db(series)
+        self.labels = {"clean_db": physics.power_level_db(clean),
+                       "instance_fraction": np.where(audible, wanted.fraction, 0),
+                       "elevation_rad": wanted.elevation_mean, "elevation_std_rad": wanted.elevation_spread}
+
+
+def write(path, data):
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "wb") as stream:
+        stream.write(data if isinstance(data, bytes) else data.encode())
+
+
+def cartesian_grid(sonar):
+    from sequence import Grid
+    scale = sonar.range_max_m / CARTESIAN_HEIGHT
+    half = int(np.ceil(sonar.range_max_m * np.sin(sonar.spacing_rad * sonar.beams / 2) / scale))
+    return Grid(CARTESIAN_HEIGHT, 2 * half, scale, sonar.range_max_m, half * scale)
+
+
+def write_images(folder, sonar, images, limits_db):
+    """EXR, masks and grey pictures of ping 0 in both geometries; the COCO entries of both."""
+    grid = cartesian_grid(sonar)
+    fan = labels.CartesianMap(grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m)
+    place = {"metres_per_pixel": grid.metres_per_pixel, "x_top_m": grid.x_top_m, "y_left_m": grid.y_left_m}
+    entries = []
+    for kind, apply, numbers in (("polar", lambda array, _: array.T, {}), ("cartesian", fan.apply, place)):
+        blank = {"clean_db": -99.0, "instance_fraction": 0.0}
+        level = {"Y": apply(images.level, -99.0).astype("<f2")}
+        channels = {name: apply(array, blank.get(name, np.nan)).astype("<f2")
+                    for name, array in images.labels.items()}
+        instance = apply(images.instance, 0).astype(np.uint16)
+        grey = apply(np.rint(labels.grey_levels(images.level, *limits_db)), 0).astype(np.uint8)
+        write(f"{folder}/{kind}/000000.exr", exr_bytes([("level", level, "none", numbers),
+                                                       ("labels", channels, "zip", numbers)]))
+        write(f"{folder}/{kind}/000000_instance.png", png_bytes(instance))
+        # Class ids equal instance ids in this world.
+        write(f"{folder}/{kind}/000000_semantic.png", png_bytes(instance.astype(np.uint8)))
+        write(f"{folder}/png/000000_{kind}.png", png_bytes(grey))
+        entries.append((kind, instance))
+    return entries
+
+
+def save_array(path, array):
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    np.save(path, array)
+
+
+def listing(folder, skip=()):
+    """Manifest rows of all files below a folder."""
+    rows = []
+    for base, _, names in sorted(os.walk(folder)):
+        for name in sorted(names):
+            path = os.path.join(base, name)
+            relative = os.path.relpath(path, folder)
+            if relative.split(os.sep)[0] not in skip:
+                with open(path, "rb") as stream:
+                    data = stream.read()
+                rows.append({"path": relative, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()})
+    return rows
+
+
+def description(sonar, number, limits_db):
+    """sequence.json without its list of files."""
+    return {"ensonify_sequence": 1, "sequence": number, "seed": SEED, "split": "train", "pings": [0, 1],
+            "sonar": {"frequency_hz": sonar.frequency_hz, "bandwidth_hz": sonar.bandwidth_hz, "pulse": sonar.pulse,
+                      "source_level_db": 220.0, "range_min_m": 0.0, "range_max_m": 10.0,
+                      "normalization": "calibrated",
+                      "beams": {"count": sonar.beams, "spacing_rad": sonar.spacing_rad,
+                                "width_rad": sonar.width_rad},
+                      "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
+                      "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth}},
+            "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
+            "scattering": {"lambert_exponent": 1.0, "speckle": "per_ping"},
+            "noise": None if sonar.noise_level_db is None else {"spectrum_level_db": sonar.noise_level_db},
+            "record": {"samples": sonar.samples, "transform": len(sonar.spectrum)},
+            "png": {"db": list(limits_db)}, "classes": CLASSES,
+            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i, "reflectivity": MATERIALS[i]}
+                          for i in (1, 2)]}
+
+
+def write_sequence(root, number, noise_level_db):
+    """One sequence folder; returns the masks for coco.json."""
+    folder, sonar = f"{root}/sequences/{number:06d}", make_sonar(noise_level_db)
+    scatterers = make_scatterers(sonar, number)
+    series = physics.beam_series(scatterers, sonar)
+    if noise_level_db is not None:
+        series = series + random_numbers.sample_noise(SEED, number, 0, sonar.beams, sonar.samples,
+                                                      sonar.noise_power_pa2)
+    series = series.astype(np.complex64)
+    save_array(f"{folder}/azimuth_rad.npy", sonar.azimuths_rad)
+    save_array(f"{folder}/range_m.npy", np.arange(sonar.samples) * sonar.range_step_m)
+    save_array(f"{folder}/timeseries/000000.npy", series)
+    save_array(f"{folder}/scatterers/000000.npy", scatterers)
+    returns = labels.first_return_m(scatterers, sonar.sound_speed_m_s, sonar.beams)
+    save_array(f"{folder}/first_return_m.npy", returns[None].astype(np.float32))
+    limits_db = (100.0, 160.0)
+    masks = write_images(folder, sonar, Images(sonar, scatterers, series), limits_db)
+    numbers = ",".join(map(str, POSE))
+    write(f"{folder}/poses.csv", f"ping,time_s,x,y,z,qw,qx,qy,qz\n0,0.0,{numbers}\n")
+    write(f"{folder}/poses.tum", "0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n")
+    write(f"{folder}/objects.csv", f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n")
+    write(f"{folder}/annotations.jsonl", "{}\n")
+    info = description(sonar, number, limits_db)
+    info["files"] = listing(folder)
+    info["bytes"] = sum(row["bytes"] for row in info["files"])
+    write(f"{folder}/sequence.json", json.dumps(info))
+    return [(f"sequences/{number:06d}/png/000000_{kind}.png", mask) for kind, mask in masks]
+
+
+def coco_of(pictures):
+    """coco.json of (file name, instance mask) pairs."""
+    images, annotations = [], []
+    for file_name, mask in pictures:
+        images.append({"id": len(images) + 1, "file_name": file_name, "height": mask.shape[0],
+                       "width": mask.shape[1]})
+        for identity in sorted(set(np.unique(mask).tolist()) - {0}):
+            mine = mask == identity
+            rows, columns = np.nonzero(mine)
+            box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+            annotations.append({"id": len(annotations) + 1, "image_id": images[-1]["id"], "category_id": identity,
+                                "area": int(mine.sum()), "bbox": [int(v) for v in box], "iscrowd": 0,
+                                "segmentation": {"size": list(mask.shape), "counts": encode_rle(mine)}})
+    return {"images": images, "annotations": annotations,
+            "categories": [{"id": i + 1, "name": name} for i, name in enumerate(CLASSES)]}
+
+
+def write_data_set(root):
+    """The whole data set, manifests last."""
+    pictures = write_sequence(root, 0, None) + write_sequence(root, 1, 60.0)
+    write(f"{root}/coco.json", json.dumps(coco_of(pictures)))
+    for name in ("README.md", "work.json", "scenario.yaml"):
+        write(f"{root}/{name}", "{}\n")
+    stems = ["000000/000000", "000001/000000"]
+    write(f"{root}/index.csv", "sequence,ping,time_s,split,stem\n" +
+          "".join(f"{i},0,0.0,train,{stem}\n" for i, stem in enumerate(stems)))
+    for split in ("train", "val", "test"):
+        write(f"{root}/splits/{split}.txt", "".join(stem + "\n" for stem in stems) if split == "train" else "")
+    sequences = []
+    for number in range(2):
+        folder = f"{root}/sequences/{number:06d}"
+        own = next(row for row in listing(folder) if row["path"] == "sequence.json")
+        total = sum(row["bytes"] for row in listing(folder))
+        sequences.append({"sequence": number, "pings": [0, 1], "seed": SEED, "split": "train", "bytes": total,
+                          "sha256": own["sha256"]})
+    files = listing(root, skip=("sequences",))
+    manifest = json.dumps({"ensonify_dataset": 1, "seed": SEED, "sequences": sequences, "files": files,
+                           "splits": {"train": [0, 1], "val": [], "test": []}, "classes": CLASSES,
+                           "bytes": sum(row["bytes"] for row in sequences + files)})
+    write(f"{root}/dataset.json", manifest)
+    write(f"{root}/dataset.sha256", hashlib.sha256(manifest.encode()).hexdigest() + "  dataset.json\n")
+    write(f"{root}/provenance.json", "{}\n")

@@ -1,0 +1,149 @@
+#include "catch.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::emit;
+using testing::kExample;
+using testing::kHead;
+using testing::parse;
+
+// Every key of this version that excludes no other, none at its default.
+const std::string kEveryKey = R"(ensonify: 1
+name: "every: key"
+seed: 18446744073709551615
+sequences: 3
+sonar:
+  frequency_hz: 123456.789
+  bandwidth_hz: 1e4
+  pulse: flat
+  source_level_db: 199.9
+  range_min_m: 0.1
+  range_max_m: 33.3
+  beams: {count: 7, spacing_deg: 0.1, width_deg: 1.7}
+  elevation: {width_deg: 12.5, fan_deg: 30}
+  rays: {elevation: 9, azimuth: 2}
+  mount: {position_m: [1, -2.5, 1e-7], quaternion_wxyz: [2, 0, 0, 0.1]}
+water: {sound_speed_m_s: 1480.25, absorption: {fixed_db_m: 0.0354}}
+scattering: {lambert_exponent: 2, normalization: mean_square, speckle: per_ray}
+materials:
+  "010": {reflectivity: 1e-300}
+  "yes": {reflectivity: 0.30000000000000004}
+  "a: b": {reflectivity: 0}
+  plain-name: {reflectivity: 12}
+objects:
+  - {name: "quote \" and \\", class: "null", material: "010", shape: {box: {size_m: [1, 2, 3], inside: true}}, pose: {position_m: [1, 2, 3], rotation_deg: [10, 20.5, -30]}}
+  - {name: "# no remark", class: "1.5", material: "yes", shape: {sphere: {radius_m: 0.1, inside: true}}}
+  - {name: "käse 🐟", material: "a: b", shape: {cylinder: {radius_m: 0.1, height_m: 1e5}}}
+  - {name: "*alias", material: plain-name, shape: {plane: {}}}
+point_targets:
+  - {name: "- dash", class: "n", target_strength_db: -41.5, position_m: [3, 1, 0]}
+trajectory:
+  poses:
+    - {time_s: 1700000000.125, position_m: [0, 0, 0.1], rotation_deg: [0, 0, 90]}
+    - {time_s: 1700000001, quaternion_wxyz: [0.5, 0.5, 0.5, 0.5]}
+  ping_rate_hz: 0.3
+  pings: 12
+noise: {spectrum_level_db: -30.5}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, scatterers: true}
+splits: {train: 0.7, val: 0.2, test: 0.1}
+)";
+
+// Protects the identity of a data set: the resolved text read again gives the same bytes.
+TEST_CASE("the resolved text reads back to itself") {
+  const std::vector<std::string> texts = {
+      kEveryKey, kExample, kHead,
+      kHead +
+          "water: {absorption: {model: francois_garrison, ph: 7.9}}\n"
+          "output: {cartesian: false, png: false}\n"};
+  for (const std::string& text : texts) {
+    const auto first = parse(text);
+    INFO((first.ok() ? "" : first.error().message));
+    REQUIRE(first.ok());
+    const std::string resolved = emit(*first);
+    INFO(resolved);
+    const auto second = parse(resolved);
+    INFO((second.ok() ? "" : second.error().message));
+    REQUIRE(second.ok());
+    CHECK(emit(*second) == resolved);
+  }
+}
+
+// Protects against a resolved text that is stable but says something else.
+TEST_CASE("the resolved text keeps every value") {
+  const auto first = parse(kEveryKey);
+  REQUIRE(first.ok());
+  const auto second = parse(emit(*first));
+  REQUIRE(second.ok());
+  for (const Scenario& s : {*first, *second}) {
+    CHECK(s.name == "every: key");
+    CHECK(s.seed == 18446744073709551615u);
+    CHECK(s.sequences == 3);
+    CHECK(s.sonar.frequency_hz == 123456.789);
+    CHECK(s.sonar.pulse == PulseShape::flat);
+    CHECK(s.sonar.beam_fov_deg == 7 * 0.1);
+    CHECK(s.sonar.elevation_fan_deg == 30);
+    CHECK(s.sonar.rays_azimuth == 2);
+    CHECK(s.sonar.mount.position_m[2] == 1e-7);
+    CHECK(std::get<Quat>(s.sonar.mount.rotation) == Quat{2, 0, 0, 0.1});
+    CHECK(std::get<FixedAbsorptionSpec>(s.water.absorption).db_m == 0.0354);
+    CHECK(s.scattering.normalization == Normalization::mean_square);
+    CHECK(s.scattering.speckle == SpeckleMode::per_ray);
+    REQUIRE(s.materials.size() == 4);
+    CHECK(s.materials[0].reflectivity == 1e-300);
+    CHECK(s.materials[1].name == "yes");
+    CHECK(s.materials[1].reflectivity == 0.30000000000000004);
+    REQUIRE(s.objects.size() == 4);
+    CHECK(s.objects[0].name == "quote \" and \\");
+    CHECK(s.objects[0].class_name == "null");
+    CHECK(std::get<BoxSpec>(s.objects[0].shape).inside);
+    CHECK(std::get<std::array<double, 3>>(s.objects[0].pose.rotation)[1] == 20.5);
+    CHECK(s.objects[1].class_name == "1.5");
+    CHECK(std::get<SphereSpec>(s.objects[1].shape).inside);
+    CHECK(s.objects[2].name == "käse 🐟");
+    CHECK(std::get<CylinderSpec>(s.objects[2].shape).height_m == 1e5);
+    CHECK(std::holds_alternative<PlaneSpec>(s.objects[3].shape));
+    CHECK(s.point_targets[0].name == "- dash");
+    CHECK(s.point_targets[0].class_name == "n");
+    const auto& poses = std::get<std::vector<TimedPoseSpec>>(s.trajectory.path);
+    CHECK(poses[0].time_s == 1700000000.125);
+    CHECK(std::get<Quat>(poses[1].pose.rotation).w == 0.5);
+    CHECK(s.trajectory.ping_rate_hz == 0.3);
+    CHECK(s.trajectory.pings == 12);
+    CHECK(s.noise_spectrum_level_db == -30.5);
+    CHECK_FALSE(s.output.selection.timeseries);
+    CHECK_FALSE(s.output.selection.polar);
+    CHECK(s.output.cartesian_height_px == 77);
+    CHECK(s.output.png_db == std::array<double, 2>{-20, 40.5});
+    CHECK(s.output.selection.scatterers);
+    CHECK(s.splits.test == 0.1);
+  }
+}
+
+// Protects readers of YAML 1.1 (Python's among them), to which 1e-07 and yes are other things.
+TEST_CASE("numbers and names are written so that any reader takes them for such") {
+  const auto scenario = parse(kEveryKey);
+  REQUIRE(scenario.ok());
+  const std::string text = emit(*scenario);
+  for (const char* piece : {"1.0e-07", "1.0e-300", "0.30000000000000004", "  \"yes\":",
+                            "  \"010\":", "class: \"null\"", "class: \"n\"", "material: plain-name",
+                            "name: \"- dash\"", "name: \"*alias\"", "name: \"every: key\"",
+                            "quaternion_wxyz: [2, 0, 0, 0.1]", "rotation_deg: [10, 20.5, -30]"}) {
+    INFO(piece);
+    CHECK(text.find(piece) != std::string::npos);
+  }
+}
+
+// Protects the rule that what is absent stays absent.
+TEST_CASE("absent noise and pings are not written") {
+  const auto scenario = parse(kHead + "trajectory: {poses: [{time_s: 0}, {time_s: 1}]}\n");
+  REQUIRE(scenario.ok());
+  const std::string text = emit(*scenario);
+  CHECK(text.find("noise") == std::string::npos);
+  CHECK(text.find("pings") == std::string::npos);
+  CHECK(text.find("objects: []\n") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace ensonify

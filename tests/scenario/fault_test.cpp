@@ -1,0 +1,267 @@
+#include "catch.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::faults_of;
+using testing::joined_lines;
+using testing::kExample;
+using testing::kHead;
+using testing::tells;
+
+struct Case {
+  std::string added;      // from line 4 on
+  std::string begin;      // file:line:column: key.path:
+  std::string essential;  // further on in the same line
+};
+
+// Each text has the one fault and no other.
+void check_single_faults(const std::vector<Case>& cases) {
+  for (const Case& c : cases) {
+    const auto lines = faults_of(kHead + c.added);
+    INFO(c.added << "\n" << joined_lines(lines));
+    CHECK(lines.size() == 1);
+    CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
+  }
+}
+
+// Protects the contract's "nothing of a later version": keys that do not work yet are unknown.
+TEST_CASE("keys of later versions are unknown") {
+  std::string example = kExample;
+  const std::string plain = "steel:    {reflectivity: 1e-2}";
+  example.replace(example.find(plain), plain.size(),
+                  "steel:    {reflectivity: 1e-2, coherent: {model: rician, k: 0.5}}");
+  const auto lines = faults_of(example);
+  INFO(joined_lines(lines));
+  CHECK(lines.size() == 1);
+  CHECK(tells(lines,
+              "t.yaml:9:34: materials.steel.coherent:", "unknown key, accepted are reflectivity"));
+  check_single_faults({
+      {"multipath: {bounces: 2}", "4:1: multipath:", "unknown key, accepted are ensonify, name"},
+      {"water: {profile: x}", "4:9: water.profile:", "accepted are sound_speed_m_s, absorption"},
+      {"scattering: {speckle: surface}", "4:23: scattering.speckle:", "one of per_ping, per_ray"},
+  });
+}
+
+// Protects the help for a mistyped key: the nearest one, or all of them.
+TEST_CASE("an unknown key is met with the nearest known one") {
+  check_single_faults({
+      {"wter: {}", "4:1: wter:", "unknown key (did you mean water?)"},
+      {"output: {timeserie: npy}", "4:10: output.timeserie:", "did you mean timeseries?"},
+      {"trajectory: {poses: [{position: [0, 0, 0]}]}",
+       "4:23: trajectory.poses.0.position:", "did you mean position_m?"},
+      {"zzz: 1", "4:1: zzz:", "unknown key, accepted are ensonify, name, seed, sequences, sonar"},
+      {"objects:\n  - {name: a, material: m, shape: {plane: {size: 1}}}\n"
+       "materials: {m: {reflectivity: 1}}",
+       "5:44: objects.0.shape.plane.size:", "no key is accepted here"},
+  });
+}
+
+// Protects the typed reading of numbers: place, path, and what is accepted.
+TEST_CASE("wrong numbers are faults with the accepted range") {
+  check_single_faults({
+      {"seed: -1", "4:7: seed:", "from 0 to 18446744073709551615"},
+      {"seed: 18446744073709551616", "4:7: seed:", "no unsigned 64-bit integer"},
+      {"seed: 1.0", "4:7: seed:", "no unsigned 64-bit integer"},
+      {"seed: \"7\"", "4:7: seed:", "the quoted text `7` is no number"},
+      {"seed: 010", "4:7: seed:", "`010` looks octal"},
+      {"seed: 0o17", "4:7: seed:", "`0o17` looks octal"},
+      {"sequences: 0", "4:12: sequences:", "an integer from 1 to 1000000"},
+      {"sequences: 1000001", "4:12: sequences:", "an integer from 1 to 1000000"},
+      {"sequences: 99999999999999999999", "4:12: sequences:", "out of range"},
+      {"sequences: 1.5", "4:12: sequences:", "`1.5` is no integer"},
+      {"sequences: [1]", "4:12: sequences:", "a list is no number"},
+      {"water: {sound_speed_m_s: -010}", "4:26: water.sound_speed_m_s:", "`-010` looks octal"},
+      {"water: {sound_speed_m_s: .nan}", "4:26: water.sound_speed_m_s:", "not finite"},
+      {"water: {sound_speed_m_s: inf}", "4:26: water.sound_speed_m_s:", "not finite"},
+      {"water: {sound_speed_m_s: 1e999}", "4:26: water.sound_speed_m_s:", "too large or too small"},
+      {"water: {sound_speed_m_s: 0x5DC}", "4:26: water.sound_speed_m_s:", "plain decimal"},
+      {"water: {sound_speed_m_s: 1_500}", "4:26: water.sound_speed_m_s:", "plain decimal"},
+      {"water: {sound_speed_m_s: fast}", "4:26: water.sound_speed_m_s:", "`fast` is no number"},
+      {"water: {sound_speed_m_s: }", "4:9: water.sound_speed_m_s:", "nothing is no number"},
+      {"water: {sound_speed_m_s: 20000}", "4:26: water.sound_speed_m_s:", "from 100 to 10000"},
+      {"water: {sound_speed_m_s: 1500 1}", "4:26: water.sound_speed_m_s:", "is no number"},
+      {"scattering: {lambert_exponent: -1}", "4:32: scattering.lambert_exponent:", "from 0 to 100"},
+      {"trajectory: {ping_rate_hz: 0}", "4:28: trajectory.ping_rate_hz:", "a number > 0"},
+      {"trajectory: {pings: 0}", "4:21: trajectory.pings:", "from 1 to 1000000"},
+      {"output: {cartesian: {height_px: 0}}", "4:33: output.cartesian.height_px:", "from 1 to"},
+  });
+}
+
+// Protects what YAML readers disagree about or would silently convert.
+TEST_CASE("wrong words, truth values, lists and maps are faults") {
+  check_single_faults({
+      {"scattering: {speckle: per_pings}", "4:23: scattering.speckle:", "did you mean per_ping?"},
+      {"output: {timeseries: exr}", "4:22: output.timeseries:", "accepted is one of npy, none"},
+      {"output: {timeseries: true}", "4:22: output.timeseries:", "accepted is one of npy, none"},
+      {"output: {polar: yes}", "4:17: output.polar:", "true (on), false (off)"},
+      {"output: {polar: 1}", "4:17: output.polar:", "true (on), false (off)"},
+      {"output: {polar: \"true\"}", "4:17: output.polar:", "quoted text"},
+      {"output: {polar: {gain: 1}}", "4:18: output.polar.gain:", "no key is accepted here"},
+      {"output: {png: {db: [0]}}", "4:20: output.png.db:", "a list of 2 numbers"},
+      {"output: {png: {db: [0, x]}}", "4:24: output.png.db.1:", "`x` is no number"},
+      {"output: {png: {db: [10, 10]}}", "4:20: output.png.db:", "black below white"},
+      {"output: [1]", "4:9: output:", "a list stands here, accepted is a map with timeseries"},
+      {"objects: {a: 1}", "4:10: objects:", "a map stands here, accepted is a list"},
+      {"objects: [1]", "4:11: objects.0:", "accepted is a map with name"},
+      {"materials: [1]", "4:12: materials:", "accepted is a map of names"},
+      {"noise: {}", "4:8: noise.spectrum_level_db:", "missing, accepted is a number"},
+      {"noise:", "4:1: noise:", "nothing stands here"},
+      {"splits: {train: 0, val: 0}", "4:9: splits:", "a sum above zero"},
+      {"splits: {train: -0.1, val: 1}", "4:17: splits.train:", "from 0 to"},
+  });
+  const auto lines = faults_of(kHead +
+                               "objects: [{name: a, material: m, shape: {sphere: {radius_m: 1, "
+                               "inside: on}}}]\nmaterials: {m: {reflectivity: 1}}\n");
+  CHECK(tells(lines, "t.yaml:4:72: objects.0.shape.sphere.inside:", "true or false"));
+}
+
+// Protects the head: the format version decides how everything else is read.
+TEST_CASE("format version and names are checked") {
+  const std::string sonar = "sonar: {preset: blueview_p900_90}\n";
+  CHECK(tells(faults_of("ensonify: 2\nname: t\n" + sonar),
+              "t.yaml:1:11: ensonify:", "accepted is 1"));
+  CHECK(tells(faults_of("ensonify: 01\nname: t\n" + sonar), "t.yaml:1:11: ensonify:", "octal"));
+  CHECK(tells(faults_of("name: t\n" + sonar), "t.yaml:1:1: ensonify:", "missing, accepted is 1"));
+  CHECK(tells(faults_of("ensonify: 1\n" + sonar), "t.yaml:1:1: name:", "missing"));
+  const auto name_fault = [&](const std::string& name) {
+    return faults_of("ensonify: 1\nname: " + name + "\n" + sonar);
+  };
+  CHECK(name_fault("\"010\"").empty());
+  CHECK(name_fault("käse und brot").empty());
+  for (const char* name : {"010", "7", "1e3", "yes", "off", "true", "~", "", "\"\"", "\"a\\tb\"",
+                           "\"a\\x85\"", "\"\\u2028\"", "[a]", "{a: 1}", "1:30"}) {
+    INFO(name);
+    const auto lines = name_fault(name);
+    CHECK(lines.size() == 1);
+    const std::string place = *name == '\0' ? "t.yaml:2:1: name:" : "t.yaml:2:7: name:";
+    CHECK(tells(lines, place, "accepted is printable text of 1 to 128 bytes"));
+  }
+  CHECK(name_fault(std::string(128, 'a')).empty());
+  CHECK(tells(name_fault(std::string(129, 'a')), "t.yaml:2:7: name:", "longer than 128 bytes"));
+}
+
+// Protects references between the parts of a world, and what its masks can hold.
+TEST_CASE("objects are checked against materials and each other") {
+  const std::string steel = "materials: {steel: {reflectivity: 1e-2}}\n";
+  const std::string plane = ", shape: {plane: {}}}\n";
+  check_single_faults({
+      {steel + "objects: [{name: a, material: stel" + plane.substr(0, plane.size() - 1) + "]",
+       "5:31: objects.0.material:", "no material `stel` (did you mean steel?)"},
+      {"objects: [{name: a, material: steel, shape: {plane: {}}}]",
+       "4:31: objects.0.material:", "none is defined under materials"},
+      {steel + "objects:\n  - {name: a, material: steel" + plane + "  - {name: a, material: steel" +
+           plane,
+       "7:12: objects.1.name:", "the name `a` is taken by objects.0.name"},
+      {steel + "objects:\n  - {name: a, material: steel" + plane +
+           "point_targets: [{name: a, target_strength_db: 0, position_m: [0, 0, 0]}]",
+       "7:24: point_targets.0.name:", "taken by objects.0.name"},
+      {steel + "objects:\n  - {name: a, material: steel, shape: {}}",
+       "6:39: objects.0.shape:", "missing, accepted is one of box"},
+      {steel + "objects:\n  - {name: a, material: steel}", "6:5: objects.0.shape:", "missing"},
+      {steel +
+           "objects:\n  - {name: a, material: steel, shape: {plane: {}, sphere: {radius_m: 1}}}",
+       "6:51: objects.0.shape:", "plane, sphere exclude each other"},
+      {steel + "objects:\n  - {name: a, material: steel, shape: {box: {size_m: [1, 0, 1]}}}",
+       "6:58: objects.0.shape.box.size_m.1:", "a number > 0"},
+      {steel + "objects:\n  - {name: a, material: steel, shape: {cylinder: {radius_m: 1}}}",
+       "6:50: objects.0.shape.cylinder.height_m:", "missing"},
+      {"materials: {steel: {}}", "4:20: materials.steel.reflectivity:", "missing"},
+      {"materials: {010: {reflectivity: 1}}", "4:13: materials.010:", "must be quoted"},
+      {"materials: {a: {reflectivity: -1}}", "4:31: materials.a.reflectivity:", "from 0 to"},
+      {"point_targets: [{name: a, position_m: [0, 0, 0]}]",
+       "4:17: point_targets.0.target_strength_db:", "missing"},
+      {"point_targets: [{name: a, target_strength_db: 0}]",
+       "4:17: point_targets.0.position_m:", "missing"},
+  });
+}
+
+std::string many_targets(int count, int classes) {
+  std::string text = "point_targets:\n";
+  for (int i = 0; i < count; ++i) {
+    text += "- {name: p";
+    text += std::to_string(i);
+    text += ", class: c";
+    text += std::to_string(i % classes);
+    text += ", target_strength_db: 0, position_m: [0, 0, 0]}\n";
+  }
+  return text;
+}
+
+// Protects the masks: 8 bits of classes, 16 bits of instances less the two that mean something.
+TEST_CASE("classes and instances beyond the masks are refused") {
+  CHECK(faults_of(kHead + many_targets(255, 255)).empty());
+  const auto classes = faults_of(kHead + many_targets(256, 256));
+  CHECK(
+      tells(classes, "t.yaml:260:23: point_targets.255.class:", "more than 255 different classes"));
+  CHECK(faults_of(kHead + many_targets(65534, 1)).empty());
+  const auto instances = faults_of(kHead + many_targets(65535, 1));
+  CHECK(tells(instances, "t.yaml:5:1: point_targets:", "more than 65534 objects"));
+}
+
+// Protects the path of the sonar: interpolation needs times that increase.
+TEST_CASE("poses are checked") {
+  check_single_faults({
+      {"trajectory: {poses: []}", "4:21: trajectory.poses:", "at least one pose"},
+      {"trajectory:\n  poses:\n    - {time_s: 0}\n    - {time_s: 1}\n    - {time_s: 1}",
+       "8:16: trajectory.poses.2.time_s:", "1 s does not come after the 1 s before it"},
+      {"trajectory: {poses: [{time_s: 0}, {}]}", "4:35: trajectory.poses.1.time_s:", "missing"},
+      {"trajectory: {poses: [{rotation_deg: [0, 0, 0], quaternion_wxyz: [1, 0, 0, 0]}]}",
+       "4:48: trajectory.poses.0:", "exclude each other"},
+      {"trajectory: {poses: [{quaternion_wxyz: [0, 0, 0, 0]}]}",
+       "4:40: trajectory.poses.0.quaternion_wxyz:", "has no length"},
+      {"trajectory: {poses: [{quaternion_wxyz: [1, 0, 0]}]}",
+       "4:40: trajectory.poses.0.quaternion_wxyz:", "a list of 4 numbers"},
+      {"trajectory: {poses: [{}], file: a.csv}", "4:27: trajectory:", "poses, file exclude"},
+  });
+}
+
+// Protects the water: one way of giving the absorption, with what belongs to it.
+TEST_CASE("absorption is fixed or a model") {
+  check_single_faults({
+      {"water: {absorption: {}}", "4:21: water.absorption:", "fixed_db_m (dB/m) or model"},
+      {"water: {absorption: {ph: 8}}", "4:21: water.absorption:", "fixed_db_m (dB/m) or model"},
+      {"water: {absorption: {fixed_db_m: 0.1, ph: 8}}",
+       "4:43: water.absorption.ph:", "of no effect"},
+      {"water: {absorption: {fixed_db_m: 0.1, model: francois_garrison}}",
+       "4:39: water.absorption:", "exclude each other"},
+      {"water: {absorption: {model: ainslie_mccolm}}",
+       "4:29: water.absorption.model:", "accepted is francois_garrison"},
+      {"water: {absorption: {fixed_db_m: -1}}", "4:34: water.absorption.fixed_db_m:", "from 0 to"},
+  });
+}
+
+// Protects the promise that one run tells every fault, in the order of the file.
+TEST_CASE("all faults are told at once, in the order of the file") {
+  const auto lines = faults_of(
+      "ensonify: 1\nname: 5\nseed: x\nseed: 1\nsonr: {}\nsonar: {preset: nope}\n"
+      "materials: {a: {reflectivity: 010}}\nobjects: [{name: o, material: b, shape: {plain: "
+      "{}}}]\n");
+  INFO(joined_lines(lines));
+  REQUIRE(lines.size() == 9);
+  const std::vector<std::string> begins = {"2:7: name:",
+                                           "3:7: seed:",
+                                           "4:1: seed: key given twice",
+                                           "5:1: sonr:",
+                                           "6:17: sonar.preset:",
+                                           "7:31: materials.a.reflectivity:",
+                                           "8:31: objects.0.material:",
+                                           "8:41: objects.0.shape:",
+                                           "8:42: objects.0.shape.plain:"};
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    CHECK(lines[i].starts_with("t.yaml:" + begins[i]));
+  }
+}
+
+// Protects a terminal against a file of nothing but faults.
+TEST_CASE("faults beyond a hundred are counted only") {
+  std::string text = kHead;
+  for (int i = 0; i < 150; ++i) text.append("k").append(std::to_string(i)).append(": 1\n");
+  const auto lines = faults_of(text);
+  REQUIRE(lines.size() == 101);
+  CHECK(lines.back() == "and 50 more");
+}
+
+}  // namespace
+}  // namespace ensonify

@@ -1,0 +1,121 @@
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "catch.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::emit;
+using testing::kHead;
+
+// A folder of its own that goes with the test.
+struct TemporaryFolder {
+  std::filesystem::path path;
+
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "ensonify_XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(path / name, std::ios::binary) << text;
+  }
+};
+
+std::string with_mesh(const std::string& file) {
+  return kHead +
+         "materials: {m: {reflectivity: 1}}\nobjects: [{name: a, material: m, shape: {mesh: "
+         "{file: " +
+         file + "}}}]\n";
+}
+
+std::string message_of(const Result<Scenario>& result) {
+  return result.ok() ? "" : result.error().message;
+}
+
+// Protects the promise that nothing is generated before every input is known to be there.
+TEST_CASE("input files that are missing or no files are faults at their place") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", "v 0 0 0\n");
+  folder.write("a.txt", "x");
+  std::filesystem::create_directory(folder.path / "d.obj");
+  const auto message = [&](const std::string& file) {
+    return message_of(parse_scenario(with_mesh(file), "t.yaml", folder.path));
+  };
+  const std::string place = "t.yaml:5:55: objects.0.shape.mesh.file: `";
+  CHECK(message("a.obj").empty());
+  CHECK(message("b.obj").starts_with(place + "b.obj` is not there"));
+  CHECK(message("d.obj").starts_with(place + "d.obj` is a folder"));
+  CHECK(message("a.txt").starts_with(place + "a.txt` has another ending"));
+  CHECK(message("a.txt").ends_with(".obj, .stl, .ply, .dae, .glb, .gltf"));
+  CHECK(message("\"a\\0.obj\"").starts_with(place + "a\\x00.obj` holds a control character"));
+  CHECK(message("7").starts_with("t.yaml:5:55: objects.0.shape.mesh.file: `7` is a number"));
+  if (geteuid() != 0) {  // nothing is unreadable to root
+    std::filesystem::permissions(folder.path / "a.obj", std::filesystem::perms::none);
+    CHECK(message("a.obj").starts_with(place + "a.obj` cannot be read"));
+  }
+}
+
+// Protects the rule that paths are relative to the scenario file, and that each input is listed
+// once, in the order in which it appears.
+TEST_CASE("input files are found beside the scenario and listed once") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", "v 0 0 0\n");
+  folder.write("B.STL", "solid\n");
+  folder.write("path.csv", "0,0,0,0\n");
+  folder.write("s.yaml",
+               kHead +
+                   "materials: {m: {reflectivity: 1}}\nobjects:\n"
+                   "- {name: x, material: m, shape: {mesh: {file: ./B.STL, normals: smooth}}}\n"
+                   "- {name: y, material: m, shape: {mesh: {file: a.obj, scale: 1e-3}}}\n"
+                   "- {name: z, material: m, shape: {mesh: {file: B.STL}}}\n"
+                   "trajectory: {file: path.csv}\n");
+  const auto loaded = load_scenario(folder.path / "s.yaml");
+  INFO(message_of(loaded));
+  REQUIRE(loaded.ok());
+  const std::vector<std::filesystem::path> expected = {folder.path / "B.STL", folder.path / "a.obj",
+                                                       folder.path / "path.csv"};
+  CHECK(input_files(*loaded) == expected);
+  CHECK_FALSE(loaded->trajectory.pings);
+  CHECK(std::get<MeshSpec>(loaded->objects[0].shape).smooth_normals);
+  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale == 1e-3);
+
+  const auto relative = [](const std::filesystem::path& file) { return file.filename().string(); };
+  const std::string text = to_yaml(*loaded, relative);
+  CHECK(text.find(folder.path.string()) == std::string::npos);
+  const auto again = parse_scenario(text, "again", folder.path);
+  REQUIRE(again.ok());
+  CHECK(to_yaml(*again, relative) == text);
+}
+
+// Protects the exit status: a scenario that is not there is wrong usage.
+TEST_CASE("a scenario file that cannot be read is an error with its name") {
+  const TemporaryFolder folder;
+  const auto missing = load_scenario(folder.path / "none.yaml");
+  REQUIRE_FALSE(missing.ok());
+  CHECK(missing.error().kind == ErrorKind::usage);
+  CHECK(missing.error().message.find("none.yaml: no such file") != std::string::npos);
+  CHECK(message_of(load_scenario(folder.path)).find("is a folder") != std::string::npos);
+  folder.write("big.yaml", std::string((16u << 20) + 1, '#'));
+  CHECK(message_of(load_scenario(folder.path / "big.yaml")).find("larger than 16 MiB") !=
+        std::string::npos);
+  folder.write("bad.yaml", kHead + "wter: 1\n");
+  const auto bad = load_scenario(folder.path / "bad.yaml");
+  REQUIRE_FALSE(bad.ok());
+  CHECK(bad.error().kind == ErrorKind::usage);
+  CHECK(bad.error().message.starts_with((folder.path / "bad.yaml").string() + ":4:1: wter: "));
+}
+
+}  // namespace
+}  // namespace ensonify

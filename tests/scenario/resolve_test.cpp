@@ -1,0 +1,63 @@
+#include <cmath>
+
+#include "catch.h"
+#include "core/units.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::parse;
+
+// Protects the hand-over to the stages: SI and radians, and no field forgotten.
+TEST_CASE("the stages get SI units and radians") {
+  const auto scenario = parse(
+      "ensonify: 1\nname: t\nscattering: {normalization: mean_square}\nsonar: {frequency_hz: 9e5, "
+      "bandwidth_hz: 3e4, pulse: flat, source_level_db: 200, range_min_m: 1, range_max_m: 20, "
+      "beams: {count: 90, spacing_deg: 0.5, width_deg: 2}, elevation: {width_deg: 10}, "
+      "rays: {elevation: 5, azimuth: 4}}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  const Sonar sonar = sonar_of(*scenario);
+  CHECK(sonar.frequency_hz == 9e5);
+  CHECK(sonar.bandwidth_hz == 3e4);
+  CHECK(sonar.pulse == PulseShape::flat);
+  CHECK(sonar.source_level_db == 200);
+  CHECK(sonar.range_min_m == 1);
+  CHECK(sonar.range_max_m == 20);
+  CHECK(sonar.beam_count == 90);
+  CHECK(sonar.beam_spacing_rad == Approx(0.5 * kPi / 180));
+  CHECK(sonar.beam_width_rad == Approx(2 * kPi / 180));
+  CHECK(sonar.elevation_width_rad == Approx(10 * kPi / 180));
+  CHECK(sonar.elevation_fan_rad == Approx(10 * kPi / 180));
+  CHECK(sonar.rays_elevation == 5);
+  CHECK(sonar.rays_azimuth == 4);
+  CHECK(sonar.normalization == Normalization::mean_square);
+}
+
+// Protects the convention: roll, pitch, yaw in degrees, z-y'-x'', positive pitch nose down.
+TEST_CASE("a pose follows the convention of its rotation") {
+  PoseSpec spec;
+  spec.position_m = {1, 2, 3};
+  spec.rotation = std::array<double, 3>{0, 90, 0};
+  const Vec3 nose = rotate(pose_of(spec).rotation, {1, 0, 0});
+  CHECK(nose.z == Approx(-1));
+  CHECK(pose_of(spec).position_m == Vec3{1, 2, 3});
+  spec.rotation = std::array<double, 3>{90, 0, 90};
+  const Vec3 port = rotate(pose_of(spec).rotation, {0, 1, 0});
+  CHECK(port.z == Approx(1));
+  const Vec3 bow = rotate(pose_of(spec).rotation, {1, 0, 0});
+  CHECK(bow.y == Approx(1));
+}
+
+// Protects every later rotation: a quaternion of any length is accepted and made a unit one here.
+TEST_CASE("a quaternion is normalised") {
+  PoseSpec spec;
+  spec.rotation = Quat{2, 0, 0, 2};
+  const Quat q = pose_of(spec).rotation;
+  CHECK(q.w == Approx(std::sqrt(0.5)));
+  CHECK(q.z == Approx(std::sqrt(0.5)));
+}
+
+}  // namespace
+}  // namespace ensonify

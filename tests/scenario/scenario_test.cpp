@@ -1,0 +1,129 @@
+#include <cmath>
+
+#include "catch.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::kExample;
+using testing::kHead;
+using testing::parse;
+
+// Protects the example that every reader of the documentation starts from.
+TEST_CASE("the documentation's example is read as it says") {
+  const auto scenario = parse(kExample);
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  CHECK(scenario->name == "tank_example");
+  CHECK(scenario->seed == 7);
+  CHECK(scenario->sonar.range_max_m == 10);
+  CHECK(scenario->sonar.frequency_hz == 900e3);
+  CHECK(std::get<FrancoisGarrisonSpec>(scenario->water.absorption).depth_m == 5);
+  REQUIRE(scenario->materials.size() == 2);
+  CHECK(scenario->materials[0].name == "concrete");
+  CHECK(scenario->materials[0].reflectivity == 1e-3);
+  REQUIRE(scenario->objects.size() == 2);
+  const auto& box = std::get<BoxSpec>(scenario->objects[0].shape);
+  CHECK(box.inside);
+  CHECK(box.size_m == std::array<double, 3>{11, 11, 4});
+  CHECK(scenario->objects[1].class_name == "cylinder");
+  CHECK(scenario->objects[1].material == "steel");
+  CHECK(scenario->objects[1].pose.position_m == std::array<double, 3>{4, 0, 0});
+  REQUIRE(scenario->point_targets.size() == 1);
+  CHECK(scenario->point_targets[0].target_strength_db == -40);
+  CHECK(scenario->trajectory.ping_rate_hz == 5);
+  CHECK(scenario->trajectory.pings == 10);
+  CHECK(scenario->noise_spectrum_level_db == 30.0);
+  CHECK(scenario->output.cartesian_height_px == 1000);
+  CHECK_FALSE(scenario->output.selection.scatterers);
+}
+
+// Protects the defaults, which are part of every scenario that leaves something out.
+TEST_CASE("what is left out has the documented default") {
+  const auto scenario = parse(kHead);
+  REQUIRE(scenario.ok());
+  CHECK(scenario->seed == 0);
+  CHECK(scenario->sequences == 1);
+  CHECK(scenario->sonar.pulse == PulseShape::gaussian);
+  CHECK(scenario->water.sound_speed_m_s == 1500);
+  const auto& model = std::get<FrancoisGarrisonSpec>(scenario->water.absorption);
+  CHECK(std::array<double, 4>{model.temperature_c, model.salinity_psu, model.ph, model.depth_m} ==
+        std::array<double, 4>{10, 35, 8, 0});
+  CHECK(scenario->scattering.lambert_exponent == 1);
+  CHECK(scenario->scattering.normalization == Normalization::calibrated);
+  CHECK(scenario->scattering.speckle == SpeckleMode::per_ping);
+  CHECK(scenario->objects.empty());
+  const auto& poses = std::get<std::vector<TimedPoseSpec>>(scenario->trajectory.path);
+  REQUIRE(poses.size() == 1);
+  CHECK(poses[0].pose.position_m == std::array<double, 3>{0, 0, 0});
+  CHECK(scenario->trajectory.ping_rate_hz == 1);
+  CHECK(scenario->trajectory.pings == 1);
+  CHECK_FALSE(scenario->noise_spectrum_level_db);
+  CHECK(scenario->output.selection.timeseries);
+  CHECK(scenario->output.selection.polar);
+  CHECK(scenario->output.selection.cartesian);
+  CHECK(scenario->output.selection.png);
+  CHECK_FALSE(scenario->output.selection.scatterers);
+  CHECK_FALSE(scenario->output.png_db);
+  CHECK(scenario->splits.train == 1);
+  CHECK(scenario->splits.val == 0);
+}
+
+// Protects seeds as identities: not one bit may be lost on the way through a double.
+TEST_CASE("a seed is read to the last digit") {
+  for (const char* seed : {"0", "9007199254740993", "18446744073709551615"}) {
+    const auto scenario = parse(kHead + "seed: " + seed + "\n");
+    REQUIRE(scenario.ok());
+    CHECK(std::to_string(scenario->seed) == seed);
+  }
+}
+
+// Protects the forms that the contract allows for outputs: off, on, or with options.
+TEST_CASE("outputs are off, on or with options") {
+  const auto scenario =
+      parse(kHead +
+            "output: {timeseries: none, polar: off, cartesian: on, png: {db: [-20, 40]}, "
+            "scatterers: true}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  CHECK_FALSE(scenario->output.selection.timeseries);
+  CHECK_FALSE(scenario->output.selection.polar);
+  CHECK(scenario->output.selection.cartesian);
+  CHECK(scenario->output.selection.png);
+  CHECK(scenario->output.png_db == std::array<double, 2>{-20, 40});
+  CHECK(scenario->output.selection.scatterers);
+}
+
+// Protects the reading of legitimate numbers of unusual look, and anchors in a scenario.
+TEST_CASE("unusual but legitimate forms are read") {
+  const auto scenario =
+      parse(kHead +
+            "water: {sound_speed_m_s: +1.5e3}\nscattering: {lambert_exponent: 0e3}\n"
+            "materials: {\"010\": &steel {reflectivity: .5}, b: *steel}\n"
+            "objects: [{name: \"yes\", material: \"010\", shape: {plane: {}}}]\n"
+            "trajectory: {poses: [{position_m: [-0, 5., -.5]}]}\nsplits: {val: 3, test: 1}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  CHECK(scenario->water.sound_speed_m_s == 1500);
+  CHECK(scenario->scattering.lambert_exponent == 0);
+  CHECK(scenario->materials[1].reflectivity == 0.5);
+  const auto& poses = std::get<std::vector<TimedPoseSpec>>(scenario->trajectory.path);
+  CHECK_FALSE(std::signbit(poses[0].pose.position_m[0]));
+  CHECK(poses[0].pose.position_m[2] == -0.5);
+  CHECK(scenario->splits.train == 0);
+  CHECK(scenario->splits.val == 3);
+}
+
+// Protects the meaning of a missing `pings`: one for a sonar at rest, else the path's own length.
+TEST_CASE("pings left out follow the path") {
+  const auto rest = parse(kHead + "trajectory: {poses: [{time_s: 3}]}\n");
+  const auto path = parse(kHead + "trajectory: {poses: [{time_s: 0}, {time_s: 3}]}\n");
+  REQUIRE(rest.ok());
+  REQUIRE(path.ok());
+  CHECK(rest->trajectory.pings == 1);
+  CHECK_FALSE(path->trajectory.pings);
+}
+
+}  // namespace
+}  // namespace ensonify

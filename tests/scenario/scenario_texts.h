@@ -1,0 +1,76 @@
+// Scenarios in text and what reading them says, for the tests of this folder.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "scenario/scenario.h"
+
+namespace ensonify::testing {
+
+// Three lines that are a whole scenario; what a test adds begins in line 4.
+inline const std::string kHead =
+    "ensonify: 1\n"
+    "name: t\n"
+    "sonar: {preset: blueview_p900_90}\n";
+
+// The example of the documentation.
+inline const std::string kExample = R"(ensonify: 1                         # version of this format
+name: tank_example
+seed: 7
+sonar: {preset: blueview_p900_90, range_max_m: 10, rays: {elevation: 114, azimuth: 1}}
+water: {sound_speed_m_s: 1500, absorption: {model: francois_garrison, temperature_c: 10, salinity_psu: 35, ph: 8, depth_m: 5}}
+scattering: {lambert_exponent: 1, normalization: calibrated, speckle: per_ping}
+materials:
+  concrete: {reflectivity: 1e-3}
+  steel:    {reflectivity: 1e-2}
+objects:
+  - {name: tank, class: structure, material: concrete, shape: {box: {size_m: [11, 11, 4], inside: true}}, pose: {position_m: [0, 0, 0]}}
+  - {name: target, class: cylinder, material: steel, shape: {cylinder: {radius_m: 0.2, height_m: 2}}, pose: {position_m: [4, 0, 0], rotation_deg: [0, 0, 0]}}
+point_targets:
+  - {name: calibration, target_strength_db: -40, position_m: [3, 1, 0]}
+trajectory: {poses: [{time_s: 0, position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}], ping_rate_hz: 5, pings: 10}
+noise: {spectrum_level_db: 30}      # dB re 1 µPa²/Hz; absent: none
+output: {timeseries: npy, polar: true, cartesian: {height_px: 1000}, png: true, scatterers: false}
+)";
+
+inline Result<Scenario> parse(const std::string& text,
+                              const std::vector<Override>& overrides = {}) {
+  return parse_scenario(text, "t.yaml", ".", overrides);
+}
+
+inline std::string emit(const Scenario& scenario) {
+  return to_yaml(scenario, [](const std::filesystem::path& file) { return file.string(); });
+}
+
+// The faults, one a line; empty for a scenario without.
+inline std::vector<std::string> faults_of(const std::string& text,
+                                          const std::vector<Override>& overrides = {}) {
+  const Result<Scenario> result = parse(text, overrides);
+  std::vector<std::string> lines;
+  if (result.ok()) return lines;
+  std::string rest = result.error().message;
+  for (std::size_t end = rest.find('\n'); end != std::string::npos; end = rest.find('\n')) {
+    lines.push_back(rest.substr(0, end));
+    rest.erase(0, end + 1);
+  }
+  lines.push_back(rest);
+  return lines;
+}
+
+// Whether one of the lines begins so (place and key path) and says so further on.
+inline bool tells(const std::vector<std::string>& lines, const std::string& begin,
+                  const std::string& essential) {
+  return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+    return line.starts_with(begin) && line.find(essential, begin.size()) != std::string::npos;
+  });
+}
+
+inline std::string joined_lines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+}  // namespace ensonify::testing
