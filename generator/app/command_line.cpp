@@ -147,6 +147,8 @@ int run_command_line(int argc, const char* const* argv) {
     return report({ErrorKind::device,
                    "not enough memory; `ensonify check` tells what a scenario needs: fewer rays, "
                    "beams or a shorter range need less"});
+  } catch (const DeviceFailure& failure) {
+    return report({ErrorKind::device, failure.what()});
   } catch (const std::exception& error) {
     return report({ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())});
   }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -48,6 +49,13 @@ class [[nodiscard]] Result {
 
  private:
   std::variant<T, Error> state_;
+};
+
+// Thrown where a device or a library behind a stage has no memory or cannot start, deep inside work
+// that has no way to hand a value back; the program's top turns it into ErrorKind::device.
+class DeviceFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 class [[nodiscard]] Status {

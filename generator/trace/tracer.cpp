@@ -1,8 +1,9 @@
 #include "trace/tracer.h"
 
 #include <cmath>
-#include <stdexcept>
+#include <new>
 
+#include "core/error.h"
 #include "core/scatterers.h"
 #include "trace/embree.h"
 
@@ -141,7 +142,7 @@ struct Tracer::Impl {
 void Tracer::Impl::commit(RTCScene scene) const {
   Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(scene); });
   if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree could not build its scene: not enough memory?");
+    throw DeviceFailure("Embree could not build its scene: not enough memory?");
   }
 }
 
@@ -190,7 +191,7 @@ void Tracer::Impl::add_closed_form(const WorldObject& object) {
 Tracer::Tracer(const World& world) : impl_(std::make_unique<Impl>()) {
   impl_->world = &world;
   impl_->device = rtcNewDevice(nullptr);
-  if (impl_->device == nullptr) throw std::runtime_error("Embree could not start");
+  if (impl_->device == nullptr) throw DeviceFailure("Embree could not start");
   impl_->top = impl_->new_scene();
   for (const WorldObject& object : world.objects) {
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {

@@ -25,7 +25,7 @@ struct Hit {
 class Tracer {
  public:
   // Builds the acceleration structures; `world` must outlive the tracer.
-  // Throws std::runtime_error where Embree finds no memory or cannot start.
+  // Throws DeviceFailure where Embree finds no memory or cannot start.
   explicit Tracer(const World& world);
   ~Tracer();
   Tracer(const Tracer&) = delete;

@@ -13,16 +13,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// File names count pings with six digits.
+constexpr int kMostPings = 1'000'000;
+
 Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
 }
 
-// Numbers separated by blanks or commas; nothing else may stand between them.
-Result<std::vector<double>> numbers_of(std::string text, const fs::path& file, std::size_t line) {
-  std::replace(text.begin(), text.end(), ',', ' ');
-  std::istringstream words(text);
+// The words of a line: cells of a CSV, or what stands between blanks.
+std::vector<std::string> words_of(const std::string& text, bool csv) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; csv ? bool(std::getline(stream, word, ',')) : bool(stream >> word);) {
+    std::erase_if(word, [](unsigned char c) { return std::isspace(c) != 0; });
+    words.push_back(word);
+  }
+  return words;
+}
+
+Result<std::vector<double>> numbers_of(const std::string& text, bool csv, const fs::path& file,
+                                       std::size_t line) {
   std::vector<double> numbers;
-  for (std::string word; words >> word;) {
+  for (const std::string& word : words_of(text, csv)) {
     std::size_t used = 0;
     double value = 0;
     try {
@@ -30,7 +42,7 @@ Result<std::vector<double>> numbers_of(std::string text, const fs::path& file, s
     } catch (const std::exception&) {
       used = 0;
     }
-    if (used != word.size() || !std::isfinite(value)) {
+    if (word.empty() || used != word.size() || !std::isfinite(value)) {
       return at_line(file, line, fmt::format("'{}' is not a finite number", word));
     }
     numbers.push_back(value);
@@ -46,13 +58,8 @@ constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
 Result<Columns> columns_of_header(const std::string& header, const fs::path& file,
                                   std::size_t line) {
   std::map<std::string, std::size_t> place;
-  std::istringstream names(header);
-  std::string name;
-  for (std::size_t i = 0; std::getline(names, name, ','); ++i) {
-    name.erase(std::remove_if(name.begin(), name.end(), [](char c) { return std::isspace(c); }),
-               name.end());
-    place[name] = i;
-  }
+  const std::vector<std::string> names = words_of(header, true);
+  for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
   Columns columns{};
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto found = place.find(kColumnNames[i]);
@@ -104,7 +111,7 @@ Result<Path> load_file(const fs::path& file) {
       columns = *header;
       continue;
     }
-    const Result<std::vector<double>> numbers = numbers_of(text, file, line);
+    const Result<std::vector<double>> numbers = numbers_of(text, csv, file, line);
     if (!numbers) return numbers.error();
     const Result<PathPoint> point = point_of(*numbers, *columns, file, line);
     if (!point) return point.error();
@@ -149,10 +156,10 @@ Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& p
   const double duration = path.points.back().time_s - start;
   // Slack of a billionth of a ping: a stamp's last digit must not cost the last ping.
   const double fitting = std::floor(duration * spec.ping_rate_hz + 1e-9) + 1;
-  if (!spec.pings && fitting > 10e6) {
+  if (!spec.pings && fitting > kMostPings) {
     return Error{ErrorKind::usage,
-                 fmt::format("trajectory: {} s at {} pings/s are {} pings; at most 10000000",
-                             duration, spec.ping_rate_hz, fitting)};
+                 fmt::format("trajectory: {} s at {} pings/s are {} pings; at most {}", duration,
+                             spec.ping_rate_hz, fitting, kMostPings)};
   }
   const int pings = spec.pings.value_or(static_cast<int>(fitting));
   if (path.points.size() > 1 && pings > fitting) {

@@ -7,6 +7,7 @@ Ids are unique and refer to what exists, files exist in the stated size, every r
 is exactly the instance's pixels in the mask PNG, and area and box [x, y, width, height]
 follow from that mask. Every instance of every mask has its annotation.
 """
+import json
 import os
 import re
 import sys
@@ -14,10 +15,11 @@ import sys
 import numpy as np
 
 from checklist import run_main
-from sequence import DataSet
-from sonar_dataset import decode_rle, read_json, read_png
+from sequence import IMAGE_KINDS, DataSet
+from sonar_dataset import decode_rle, read_exr, read_json, read_png
 
-PICTURE = re.compile(r"sequences/(\d+)/png/(\d+)_(polar|cartesian)\.png$")
+# A picture is a grey PNG or, in a data set without those, a level image.
+PICTURE = re.compile(r"sequences/(\d+)/(?:png/(\d+)_(polar|cartesian)\.png|(polar|cartesian)/(\d+)\.exr)$")
 
 
 def check_ids(checklist, coco):
@@ -50,9 +52,9 @@ def check_categories(checklist, coco, sequences):
 def check_images(checklist, coco, data_set, sequences):
     """Every picture is listed once with its size, and nothing else is."""
     named = [entry["file_name"] for entry in coco["images"]]
-    expected = {f"sequences/{name}/png/{ping:06d}_{kind}.png" for name, sequence in sequences.items()
-                for ping in sequence.pings for kind in ("polar", "cartesian")
-                if sequence.has("png", f"{ping:06d}_{kind}.png")}
+    expected = {f"sequences/{name}/png/{ping:06d}_{kind}.png" if sequence.has("png") else
+                f"sequences/{name}/{kind}/{ping:06d}.exr" for name, sequence in sequences.items()
+                for ping in sequence.pings for kind in IMAGE_KINDS if sequence.has(kind)}
     checklist.expect(sorted(named) == sorted(expected), "images listed", f"{len(named)} {sorted(named)[:2]}",
                      f"{len(expected)} {sorted(expected)[:2]}")
     wrong = []
@@ -61,7 +63,7 @@ def check_images(checklist, coco, data_set, sequences):
         if not os.path.exists(path):
             wrong.append(f"{entry['file_name']} does not exist")
             continue
-        shape = read_png(path).shape
+        shape = read_png(path).shape if path.endswith(".png") else read_exr(path)[0].shape
         if shape != (entry["height"], entry["width"]):
             wrong.append(f"{entry['file_name']} is {shape}, listed {entry['height']} x {entry['width']}")
     checklist.expect_none(wrong, "images that are absent or of another size")
@@ -73,7 +75,8 @@ def mask_of_image(sequences, file_name):
     if not match or match.group(1) not in sequences:
         return None, None
     sequence = sequences[match.group(1)]
-    return sequence, sequence.mask(match.group(3), int(match.group(2)), "instance")
+    kind, ping = match.group(3) or match.group(4), match.group(2) or match.group(5)
+    return sequence, sequence.mask(kind, int(ping), "instance")
 
 
 def bounding_box(mask):
@@ -131,6 +134,27 @@ def check_annotations(checklist, coco, sequences):
     checklist.expect_none(missing, "images whose annotations are not its instances")
 
 
+def check_annotation_lines(checklist, coco, sequences):
+    """annotations.jsonl of every sequence holds what coco.json does."""
+    by_image = {}
+    for entry in coco["annotations"]:
+        by_image.setdefault(entry["image_id"], []).append(
+            (entry["bbox"], entry["area"], entry["segmentation"]["counts"]))
+    gathered = {image["file_name"]: (image["width"], image["height"], by_image.get(image["id"], []))
+                for image in coco["images"]}
+    faults, lines = [], {}
+    for name, sequence in sequences.items():
+        with open(sequence.path("annotations.jsonl"), encoding="utf-8") as stream:
+            records = [json.loads(line) for line in stream]
+        if [(r["ping"], r["time_s"]) for r in records] != [(p, sequence.time_s(p)) for p in sequence.pings]:
+            faults.append(f"{name}: pings or times are not those of poses.csv")
+        lines |= {f"sequences/{name}/{image['file']}": (image["width"], image["height"], [
+            (a["bbox"], a["area"], a["counts"]) for a in image["annotations"]])
+            for record in records for image in record["images"]}
+    faults += [path for path in sorted(set(lines) | set(gathered)) if lines.get(path) != gathered.get(path)]
+    checklist.expect_none(faults, f"annotations.jsonl unlike coco.json, {len(lines)} pictures")
+
+
 def check(checklist, root):
     data_set = DataSet(root)
     coco = read_json(data_set.path("coco.json"))
@@ -139,6 +163,7 @@ def check(checklist, root):
     check_categories(checklist, coco, sequences)
     check_images(checklist, coco, data_set, sequences)
     check_annotations(checklist, coco, sequences)
+    check_annotation_lines(checklist, coco, sequences)
 
 
 if __name__ == "__main__":

@@ -83,6 +83,29 @@ def check_parts(checklist, ping):
                          (sorted(label.channels), label.compression), "four half channels, zip")
 
 
+def check_headers(checklist, ping):
+    """Numbers in the image headers: axes of the polar image, extent of the Cartesian one."""
+    sonar, sequence = ping.sonar, ping.sequence
+    wanted = {"first_beam_azimuth_rad": sonar.azimuths_rad[0], "beam_spacing_rad": sonar.spacing_rad,
+              "range_step_m": sonar.range_step_m}
+    for part in ping.parts.values():
+        for name, value in wanted.items():
+            checklist.near(f"{ping.label} polar {part.name} header {name}", part.attributes[name], value, 1e-12)
+    if not sequence.has("cartesian"):
+        return
+    for part in sequence.image("cartesian", ping.number).values():
+        grid, edge = sequence.grid(part), sonar.spacing_rad * sonar.beams / 2
+        aside = sonar.range_max_m * np.sin(min(edge, np.pi / 2))
+        behind = sonar.range_max_m * min(np.cos(edge), 0.0)
+        extents = {"top": grid.x_top_m - sonar.range_max_m,
+                   "bottom": behind - (grid.x_top_m - grid.height * grid.metres_per_pixel),
+                   "left": grid.y_left_m - aside,
+                   "right": grid.width * grid.metres_per_pixel - grid.y_left_m - aside}
+        over = {side: round(metres / grid.metres_per_pixel, 6) for side, metres in extents.items()}
+        checklist.expect(all(-1e-3 <= value < 1.0 for value in over.values()),
+                         f"{ping.label} cartesian {part.name}, pixels beyond the fan", over, "0 to 1 on every side")
+
+
 def check_masks(checklist, ping):
     """Instance by the rule of most energy, semantic as its class, shadows behind their caster."""
     wrong = (ping.masks["instance"] != ping.instance) & ~ping.undecided
@@ -234,7 +257,8 @@ def check_first_return(checklist, sequence):
     wanted = np.array([labels.first_return_m(sequence.scatterers(ping), sequence.sonar.sound_speed_m_s,
                                              sequence.sonar.beams) for ping in sequence.pings])
     alike = stored.shape == wanted.shape and stored.dtype == np.dtype("<f4")
-    checklist.expect(alike, f"{sequence.name} first_return_m", f"{stored.dtype}{stored.shape}", f"float32{wanted.shape}")
+    checklist.expect(alike, f"{sequence.name} first_return_m", f"{stored.dtype}{stored.shape}",
+                     f"float32{wanted.shape}")
     if alike:
         same = np.isclose(stored, wanted, rtol=1e-6, atol=0, equal_nan=True)
         checklist.expect(bool(same.all()), f"{sequence.name} first_return_m, wrong entries",
@@ -246,7 +270,7 @@ def check(checklist, root):
         check_first_return(checklist, sequence)
         for number in sequence.pings:
             ping = Ping(sequence, number)
-            for one in (check_parts, check_masks, check_level, check_clean, check_moments, check_grey,
+            for one in (check_parts, check_headers, check_masks, check_level, check_clean, check_moments, check_grey,
                         check_cartesian):
                 one(checklist, ping)
 

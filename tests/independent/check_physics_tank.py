@@ -4,20 +4,31 @@
     check_physics_tank.py DATASET_DIR
 
 The scene: the sonar at the origin looking along x, walls at 5.5 m, an upright cylinder of
-0.4 m across whose axis stands 4 m ahead. All from clean_db, the power expected without noise.
+0.4 m across whose axis stands 4 m ahead. Arrivals and shadow are judged by clean_db, the power
+expected without noise; every ray is traced anew where scatterers are exported.
 """
 import sys
 
 import numpy as np
 
 from checklist import run_main
+from ray_tracer import hit_box, hit_cylinder
 from sequence import DataSet
+from sonar_dataset import read_npy
+from traced_world import Body, check_hits
 
 WALL_M, AXIS_M, RADIUS_M = 5.5, 4.0, 0.2
 # Arrival: the first sample within this of the beam's strongest.
 ARRIVAL_DB = 6.0
 SHADOW_RANGE_M = (5.3, 6.0)
 SHADOW_DEPTH_DB, SHADOW_TOLERANCE_DB = 14.2, 1.0
+
+
+def tank_bodies(sequence):
+    """Tank and cylinder, with the reflectivities that the data set states."""
+    reflectivity = {entry.class_name: entry.reflectivity for entry in sequence.instances.values()}
+    return [Body(hit_box, ((2 * WALL_M, 2 * WALL_M, 4.0), True), (0, 0, 0), (0, 0, 0), reflectivity["structure"]),
+            Body(hit_cylinder, (RADIUS_M, 2.0), (AXIS_M, 0, 0), (0, 0, 0), reflectivity["cylinder"])]
 
 
 def cylinder_range_m(azimuth_rad):
@@ -94,17 +105,18 @@ def check_masks(checklist, label, sequence, instance_mask, sonar):
     meeting = np.nonzero(np.abs(sonar.azimuths_rad) < limb - sonar.spacing_rad)[0]
     front = np.round(cylinder_range_m(sonar.azimuths_rad[meeting]) / sonar.range_step_m).astype(int)
     bare = np.count_nonzero(~is_cylinder[meeting, front])
-    checklist.expect(bare == 0, f"{label} beams whose near-side pixel is not the cylinder", bare, f"0 of {len(meeting)}")
+    checklist.expect(bare == 0, f"{label} beams whose near-side pixel is not the cylinder", bare,
+                     f"0 of {len(meeting)}")
     beside = np.nonzero((np.abs(sonar.azimuths_rad) > limb + sonar.spacing_rad) &
                         (np.abs(sonar.azimuths_rad) < np.radians(40.0)))[0]
     wall = np.round(WALL_M / np.cos(sonar.azimuths_rad[beside]) / sonar.range_step_m).astype(int)
     wall_ids = set(sequence.instances) - set(cylinders)
     other = np.count_nonzero(~np.isin(instance_mask[beside, wall], list(wall_ids)))
-    checklist.expect(other == 0, f"{label} beams beside it whose wall pixel is not the wall", other, f"0 of {len(beside)}")
+    checklist.expect(other == 0, f"{label} beams beside it whose wall pixel is not the wall", other,
+                     f"0 of {len(beside)}")
 
 
 def check(checklist, root):
-    from sonar_dataset import read_npy
     for sequence in DataSet(root).sequences:
         sonar = sequence.sonar
         returns = read_npy(sequence.path("first_return_m.npy"))
@@ -114,6 +126,9 @@ def check(checklist, root):
             check_arrivals(checklist, label, clean_db, sonar)
             check_arc(checklist, label, returns[row].astype(np.float64), sonar)
             check_shadow_depth(checklist, label, clean_db, sonar)
+            if sequence.has("scatterers"):
+                check_hits(checklist, label, sequence.scatterers(ping), sonar, tank_bodies(sequence), np.zeros(3),
+                           np.eye(3))
             check_masks(checklist, label, sequence, sequence.mask("polar", ping, "instance").T, sonar)
 
 

@@ -6,8 +6,8 @@
 p_j(t) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) s(t - tau_i)
 
 With noise the difference must be that noise: complex normal, of the stated power, alike in
-every beam, and the very draws that the documented keyed generator gives. Data sets with adc, volumes or motion within the ping cannot be worked out from
-their scatterers and count as skipped.
+every beam, and the very draws that the documented keyed generator gives. Data sets with adc,
+volumes or motion within the ping cannot be worked out from their scatterers and count as skipped.
 """
 import math
 import sys
@@ -76,9 +76,12 @@ def check_noise(checklist, label, difference, power_pa2):
         worst = max(abs(value) * math.sqrt(part.size) for value, part in zip(off, parts))
         checklist.expect(worst <= STANDARD_ERRORS, f"{label} noise, worst tenth of the {what}",
                          f"{worst:.2f} standard errors", f"<= {STANDARD_ERRORS}")
-    for value, what in ((np.mean(difference), "mean"), (np.mean(difference ** 2) / math.sqrt(power_pa2), "E[n n]"),
-                        (np.mean(difference[:, 1:] * np.conj(difference[:, :-1])) / math.sqrt(power_pa2), "lag 1 sample"),
-                        (np.mean(difference[1:] * np.conj(difference[:-1])) / math.sqrt(power_pa2), "lag 1 beam")):
+    scale = math.sqrt(power_pa2)
+    along_samples = difference[:, 1:] * np.conj(difference[:, :-1])
+    along_beams = difference[1:] * np.conj(difference[:-1])
+    for value, what in ((np.mean(difference), "mean"), (np.mean(difference ** 2) / scale, "E[n n]"),
+                        (np.mean(along_samples) / scale, "correlation of samples"),
+                        (np.mean(along_beams) / scale if len(along_beams) else 0, "correlation of beams")):
         deviations = abs(value) * math.sqrt(count / (2.0 * power_pa2))
         checklist.expect(deviations <= STANDARD_ERRORS, f"{label} noise, {what}",
                          f"{deviations:.2f} standard errors", f"<= {STANDARD_ERRORS}")

@@ -29,7 +29,7 @@ def level_db(pressure_pa):
 def power_level_db(power_pa2):
     """Level of a power in Pa^2, dB re 1 uPa; silence for zero and below."""
     with np.errstate(divide="ignore"):
-        return np.maximum(10.0 * np.log10(power_pa2) + 120.0, SILENCE_DB)
+        return np.maximum(10.0 * np.log10(np.maximum(power_pa2, 0.0)) + 120.0, SILENCE_DB)
 
 
 def smallest_even_smooth(least):

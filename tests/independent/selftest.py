@@ -17,9 +17,11 @@ import numpy as np
 
 import physics
 import random_numbers
+import ray_tracer
 import sonar_dataset
 import synthetic_files
 import synthetic_faults
+import synthetic_room
 import synthetic_tank
 from checklist import Checklist
 
@@ -157,6 +159,40 @@ def test_sums(checklist):
     checklist.near("sum of squared pulses", physics.relative_l2(power, np.abs(pulse) ** 2 @ np.abs(weight)), 0, 1e-12)
 
 
+def inside_of(shape, points, size):
+    """Whether points [n, 3] lie in a solid, by its definition."""
+    if shape == "box":
+        return np.all(np.abs(points) < np.array(size) / 2, axis=1)
+    if shape == "sphere":
+        return np.linalg.norm(points, axis=1) < size
+    return (np.hypot(points[:, 0], points[:, 1]) < size[0]) & (np.abs(points[:, 2]) < size[1] / 2)
+
+
+def test_ray_tracer(checklist):
+    """Closed forms against marching along rays until a solid is entered or left."""
+    generator = np.random.default_rng(5)
+    solids = (("box", ray_tracer.hit_box, ((2.0, 1.0, 0.6), False), (2.0, 1.0, 0.6)),
+              ("sphere", ray_tracer.hit_sphere, (0.7,), 0.7),
+              ("cylinder", ray_tracer.hit_cylinder, (0.5, 1.2), (0.5, 1.2)))
+    step = 1e-3
+    for shape, hit, parameters, size in solids:
+        for origin in (np.array([0.1, -0.2, 0.15]), np.array([1.5, -1.1, 0.9])):
+            directions = generator.normal(size=(300, 3)) - (origin if origin[0] > 1 else 0)
+            directions /= np.linalg.norm(directions, axis=1)[:, None]
+            distance, normal = hit(origin, directions, *parameters)
+            worst = 0.0
+            for ray, found in zip(directions, distance):
+                marched = inside_of(shape, origin + np.arange(0, 4, step)[:, None] * ray, size)
+                change = np.nonzero(marched[1:] != marched[:-1])[0]
+                # A ray that cuts an edge by less than a step may be missed by the march.
+                gap = abs((change[0] + 0.5) * step - found) if len(change) else 0.0
+                worst = max(worst, gap)
+            unit = np.abs(np.linalg.norm(normal[np.isfinite(distance)], axis=1) - 1).max()
+            checklist.expect(worst < step, f"ray tracer, {shape} from {origin.tolist()}, largest gap to marching",
+                             f"{worst:.4f} m", f"< {step} m")
+            checklist.near(f"ray tracer, {shape}, length of normals", unit, 0, 1e-9)
+
+
 def run_check(name, *arguments):
     """Exit status and output of one check script."""
     result = subprocess.run([sys.executable, os.path.join(HERE, name + ".py"), *arguments], capture_output=True,
@@ -168,8 +204,8 @@ def failed_lines(output):
     return [line for line in output.splitlines() if line.startswith("FAIL") or "Error" in line]
 
 
-def test_sound_data_set(checklist, root):
-    for name in CHECKS:
+def test_sound_data_set(checklist, root, checks):
+    for name in checks:
         status, output = run_check(name, root)
         checklist.expect(status == 0, f"{name} on sound data, exit status", f"{status} {failed_lines(output)[:3]}", 0)
     copy = root + "_copy"
@@ -180,10 +216,10 @@ def test_sound_data_set(checklist, root):
     shutil.rmtree(copy)
 
 
-def test_faults(checklist, root):
+def test_faults(checklist, root, faults):
     """Every fault is found, by a FAIL line rather than by a crash, and its data set differs."""
     copy = root + "_faulty"
-    for name, check, damage in synthetic_faults.FAULTS:
+    for name, check, damage in faults:
         shutil.copytree(root, copy)
         damage(copy)
         status, output = run_check(check, copy)
@@ -203,10 +239,13 @@ def main():
         test_rle(checklist)
         test_formulas(checklist)
         test_sums(checklist)
-        root = os.path.join(folder, "data")
-        synthetic_tank.write_data_set(root)
-        test_sound_data_set(checklist, root)
-        test_faults(checklist, root)
+        test_ray_tracer(checklist)
+        for world, checks, faults in ((synthetic_tank, CHECKS, synthetic_faults.FAULTS),
+                                      (synthetic_room, ("check_trace",), synthetic_faults.ROOM_FAULTS)):
+            root = os.path.join(folder, world.__name__)
+            world.write_data_set(root)
+            test_sound_data_set(checklist, root, checks)
+            test_faults(checklist, root, faults)
     return checklist.finish()
 
 

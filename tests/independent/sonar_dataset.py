@@ -153,6 +153,10 @@ class ExrPart:
         return self.attributes.get("name", "")
 
     @property
+    def shape(self):
+        return self.height, self.width
+
+    @property
     def compression(self):
         return {0: "none", 1: "rle", 2: "zips", 3: "zip"}.get(self.attributes["compression"], "other")
 

@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 
+import random_numbers
 import sonar_dataset
 import synthetic_files
 import synthetic_tank
@@ -37,7 +38,7 @@ def change_exr(path, part_name, channel, change):
     def apply(root):
         parts = []
         for part in sonar_dataset.read_exr(f"{root}/{path}"):
-            numbers = {k: v for k, v in part.attributes.items() if k.endswith(("_m", "_pixel"))}
+            numbers = {k: v for k, v in part.attributes.items() if k.endswith(("_m", "_pixel", "_rad"))}
             if part.name == part_name and channel in numbers:
                 numbers[channel] = change(numbers[channel])
             channels = {k: change(v) if (part.name, k) == (part_name, channel) else v
@@ -78,6 +79,14 @@ def scale_samples(factor):
     return edit
 
 
+def change_text(path, old, new):
+    def apply(root):
+        with open(f"{root}/{path}", encoding="utf-8") as stream:
+            text = stream.read()
+        synthetic_tank.write(f"{root}/{path}", text.replace(old, new))
+    return apply
+
+
 def remove(path):
     return lambda root: os.remove(f"{root}/{path}")
 
@@ -110,11 +119,27 @@ def swap_categories(content):
 
 
 def half_step(array):
-    """Two steps of half precision in one pixel that holds energy."""
-    row, column = np.argwhere(array > np.nanmax(array) - 30)[0]
+    """Two steps of half precision in the pixel of the largest value."""
+    row, column = np.unravel_index(np.nanargmax(array), array.shape)
     array = array.copy()
     array[row, column] += 2 * np.spacing(array[row, column])
     return array
+
+
+def tilt(array):
+    """A milliradian more in one pixel; the tank's own mean elevations are nearly zero."""
+    array = array.copy()
+    row, column = np.argwhere(np.isfinite(array))[0]
+    array[row, column] += np.float16(1e-3)
+    return array
+
+
+def exchange_noise(series):
+    """The noise of ping 1 in place of that of ping 0."""
+    sonar = synthetic_tank.make_sonar(synthetic_tank.NOISE_LEVEL_DB)
+    noise = [random_numbers.sample_noise(synthetic_tank.SEED, 1, ping, *series.shape, sonar.noise_power_pa2)
+             for ping in (0, 1)]
+    return (series - noise[0] + noise[1]).astype(np.complex64)
 
 
 def set_noise(content):
@@ -152,22 +177,27 @@ FAULTS = [
     ("azimuths in float32 steps", "check_series", change_array(f"{SEQUENCE}/azimuth_rad.npy", lambda a: a + 1e-7)),
     ("another noise level", "check_series", change_json(f"{NOISY}/sequence.json", set_noise)),
     ("other noise of the same level", "check_series",
-     change_array(f"{NOISY}/timeseries/000000.npy", lambda a: a[:, ::-1].copy())),
+     change_array(f"{NOISY}/timeseries/000000.npy", exchange_noise)),
     ("gain off by 0.001 %", "check_scatterers", change_field("gain", lambda v: v * 1.00001)),
     ("delay of twice the slant way", "check_scatterers", change_field("delay_s", lambda v: v * 2)),
     ("elevation upside down", "check_scatterers", change_field("elevation_rad", lambda v: -v)),
     ("variance without the incidence", "check_scatterers", change_field("variance", lambda v: v * 0 + v.max())),
-    ("one amplitude not as keyed", "check_scatterers", change_field("amp_re", lambda v: np.roll(v, 1))),
+    ("amplitudes of other rays", "check_scatterers", change_field("amp_re", lambda v: np.roll(v, 1))),
     ("beams one off", "check_scatterers", change_field("beam", lambda v: np.minimum(v + 1, 127))),
     ("a wrong instance pixel", "check_labels", change_png(f"{POLAR}_instance.png", one_pixel)),
     ("a wrong semantic pixel", "check_labels", change_png(f"{POLAR}_semantic.png", one_pixel)),
     ("a wrong Cartesian pixel", "check_labels", change_png(f"{CARTESIAN}_instance.png", one_pixel)),
-    ("a mirrored Cartesian mask", "check_labels", change_png(f"{CARTESIAN}_instance.png", lambda a: a[:, ::-1])),
+    ("a Cartesian mask one column off", "check_labels",
+     change_png(f"{CARTESIAN}_instance.png", lambda a: np.roll(a, 1, axis=1))),
     ("another Cartesian scale", "check_labels",
      change_exr(f"{CARTESIAN}.exr", "level", "metres_per_pixel", lambda v: v * 1.002)),
+    ("another range step", "check_labels",
+     change_exr(f"{POLAR}.exr", "labels", "range_step_m", lambda v: v * 1.001)),
+    ("a Cartesian image moved", "check_labels",
+     change_exr(f"{CARTESIAN}.exr", "labels", "y_left_m", lambda v: v + 0.2)),
     ("a wrong level", "check_labels", change_exr(f"{POLAR}.exr", "level", "Y", half_step)),
     ("a wrong clean_db", "check_labels", change_exr(f"{POLAR}.exr", "labels", "clean_db", half_step)),
-    ("a wrong elevation", "check_labels", change_exr(f"{POLAR}.exr", "labels", "elevation_rad", half_step)),
+    ("a wrong elevation", "check_labels", change_exr(f"{POLAR}.exr", "labels", "elevation_rad", tilt)),
     ("a wrong elevation spread", "check_labels",
      change_exr(f"{POLAR}.exr", "labels", "elevation_std_rad", half_step)),
     ("a wrong instance_fraction", "check_labels",
@@ -181,10 +211,14 @@ FAULTS = [
     ("a picture of another size", "check_coco", change_json("coco.json", shorten_picture)),
     ("an annotation left out", "check_coco", change_json("coco.json", drop_annotation)),
     ("categories exchanged", "check_coco", change_json("coco.json", swap_categories)),
+    ("annotations.jsonl of another area", "check_coco",
+     change_text(f"{SEQUENCE}/annotations.jsonl", '"area": ', '"area": 1')),
     ("a picture that is not there", "check_coco", remove(f"{SEQUENCE}/png/000000_polar.png")),
     ("the wall two samples late", "check_physics_tank", change_exr(f"{POLAR}.exr", "labels", "clean_db", later)),
     ("no shadow", "check_physics_tank", change_exr(f"{POLAR}.exr", "labels", "clean_db", lift_shadow)),
     ("a stray cylinder pixel", "check_physics_tank", change_png(f"{POLAR}_instance.png", stray_target)),
+    ("a ray that meets nothing", "check_physics_tank",
+     change_array(f"{SEQUENCE}/scatterers/000000.npy", lambda a: a[1:])),
     ("an early first return", "check_physics_tank",
      change_array(f"{SEQUENCE}/first_return_m.npy", lambda a: a - 0.05)),
     ("a flipped bit of the series", "check_files", change_array(SERIES, np.negative)),
@@ -195,4 +229,17 @@ FAULTS = [
     ("poses.tum of another time", "check_files", append_to(f"{SEQUENCE}/poses.tum", "1 0 0 0 0 0 0 1\n")),
     ("a time of day", "check_files", append_to("README.md", "made 2024-05-06 07:08\n")),
     ("a column too many", "check_files", append_to("index.csv", "0,1,0,train,x,y\n")),
+]
+
+# The same for the data set of synthetic_room.py.
+ROOM_FAULTS = [
+    ("hits of another object", "check_trace",
+     change_field("instance", lambda v: np.where(np.arange(len(v)) < 9, 3, v))),
+    ("ranges 1 um off", "check_trace", change_field("delay_s", lambda v: v + 1.4e-9)),
+    ("incidence squared", "check_trace", change_field("cos_incidence", lambda v: v ** 2)),
+    ("a variance without its solid angle", "check_trace", change_field("variance", lambda v: v * 1.001)),
+    ("a target 1 dB weaker", "check_trace", change_field("amp_re", lambda v: v * 0.891)),
+    ("hidden targets heard", "check_trace", change_field("instance", lambda v: np.where(v == 6, 7, v))),
+    ("pings at another rate", "check_trace", change_text(f"{SEQUENCE}/poses.csv", "\n1,2.0,", "\n1,2.001,")),
+    ("an object elsewhere", "check_trace", change_text(f"{SEQUENCE}/objects.csv", "0,4,3.0,", "0,4,3.1,")),
 ]

@@ -13,10 +13,11 @@ import labels
 import physics
 import random_numbers
 from check_scatterers import FIELDS
-from sequence import Sonar
+from sequence import Grid, Sonar
 from synthetic_files import encode_rle, exr_bytes, png_bytes
 
 SEED = 11
+NOISE_LEVEL_DB = 60.0
 MATERIALS = {1: 1e-3, 2: 1e-3}
 CLASSES = ["structure", "cylinder"]
 NAMES = {1: "tank", 2: "target"}
@@ -97,7 +98,6 @@ def write(path, data):
 
 
 def cartesian_grid(sonar):
-    from sequence import Grid
     scale = sonar.range_max_m / CARTESIAN_HEIGHT
     half = int(np.ceil(sonar.range_max_m * np.sin(sonar.spacing_rad * sonar.beams / 2) / scale))
     return Grid(CARTESIAN_HEIGHT, 2 * half, scale, sonar.range_max_m, half * scale)
@@ -108,8 +108,10 @@ def write_images(folder, sonar, images, limits_db):
     grid = cartesian_grid(sonar)
     fan = labels.CartesianMap(grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m)
     place = {"metres_per_pixel": grid.metres_per_pixel, "x_top_m": grid.x_top_m, "y_left_m": grid.y_left_m}
+    axes = {"first_beam_azimuth_rad": sonar.azimuths_rad[0], "beam_spacing_rad": sonar.spacing_rad,
+            "range_step_m": sonar.range_step_m}
     entries = []
-    for kind, apply, numbers in (("polar", lambda array, _: array.T, {}), ("cartesian", fan.apply, place)):
+    for kind, apply, numbers in (("polar", lambda array, _: array.T, axes), ("cartesian", fan.apply, place)):
         blank = {"clean_db": -99.0, "instance_fraction": 0.0}
         level = {"Y": apply(images.level, -99.0).astype("<f2")}
         channels = {name: apply(array, blank.get(name, np.nan)).astype("<f2")
@@ -124,6 +126,24 @@ def write_images(folder, sonar, images, limits_db):
         write(f"{folder}/png/000000_{kind}.png", png_bytes(grey))
         entries.append((kind, instance))
     return entries
+
+
+def annotations_of(mask):
+    """Boxes and run lengths of a mask, as annotations.jsonl has them."""
+    entries = []
+    for identity in sorted(set(np.unique(mask).tolist()) - {0}):
+        rows, columns = np.nonzero(mask == identity)
+        box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+        entries.append({"instance": identity, "bbox": [int(v) for v in box], "area": len(rows),
+                        "counts": encode_rle(mask == identity)})
+    return entries
+
+
+def annotation_line(masks):
+    """The line of ping 0 in annotations.jsonl."""
+    return json.dumps({"ping": 0, "time_s": 0.0, "images": [
+        {"view": kind, "file": f"png/000000_{kind}.png", "width": mask.shape[1], "height": mask.shape[0],
+         "annotations": annotations_of(mask)} for kind, mask in masks]})
 
 
 def save_array(path, array):
@@ -160,8 +180,8 @@ def description(sonar, number, limits_db):
             "noise": None if sonar.noise_level_db is None else {"spectrum_level_db": sonar.noise_level_db},
             "record": {"samples": sonar.samples, "transform": len(sonar.spectrum)},
             "png": {"db": list(limits_db)}, "classes": CLASSES,
-            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i, "reflectivity": MATERIALS[i]}
-                          for i in (1, 2)]}
+            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i,
+                           "reflectivity": MATERIALS[i]} for i in (1, 2)]}
 
 
 def write_sequence(root, number, noise_level_db):
@@ -185,7 +205,7 @@ def write_sequence(root, number, noise_level_db):
     write(f"{folder}/poses.csv", f"ping,time_s,x,y,z,qw,qx,qy,qz\n0,0.0,{numbers}\n")
     write(f"{folder}/poses.tum", "0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n")
     write(f"{folder}/objects.csv", f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n")
-    write(f"{folder}/annotations.jsonl", "{}\n")
+    write(f"{folder}/annotations.jsonl", annotation_line(masks) + "\n")
     info = description(sonar, number, limits_db)
     info["files"] = listing(folder)
     info["bytes"] = sum(row["bytes"] for row in info["files"])
@@ -199,20 +219,17 @@ def coco_of(pictures):
     for file_name, mask in pictures:
         images.append({"id": len(images) + 1, "file_name": file_name, "height": mask.shape[0],
                        "width": mask.shape[1]})
-        for identity in sorted(set(np.unique(mask).tolist()) - {0}):
-            mine = mask == identity
-            rows, columns = np.nonzero(mine)
-            box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
-            annotations.append({"id": len(annotations) + 1, "image_id": images[-1]["id"], "category_id": identity,
-                                "area": int(mine.sum()), "bbox": [int(v) for v in box], "iscrowd": 0,
-                                "segmentation": {"size": list(mask.shape), "counts": encode_rle(mine)}})
+        for entry in annotations_of(mask):
+            annotations.append({"id": len(annotations) + 1, "image_id": images[-1]["id"],
+                                "category_id": entry["instance"], "area": entry["area"], "bbox": entry["bbox"],
+                                "iscrowd": 0, "segmentation": {"size": list(mask.shape), "counts": entry["counts"]}})
     return {"images": images, "annotations": annotations,
             "categories": [{"id": i + 1, "name": name} for i, name in enumerate(CLASSES)]}
 
 
 def write_data_set(root):
     """The whole data set, manifests last."""
-    pictures = write_sequence(root, 0, None) + write_sequence(root, 1, 60.0)
+    pictures = write_sequence(root, 0, None) + write_sequence(root, 1, NOISE_LEVEL_DB)
     write(f"{root}/coco.json", json.dumps(coco_of(pictures)))
     for name in ("README.md", "work.json", "scenario.yaml"):
         write(f"{root}/{name}", "{}\n")

@@ -100,6 +100,7 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
       {"output: {polar: \"true\"}", "4:17: output.polar:", "quoted text"},
       {"output: {polar: {gain: 1}}", "4:18: output.polar.gain:", "no key is accepted here"},
       {"output: {png: {db: [0]}}", "4:20: output.png.db:", "a list of 2 numbers"},
+      {"output: {png: {db: [0, 1, 2]}}", "4:20: output.png.db:", "a list of 2 numbers"},
       {"output: {png: {db: [0, x]}}", "4:24: output.png.db.1:", "`x` is no number"},
       {"output: {png: {db: [10, 10]}}", "4:20: output.png.db:", "black below white"},
       {"output: [1]", "4:9: output:", "a list stands here, accepted is a map with timeseries"},

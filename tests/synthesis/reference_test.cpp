@@ -28,9 +28,10 @@ Norms compare(const PingSeries& obtained, const PingSeries& expected, int sample
   return norms;
 }
 
-// 1e-5 over the record, 1e-4 in each tenth that holds at least 1e-6 of the record's norm; expected
-// power to 1e-4 or to 1e-11 of its maximum: delays of 1e3 periods round to 1e-13 of one, which
-// leaves either route a floor near 1e-12.
+// V8 asks for 1e-5 over the record and 1e-4 in each tenth that holds at least 1e-6 of its norm; in
+// double precision only the float result's rounding is left, so a hundredth of that is held.
+// Expected power to 1e-4 or to 1e-11 of its maximum: delays of 1e3 periods round to 1e-13 of one,
+// which leaves either route a floor near 1e-12.
 void require_agreement(const Sonar& sonar, std::vector<Scatterer> scatterers, int judged_tenths) {
   const SynthesisSetup setup = setup_of(sonar);
   const int samples = setup.record.samples;
@@ -40,7 +41,7 @@ void require_agreement(const Sonar& sonar, std::vector<Scatterer> scatterers, in
   const PingSeries expected = synthesize(*make_reference_backend(setup), list, keys);
   const PingSeries obtained = synthesize(*make_cpu_backend(setup), list, keys);
   const Norms whole = compare(obtained, expected, samples, 0, samples);
-  CHECK(whole.ratio() <= 1e-5);
+  CHECK(whole.ratio() <= 1e-7);
   int judged = 0;
   for (int tenth = 0; tenth < 10; ++tenth) {
     const Norms part =
@@ -48,7 +49,7 @@ void require_agreement(const Sonar& sonar, std::vector<Scatterer> scatterers, in
     if (part.reference < 1e-12 * whole.reference) continue;
     ++judged;
     INFO("tenth " << tenth);
-    CHECK(part.ratio() <= 1e-4);
+    CHECK(part.ratio() <= 1e-6);
   }
   CHECK(judged >= judged_tenths);
   const float strongest =

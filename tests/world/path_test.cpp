@@ -61,6 +61,7 @@ TEST_CASE("broken path files are refused with the line") {
   refuse("short.tum", "1 0 0 0 0 0 1\n", ":1: 7 numbers");
   refuse("norot.tum", "1 0 0 0 0 0 0 0\n", ":1: a quaternion of length 0");
   refuse("empty.tum", "# nothing\n", ": holds no poses");
+  refuse("cell.csv", "time_s,x,y,z,qw,qx,qy,qz\n1,2,,3,1,0,0,0\n", ":2: '' is not");
   refuse("header.csv", "t,x,y,z,qw,qx,qy,qz\n", ":1: the header has no column time_s");
 }
 
