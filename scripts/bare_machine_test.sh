@@ -41,5 +41,6 @@ inside './scripts/generate.sh'
 after=$(date +%s)
 echo "second call: $((after - before)) s"
 [ $((after - before)) -le 10 ]
+[ -n "${SKIP_TESTS:-}" ] && exit
 echo "== test.sh"
 inside './scripts/test.sh'

@@ -4,6 +4,6 @@
 namespace ensonify {
 
 const char* program_version();
-const char* program_commit();  // 12 digits, "+" for a changed tree; "unknown" outside a checkout
+const char* program_commit();  // 12 digits, "+" and a hash for a changed tree; "unknown" without .git
 
 }  // namespace ensonify

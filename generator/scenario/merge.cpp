@@ -53,12 +53,6 @@ void remove_keys(Node& map, const Words& unwanted) {
   }
 }
 
-void place_everywhere(Node& node, Place place) {
-  node.place = place;
-  for (Key& key : node.keys) key.place = place;
-  for (Node& item : node.items) place_everywhere(item, place);
-}
-
 std::vector<std::string_view> segments_of(std::string_view path) {
   std::vector<std::string_view> segments;
   for (;;) {
@@ -129,7 +123,6 @@ void apply_override(Node& root, const Override& override_, Faults& faults) {
   }
   std::optional<Node> value = read_yaml_value(override_.value, source, override_.path, faults);
   if (!value) return;
-  place_everywhere(*value, place);
   Node* node = &root;
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const bool free_names = i == 1 && segments[0] == "materials";

@@ -1,5 +1,6 @@
 # Writes OUTPUT with the version and the commit of the checkout SOURCE, touching it only when they
-# changed. "+" after a commit: the working tree held changes of tracked files.
+# changed. "+" and 8 digits after a commit: the working tree held changes of tracked files, and this
+# is their hash, so that two such builds do not take each other's data for their own.
 find_package(Git QUIET)
 set(commit "unknown")
 if(Git_FOUND AND EXISTS ${SOURCE}/.git)
@@ -7,10 +8,12 @@ if(Git_FOUND AND EXISTS ${SOURCE}/.git)
     OUTPUT_VARIABLE head OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed ERROR_QUIET)
   if(NOT failed)
     set(commit ${head})
-    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${SOURCE} diff --quiet HEAD
-      RESULT_VARIABLE changed ERROR_QUIET)
-    if(changed)
-      string(APPEND commit "+")
+    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${SOURCE} diff HEAD
+      OUTPUT_VARIABLE changes ERROR_QUIET)
+    if(NOT changes STREQUAL "")
+      string(SHA256 changes "${changes}")
+      string(SUBSTRING ${changes} 0 8 changes)
+      string(APPEND commit "+${changes}")
     endif()
   endif()
 endif()

@@ -257,11 +257,17 @@ TEST_CASE("all faults are told at once, in the order of the file") {
 
 // Protects a terminal against a file of nothing but faults.
 TEST_CASE("faults beyond a hundred are counted only") {
-  std::string text = kHead;
-  for (int i = 0; i < 150; ++i) text.append("k").append(std::to_string(i)).append(": 1\n");
-  const auto lines = faults_of(text);
-  REQUIRE(lines.size() == 101);
-  CHECK(lines.back() == "and 50 more");
+  std::string unknown = kHead;
+  std::string wrong = kHead + "materials:\n";
+  for (int i = 0; i < 150; ++i) {
+    unknown.append("k").append(std::to_string(i)).append(": 1\n");
+    wrong.append("  m").append(std::to_string(i)).append(": {reflectivity: x}\n");
+  }
+  for (const std::string& text : {unknown, wrong}) {
+    const auto lines = faults_of(text);
+    REQUIRE(lines.size() == 101);
+    CHECK(lines.back() == "and 50 more");
+  }
 }
 
 }  // namespace
