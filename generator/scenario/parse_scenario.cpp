@@ -68,7 +68,7 @@ void parse_image_options(Faults& faults, const Value& value, OutputSpec& output)
 void parse_head(Faults& faults, const Value& root, Scenario& scenario) {
   int version = 0;
   read_integer(faults, root, "ensonify", 1, 1, version, Need::required);
-  read_text(faults, root, "name", scenario.name, Need::required);
+  read_text(faults, root, "name", scenario.name);
   read_seed(faults, root, "seed", scenario.seed);
   int sequences = 1;
   read_integer(faults, root, "sequences", 1, kMaxSequences, sequences);
@@ -83,9 +83,17 @@ void parse_noise(Faults& faults, const Value& value, std::optional<double>& leve
   }
 }
 
-Scenario read_scenario(const InputFolder& input, const Value& root) {
+// A scenario without a name is called after its file.
+std::string default_name(const std::string& label) {
+  const std::string stem = std::filesystem::path(label).stem().string();
+  const bool printable = !first_invalid_utf8(stem) && !first_control_character(stem, "");
+  return printable && !stem.empty() && stem.size() <= kMaxNameBytes ? stem : "scenario";
+}
+
+Scenario read_scenario(const InputFolder& input, const Value& root, const std::string& label) {
   Faults& faults = input.faults;
   Scenario scenario;
+  scenario.name = default_name(label);
   scenario.trajectory.pings = 1;
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
@@ -184,7 +192,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
   if (!tree) return to_error(faults);
   apply_overrides(*tree, overrides, faults);
-  Scenario scenario = read_scenario({folder, faults}, {&*tree, tree->place, ""});
+  Scenario scenario = read_scenario({folder, faults}, {&*tree, tree->place, ""}, label);
   if (!faults.empty()) return to_error(faults);
   return scenario;
 }

@@ -139,7 +139,7 @@ struct SplitsSpec {
 };
 
 struct Scenario {
-  std::string name;
+  std::string name;  // absent: the file's, without its ending
   std::uint64_t seed = 0;
   std::uint32_t sequences = 1;
   SonarSpec sonar;

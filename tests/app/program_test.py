@@ -200,14 +200,22 @@ class Faults(Case):
         self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
         return hashes(output)
 
+    @staticmethod
+    def finished(records):
+        return len(list(records.glob("*.json"))) if records.exists() else 0
+
     def test_killed_runs_end_in_the_same_bytes(self):
         expected = self.undisturbed()
         draw = random.Random(5)
         output = self.folder / "killed"
+        records = output / ".work/sequences/000000"
         kills = 0
-        for _ in range(8):
+        for _ in range(6):
             process = subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet"])
-            time.sleep(draw.uniform(0.02, 0.5))
+            goal = self.finished(records) + draw.randrange(4)
+            while process.poll() is None and self.finished(records) < goal:
+                pass
+            time.sleep(draw.uniform(0, 0.01))
             process.send_signal(signal.SIGKILL)
             kills += process.wait() == -signal.SIGKILL
         self.assertGreater(kills, 2)
@@ -223,9 +231,9 @@ class Faults(Case):
                                        stderr=subprocess.PIPE)
             records = output / ".work/sequences/000000"
             deadline = time.monotonic() + 30
-            found = len(list(records.glob("*.json"))) if records.exists() else 0
+            found = self.finished(records)
             while time.monotonic() < deadline and process.poll() is None:
-                if records.exists() and len(list(records.glob("*.json"))) > found:
+                if self.finished(records) > found:
                     break
             process.send_signal(number)
             message = process.communicate()[1].decode()

@@ -70,6 +70,13 @@ TEST_CASE("what is left out has the documented default") {
   CHECK(scenario->splits.val == 0);
 }
 
+// Protects short scenarios: the file's name will do, as long as it can be printed.
+TEST_CASE("a scenario without a name is called after its file") {
+  const std::string text = "ensonify: 1\nsonar: {preset: blueview_p900_90}\n";
+  CHECK(parse_scenario(text, "some/where/my tank.yaml", ".")->name == "my tank");
+  CHECK(parse_scenario(text, "a\nb.yaml", ".")->name == "scenario");
+}
+
 // Protects seeds as identities: not one bit may be lost on the way through a double.
 TEST_CASE("a seed is read to the last digit") {
   for (const char* seed : {"0", "9007199254740993", "18446744073709551615"}) {
