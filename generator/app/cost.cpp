@@ -7,11 +7,11 @@ namespace ensonify {
 namespace {
 
 // Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
-constexpr double kImageBytesPerPixel = 2.0 + 2.5 + 0.1;
-constexpr double kGreyBytesPerPixel = 0.8;
+constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
+constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 // Program, libraries and their tables.
-constexpr std::uint64_t kProcessBytes = 45'000'000;
+constexpr std::uint64_t kProcessBytes = 38'000'000;
 
 struct PerPing {
   std::uint64_t files = 0;
@@ -61,7 +61,7 @@ Cost estimate_cost(const Session& session) {
                     cost.pings * 8000 + sequences * 20000 + 20000;
 
   // Series and power of the beams in double and as results, the polar and Cartesian images, what
-  // is being encoded; scatterers as hits, unsorted and sorted.
+  // is being encoded; hits and scatterers.
   const std::uint64_t transform = std::uint64_t(sonar.beam_count) * session.record.transform;
   std::uint64_t cartesian_pixels = 0;
   if (session.scenario.output.selection.cartesian) {
@@ -75,8 +75,8 @@ Cost estimate_cost(const Session& session) {
     }
   }
   cost.peak_bytes = kProcessBytes + transform * 24 + pixels * 12 +
-                    (pixels + cartesian_pixels) * 36 +
-                    rays * (sizeof(Hit) + 2 * sizeof(Scatterer)) + mesh_bytes;
+                    (pixels + cartesian_pixels) * 28 + rays * (sizeof(Hit) + sizeof(Scatterer)) +
+                    mesh_bytes;
   return cost;
 }
 

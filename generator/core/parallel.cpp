@@ -41,7 +41,11 @@ void Workers::for_each(std::size_t count, const std::function<void(std::size_t)>
   impl_->arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
 }
 
+bool workers_are_tbb() { return true; }
+
 #else
+
+bool workers_are_tbb() { return false; }
 
 struct Workers::Impl {
   explicit Impl(int n) : threads(n) {}

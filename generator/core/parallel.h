@@ -28,4 +28,7 @@ class Workers {
   std::unique_ptr<Impl> impl_;
 };
 
+// Whether Workers are TBB's. Where they are not, no library may start TBB's threads either.
+bool workers_are_tbb();
+
 }  // namespace ensonify

@@ -136,9 +136,6 @@ Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
     std::vector<ExrPart> parts;
     for (int i = 0; i < file.parts(); ++i) {
       const Imf::Header& header = file.header(i);
-      if (!file.partComplete(i)) {
-        return Error{ErrorKind::damage, path.string() + ": the EXR file is cut short"};
-      }
       ExrPart part;
       part.name = header.hasName() ? header.name() : "";
       const auto window = header.dataWindow();

@@ -34,7 +34,7 @@ struct ExrPart {
   std::vector<std::string> other_channels;  // of another pixel type
 };
 
-// Error (damage): not a readable EXR file, or cut short.
+// Error (damage): not an EXR file, or cut short before its pixels, which are not read.
 Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
 
 }  // namespace ensonify

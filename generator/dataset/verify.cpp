@@ -111,10 +111,6 @@ void check_listed_files(Verification& v, const SequenceShape& shape, const Json&
   std::vector<std::string> faults(entries.size());
   v.workers.for_each(entries.size(), [&](std::size_t i) {
     const FileEntry& entry = entries[i];
-    if (!is_safe_relative_path(entry.path)) {
-      faults[i] = "is listed, and no path inside the folder; not followed";
-      return;
-    }
     const auto known = templates.find(entry.path);
     faults[i] = content_fault(v.dir, folder + entry.path, entry.bytes, entry.sha256);
     if (!faults[i].empty()) return;
@@ -178,15 +174,10 @@ void check_top_level_files(Verification& v, const std::vector<FileEntry>& entrie
   for (const FileEntry& entry : entries) {
     const bool asset = entry.path.starts_with("assets/");
     const auto names = layout::top_level_files();
-    if (!is_safe_relative_path(entry.path)) {
-      v.fault(entry.path, "is listed, and no path inside the folder; not followed");
-      continue;
-    }
+    v.fault(entry.path, content_fault(v.dir, entry.path, entry.bytes, entry.sha256));
     if (!asset && std::find(names.begin(), names.end(), entry.path) == names.end()) {
       v.fault(entry.path, "is listed, but not a file of a data set");
-      continue;
     }
-    v.fault(entry.path, content_fault(v.dir, entry.path, entry.bytes, entry.sha256));
     if (asset && !entry.path.starts_with("assets/" + entry.sha256)) {
       v.fault(entry.path, "does not bear the hash it is listed with");
     }
@@ -283,9 +274,9 @@ void check_manifest(Verification& v) {
   check_unlisted(v);
 }
 
-// Whether anything here bears ensonify's mark; a flipped bit must not make it a stranger's folder.
+// Whether anything here bears ensonify's mark; one flipped bit must not make it a stranger's
+// folder.
 bool is_ours(const fs::path& dir) {
-  if (listed_file_size(dir, layout::kDatasetSha256)) return true;
   const std::pair<const char*, const char*> marks[] = {{layout::kWorkJson, "ensonify_work"},
                                                        {layout::kDatasetJson, "ensonify_dataset"}};
   return std::any_of(std::begin(marks), std::end(marks), [&](const auto& mark) {

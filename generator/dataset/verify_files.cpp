@@ -247,7 +247,8 @@ struct CocoReader {
 
 std::string content_fault(const fs::path& dir, const std::string& relative, std::uint64_t bytes,
                           const std::string& sha256) {
-  if (!is_safe_relative_path(relative)) return "is no path inside the folder; not followed";
+  if (!is_safe_relative_path(relative))
+    return "is listed, and no path inside the folder; not followed";
   const auto size = listed_file_size(dir, relative);
   if (!size) {
     std::error_code error;

@@ -190,7 +190,8 @@ void Tracer::Impl::add_closed_form(const WorldObject& object) {
 
 Tracer::Tracer(const World& world) : impl_(std::make_unique<Impl>()) {
   impl_->world = &world;
-  impl_->device = rtcNewDevice(nullptr);
+  // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
+  impl_->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
   if (impl_->device == nullptr) throw DeviceFailure("Embree could not start");
   impl_->top = impl_->new_scene();
   for (const WorldObject& object : world.objects) {

@@ -218,6 +218,32 @@ TEST_CASE("finishing needs every ping and every sequence") {
   CHECK_FALSE(fs::exists(folder.path() / "dataset.json"));
 }
 
+// Protects "no file of a sequence is ever overwritten": a finished sequence is left alone, with its
+// records still there (a second copy at work) and without, and so are its pings.
+TEST_CASE("a finished sequence is left alone") {
+  const sample::TemporaryFolder folder;
+  const auto info = sample::sequence_info(0);
+  sample::open(folder.path(), 1);
+  sample::write_pings(folder.path(), info);
+  REQUIRE(finish_sequence(folder.path(), info).ok());
+  const fs::path poses = folder.path() / "sequences/000000/poses.csv";
+  const fs::file_time_type stamp{};
+  fs::last_write_time(poses, stamp);
+  REQUIRE(finish_sequence(folder.path(), info).ok());
+  CHECK(fs::last_write_time(poses) == stamp);
+
+  fs::remove_all(folder.path() / ".work");
+  REQUIRE(finish_sequence(folder.path(), info).ok());
+  CHECK(fs::last_write_time(poses) == stamp);
+  CHECK(ping_is_finished(folder.path(), 0, sample::kPings - 1, info));
+  CHECK_FALSE(ping_is_finished(folder.path(), 0, sample::kPings, info));
+  auto other = sample::ping_result(info, 1);
+  other.series[0] = 99;
+  const auto before = sample::contents(folder.path());
+  REQUIRE(write_ping(folder.path(), info, other, Workers(1)).ok());
+  CHECK(sample::contents(folder.path()) == before);
+}
+
 // Protects growth: top-level files are renewed, files of old sequences keep even their time stamps.
 TEST_CASE("sequences grow without a touch on the old ones") {
   const sample::TemporaryFolder grown, whole;

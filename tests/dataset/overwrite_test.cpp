@@ -170,6 +170,24 @@ TEST_CASE("overwriting that was cut off can be taken up again") {
   }
 }
 
+// Protects the same at the last moment, with a stranger's file beside: the folder must still be
+// known as one that ensonify made.
+TEST_CASE("overwriting that was cut off before the new work.json can be taken up again") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  sample::write(folder.path() / "notes.txt", "mine");
+  const auto inventory = take_inventory(folder.path());
+  REQUIRE(inventory);
+  CHECK(inventory->strangers == std::vector<std::string>{"notes.txt"});
+  REQUIRE(remove_listed(folder.path(), *inventory).ok());
+  const auto state = open_work(folder.path(), other_work(), 1, true);
+  INFO((state ? "" : state.error().message));
+  REQUIRE(state.ok());
+  auto expected = only_work(other_work());
+  expected["notes.txt"] = "mine";
+  CHECK(sample::contents(folder.path()) == expected);
+}
+
 // Protects shards that all say --overwrite: the first empties the folder, the others go on with it;
 // and a data set that is complete is made anew on request.
 TEST_CASE("overwriting the same work restarts it only if it was complete") {

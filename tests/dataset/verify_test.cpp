@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "catch.h"
+#include "dataset/exr.h"
 #include "dataset/sample.h"
 #include "dataset/sha256.h"
 
@@ -39,8 +41,8 @@ void forge(const fs::path& dir, const std::string& name, const std::string& byte
   const fs::path file = dir / "sequences/000000" / name;
   const std::string old = sample::read(file);
   const auto line = [&](const std::string& content) {
-    return "\"bytes\":" + std::to_string(content.size()) + ",\"sha256\":\"" + sha256_hex(content) +
-           "\"";
+    return "\"path\":\"" + name + "\",\"bytes\":" + std::to_string(content.size()) +
+           ",\"sha256\":\"" + sha256_hex(content) + "\"";
   };
   const auto total = [](const std::string& text) {
     const auto at = text.find("\"bytes\": ") + 9;
@@ -208,6 +210,14 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
     name = "cartesian/000001.exr";
     forged = bytes("polar/000001.exr");
   }
+  SECTION("EXR with a row too many") {
+    name = "polar/000001.exr";
+    forged = *encode_exr(sample::image(sample::kSamples + 1, sample::kBeams, 0), {});
+  }
+  SECTION("EXR with a column too many") {
+    name = "polar/000001.exr";
+    forged = *encode_exr(sample::image(sample::kSamples, sample::kBeams + 1, 0), {});
+  }
   SECTION("EXR channel renamed") {
     name = "polar/000001.exr";
     forged = changed(name.c_str(), "clean_db", "cleen_db");
@@ -236,8 +246,59 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
   }
   forge(folder.path(), name, forged);
   const auto found = faults(folder.path());
-  REQUIRE_FALSE(found.empty());
+  REQUIRE(found.size() == 1);
   CHECK(mentions(found, "sequences/000000/" + name));
+}
+
+// Protects the manifest of a sequence where every hash is right.
+TEST_CASE("a sequence.json that does not fit its files is found though its hash is right") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  const fs::path path = folder.path() / "sequences/000000/sequence.json";
+  const std::string before = sample::read(path);
+  auto json = nlohmann::ordered_json::parse(before);
+  auto& files = json["files"];
+  const auto bytes = [&] { return json["bytes"].get<std::uint64_t>(); };
+  std::string expected;
+  SECTION("a file listed twice") {
+    json["bytes"] = bytes() + files[0]["bytes"].get<std::uint64_t>();
+    files.push_back(files[0]);
+    expected = "azimuth_rad.npy: is listed twice";
+  }
+  SECTION("a ping's file neither listed nor there") {
+    const auto last = files.back();
+    json["bytes"] = bytes() - last["bytes"].get<std::uint64_t>();
+    files.erase(files.size() - 1);
+    fs::remove(path.parent_path() / last["path"].get<std::string>());
+    expected = "png/000002_cartesian.png: belongs to this sequence";
+  }
+  SECTION("a file of another kind") {
+    sample::write(path.parent_path() / "notes.txt", "");
+    files.push_back({{"path", "notes.txt"}, {"bytes", 0}, {"sha256", sha256_hex("")}});
+    expected = "notes.txt: is listed, but not a file of this sequence";
+  }
+  SECTION("bytes that do not add up") {
+    json["bytes"] = bytes() + 1;
+    expected = "its number of bytes";
+  }
+  SECTION("another split than the data set's") {
+    json["split"] = "test";
+    expected = "says something else than dataset.json";
+  }
+  SECTION("billions of pings") {
+    json["pings"] = {0, 4000000000u};
+    edit(folder.path() / "dataset.json", "0,\n        3", "0,\n        4000000000");
+    expected = "lists fewer files than its pings have";
+  }
+  SECTION("a key missing") {
+    json.erase("model");
+    expected = "lacks the key model";
+  }
+  sample::write(path, json.dump(2));
+  reseal(folder.path(), "dataset.json", sha256_hex(before), sha256_hex(sample::read(path)));
+  const auto found = faults(folder.path());
+  REQUIRE_FALSE(found.empty());
+  CHECK(mentions(found, expected));
 }
 
 // Protects the forging itself, on which the test above stands: bytes that are as good are no fault.
