@@ -42,4 +42,27 @@ double francois_garrison_db_m(double frequency_hz, const SeaWater& water) {
   return db_km / 1000.0;
 }
 
+double ainslie_mccolm_db_m(double frequency_hz, const SeaWater& water) {
+  const double f = frequency_hz / 1000.0;
+  const double t = water.temperature_c;
+  const double s = water.salinity_psu;
+  const double z = water.depth_m / 1000.0;
+  const double boric_khz = 0.78 * std::sqrt(s / 35.0) * std::exp(t / 26.0);
+  const double sulphate_khz = 42.0 * std::exp(t / 17.0);
+  const double db_km =
+      relaxation_db_km(0.106 * std::exp((water.ph - 8.0) / 0.56), boric_khz, f) +
+      relaxation_db_km(0.52 * (1.0 + t / 43.0) * (s / 35.0) * std::exp(-z / 6.0), sulphate_khz, f) +
+      0.00049 * f * f * std::exp(-(t / 27.0 + z / 17.0));
+  return db_km / 1000.0;
+}
+
+double sound_speed_m_s(const SeaWater& water) {
+  const double t = water.temperature_c;
+  const double s = water.salinity_psu;
+  const double z = water.depth_m;
+  return 1402.5 + t * (5.0 + t * (-5.44e-2 + t * 2.1e-4)) + 1.33 * s - 1.23e-2 * s * t +
+         8.7e-5 * s * t * t + z * (1.56e-2 + z * (2.55e-7 - z * 7.3e-12)) -
+         9.5e-13 * t * z * z * z + 3e-7 * t * t * z + 1.43e-5 * s * z;
+}
+
 }  // namespace ensonify

@@ -11,12 +11,18 @@ namespace {
 Water water_of(const WaterSpec& spec, double frequency_hz) {
   Water water;
   water.sound_speed_m_s = spec.sound_speed_m_s;
+  if (const auto& from = spec.sound_speed_from) {
+    water.sound_speed_m_s =
+        sound_speed_m_s({from->temperature_c, from->salinity_psu, 8, from->depth_m});
+  }
   if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&spec.absorption)) {
     water.absorption_db_m = fixed->db_m;
   } else {
-    const auto& sea = std::get<FrancoisGarrisonSpec>(spec.absorption);
-    water.absorption_db_m = francois_garrison_db_m(
-        frequency_hz, {sea.temperature_c, sea.salinity_psu, sea.ph, sea.depth_m});
+    const auto& sea = std::get<SeaAbsorptionSpec>(spec.absorption);
+    const SeaWater sea_water{sea.temperature_c, sea.salinity_psu, sea.ph, sea.depth_m};
+    water.absorption_db_m = sea.model == AbsorptionModel::francois_garrison
+                                ? francois_garrison_db_m(frequency_hz, sea_water)
+                                : ainslie_mccolm_db_m(frequency_hz, sea_water);
   }
   return water;
 }

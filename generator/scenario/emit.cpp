@@ -85,14 +85,20 @@ std::string water_text(const WaterSpec& water) {
   if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&water.absorption)) {
     absorption = "fixed_db_m: " + number(fixed->db_m);
   } else {
-    const auto& model = std::get<FrancoisGarrisonSpec>(water.absorption);
+    const auto& model = std::get<SeaAbsorptionSpec>(water.absorption);
     absorption = fmt::format(
-        "model: francois_garrison, temperature_c: {}, salinity_psu: {}, ph: {}, depth_m: {}",
+        "model: {}, temperature_c: {}, salinity_psu: {}, ph: {}, depth_m: {}",
+        model.model == AbsorptionModel::francois_garrison ? "francois_garrison" : "ainslie_mccolm",
         number(model.temperature_c), number(model.salinity_psu), number(model.ph),
         number(model.depth_m));
   }
-  return fmt::format("water:\n  sound_speed_m_s: {}\n  absorption: {{{}}}\n",
-                     number(water.sound_speed_m_s), absorption);
+  std::string speed = number(water.sound_speed_m_s);
+  if (const auto& from = water.sound_speed_from) {
+    speed =
+        fmt::format("{{from: {{temperature_c: {}, salinity_psu: {}, depth_m: {}}}}}",
+                    number(from->temperature_c), number(from->salinity_psu), number(from->depth_m));
+  }
+  return fmt::format("water:\n  sound_speed_m_s: {}\n  absorption: {{{}}}\n", speed, absorption);
 }
 
 std::string scattering_text(const ScatteringSpec& scattering) {

@@ -53,16 +53,24 @@ struct SonarSpec {
 };
 
 // Ocean water at the surface.
-struct FrancoisGarrisonSpec {
+enum class AbsorptionModel { francois_garrison, ainslie_mccolm };
+
+struct SeaAbsorptionSpec {
+  AbsorptionModel model = AbsorptionModel::francois_garrison;
   double temperature_c = 10, salinity_psu = 35, ph = 8, depth_m = 0;
 };
 struct FixedAbsorptionSpec {
   double db_m = 0;
 };
 
+struct SoundSpeedSpec {
+  double temperature_c = 0, salinity_psu = 0, depth_m = 0;
+};
+
 struct WaterSpec {
-  double sound_speed_m_s = 1500;
-  std::variant<FrancoisGarrisonSpec, FixedAbsorptionSpec> absorption;
+  double sound_speed_m_s = 1500;  // not looked at where it is worked out:
+  std::optional<SoundSpeedSpec> sound_speed_from;
+  std::variant<SeaAbsorptionSpec, FixedAbsorptionSpec> absorption;
 };
 
 struct ScatteringSpec {

@@ -23,3 +23,25 @@ TEST_CASE("absorption follows salinity, depth and temperature") {
   CHECK(francois_garrison_db_m(900e3, {20, 35, 8, 0}) ==
         Approx(francois_garrison_db_m(900e3, {20.0001, 35, 8, 0})).epsilon(0.005));
 }
+
+// Protects the second formula by the first: they differ by less than a tenth where both hold
+// (Ainslie and McColm state it), in any water.
+TEST_CASE("Ainslie-McColm follows Francois-Garrison") {
+  for (const SeaWater& water : {SeaWater{10, 35, 8, 0}, SeaWater{25, 38, 8.2, 0},
+                                SeaWater{4, 34, 7.8, 3000}, SeaWater{-1, 33, 8, 500}}) {
+    for (const double frequency_hz : {10e3, 50e3, 100e3, 300e3, 900e3}) {
+      INFO(water.temperature_c << " C, " << frequency_hz << " Hz");
+      CHECK(ainslie_mccolm_db_m(frequency_hz, water) ==
+            Approx(francois_garrison_db_m(frequency_hz, water)).epsilon(0.11));
+    }
+  }
+}
+
+// Protects ranges: sound speed against the check value of another published formula (Mackenzie
+// 1981: 1550.744 m/s at 25 C, 35 psu, 1000 m), against distilled water (Marczak 1997: 1482.34 m/s
+// at 20 C) and against the mean ocean at the surface (Mackenzie at 10 C, 35 psu: 1489.80 m/s).
+TEST_CASE("sound speed from temperature, salinity and depth") {
+  CHECK(sound_speed_m_s({25, 35, 8, 1000}) == Approx(1550.744).margin(0.4));
+  CHECK(sound_speed_m_s({20, 0, 8, 0}) == Approx(1482.34).margin(0.2));
+  CHECK(sound_speed_m_s({10, 35, 8, 0}) == Approx(1489.80).margin(0.2));
+}

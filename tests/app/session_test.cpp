@@ -12,9 +12,21 @@ using namespace ensonify::test;
 
 // Protects the default water: Francois-Garrison at the carrier.
 TEST_CASE("absorption comes from the water or is fixed") {
-  CHECK(SceneRun("sonar_tank").session().water.absorption_db_m == Approx(0.2995).epsilon(0.01));
+  const SceneRun run_default("sonar_tank");
+  CHECK(run_default.session().water.absorption_db_m == Approx(0.2995).epsilon(0.01));
   const SceneRun fixed("sonar_tank", {{"water.absorption", "{fixed_db_m: 0.0354}"}});
   CHECK(fixed.session().water.absorption_db_m == 0.0354);
+  const SceneRun simple("sonar_tank", {{"water.absorption", "{model: ainslie_mccolm}"}});
+  CHECK(simple.session().water.absorption_db_m == Approx(0.2995).epsilon(0.1));
+  CHECK(simple.session().water.absorption_db_m != run_default.session().water.absorption_db_m);
+}
+
+TEST_CASE("sound speed is fixed or comes from the water") {
+  CHECK(SceneRun("sonar_tank").session().water.sound_speed_m_s == 1500);
+  const SceneRun from(
+      "sonar_tank",
+      {{"water.sound_speed_m_s", "{from: {temperature_c: 10, salinity_psu: 35, depth_m: 0}}"}});
+  CHECK(from.session().water.sound_speed_m_s == Approx(1489.8).margin(0.2));
 }
 
 TEST_CASE("noise power follows spectrum level and bandwidth") {

@@ -80,6 +80,10 @@ TEST_CASE("wrong numbers are faults with the accepted range") {
       {"water: {sound_speed_m_s: 1_500}", "4:26: water.sound_speed_m_s:", "plain decimal"},
       {"water: {sound_speed_m_s: fast}", "4:26: water.sound_speed_m_s:", "`fast` is no number"},
       {"water: {sound_speed_m_s: }", "4:9: water.sound_speed_m_s:", "nothing is no number"},
+      {"water: {sound_speed_m_s: {from: {temperature_c: 4, salinity_psu: 35}}}",
+       "4:33: water.sound_speed_m_s.from.depth_m:", "missing"},
+      {"water: {sound_speed_m_s: {from: {temperature_c: 4, salinity_psu: 35, depth_m: 5}, b: 1}}",
+       "4:83: water.sound_speed_m_s.b:", "unknown key"},
       {"water: {sound_speed_m_s: 20000}", "4:26: water.sound_speed_m_s:", "from 100 to 10000"},
       {"water: {sound_speed_m_s: 1500 1}", "4:26: water.sound_speed_m_s:", "is no number"},
       {"scattering: {lambert_exponent: -1}", "4:32: scattering.lambert_exponent:", "from 0 to 100"},
@@ -226,8 +230,8 @@ TEST_CASE("absorption is fixed or a model") {
        "4:43: water.absorption.ph:", "of no effect"},
       {"water: {absorption: {fixed_db_m: 0.1, model: francois_garrison}}",
        "4:39: water.absorption:", "exclude each other"},
-      {"water: {absorption: {model: ainslie_mccolm}}",
-       "4:29: water.absorption.model:", "accepted is francois_garrison"},
+      {"water: {absorption: {model: ainslie_mccol}}",
+       "4:29: water.absorption.model:", "one of francois_garrison, ainslie_mccolm"},
       {"water: {absorption: {fixed_db_m: -1}}", "4:34: water.absorption.fixed_db_m:", "from 0 to"},
   });
 }

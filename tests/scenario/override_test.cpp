@@ -54,7 +54,7 @@ TEST_CASE("an override takes the place of what excludes it") {
   const auto back = parse(kHead + "water: {absorption: {fixed_db_m: 1}}\n",
                           {{"water.absorption.model", "francois_garrison"}});
   REQUIRE(back.ok());
-  CHECK(std::holds_alternative<FrancoisGarrisonSpec>(back->water.absorption));
+  CHECK(std::holds_alternative<SeaAbsorptionSpec>(back->water.absorption));
 }
 
 // Protects the messages of `--set`, whose place is the option itself, and its strictness.

@@ -19,7 +19,7 @@ TEST_CASE("the documentation's example is read as it says") {
   CHECK(scenario->seed == 7);
   CHECK(scenario->sonar.range_max_m == 10);
   CHECK(scenario->sonar.frequency_hz == 900e3);
-  CHECK(std::get<FrancoisGarrisonSpec>(scenario->water.absorption).depth_m == 5);
+  CHECK(std::get<SeaAbsorptionSpec>(scenario->water.absorption).depth_m == 5);
   REQUIRE(scenario->materials.size() == 2);
   CHECK(scenario->materials[0].name == "concrete");
   CHECK(scenario->materials[0].reflectivity == 1e-3);
@@ -47,7 +47,7 @@ TEST_CASE("what is left out has the documented default") {
   CHECK(scenario->sequences == 1);
   CHECK(scenario->sonar.pulse == PulseShape::gaussian);
   CHECK(scenario->water.sound_speed_m_s == 1500);
-  const auto& model = std::get<FrancoisGarrisonSpec>(scenario->water.absorption);
+  const auto& model = std::get<SeaAbsorptionSpec>(scenario->water.absorption);
   CHECK(std::array<double, 4>{model.temperature_c, model.salinity_psu, model.ph, model.depth_m} ==
         std::array<double, 4>{10, 35, 8, 0});
   CHECK(scenario->scattering.lambert_exponent == 1);
@@ -68,6 +68,26 @@ TEST_CASE("what is left out has the documented default") {
   CHECK_FALSE(scenario->output.png_db);
   CHECK(scenario->splits.train == 1);
   CHECK(scenario->splits.val == 0);
+}
+
+// Protects water that is described rather than numbered: read, written back and read the same.
+TEST_CASE("sound speed and absorption may come from the water") {
+  const auto scenario =
+      parse(kHead +
+            "water: {sound_speed_m_s: {from: {temperature_c: 4, salinity_psu: 35, depth_m: 50}}, "
+            "absorption: {model: ainslie_mccolm, ph: 7.9}}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  REQUIRE(scenario->water.sound_speed_from);
+  CHECK(scenario->water.sound_speed_from->depth_m == 50);
+  const auto& model = std::get<SeaAbsorptionSpec>(scenario->water.absorption);
+  CHECK(model.model == AbsorptionModel::ainslie_mccolm);
+  CHECK(model.ph == 7.9);
+  const auto name = [](const std::filesystem::path& file) { return file.string(); };
+  const std::string text = to_yaml(*scenario, name);
+  const auto again = parse(text);
+  REQUIRE(again.ok());
+  CHECK(to_yaml(*again, name) == text);
 }
 
 // Protects short scenarios: the file's name will do, as long as it can be printed.

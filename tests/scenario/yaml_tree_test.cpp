@@ -1,6 +1,5 @@
 #include "scenario/yaml_tree.h"
 
-
 #include "catch.h"
 
 namespace ensonify {
