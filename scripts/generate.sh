@@ -17,4 +17,6 @@ install_packages "${build_packages[@]}"
 configure_options=(-DENSONIFY_TESTS=OFF)
 build release ensonify >&2
 "$root/build/release/ensonify" generate "$scenario" -o "$output"
-echo "pictures: $output/sequences/000000/png (polar and Cartesian), everything else is explained in $output/README.md"
+pictures=$output/sequences/000000/png
+[ -d "$pictures" ] || pictures="none were asked for"
+echo "pictures: $pictures; every file is explained in $output/README.md"

@@ -56,6 +56,7 @@ Status run_generate(const Arguments& arguments) {
   if (!input) return input.error();
   GenerateOptions options;
   options.input = std::move(*input);
+  if (arguments.folder.empty()) return usage("--output is empty; accepted is a folder");
   options.output = arguments.folder;
   if (!arguments.pings.empty()) {
     const auto range = parse_range(arguments.pings);

@@ -72,6 +72,22 @@ WorkIdentity identity_of(const Session& session, const std::vector<Asset>& asset
   return identity;
 }
 
+// A run must not remove what it reads.
+Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
+  if (!options.overwrite) return {};
+  const fs::path output = fs::weakly_canonical(options.output);
+  std::vector<fs::path> inputs = input_files(scenario);
+  inputs.push_back(options.input.scenario);
+  for (const fs::path& input : inputs) {
+    const fs::path inside = fs::weakly_canonical(input).lexically_relative(output);
+    if (inside.empty() || *inside.begin() == "..") continue;
+    return Error{ErrorKind::usage,
+                 fmt::format("--overwrite would remove its own input {}; copy it out of {} first",
+                             input.string(), options.output.string())};
+  }
+  return {};
+}
+
 struct Run {
   const GenerateOptions& options;
   const Session& session;
@@ -109,31 +125,29 @@ std::vector<std::uint32_t> missing_pings(const fs::path& folder, const SequenceI
 Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings) {
   const std::uint32_t count = run.session.scenario.sequences;
   const std::uint64_t total = std::uint64_t{count} * (pings.last - pings.first);
-  std::vector<std::vector<std::uint32_t>> missing(count);
+  const auto info_of = [&](std::uint32_t s) {
+    return sequence_info(run.session, s, pings.first, pings.last);
+  };
   std::uint64_t found = total;
   for (std::uint32_t s = 0; s < count; ++s) {
-    missing[s] =
-        missing_pings(run.options.output, sequence_info(run.session, s, pings.first, pings.last));
-    found -= missing[s].size();
+    found -= missing_pings(run.options.output, info_of(s)).size();
   }
   if (found > 0 && !run.options.quiet) {
     fmt::print(stderr, "continuing: {} of {} pings are there\n", found, total);
   }
   Progress progress(progress_style(run.options.quiet), total, found);
   std::vector<SequenceInfo> infos;
+  std::optional<Pipeline> pipeline;  // its tables serve every sequence
   for (std::uint32_t s = 0; s < count; ++s) {
-    const SequenceInfo info = sequence_info(run.session, s, pings.first, pings.last);
-    if (missing[s].empty() && sequence_is_finished(run.options.output, info)) {
-      infos.push_back(info);
-      continue;
-    }
-    Pipeline pipeline(run.session, run.tracer, info, run.options.backend);
-    pipeline.set_png_db_limits(pipeline.png_db_limits(run.workers));
-    if (Status made = make_pings(run, pipeline, missing[s], progress); !made) return made.error();
-    if (Status finished = finish_sequence(run.options.output, pipeline.info()); !finished) {
+    infos.push_back(info_of(s));
+    if (sequence_is_finished(run.options.output, infos.back())) continue;
+    if (!pipeline) pipeline.emplace(run.session, run.tracer, infos.back(), run.options.backend);
+    pipeline->start_sequence(infos.back(), run.workers);
+    const std::vector<std::uint32_t> missing = missing_pings(run.options.output, infos.back());
+    if (Status made = make_pings(run, *pipeline, missing, progress); !made) return made.error();
+    if (Status finished = finish_sequence(run.options.output, pipeline->info()); !finished) {
       return finished.error();
     }
-    infos.push_back(pipeline.info());
   }
   return infos;
 }
@@ -156,6 +170,8 @@ Status generate(const GenerateOptions& options) {
   if (!pings) return pings.error();
   Result<std::vector<Asset>> assets = hash_assets(session->scenario);
   if (!assets) return assets.error();
+
+  if (Status kept = keep_inputs(options, session->scenario); !kept) return kept;
 
   const Workers workers(options.threads);
   const Tracer tracer(session->world);

@@ -80,6 +80,13 @@ std::array<double, 2> Pipeline::png_db_limits(const Workers& workers) const {
       image_of(scatterers, series_of(scatterers, 0, pose, workers), workers));
 }
 
+void Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
+  info_ = std::move(info);
+  if (!info_.output.png) return;
+  if (!png_db_limits_) png_db_limits_ = png_db_limits(workers);
+  info_.png_db_limits = *png_db_limits_;
+}
+
 PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   const OutputSelection& output = info_.output;
   PingResult result;

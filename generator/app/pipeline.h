@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,14 @@ class Pipeline {
   // Everything that the sequence's output selection asks for.
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
-  // The black and white of the grey pictures: the scenario's, or from the clean image of ping 0.
-  std::array<double, 2> png_db_limits(const Workers& workers) const;
-  void set_png_db_limits(std::array<double, 2> limits) { info_.png_db_limits = limits; }
+  // From here on pings are those of this sequence. Its grey pictures get the scenario's black and
+  // white, or those of the clean image of ping 0, which holds no draw and so is worked out once.
+  void start_sequence(SequenceInfo info, const Workers& workers);
 
   const SequenceInfo& info() const { return info_; }
 
  private:
+  std::array<double, 2> png_db_limits(const Workers& workers) const;
   ScattererList scatterers_of(const Pose& sonar_in_world, const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const ScattererList& scatterers, std::uint32_t ping, const Pose& pose,
@@ -47,6 +49,7 @@ class Pipeline {
   std::unique_ptr<Backend> backend_;
   std::vector<std::int32_t> cartesian_map_;
   std::vector<std::uint8_t> class_of_instance_;
+  std::optional<std::array<double, 2>> png_db_limits_;
 };
 
 }  // namespace ensonify

@@ -41,8 +41,11 @@ Result<Session> prepare_session(Scenario scenario) {
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<World> world = build_world(scenario);
-  if (!world) return world.error();
   Result<Path> path = load_path(scenario.trajectory);
+  if (!world && !path) {
+    return Error{ErrorKind::usage, world.error().message + "\n" + path.error().message};
+  }
+  if (!world) return world.error();
   if (!path) return path.error();
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();

@@ -4,6 +4,7 @@
 namespace ensonify {
 
 const char* program_version();
-const char* program_commit();  // 12 digits, "+" and a hash for a changed tree; "unknown" without .git
+const char*
+program_commit();  // 12 digits, "+" and a hash for a changed tree; "unknown" without .git
 
 }  // namespace ensonify

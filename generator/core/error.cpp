@@ -1,7 +1,7 @@
 #include "core/error.h"
 
-#include <cstdio>
-#include <cstdlib>
+#include <stdexcept>
+#include <string>
 
 namespace ensonify {
 
@@ -23,9 +23,8 @@ int exit_code(ErrorKind kind) {
 }
 
 void assertion_failed(const char* condition, const char* file, int line) {
-  std::fprintf(stderr, "ensonify: bug: %s:%d: %s does not hold; please report it\n", file, line,
-               condition);
-  std::abort();
+  throw std::logic_error(std::string(file) + ":" + std::to_string(line) + ": " + condition +
+                         " does not hold");
 }
 
 }  // namespace ensonify

@@ -71,7 +71,8 @@ class [[nodiscard]] Status {
   std::optional<Error> error_;
 };
 
-// Prints the broken condition and its place to stderr and aborts.
+// Throws std::logic_error with the broken condition and its place; the program's top reports it as
+// a bug.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
 
 }  // namespace ensonify

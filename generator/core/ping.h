@@ -19,6 +19,9 @@
 
 namespace ensonify {
 
+// The most pings of a sequence: file names count them with six digits.
+inline constexpr int kMaxPings = 1'000'000;
+
 // A picture with its ground truth, row-major [rows x columns].
 // Polar: rows are samples, nearest first; columns are beams, 0 first.
 // Cartesian: the fan seen from above, boresight up, port left.

@@ -12,7 +12,6 @@ namespace ensonify {
 namespace {
 
 constexpr int kMaxSequences = 1'000'000;
-constexpr int kMaxPings = 1'000'000;
 constexpr int kMaxImageHeight = 16384;
 
 // The first pose's time does not matter, but with several each needs its own.

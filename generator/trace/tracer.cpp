@@ -31,6 +31,12 @@ std::optional<SurfaceHit> intersect_closed_form(const Shape& shape, const Ray& l
       shape);
 }
 
+// What Embree's callbacks know of a closed form.
+struct ClosedForm {
+  const WorldObject* object = nullptr;
+  Vec3 origin_m;  // of Embree's coordinates, in the world
+};
+
 // A query carries its ray in double to the callbacks of the closed forms.
 struct Query {
   EmbreeContext context;  // first: Embree hands back a pointer to it
@@ -38,7 +44,8 @@ struct Query {
 };
 
 void closed_form_bounds(const RTCBoundsFunctionArguments* arguments) {
-  const auto& object = *static_cast<const WorldObject*>(arguments->geometryUserPtr);
+  const auto& form = *static_cast<const ClosedForm*>(arguments->geometryUserPtr);
+  const WorldObject& object = *form.object;
   Vec3 half{};
   if (const auto* box = std::get_if<BoxShape>(&object.shape)) half = half_extents(*box);
   if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) half = half_extents(*sphere);
@@ -49,7 +56,7 @@ void closed_form_bounds(const RTCBoundsFunctionArguments* arguments) {
   const Vec3 reach{std::abs(x.x) + std::abs(y.x) + std::abs(z.x),
                    std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
                    std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
-  const Vec3 centre = object.pose.position_m;
+  const Vec3 centre = object.pose.position_m - form.origin_m;
   // Wider by more than a float can round away: the boxes decide what is tested at all.
   const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
   RTCBounds& bounds = *arguments->bounds_o;
@@ -63,7 +70,7 @@ void closed_form_bounds(const RTCBoundsFunctionArguments* arguments) {
 
 void closed_form_intersect(const RTCIntersectFunctionNArguments* arguments) {
   if (arguments->valid[0] == 0) return;
-  const auto& object = *static_cast<const WorldObject*>(arguments->geometryUserPtr);
+  const WorldObject& object = *static_cast<const ClosedForm*>(arguments->geometryUserPtr)->object;
   const auto& query = *reinterpret_cast<const Query*>(arguments->context);
   const std::optional<SurfaceHit> found =
       intersect_closed_form(object.shape, into_frame(object.pose, *query.ray));
@@ -75,11 +82,11 @@ void closed_form_intersect(const RTCIntersectFunctionNArguments* arguments) {
   ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
 
-std::array<float, 12> row_major_matrix(const Pose& pose) {
+std::array<float, 12> row_major_matrix(const Pose& pose, Vec3 origin_m) {
   const Vec3 x = rotate(pose.rotation, {1, 0, 0});
   const Vec3 y = rotate(pose.rotation, {0, 1, 0});
   const Vec3 z = rotate(pose.rotation, {0, 0, 1});
-  const Vec3 p = pose.position_m;
+  const Vec3 p = pose.position_m - origin_m;
   const auto f = [](double v) { return static_cast<float>(v); };
   return {f(x.x), f(y.x), f(z.x), f(p.x), f(x.y), f(y.y),
           f(z.y), f(p.y), f(x.z), f(y.z), f(z.z), f(p.z)};
@@ -102,9 +109,10 @@ SurfaceHit on_triangle(const Mesh& mesh, const RTCRayHit& found, const Ray& loca
   if (!mesh.normals.empty()) {
     const double u = found.hit.u;
     const double v = found.hit.v;
-    hit.normal =
-        normalized((1 - u - v) * as_vec3(mesh.normals[corner[0]]) +
-                   u * as_vec3(mesh.normals[corner[1]]) + v * as_vec3(mesh.normals[corner[2]]));
+    const Vec3 smooth = (1 - u - v) * as_vec3(mesh.normals[corner[0]]) +
+                        u * as_vec3(mesh.normals[corner[1]]) + v * as_vec3(mesh.normals[corner[2]]);
+    // Missing normals, or ones that cancel, say nothing: the face's own stays.
+    if (length(smooth) > 1e-6) hit.normal = normalized(smooth);
   }
   return hit;
 }
@@ -113,6 +121,10 @@ SurfaceHit on_triangle(const Mesh& mesh, const RTCRayHit& found, const Ray& loca
 
 struct Tracer::Impl {
   const World* world = nullptr;
+  // Embree computes in float: at map coordinates (a northing of 4.5e6 m) its steps are half a
+  // metre. So it sees everything from the first object.
+  Vec3 origin_m;
+  std::vector<std::unique_ptr<ClosedForm>> closed_forms;
   RTCDevice device = nullptr;
   RTCScene top = nullptr;
   std::vector<RTCScene> mesh_scenes;
@@ -175,14 +187,15 @@ void Tracer::Impl::add_mesh(const WorldObject& object, const Mesh& mesh) {
   RTCGeometry instance = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(instance, scene);
   rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
-                          row_major_matrix(object.pose).data());
+                          row_major_matrix(object.pose, origin_m).data());
   attach(instance, object);
 }
 
 void Tracer::Impl::add_closed_form(const WorldObject& object) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, 1);
-  rtcSetGeometryUserData(geometry, const_cast<WorldObject*>(&object));
+  closed_forms.push_back(std::make_unique<ClosedForm>(ClosedForm{&object, origin_m}));
+  rtcSetGeometryUserData(geometry, closed_forms.back().get());
   rtcSetGeometryBoundsFunction(geometry, closed_form_bounds, nullptr);
   rtcSetGeometryIntersectFunction(geometry, closed_form_intersect);
   attach(geometry, object);
@@ -190,6 +203,7 @@ void Tracer::Impl::add_closed_form(const WorldObject& object) {
 
 Tracer::Tracer(const World& world) : impl_(std::make_unique<Impl>()) {
   impl_->world = &world;
+  if (!world.objects.empty()) impl_->origin_m = world.objects.front().pose.position_m;
   // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
   impl_->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
   if (impl_->device == nullptr) throw DeviceFailure("Embree could not start");
@@ -220,15 +234,17 @@ Hit Tracer::Impl::refine(const RTCRayHit& found, const Ray& ray) const {
   }
   if (!surface) return {};
   return {surface->range_m,
-          static_cast<float>(std::min(1.0, std::abs(dot(local.direction, surface->normal)))),
+          // In this order a NaN stays one, for surface_scatterers to leave out.
+          static_cast<float>(std::min(std::abs(dot(local.direction, surface->normal)), 1.0)),
           object.instance};
 }
 
 Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
   RTCRayHit found{};
-  found.ray.org_x = static_cast<float>(ray.origin_m.x);
-  found.ray.org_y = static_cast<float>(ray.origin_m.y);
-  found.ray.org_z = static_cast<float>(ray.origin_m.z);
+  const Vec3 from = ray.origin_m - impl_->origin_m;
+  found.ray.org_x = static_cast<float>(from.x);
+  found.ray.org_y = static_cast<float>(from.y);
+  found.ray.org_z = static_cast<float>(from.z);
   found.ray.dir_x = static_cast<float>(ray.direction.x);
   found.ray.dir_y = static_cast<float>(ray.direction.y);
   found.ray.dir_z = static_cast<float>(ray.direction.z);

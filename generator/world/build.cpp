@@ -60,15 +60,22 @@ Result<World> build_world(const Scenario& scenario) {
   }
   World world;
   MeshCache meshes;
-  for (const ObjectSpec& spec : scenario.objects) {
+  std::string faults;
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const ObjectSpec& spec = scenario.objects[i];
     Result<Shape> shape = shape_of(spec.shape, meshes);
-    if (!shape) return shape.error();
+    if (!shape) {
+      faults += (faults.empty() ? "" : "\n") + ("objects." + std::to_string(i)) +
+                ".shape.mesh.file: " + shape.error().message;
+      continue;
+    }
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.reflectivity = reflectivity.at(spec.material);
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.reflectivity});
   }
+  if (!faults.empty()) return Error{ErrorKind::usage, faults};
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.point_target = true;

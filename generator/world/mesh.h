@@ -23,8 +23,9 @@ enum class Normals { face, smooth };
 // Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
 // come out z up and in metres. The others say neither: they are taken as they are. All parts of
 // the file become one mesh; `scale` multiplies every coordinate.
-// Errors (usage): a file that cannot be read as a mesh, that has no faces, or a vertex that is not
-// a finite number.
+// Errors (usage): a file that cannot be read as a mesh, that has no faces, a face that names a
+// vertex it does not have, a vertex that is not a finite number, a .gltf with its buffers in a
+// second file.
 Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals);
 
 }  // namespace ensonify

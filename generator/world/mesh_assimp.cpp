@@ -6,6 +6,8 @@
 
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "world/mesh.h"
 
@@ -16,10 +18,49 @@ Error broken(const std::filesystem::path& file, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
 }
 
-bool says_which_way_is_up(const std::filesystem::path& file) {
+std::string lower_case_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool says_which_way_is_up(const std::filesystem::path& file) {
+  const std::string extension = lower_case_extension(file);
   return extension == ".dae" || extension == ".gltf" || extension == ".glb";
+}
+
+Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      for (unsigned i = 0; i < part.mFaces[f].mNumIndices; ++i) {
+        const unsigned vertex = part.mFaces[f].mIndices[i];
+        if (vertex < part.mNumVertices) continue;
+        return broken(file, fmt::format("face {} of part {} names vertex {} of {}", f, m, vertex,
+                                        part.mNumVertices));
+      }
+    }
+  }
+  return {};
+}
+
+// A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
+// data set. Its buffers must be in it ("data:" addresses).
+Status check_buffers(const std::filesystem::path& file) {
+  if (lower_case_extension(file) != ".gltf") return {};
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  const std::size_t buffers = text.find("\"buffers\"");
+  const std::size_t end = text.find(']', buffers == std::string::npos ? 0 : buffers);
+  for (std::size_t at = buffers; (at = text.find("\"uri\"", at)) < end; at += 5) {
+    const std::size_t value = text.find('"', at + 5);
+    if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
+    const std::string name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
+    return broken(file, fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
+                                    ".gltf with embedded buffers",
+                                    name));
+  }
+  return {};
 }
 
 // Adds the meshes of a node and of all below it, placed by the transforms on the way.
@@ -29,17 +70,19 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
   const aiMatrix3x3 normal_matrix = aiMatrix3x3(placed).Inverse().Transpose();
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];
+    if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;  // points, lines
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const aiVector3D p = placed * part.mVertices[v];
       mesh.vertices.push_back({p.x, p.y, p.z});
       if (!smooth) continue;
-      const aiVector3D n = (normal_matrix * part.mNormals[v]).NormalizeSafe();
+      aiVector3D n;  // none: the tracer takes the face's
+      if (part.HasNormals()) n = (normal_matrix * part.mNormals[v]).NormalizeSafe();
       mesh.normals.push_back({n.x, n.y, n.z});
     }
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines reflect nothing
+      if (face.mNumIndices != 3) continue;
       mesh.triangles.push_back(
           {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
     }
@@ -59,10 +102,15 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   // Without the mesh's own materials, textures and colours, equal vertices can be joined.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_COLORS | aiComponent_TEXCOORDS | aiComponent_MATERIALS);
-  const aiScene* scene = importer.ReadFile(file.string(), steps | aiProcess_RemoveComponent);
+  if (Status embedded = check_buffers(file); !embedded) return embedded.error();
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     return broken(file, fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
   }
+  // Before assimp's own steps, which trust the file.
+  if (Status sound = check_faces(*scene, file); !sound) return sound.error();
+  scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
+  if (scene == nullptr) return broken(file, "cannot be made into triangles");
   // assimp turns every file that says which way is up so that y is up; here z is.
   aiMatrix4x4 placement;
   if (says_which_way_is_up(file)) {

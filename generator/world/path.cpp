@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -12,9 +13,6 @@ namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-
-// File names count pings with six digits.
-constexpr int kMostPings = 1'000'000;
 
 Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
@@ -25,7 +23,9 @@ std::vector<std::string> words_of(const std::string& text, bool csv) {
   std::istringstream stream(text);
   std::vector<std::string> words;
   for (std::string word; csv ? bool(std::getline(stream, word, ',')) : bool(stream >> word);) {
-    std::erase_if(word, [](unsigned char c) { return std::isspace(c) != 0; });
+    const auto is_blank = [](unsigned char c) { return std::isspace(c) != 0; };
+    word.erase(word.begin(), std::find_if_not(word.begin(), word.end(), is_blank));
+    while (!word.empty() && is_blank(static_cast<unsigned char>(word.back()))) word.pop_back();
     words.push_back(word);
   }
   return words;
@@ -95,7 +95,9 @@ Result<Path> load_file(const fs::path& file) {
   if (!stream) {
     return Error{ErrorKind::usage, fmt::format("{}: cannot be read", file.string())};
   }
-  const bool csv = file.extension() == ".csv";
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool csv = extension == ".csv";
   std::optional<Columns> columns;
   if (!csv) columns = kTumColumns;
   Path path;
@@ -154,14 +156,16 @@ Pose pose_at(const Path& path, double time_s) {
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
   const double start = path.points.front().time_s;
   const double duration = path.points.back().time_s - start;
-  // Slack of a billionth of a ping: a stamp's last digit must not cost the last ping.
-  const double fitting = std::floor(duration * spec.ping_rate_hz + 1e-9) + 1;
-  if (!spec.pings && fitting > kMostPings) {
+  // The last digits of two stamps (a Unix time has 1e-7 s of them) must not cost the last ping.
+  const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
+                            std::max(std::abs(start), std::abs(path.points.back().time_s));
+  const double fitting = std::floor((duration + rounding_s) * spec.ping_rate_hz + 1e-9) + 1;
+  if (!spec.pings && fitting > kMaxPings) {
     return Error{ErrorKind::usage,
                  fmt::format("trajectory: {} s at {} pings/s are {} pings; at most {}", duration,
-                             spec.ping_rate_hz, fitting, kMostPings)};
+                             spec.ping_rate_hz, fitting, kMaxPings)};
   }
-  const int pings = spec.pings.value_or(static_cast<int>(fitting));
+  const int pings = spec.pings ? *spec.pings : static_cast<int>(fitting);
   if (path.points.size() > 1 && pings > fitting) {
     return Error{ErrorKind::usage,
                  fmt::format("trajectory.pings: the path lasts {} s, which holds {} pings at {} "

@@ -24,7 +24,7 @@ struct Path {
 
 // From poses, from a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or from a CSV
 // file with a header that names time_s, x, y, z, qw, qx, qy, qz in any order (poses.csv of a data
-// set is one; other columns are passed over).
+// set is one; other columns are passed over, but they must hold numbers).
 // Errors (usage): file:line and what is wrong there.
 Result<Path> load_path(const TrajectorySpec& spec);
 

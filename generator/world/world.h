@@ -43,7 +43,8 @@ struct World {
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh once. Errors (usage): those of load_mesh.
+// Reads every mesh once. Errors (usage): those of load_mesh, of all objects at once, each behind
+// the key that names the file.
 Result<World> build_world(const Scenario& scenario);
 
 }  // namespace ensonify

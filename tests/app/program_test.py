@@ -102,6 +102,16 @@ class WrongScenarios(Case):
         (self.folder / "bad.tum").write_text("1 2 3\n")
         self.refuse(SMALL.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"), "bad.tum:1")
 
+    def test_all_broken_input_files_at_once(self):
+        for name in ("a.stl", "b.stl"):
+            (self.folder / name).write_text("nothing")
+        (self.folder / "bad.tum").write_text("1 2 3\n")
+        text = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: a.stl}}")
+        text = text.replace("trajectory:", "  - {name: b, material: m, shape: {mesh: {file: b.stl}}}\ntrajectory:")
+        self.refuse(text.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"),
+                    "objects.0.shape.mesh.file", "a.stl", "objects.1.shape.mesh.file", "b.stl",
+                    "bad.tum:1")
+
     def test_empty_and_no_yaml(self):
         self.refuse("", "wrong.yaml")
         self.refuse("a: [1, 2\n", "wrong.yaml")
@@ -123,6 +133,7 @@ class WrongScenarios(Case):
     def test_wrong_usage(self):
         output = self.folder / "out"
         for arguments in ([], ["generate"], ["generate", self.scenario], ["paint"],
+                          ["generate", self.scenario, "-o", ""],
                           ["generate", self.scenario, "-o", output, "--pings", "3"],
                           ["generate", self.scenario, "-o", output, "--pings", "5:5"],
                           ["generate", self.scenario, "-o", output, "--pings", "0:31"],
@@ -274,6 +285,17 @@ class Faults(Case):
         subprocess.run(["mount", "-o", "remount,size=100m", mount], check=True)
         self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
         self.assertEqual(hashes(output), self.undisturbed())
+
+    def test_overwrite_keeps_its_own_input(self):
+        output = self.folder / "out"
+        pings = ["--pings", "0:1"]
+        self.assertEqual(run("generate", self.scenario, "-o", output, *pings).returncode, 0)
+        before = hashes(output)
+        result = run("generate", output / "scenario.yaml", "-o", output, "--seed", 5, "--overwrite",
+                     *pings)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("own input", result.stderr)
+        self.assertEqual(hashes(output), before)
 
     def test_foreign_folder_is_not_touched(self):
         output = self.folder / "mine"

@@ -17,7 +17,7 @@ class SceneRun {
       : session_(load(name, overrides)), tracer_(session_.world) {
     pipeline_ = std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1),
                                            BackendChoice::cpu);
-    pipeline_->set_png_db_limits({60, 120});
+    pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2));
   }
   const Session& session() const { return session_; }
   PingResult ping(std::uint32_t number) const { return pipeline_->run(number, Workers(2)); }

@@ -106,3 +106,45 @@ TEST_CASE("tracing a fan does not depend on threads") {
     REQUIRE(one[i].instance == four[i].instance);
   }
 }
+
+// Protects worlds in map coordinates: at a northing of 4.5e6 m a float's steps are half a metre.
+TEST_CASE("hits do not depend on where the world's origin lies") {
+  const Vec3 far{500000.25, 4500000.75, -30.5};
+  const auto things = [](Vec3 at) {
+    return world_of(
+        {{mesh_box(0.5f, 1, 0.25f), {at + Vec3{4, 0.5, 0}, from_roll_pitch_yaw(1, 2, 3)}},
+         {SphereShape{0.7, false}, {at + Vec3{5, -2, 0}, {}}},
+         {CylinderShape{0.4, 1}, {at + Vec3{5, 3, 0}, {}}},
+         {SphereShape{9, true}, {at, {}}}});
+  };
+  const World near_world = things({}), far_world = things(far);
+  const Tracer near_tracer(near_world), far_tracer(far_world);
+  int agreeing = 0;
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    const Vec3 direction = random_direction(i);
+    const Hit a = near_tracer.first_hit({{0, 0, 0}, direction}, 20);
+    const Hit b = far_tracer.first_hit({far, direction}, 20);
+    // Rays within micrometres of an edge may fall on either side of it.
+    if (a.instance != b.instance || std::abs(a.cos_incidence - b.cos_incidence) > 1e-4) continue;
+    ++agreeing;
+    REQUIRE(a.range_m == Approx(b.range_m).margin(1e-6));
+  }
+  CHECK(agreeing > 1990);
+}
+
+// Protects levels of smooth meshes: normals that are missing or cancel are not taken for facing
+// ones.
+TEST_CASE("a smooth normal of no length gives way to the face's") {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices = {{3, -9, -9}, {6, 9, -9}, {4, 0, 9}};
+  mesh->triangles = {{0, 1, 2}};
+  const World flat = world_of({{MeshShape{mesh}, {}}});
+  auto smooth = std::make_shared<Mesh>(*mesh);
+  smooth->normals.assign(3, {0, 0, 0});
+  const World degenerate = world_of({{MeshShape{smooth}, {}}});
+  const Ray ray{{0, 0, 0}, {1, 0, 0}};
+  const Hit expected = Tracer(flat).first_hit(ray, 20);
+  REQUIRE(expected.instance == 1);
+  CHECK(expected.cos_incidence < 0.99);
+  CHECK(Tracer(degenerate).first_hit(ray, 20).cos_incidence == expected.cos_incidence);
+}

@@ -97,3 +97,37 @@ TEST_CASE("what is no mesh is refused with its name") {
     CHECK(mesh.error().message.find(name) != std::string::npos);
   }
 }
+
+// Protects the process: parts of lines beside parts of faces, and faces that name vertices that are
+// not there, which a smooth normal or a hit would read.
+TEST_CASE("lines are passed over, faces without their vertices refused") {
+  const TemporaryFolder folder;
+  const auto lines = folder.write(
+      "lines.obj", "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nv 5 5 5\nv 6 6 6\nl 4 5\n");
+  const auto beyond = folder.write(
+      "beyond.ply",
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n3 0 1 90000000\n");
+  for (const Normals normals : {Normals::face, Normals::smooth}) {
+    const auto mesh = load_mesh(lines, 1, normals);
+    REQUIRE(mesh.ok());
+    CHECK(mesh->triangles.size() == 1);
+    CHECK_FALSE(has_vertex(*mesh, 5, 5, 5));
+    const auto refused = load_mesh(beyond, 1, normals);
+    REQUIRE_FALSE(refused.ok());
+    CHECK(refused.error().message.find("beyond.ply") != std::string::npos);
+  }
+}
+
+// Protects data sets that are run again: all of a mesh must be in the one file that is kept.
+TEST_CASE("glTF with its buffers elsewhere is refused") {
+  const TemporaryFolder folder;
+  const auto file = folder.write(
+      "a.gltf",
+      R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 36, "uri": "b.bin"}]})");
+  const auto mesh = load_mesh(file, 1, Normals::face);
+  REQUIRE_FALSE(mesh.ok());
+  CHECK(mesh.error().message.find("b.bin") != std::string::npos);
+  CHECK(mesh.error().message.find(".glb") != std::string::npos);
+}

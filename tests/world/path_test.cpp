@@ -62,6 +62,8 @@ TEST_CASE("broken path files are refused with the line") {
   refuse("norot.tum", "1 0 0 0 0 0 0 0\n", ":1: a quaternion of length 0");
   refuse("empty.tum", "# nothing\n", ": holds no poses");
   refuse("cell.csv", "time_s,x,y,z,qw,qx,qy,qz\n1,2,,3,1,0,0,0\n", ":2: '' is not");
+  refuse("blank.csv", "time_s,x,y,z,qw,qx,qy,qz\n1,2 3,0,3,1,0,0,0\n", ":2: '2 3' is not");
+  refuse("UPPER.CSV", "time_s,x,y,z,qw,qx,qy,qz\n1,a,0,3,1,0,0,0\n", ":2: 'a' is not");
   refuse("header.csv", "t,x,y,z,qw,qx,qy,qz\n", ":1: the header has no column time_s");
 }
 
@@ -82,4 +84,14 @@ TEST_CASE("ping times") {
   CHECK_FALSE(ping_times(spec, path).ok());
   const Path still{{{0, {}}}};
   CHECK(ping_times(spec, still)->size() == 32);
+}
+
+// Protects recorded paths: at Unix times a stamp's last digit is 2e-7 s.
+TEST_CASE("large stamps cost no ping") {
+  const Path path{{{1700000000.0, {}}, {1700000000.6, {}}}};
+  TrajectorySpec spec;
+  spec.ping_rate_hz = 5;
+  const auto times = ping_times(spec, path);
+  REQUIRE(times.ok());
+  CHECK(times->size() == 4);
 }

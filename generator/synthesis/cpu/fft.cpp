@@ -39,7 +39,7 @@ void FreeAligned::operator()(void* memory) const {
   ::operator delete (memory, std::align_val_t{64});
 }
 
-struct ComplexFft::Plan {
+struct FftPlan {
   explicit Plan(fftw_plan p) : plan(p) { ENSONIFY_ASSERT(plan != nullptr); }
   ~Plan() { destroy(plan); }
   Plan(const Plan&) = delete;
@@ -51,7 +51,7 @@ ComplexFft::ComplexFft(int length, FftDirection direction) : length_(length) {
   AlignedBuffer<std::complex<double>> scratch(length);
   const int sign = direction == FftDirection::forward ? FFTW_FORWARD : FFTW_BACKWARD;
   const std::lock_guard lock(planner_mutex());
-  plan_ = std::make_shared<Plan>(
+  plan_ = std::make_shared<FftPlan>(
       fftw_plan_dft_1d(length, as_fftw(scratch.data()), as_fftw(scratch.data()), sign, kPlanFlags));
 }
 
@@ -59,19 +59,11 @@ void ComplexFft::run(std::complex<double>* data) const {
   fftw_execute_dft(plan_->plan, as_fftw(data), as_fftw(data));
 }
 
-struct RealFft::Plan {
-  explicit Plan(fftw_plan p) : plan(p) { ENSONIFY_ASSERT(plan != nullptr); }
-  ~Plan() { destroy(plan); }
-  Plan(const Plan&) = delete;
-  Plan& operator=(const Plan&) = delete;
-  fftw_plan plan;
-};
-
 RealFft::RealFft(int length, FftDirection direction) : length_(length), direction_(direction) {
   AlignedBuffer<double> real(length);
   AlignedBuffer<std::complex<double>> half(length / 2 + 1);
   const std::lock_guard lock(planner_mutex());
-  plan_ = std::make_shared<Plan>(
+  plan_ = std::make_shared<FftPlan>(
       direction == FftDirection::forward
           ? fftw_plan_dft_r2c_1d(length, real.data(), as_fftw(half.data()),
                                  kPlanFlags | FFTW_PRESERVE_INPUT)

@@ -39,6 +39,8 @@ class AlignedBuffer {
 
 enum class FftDirection { forward, backward };  // e^(-i...) and e^(+i...)
 
+struct FftPlan;  // of FFTW, destroyed with its last user
+
 class ComplexFft {
  public:
   ComplexFft(int length, FftDirection direction);
@@ -47,9 +49,8 @@ class ComplexFft {
   int length() const { return length_; }
 
  private:
-  struct Plan;
   int length_;
-  std::shared_ptr<const Plan> plan_;
+  std::shared_ptr<const FftPlan> plan_;
 };
 
 class RealFft {
@@ -61,10 +62,9 @@ class RealFft {
   int length() const { return length_; }
 
  private:
-  struct Plan;
   int length_;
   FftDirection direction_;
-  std::shared_ptr<const Plan> plan_;
+  std::shared_ptr<const FftPlan> plan_;
 };
 
 }  // namespace ensonify
