@@ -40,10 +40,10 @@ void FreeAligned::operator()(void* memory) const {
 }
 
 struct FftPlan {
-  explicit Plan(fftw_plan p) : plan(p) { ENSONIFY_ASSERT(plan != nullptr); }
-  ~Plan() { destroy(plan); }
-  Plan(const Plan&) = delete;
-  Plan& operator=(const Plan&) = delete;
+  explicit FftPlan(fftw_plan p) : plan(p) { ENSONIFY_ASSERT(plan != nullptr); }
+  ~FftPlan() { destroy(plan); }
+  FftPlan(const FftPlan&) = delete;
+  FftPlan& operator=(const FftPlan&) = delete;
   fftw_plan plan;
 };
 
