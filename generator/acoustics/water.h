@@ -26,7 +26,7 @@ double ainslie_mccolm_db_m(double frequency_hz, const SeaWater& water);
 
 // Sound speed; pH does not matter. Leroy, Robinson and Goldsmith, "A new equation for the accurate
 // calculation of sound speed in all oceans", JASA 124 (2008), at 45 degrees of latitude (its term
-// for latitude is below 0.1 m/s in the upper 2 km): -1..30 C, 0-42 psu, down to 12 km.
+// for latitude is at most 0.11 m/s in the upper 2 km): -1..30 C, 0-42 psu, down to 12 km.
 double sound_speed_m_s(const SeaWater& water);
 
 }  // namespace ensonify

@@ -97,7 +97,6 @@ struct Run {
 
 Status make_pings(const Run& run, Pipeline& pipeline, const std::vector<std::uint32_t>& missing,
                   Progress& progress) {
-  if (missing.empty()) return {};
   for (const std::uint32_t ping : missing) {
     if (interrupted()) {
       return Error{ErrorKind::interrupted,
@@ -128,6 +127,7 @@ Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings
   const auto info_of = [&](std::uint32_t s) {
     return sequence_info(run.session, s, pings.first, pings.last);
   };
+  // Counted first and listed again below: a list of every ping of every sequence has no bound.
   std::uint64_t found = total;
   for (std::uint32_t s = 0; s < count; ++s) {
     found -= missing_pings(run.options.output, info_of(s)).size();

@@ -102,8 +102,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   result.scatterers = scatterers_of(result.sonar_in_world, workers);
   result.first_return_m = first_return_m(result.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
+    const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : result.scatterers.items) {
-      result.amplitudes.push_back(draw_amplitude(s, keys_of(ping)));
+      result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
   PingSeries series = series_of(result.scatterers, ping, result.sonar_in_world, workers);

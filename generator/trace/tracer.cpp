@@ -120,7 +120,6 @@ SurfaceHit on_triangle(const Mesh& mesh, const RTCRayHit& found, const Ray& loca
 }  // namespace
 
 struct Tracer::Impl {
-  const World* world = nullptr;
   // Embree computes in float: at map coordinates (a northing of 4.5e6 m) its steps are half a
   // metre. So it sees everything from the first object.
   Vec3 origin_m;
@@ -202,7 +201,6 @@ void Tracer::Impl::add_closed_form(const WorldObject& object) {
 }
 
 Tracer::Tracer(const World& world) : impl_(std::make_unique<Impl>()) {
-  impl_->world = &world;
   if (!world.objects.empty()) impl_->origin_m = world.objects.front().pose.position_m;
   // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
   impl_->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
