@@ -1,6 +1,8 @@
 // Transmitted pulses, as spectra over the band of the record.
 //
 //   pulse_spectrum       S_m on the bins of a record
+//   pulse_extent_s       how long it rings: T_p
+//   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
 #pragma once
 
@@ -15,8 +17,22 @@ namespace ensonify {
 // delay tau has the envelope s(t - tau), s(t) = sum_m S_m e^(i 2 pi (m - M/2)(b/M) t), max|s| = 1.
 //   gaussian  S = exp(-(pi (f - f_c)/b)^2) T(f)     Choi et al. 2021, Eq 9; see docs/physics.md
 //   flat      S = T(f)
-// T is one up to |f - f_c| = 0.4 b and falls as a raised cosine to zero at 0.5 b.
-std::vector<std::complex<double>> pulse_spectrum(PulseShape pulse, int transform);
+//   lfm       S = T(f) with `taper` in place of a tenth: the compressed chirp
+//   cw        S = sinc((f - f_c) duration) T(f): a tone burst
+//   table     S = A(f) e^(i phi(f)) T(f), both interpolated linearly in f (phi unwrapped first),
+//             zero outside the table: its peak comes at its group delay
+// T is one up to |f - f_c| = 0.4 b and falls as a raised cosine to zero at 0.5 b. Then S is
+// multiplied by the receiver's window W(x), x = (f - f_c)/b: hann (1 + cos 2 pi x)/2, hamming
+// 0.54 + 0.46 cos 2 pi x, blackman 0.42 + 0.5 cos 2 pi x + 0.08 cos 4 pi x. Last it is scaled:
+// max|s| = 1, over the grid t = k / (32 b), k = 0 .. 32 M - 1.
+std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform);
+
+// T_p, by which a record is longer than its echoes: the duration of cw; of a table the shortest
+// interval that holds t = 0 and all |s(t)| above -90 dB of the peak; 0 of the others.
+double pulse_extent_s(const Sonar& sonar);
+
+// b duration of lfm, 1 of the others: noise power is divided by it.
+double processing_gain(const Sonar& sonar);
 
 // Q_k for k = 0 .. M-1: |s(t)|^2 = Q_0 + 2 Re sum_{k>=1} Q_k e^(i 2 pi k (b/M) t).
 std::vector<std::complex<double>> pulse_autospectrum(

@@ -1,9 +1,18 @@
 // How much a patch of surface, or a target, throws back.
+//
+//   cell_solid_angle_sr
+//   backscatter_strength       of a unit of surface: the scattering laws
+//   scatterer_moments          mean and variance of a ray's scatterer
+//   kirchhoff_amplitude_m      of a cell of mirror
+//   target_amplitude_m         of a point target
 #pragma once
+
+#include <complex>
 
 #include <cmath>
 
 #include "core/host_device.h"
+#include "core/material.h"
 
 namespace ensonify {
 
@@ -14,13 +23,30 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
   return azimuth_step_rad * (std::sin(elevation_high_rad) - std::sin(elevation_low_rad));
 }
 
-// Variance of a diffuse scatterer: sigma^2 = mu cos^n(alpha) dA with dA = r^2 dOmega, the part of
-// the ray's cross-section; n = 1 is Lambert's law, n = 2 Eq 14 of Choi et al. 2021. In m^2.
-ENSONIFY_HD inline double lambert_variance_m2(double reflectivity, double cos_incidence,
-                                              double exponent, double range_m,
-                                              double solid_angle_sr) {
-  return reflectivity * std::pow(cos_incidence, exponent) * range_m * range_m * solid_angle_sr;
-}
+// Backscatter cross-section of a unit of surface area, per steradian, at cos alpha = sin(grazing):
+//   lambert          mu cos^(n+1)(alpha); n = 1 is Lambert's law, n = 2 Eq 14 of Choi et al. 2021
+//   lommel_seeliger  mu cos(alpha): mu 2 cos_i cos_s / (cos_i + cos_s), back where it came from
+//   table            10^(S_b/10), S_b linear in dB between the rows
+// In all of them mu is the value at normal incidence.
+double backscatter_strength(const Material& material, double cos_incidence);
+
+// Mean and variance of the amplitude of one ray's scatterer, in m and m^2:
+// sigma^2 = factor s_b(alpha) dA / cos(alpha), dA = r^2 dOmega. rician shares it out: mean =
+// sigma sqrt(K/(K+1)), variance = sigma^2/(K+1); otherwise the mean is 0. Not finite where
+// cos_incidence is 0 and the law does not vanish there: the caller leaves such a ray out.
+struct ScattererMoments {
+  double mean_m = 0, variance_m2 = 0;
+};
+ScattererMoments scatterer_moments(const Material& material, double reflectivity_factor,
+                                   double cos_incidence, double range_m, double solid_angle_sr);
+
+// Kirchhoff's amplitude of a plane cell: (i/lambda) R dA sinc(x_azimuth) sinc(x_elevation) with
+// dA = r^2 dOmega = cos(alpha) dS, R = reflection e^(-2 k^2 h^2 cos^2 alpha), k = 2 pi/lambda, and
+// x = 2 (change of range across the cell)/lambda along its two sides. In m.
+std::complex<double> kirchhoff_amplitude_m(const Material& material, double wavelength_m,
+                                           double cos_incidence, double range_m,
+                                           double solid_angle_sr, double range_change_azimuth_m,
+                                           double range_change_elevation_m);
 
 // Amplitude of a point target at 1 m: |a| = 10^(TS/20), in m.
 ENSONIFY_HD inline double target_amplitude_m(double target_strength_db) {

@@ -17,8 +17,7 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
       tracer_(tracer),
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
-      scattering_(make_surface_scattering(session.sonar, session.water, info_.lambert_exponent,
-                                          session.world)) {
+      scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
   const SynthesisSetup setup{session.sonar, session.water, session.record};
   backend_ =
       backend == BackendChoice::reference ? make_reference_backend(setup) : make_cpu_backend(setup);
@@ -52,7 +51,7 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
 
 PingSeries Pipeline::series_of(const ScattererList& scatterers, std::uint32_t ping,
                                const Pose& pose, const Workers& workers) const {
-  const PingTask task{&scatterers, {{0.0, pose}}, keys_of(ping), session_.noise_power_pa2};
+  const PingTask task{&scatterers, {{0.0, pose}}, keys_of(ping), session_.noise_power_pa2, {}};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
   return series;

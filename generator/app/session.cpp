@@ -1,5 +1,6 @@
 #include "app/session.h"
 
+#include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "core/random.h"
 #include "core/units.h"
@@ -33,7 +34,7 @@ Result<Session> prepare_session(Scenario scenario) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
-  session.record = make_record(session.sonar, session.water);
+  session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
   if (scenario.noise_spectrum_level_db) {
     session.noise_power_pa2 =
         session.sonar.bandwidth_hz * mean_square_pa2(*scenario.noise_spectrum_level_db);
@@ -68,7 +69,6 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.water = session.water;
   info.record = session.record;
   info.speckle = scenario.scattering.speckle;
-  info.lambert_exponent = scenario.scattering.lambert_exponent;
   info.noise_spectrum_level_db = scenario.noise_spectrum_level_db;
   info.instances = session.world.instances;
   info.classes = session.world.classes;

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/material.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -67,15 +68,19 @@ struct PingResult {
   std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
 };
 
+enum class InstanceKind { surface, point_target, volume };
+
 struct Instance {
-  std::uint16_t id = 0;  // 1, 2, ...: objects in the order of the scenario, then point targets
+  std::uint16_t id = 0;  // 1, 2, ...: objects as in the scenario, then point targets, then volumes
   std::string name;
   std::uint8_t class_id = 0;
   std::string class_name;
-  bool point_target = false;
-  std::string material;           // of a surface
-  double reflectivity = 0;        // mu, of a surface
-  double target_strength_db = 0;  // of a point target
+  InstanceKind kind = InstanceKind::surface;
+  std::string material;            // of a surface, by name
+  Material scattering;             // of a surface
+  bool vertex_reflectivity = false;  // of a surface: its mesh scales the reflectivity
+  double target_strength_db = 0;   // of a point target
+  double volume_strength_db = 0;   // of a volume, dB re 1/m
 };
 
 // The Cartesian picture: pixel (row, column) has its centre at
@@ -102,8 +107,9 @@ struct SequenceInfo {
   Water water;
   Record record;
   SpeckleMode speckle = SpeckleMode::per_ping;
-  double lambert_exponent = 1;
   std::optional<double> noise_spectrum_level_db;
+  std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
+  double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for

@@ -17,7 +17,7 @@
 namespace ensonify {
 
 // The values are part of every data set's identity: never renumber.
-enum class Stream : std::uint32_t { speckle = 1, noise = 2, split = 3 };
+enum class Stream : std::uint32_t { speckle = 1, noise = 2, split = 3, volume = 4 };
 
 struct Philox4 {
   std::uint32_t v[4];

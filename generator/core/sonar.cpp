@@ -28,11 +28,13 @@ std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad) {
   return static_cast<int>(position);
 }
 
-Record make_record(const Sonar& sonar, const Water& water) {
+Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s) {
   Record record;
   record.samples = static_cast<int>(
       std::ceil(sonar.bandwidth_hz * 2.0 * sonar.range_max_m / water.sound_speed_m_s));
-  record.transform = smooth_even_length(record.samples + kPaddingSamples);
+  record.transform = smooth_even_length(
+      record.samples + kPaddingSamples +
+      static_cast<int>(std::ceil(sonar.bandwidth_hz * pulse_extent_s)));
   record.sample_interval_s = 1.0 / sonar.bandwidth_hz;
   return record;
 }

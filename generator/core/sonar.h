@@ -1,5 +1,6 @@
 // What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
 //
+//   Pulse  BeamShading  Adc   parts of it
 //   Sonar    the instrument                 beam_azimuth_rad  sector_of
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
@@ -12,7 +13,38 @@
 
 namespace ensonify {
 
-enum class PulseShape { gaussian, flat };
+enum class PulseShape { gaussian, flat, lfm, cw, table };
+
+// One frequency of a measured pulse.
+struct PulseTableRow {
+  double frequency_hz = 0;
+  double amplitude = 0;  // of any scale: the pulse is scaled to unit peak
+  double phase_rad = 0;  // engineering sign: a delay tau has the phase -2 pi f tau
+};
+
+struct Pulse {
+  PulseShape shape = PulseShape::gaussian;
+  double duration_s = 0;             // of lfm and cw
+  double taper = 0.1;                // of lfm: the part of the band that falls off at each edge
+  std::vector<PulseTableRow> table;  // of table, by rising frequency
+};
+
+// What the receiver multiplies the spectrum by, over the band.
+enum class Window { none, hann, hamming, blackman };
+
+// How the receiving array's elements are weighted; the beam keeps its -3 dB width.
+enum class Shading { uniform, hann, taylor, chebyshev };
+struct BeamShading {
+  Shading kind = Shading::uniform;
+  double side_lobe_db = -35;  // of taylor and chebyshev, against the main lobe
+  int nbar = 5;               // of taylor: side lobes up to this one are near side_lobe_db
+};
+
+// Quantises real and imaginary part of every sample to 2^bits steps over +- full scale.
+struct Adc {
+  int bits = 16;
+  double full_scale_db = 0;  // dB re 1 uPa: the largest |re p| and |im p|
+};
 
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
 enum class Normalization { calibrated, mean_square };
@@ -23,18 +55,22 @@ enum class SpeckleMode { per_ping, per_ray };
 struct Sonar {
   double frequency_hz = 0;  // carrier f_c
   double bandwidth_hz = 0;  // b; the sample interval is 1/b
-  PulseShape pulse = PulseShape::gaussian;
+  Pulse pulse;
+  Window window = Window::none;
   double source_level_db = 0;  // rms, dB re 1 uPa m
   double range_min_m = 0;      // echoes nearer than this are dropped, the samples stay
   double range_max_m = 0;
   int beam_count = 0;
   double beam_spacing_rad = 0;  // field of view / count
   double beam_width_rad = 0;    // -3 dB, one-way receive
+  BeamShading shading;
+  double transmit_width_rad = 0;  // -3 dB, in azimuth about the boresight; 0: uniform
   double elevation_width_rad = 0;
   double elevation_fan_rad = 0;  // rays span [-fan/2, fan/2]
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
   Normalization normalization = Normalization::calibrated;
+  std::optional<Adc> adc;
 };
 
 struct Water {
@@ -45,7 +81,7 @@ struct Water {
 // The length of a stored record and of the transforms behind it (Eq 10-13).
 struct Record {
   int samples = 0;    // N = ceil(b 2R / c)
-  int transform = 0;  // M, the smallest even 2-3-5-smooth integer >= N + 64
+  int transform = 0;  // M, the smallest even 2-3-5-smooth integer >= N + 64 + ceil(b T_p)
   double sample_interval_s = 0;
 };
 
@@ -56,7 +92,8 @@ std::vector<double> beam_azimuths_rad(const Sonar& sonar);
 // The sector [theta_j - spacing/2, theta_j + spacing/2) that holds an azimuth; none outside.
 std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad);
 
-Record make_record(const Sonar& sonar, const Water& water);
+// `pulse_extent_s` is T_p: pulse_extent_s(sonar) of acoustics/pulse.h.
+Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s);
 
 // Slant range of sample n: c n / (2b).
 double sample_range_m(const Sonar& sonar, const Water& water, int sample);

@@ -6,8 +6,8 @@
 namespace ensonify {
 namespace {
 
-const char* name_of(PulseShape pulse) {
-  return pulse == PulseShape::gaussian ? "gaussian" : "flat";
+const char* name_of(const Pulse& pulse) {
+  return pulse.shape == PulseShape::gaussian ? "gaussian" : "flat";
 }
 
 const char* name_of(Normalization normalization) {
@@ -48,7 +48,7 @@ Json record_json(const SequenceInfo& info) {
 // The beam model in words and formulas; every symbol is a number of this file or a field of
 // scatterers/*.npy.
 Json model_json(const Sonar& sonar) {
-  const bool gaussian = sonar.pulse == PulseShape::gaussian;
+  const bool gaussian = sonar.pulse.shape == PulseShape::gaussian;
   const bool calibrated = sonar.normalization == Normalization::calibrated;
   return {
       {"series",
@@ -83,12 +83,12 @@ Json instance_json(const Instance& instance) {
                {"name", instance.name},
                {"class_id", instance.class_id},
                {"class", instance.class_name},
-               {"point_target", instance.point_target}};
-  if (instance.point_target) {
+               {"point_target", instance.kind == InstanceKind::point_target}};
+  if (instance.kind == InstanceKind::point_target) {
     json["target_strength_db"] = number_or_null(instance.target_strength_db);
   } else {
     json["material"] = instance.material;
-    json["reflectivity"] = instance.reflectivity;
+    json["reflectivity"] = instance.scattering.reflectivity;
   }
   return json;
 }
@@ -136,7 +136,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
             {"absorption_db_m", info.water.absorption_db_m}}},
           {"record", record_json(info)},
           {"scattering",
-           {{"lambert_exponent", info.lambert_exponent}, {"speckle", name_of(info.speckle)}}},
+           {{"speckle", name_of(info.speckle)}}},
           {"noise", std::move(noise)},
           {"model", model_json(info.sonar)},
           {"png",

@@ -10,6 +10,7 @@
 
 #include "core/parallel.h"
 #include "core/ping.h"
+#include "core/volume_echo.h"
 
 namespace ensonify {
 
@@ -21,13 +22,15 @@ struct PolarInput {
   double bandwidth_hz = 0;
   int beams = 0, samples = 0;
   std::span<const std::uint8_t> class_of_instance;  // by instance id; [0] is 0
+  std::span<const VolumeEcho> volumes;
 };
 
 // The image and its labels. A pixel hears the echoes of its own sector (no side lobes) within
 // c/2b of its sample. Its instance is the one with the most expected energy, E|a|^2 gain^2 summed
 // without phase; ties go to the lower id. None where there is no echo, or where noise is given and
 // the pixel's clean power lies under it; then the fraction is 0. Elevation: energy-weighted mean
-// and standard deviation over all echoes of the pixel, NaN where there is none.
+// and standard deviation over all echoes of the pixel, NaN where there is none. A volume counts with
+// its energy of the pixel's own sample and half that of the two beside it.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // Slant range of the nearest scatterer of each sector, [beams]; NaN where there is none.

@@ -66,7 +66,7 @@ std::string sonar_text(const SonarSpec& sonar) {
   };
   line("frequency_hz", number(sonar.frequency_hz));
   line("bandwidth_hz", number(sonar.bandwidth_hz));
-  line("pulse", sonar.pulse == PulseShape::flat ? "flat" : "gaussian");
+  line("pulse", sonar.pulse.shape == PulseShape::flat ? "flat" : "gaussian");
   line("source_level_db", number(sonar.source_level_db));
   line("range_min_m", number(sonar.range_min_m));
   line("range_max_m", number(sonar.range_max_m));

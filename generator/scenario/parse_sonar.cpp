@@ -123,7 +123,7 @@ void parse_sonar(Faults& faults, const Value& value, SonarSpec& sonar) {
   read_number(faults, map, "bandwidth_hz", above_up_to(0, 1e9), sonar.bandwidth_hz, need);
   read_choice<PulseShape>(faults, map, "pulse",
                           {{"gaussian", PulseShape::gaussian}, {"flat", PulseShape::flat}},
-                          sonar.pulse);
+                          sonar.pulse.shape);
   read_number(faults, map, "source_level_db", kLevelDb, sonar.source_level_db, need);
   read_number(faults, map, "range_min_m", from_to(0, kMaxLengthM), sonar.range_min_m);
   read_number(faults, map, "range_max_m", above_up_to(0, kMaxLengthM), sonar.range_max_m, need);

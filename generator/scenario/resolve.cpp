@@ -10,7 +10,13 @@ Sonar sonar_of(const Scenario& scenario) {
   Sonar sonar;
   sonar.frequency_hz = spec.frequency_hz;
   sonar.bandwidth_hz = spec.bandwidth_hz;
-  sonar.pulse = spec.pulse;
+  sonar.pulse.shape = spec.pulse.shape;
+  sonar.pulse.duration_s = spec.pulse.duration_s;
+  sonar.pulse.taper = spec.pulse.taper;
+  sonar.window = spec.window;
+  sonar.shading = spec.shading;
+  sonar.transmit_width_rad = radians(spec.transmit_width_deg.value_or(0));
+  sonar.adc = spec.adc;
   sonar.source_level_db = spec.source_level_db;
   sonar.range_min_m = spec.range_min_m;
   sonar.range_max_m = spec.range_max_m;
@@ -23,6 +29,28 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.rays_azimuth = spec.rays_azimuth;
   sonar.normalization = scenario.scattering.normalization;
   return sonar;
+}
+
+Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering) {
+  Material material;
+  material.reflectivity = spec.reflectivity;
+  material.lambert_exponent = scattering.lambert_exponent;
+  if (const auto* lambert = std::get_if<LambertSpec>(&spec.law)) {
+    if (lambert->exponent) material.lambert_exponent = *lambert->exponent;
+  } else if (std::holds_alternative<LommelSeeligerSpec>(spec.law)) {
+    material.law = ScatteringLaw::lommel_seeliger;
+  } else {
+    material.law = ScatteringLaw::table;
+  }
+  if (const auto* rician = std::get_if<RicianSpec>(&spec.coherent)) {
+    material.coherent = CoherentModel::rician;
+    material.rician_k = rician->k;
+  } else if (const auto* kirchhoff = std::get_if<KirchhoffSpec>(&spec.coherent)) {
+    material.coherent = CoherentModel::kirchhoff;
+    material.reflection = kirchhoff->reflection;
+    material.roughness_rms_m = kirchhoff->roughness_rms_m;
+  }
+  return material;
 }
 
 Pose pose_of(const PoseSpec& spec) {
@@ -42,6 +70,10 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   const auto add = [&](const std::filesystem::path& file) {
     if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
   };
+  if (!scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
+  for (const MaterialSpec& material : scenario.materials) {
+    if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
+  }
   for (const ObjectSpec& object : scenario.objects) {
     if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
   }

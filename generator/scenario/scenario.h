@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/material.h"
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -33,22 +34,35 @@ struct PoseSpec {
   RotationSpec rotation = std::array<double, 3>{};
 };
 
-// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
-// range_min_m, elevation.fan_deg, rays.azimuth and mount.
+// `duration_s` of lfm and cw, `file` of table must be given.
+struct PulseSpec {
+  PulseShape shape = PulseShape::gaussian;
+  double duration_s = 0;
+  double taper = 0.1;          // of lfm
+  std::filesystem::path file;  // of table: CSV, frequency_hz, amplitude, phase_deg
+};
+
+// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse, window,
+// range_min_m, beams.shading, beams.transmit_width_deg, elevation.fan_deg, rays.azimuth, receiver
+// and mount.
 struct SonarSpec {
   double frequency_hz = 0;
   double bandwidth_hz = 0;
-  PulseShape pulse = PulseShape::gaussian;
+  PulseSpec pulse;
+  Window window = Window::none;
   double source_level_db = 0;
   double range_min_m = 0;
   double range_max_m = 0;
   int beam_count = 0;
   double beam_fov_deg = 0;  // spacing_deg times count, if that was given
   double beam_width_deg = 0;
+  BeamShading shading;
+  std::optional<double> transmit_width_deg;  // absent: uniform over the fan
   double elevation_width_deg = 0;
   double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
+  std::optional<Adc> adc;
   PoseSpec mount;
 };
 
@@ -79,9 +93,29 @@ struct ScatteringSpec {
   SpeckleMode speckle = SpeckleMode::per_ping;
 };
 
+struct LambertSpec {
+  std::optional<double> exponent;  // absent: scattering.lambert_exponent
+};
+struct LommelSeeligerSpec {};
+struct BackscatterTableSpec {
+  std::filesystem::path file;  // CSV, grazing_deg, strength_db
+};
+using LawSpec = std::variant<LambertSpec, LommelSeeligerSpec, BackscatterTableSpec>;
+
+struct RicianSpec {
+  double k = 0;
+};
+struct KirchhoffSpec {
+  double reflection = 1;  // -1 ... 1
+  double roughness_rms_m = 0;
+};
+using CoherentSpec = std::variant<std::monostate, RicianSpec, KirchhoffSpec>;
+
 struct MaterialSpec {
   std::string name;
-  double reflectivity = 0;
+  double reflectivity = 0;  // of lambert and lommel_seeliger, which need it
+  LawSpec law;
+  CoherentSpec coherent;
 };
 
 struct BoxSpec {
@@ -100,6 +134,7 @@ struct MeshSpec {
   std::filesystem::path file;  // absolute or relative to the working directory
   double scale = 1;
   bool smooth_normals = false;
+  bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
 
@@ -118,6 +153,13 @@ struct PointTargetSpec {
   std::string class_name = "point_target";
   double target_strength_db = 0;
   std::array<double, 3> position_m{};
+};
+
+// Fills all the water; name and strength must be given.
+struct VolumeSpec {
+  std::string name;
+  std::string class_name = "volume";
+  double strength_db = 0;  // dB re 1/m
 };
 
 struct TimedPoseSpec {
@@ -156,8 +198,10 @@ struct Scenario {
   std::vector<MaterialSpec> materials;
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
+  std::vector<VolumeSpec> volumes;
   TrajectorySpec trajectory;
-  std::optional<double> noise_spectrum_level_db;
+  std::optional<double> noise_spectrum_level_db;  // either, or none
+  std::optional<double> noise_snr_db;
   OutputSpec output;
   SplitsSpec splits;
 };
@@ -187,11 +231,14 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
 
-// Input files that the scenario names (meshes, paths), without repetition, in order of appearance.
+// Input files that the scenario names (tables, meshes, paths), without repetition, in order of
+// appearance.
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
-// What the stages want to know, in SI units and radians.
+// What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
+// material.table are empty.
 Sonar sonar_of(const Scenario& scenario);
+Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 Pose pose_of(const PoseSpec& spec);
 
 struct SonarPreset {

@@ -20,6 +20,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "core/volume_echo.h"
 
 namespace ensonify {
 
@@ -40,6 +41,7 @@ struct RandomKeys {
   std::uint32_t speckle_ping = 0;  // counter; 0 for every ping where the pattern is frozen
   std::uint64_t noise = 0;         // stream_key(seed, Stream::noise, sequence)
   std::uint32_t noise_ping = 0;
+  std::uint64_t volume = 0;  // stream_key(seed, Stream::volume, sequence); pings as for speckle
 };
 
 struct PingTask {
@@ -47,6 +49,7 @@ struct PingTask {
   std::vector<TimedPose> receiver;
   RandomKeys keys;
   double noise_power_pa2 = 0;  // E|p|^2 of the noise in every sample; 0: none
+  std::span<const VolumeEcho> volumes;
 };
 
 struct PingSeries {
@@ -60,9 +63,10 @@ class Backend {
 
   // series[i] becomes the result of tasks[i]; both spans have the same length.
   // p_j(t_n) = S0 sum_i B_az(theta_i - theta_j)/N_j a_i gain_i e^(-i 2 pi f_c tau_i) s(t_n - tau_i)
-  // over all scatterers i, weights at sector centres (Choi et al. 2021, Eq 8-22), plus noise.
+  // over all scatterers i, weights at sector centres (Choi et al. 2021, Eq 8-22), plus volumes,
+  // plus noise. Volumes: one scatterer at t_n in each sector, drawn with the sum of the energies.
   // clean_j(t_n) = |the same sum over the means|^2
-  //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2.
+  //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes included.
   // Throws std::bad_alloc where memory does not suffice.
   virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                           const Workers& workers) const = 0;

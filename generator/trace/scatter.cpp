@@ -28,7 +28,8 @@ Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, in
   s.arrival = {static_cast<float>(azimuth_rad), static_cast<float>(elevation_rad)};
   s.departure = s.arrival;
   s.gain = static_cast<float>(two_way_loss(range_m, water.absorption_db_m) *
-                              line_pattern(elevation_rad, sonar.elevation_width_rad));
+                              line_pattern(elevation_rad, sonar.elevation_width_rad) *
+                              transmit_pattern(azimuth_rad, sonar.transmit_width_rad));
   s.beam = static_cast<std::uint32_t>(beam);
   return s;
 }
@@ -36,11 +37,11 @@ Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, in
 }  // namespace
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
-                                          double lambert_exponent, const World& world) {
-  SurfaceScattering scattering{sonar, water, lambert_exponent, {}};
-  scattering.reflectivity.assign(world.instances.size() + 1, 0.0);
+                                          const World& world) {
+  SurfaceScattering scattering{sonar, water, {}};
+  scattering.material.resize(world.instances.size() + 1);
   for (const WorldObject& object : world.objects) {
-    scattering.reflectivity[object.instance] = object.reflectivity;
+    scattering.material[object.instance] = object.material;
   }
   return scattering;
 }
@@ -56,15 +57,16 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
     if (!(hit.cos_incidence >= 0 && hit.cos_incidence <= 1)) continue;
     const std::size_t column = ray / fan.rays_elevation;
     const std::size_t e = ray % fan.rays_elevation;
-    ENSONIFY_ASSERT(hit.instance < scattering.reflectivity.size());
-    const double variance =
-        lambert_variance_m2(scattering.reflectivity[hit.instance], hit.cos_incidence,
-                            scattering.lambert_exponent, hit.range_m, fan.solid_angle_sr[e]);
-    if (!(variance > 0)) continue;
+    ENSONIFY_ASSERT(hit.instance < scattering.material.size());
+    const ScattererMoments moments =
+        scatterer_moments(scattering.material[hit.instance], hit.reflectivity, hit.cos_incidence,
+                          hit.range_m, fan.solid_angle_sr[e]);
+    if (!(moments.variance_m2 > 0 && std::isfinite(moments.variance_m2))) continue;
     Scatterer s =
         echo_from(hit.range_m, fan.azimuth_rad[column], fan.elevation_rad[e],
                   static_cast<int>(column / fan.rays_azimuth), scattering.sonar, scattering.water);
-    s.standard_deviation = static_cast<float>(std::sqrt(variance));
+    s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
+    s.mean = static_cast<float>(moments.mean_m);
     s.cos_incidence = hit.cos_incidence;
     s.key = ray;
     s.instance = hit.instance;

@@ -20,6 +20,8 @@ struct Hit {
   double range_m = 0;
   float cos_incidence = 0;     // |ray . normal|
   std::uint32_t instance = 0;  // 0: the ray missed
+  float reflectivity = 1;      // factor of the mesh's own on the material's
+  Vec3 normal{};               // unit length, of either sign, in the world
 };
 
 class Tracer {

@@ -54,9 +54,9 @@ Instance& add_instance(World& world, const std::string& name, const std::string&
 }  // namespace
 
 Result<World> build_world(const Scenario& scenario) {
-  std::map<std::string, double> reflectivity;
-  for (const MaterialSpec& material : scenario.materials) {
-    reflectivity[material.name] = material.reflectivity;
+  std::map<std::string, Material> materials;
+  for (const MaterialSpec& spec : scenario.materials) {
+    materials[spec.name] = material_of(spec, scenario.scattering);
   }
   World world;
   MeshCache meshes;
@@ -71,14 +71,14 @@ Result<World> build_world(const Scenario& scenario) {
     }
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
-    instance.reflectivity = reflectivity.at(spec.material);
+    instance.scattering = materials.at(spec.material);
     world.objects.push_back(
-        {instance.id, std::move(*shape), pose_of(spec.pose), instance.reflectivity});
+        {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
   }
   if (!faults.empty()) return Error{ErrorKind::usage, faults};
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
-    instance.point_target = true;
+    instance.kind = InstanceKind::point_target;
     instance.target_strength_db = spec.target_strength_db;
     world.point_targets.push_back({instance.id,
                                    {spec.position_m[0], spec.position_m[1], spec.position_m[2]},

@@ -94,7 +94,8 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
 
 }  // namespace
 
-Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals) {
+Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
+                       MeshReflectivity) {
   const bool smooth = normals == Normals::smooth;
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;

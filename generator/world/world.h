@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/material.h"
 #include "core/ping.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
@@ -27,7 +28,7 @@ struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
   Pose pose;  // in the world
-  double reflectivity = 0;
+  Material material;
 };
 
 struct PointTarget {
@@ -36,15 +37,22 @@ struct PointTarget {
   double target_strength_db = 0;
 };
 
+// Fills all the water with scatterers of one strength.
+struct UniformVolume {
+  std::uint32_t instance = 0;
+  double strength_per_m = 0;  // s_v, backscatter cross-section of a unit of volume per steradian
+};
+
 struct World {
   std::vector<WorldObject> objects;
   std::vector<PointTarget> point_targets;
+  std::vector<UniformVolume> volumes;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh once. Errors (usage): those of load_mesh, of all objects at once, each behind
-// the key that names the file.
+// Reads every mesh and table once. Errors (usage): those of load_mesh and load_backscatter_table,
+// of all objects and materials at once, each behind the key that names the file.
 Result<World> build_world(const Scenario& scenario);
 
 }  // namespace ensonify

@@ -45,7 +45,7 @@ class CpuBackend final : public Backend {
       : setup_(setup),
         stride_((setup.record.transform + 3) / 4 * 4),
         source_pa_m_(source_pressure_pa_m(setup.sonar)),
-        spectrum_(pulse_spectrum(setup.sonar.pulse, setup.record.transform)),
+        spectrum_(pulse_spectrum(setup.sonar, setup.record.transform)),
         autospectrum_(fast_autospectrum(spectrum_)),
         series_kernel_(
             make_gridding_kernel(2 * setup.record.transform, setup.record.transform / 2)),

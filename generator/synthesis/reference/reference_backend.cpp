@@ -25,7 +25,7 @@ class ReferenceBackend final : public Backend {
   explicit ReferenceBackend(const SynthesisSetup& setup)
       : setup_(setup),
         mixing_(make_mixing(setup.sonar)),
-        spectrum_(pulse_spectrum(setup.sonar.pulse, setup.record.transform)),
+        spectrum_(pulse_spectrum(setup.sonar, setup.record.transform)),
         autospectrum_(pulse_autospectrum(spectrum_)),
         source_pa_m_(source_pressure_pa_m(setup.sonar)) {}
 

@@ -1,0 +1,19 @@
+// What a volume of water throws back in one ping: too many scatterers to list, so their expected
+// energy, sector by sector and sample by sample.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace ensonify {
+
+// Row-major [beams x samples], of the ideal sector's echoes with delays in
+// [(n - 1/2)/b, (n + 1/2)/b).
+struct VolumeEcho {
+  std::uint32_t instance = 0;
+  std::vector<float> energy;            // E|a|^2 gain^2 summed, 1/m^2; without S0
+  std::vector<float> elevation_rad;     // energy-weighted mean of arrival
+  std::vector<float> elevation_square;  // energy-weighted mean of its square, rad^2
+};
+
+}  // namespace ensonify
