@@ -75,8 +75,8 @@ Cost estimate_cost(const Session& session) {
     }
   }
   cost.peak_bytes = kProcessBytes + transform * 24 + pixels * 12 +
-                    (pixels + cartesian_pixels) * 28 + rays * (sizeof(Hit) + sizeof(Scatterer)) +
-                    mesh_bytes;
+                    (pixels + cartesian_pixels) * 28 + session.world.volumes.size() * pixels * 12 +
+                    rays * (sizeof(Hit) + sizeof(Scatterer)) + mesh_bytes;
   return cost;
 }
 

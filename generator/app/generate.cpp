@@ -120,8 +120,10 @@ std::vector<std::uint32_t> missing_pings(const fs::path& folder, const SequenceI
   return missing;
 }
 
-// All sequences, one after the other; their infos, for the finishing step.
-Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings) {
+// All sequences, one after the other; their infos, for the finishing step. The pipeline's tables
+// serve every sequence; it is made when the first ping is missing.
+Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings,
+                                                 std::optional<Pipeline> pipeline) {
   const std::uint32_t count = run.session.scenario.sequences;
   const std::uint64_t total = std::uint64_t{count} * (pings.last - pings.first);
   const auto info_of = [&](std::uint32_t s) {
@@ -137,12 +139,13 @@ Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings
   }
   Progress progress(progress_style(run.options.quiet), total, found);
   std::vector<SequenceInfo> infos;
-  std::optional<Pipeline> pipeline;  // its tables serve every sequence
   for (std::uint32_t s = 0; s < count; ++s) {
     infos.push_back(info_of(s));
     if (sequence_is_finished(run.options.output, infos.back())) continue;
     if (!pipeline) pipeline.emplace(run.session, run.tracer, infos.back(), run.options.backend);
-    pipeline->start_sequence(infos.back(), run.workers);
+    if (Status started = pipeline->start_sequence(infos.back(), run.workers); !started) {
+      return started.error();
+    }
     const std::vector<std::uint32_t> missing = missing_pings(run.options.output, infos.back());
     if (Status made = make_pings(run, *pipeline, missing, progress); !made) return made.error();
     if (Status finished = finish_sequence(run.options.output, pipeline->info()); !finished) {
@@ -177,6 +180,13 @@ Status generate(const GenerateOptions& options) {
   const Tracer tracer(session->world);
   DatasetInfo dataset;
   dataset.identity = identity_of(*session, *assets, *pings, options.backend, tracer);
+  // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
+  std::optional<Pipeline> pipeline;
+  if (session->scenario.noise_snr_db) {
+    const SequenceInfo info = sequence_info(*session, 0, pings->first, pings->last);
+    pipeline.emplace(*session, tracer, info, options.backend);
+    if (Status started = pipeline->start_sequence(info, workers); !started) return started;
+  }
   Result<FolderState> state =
       open_work(options.output, dataset.identity, session->scenario.sequences, options.overwrite);
   if (!state) return state.error();
@@ -188,7 +198,7 @@ Status generate(const GenerateOptions& options) {
   }
   listen_for_interrupts();
   Result<std::vector<SequenceInfo>> sequences =
-      make_sequences({options, *session, tracer, workers}, *pings);
+      make_sequences({options, *session, tracer, workers}, *pings, std::move(pipeline));
   if (!sequences) return sequences.error();
 
   dataset.scenario_yaml = resolved_text(session->scenario, *assets);

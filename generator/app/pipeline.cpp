@@ -1,5 +1,6 @@
 #include "app/pipeline.h"
 
+#include <cmath>
 #include <utility>
 
 #include "core/random.h"
@@ -7,7 +8,10 @@
 #include "labels/cartesian.h"
 #include "labels/grey.h"
 #include "labels/polar.h"
+#include "synthesis/adc.h"
 #include "synthesis/draw.h"
+#include "trace/kirchhoff.h"
+#include "trace/volume.h"
 
 namespace ensonify {
 
@@ -30,14 +34,19 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   }
 }
 
-ScattererList Pipeline::scatterers_of(const Pose& sonar_in_world, const Workers& workers) const {
+Pipeline::Echoes Pipeline::echoes_of(const Pose& sonar_in_world, const Workers& workers) const {
   const std::vector<Hit> hits =
       tracer_.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
   std::vector<Scatterer> scatterers = surface_scatterers(fan_, hits, scattering_);
-  const std::vector<Scatterer> targets = point_target_scatterers(
-      session_.world, tracer_, sonar_in_world, session_.sonar, session_.water);
-  scatterers.insert(scatterers.end(), targets.begin(), targets.end());
-  return sorted_by_beam_and_delay(std::move(scatterers), session_.sonar.beam_count);
+  const auto add = [&](const std::vector<Scatterer>& more) {
+    scatterers.insert(scatterers.end(), more.begin(), more.end());
+  };
+  add(kirchhoff_scatterers(fan_, hits, tracer_, sonar_in_world, scattering_, workers));
+  add(point_target_scatterers(session_.world, tracer_, sonar_in_world, session_.sonar,
+                              session_.water));
+  return {sorted_by_beam_and_delay(std::move(scatterers), session_.sonar.beam_count),
+          volume_echoes(fan_, hits, session_.world.volumes, session_.sonar, session_.water,
+                        session_.record, workers)};
 }
 
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
@@ -46,24 +55,28 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   keys.speckle_ping = info_.speckle == SpeckleMode::per_ray ? 0 : ping;
   keys.noise = stream_key(info_.seed, Stream::noise, info_.sequence);
   keys.noise_ping = ping;
+  keys.volume = stream_key(info_.seed, Stream::volume, info_.sequence);
   return keys;
 }
 
-PingSeries Pipeline::series_of(const ScattererList& scatterers, std::uint32_t ping,
-                               const Pose& pose, const Workers& workers) const {
-  const PingTask task{&scatterers, {{0.0, pose}}, keys_of(ping), session_.noise_power_pa2, {}};
+PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose,
+                               const Workers& workers) const {
+  const PingTask task{
+      &echoes.scatterers, {{0.0, pose}}, keys_of(ping), info_.noise_power_pa2, echoes.volumes};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
+  if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
   return series;
 }
 
-LabelledImage Pipeline::image_of(const ScattererList& scatterers, const PingSeries& series,
+LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
                                  const Workers& workers) const {
   PolarInput input;
-  input.scatterers = &scatterers;
+  input.scatterers = &echoes.scatterers;
+  input.volumes = echoes.volumes;
   input.pressure_pa = series.pressure_pa;
   input.clean_power_pa2 = series.clean_power_pa2;
-  input.noise_power_pa2 = session_.noise_power_pa2;
+  input.noise_power_pa2 = info_.noise_power_pa2;
   input.bandwidth_hz = session_.sonar.bandwidth_hz;
   input.beams = session_.sonar.beam_count;
   input.samples = session_.record.samples;
@@ -71,19 +84,40 @@ LabelledImage Pipeline::image_of(const ScattererList& scatterers, const PingSeri
   return polar_image(input, workers);
 }
 
-std::array<double, 2> Pipeline::png_db_limits(const Workers& workers) const {
-  if (session_.scenario.output.png_db) return *session_.scenario.output.png_db;
+Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
-  const ScattererList scatterers = scatterers_of(pose, workers);
-  return db_limits_from_clean(
-      image_of(scatterers, series_of(scatterers, 0, pose, workers), workers));
+  const Echoes echoes = echoes_of(pose, workers);
+  const PingSeries series = series_of(echoes, 0, pose, workers);
+  const std::vector<std::uint8_t> hears =
+      hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
+                 session_.sonar.beam_count, session_.record.samples);
+  FromPingZero result;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < hears.size(); ++i) {
+    if (hears[i] == 0) continue;
+    result.mean_clean_pa2 += series.clean_power_pa2[i];
+    ++count;
+  }
+  if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
+  result.db_limits = db_limits_from_clean(image_of(echoes, series, workers));
+  return result;
 }
 
-void Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
+Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   info_ = std::move(info);
-  if (!info_.output.png) return;
-  if (!png_db_limits_) png_db_limits_ = png_db_limits(workers);
-  info_.png_db_limits = *png_db_limits_;
+  const std::optional<std::array<double, 2>>& given = session_.scenario.output.png_db;
+  const bool needs_limits = info_.output.png && !given;
+  if ((needs_limits || info_.noise_snr_db) && !ping_zero_) ping_zero_ = look_at_ping_zero(workers);
+  if (info_.output.png) info_.png_db_limits = given ? *given : ping_zero_->db_limits;
+  if (!info_.noise_snr_db) return {};
+  if (!(ping_zero_->mean_clean_pa2 > 0)) {
+    return Error{
+        ErrorKind::usage,
+        "noise.snr_db: ping 0 hears no echo that noise could be measured against; accepted "
+        "is a first ping that meets something, or noise.spectrum_level_db"};
+  }
+  info_.noise_power_pa2 = ping_zero_->mean_clean_pa2 / std::pow(10.0, *info_.noise_snr_db / 10.0);
+  return {};
 }
 
 PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
@@ -98,17 +132,18 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   for (const PointTarget& target : session_.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  result.scatterers = scatterers_of(result.sonar_in_world, workers);
-  result.first_return_m = first_return_m(result.scatterers, session_.sonar.beam_count);
+  Echoes echoes = echoes_of(result.sonar_in_world, workers);
+  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
-    for (const Scatterer& s : result.scatterers.items) {
+    for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = series_of(result.scatterers, ping, result.sonar_in_world, workers);
+  PingSeries series = series_of(echoes, ping, result.sonar_in_world, workers);
 
-  LabelledImage polar = image_of(result.scatterers, series, workers);
+  LabelledImage polar = image_of(echoes, series, workers);
+  result.scatterers = std::move(echoes.scatterers);
   if (output.png || output.polar) result.polar_annotations = annotations(polar);
   if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
   if (output.cartesian) {

@@ -26,19 +26,31 @@ class Pipeline {
   // Everything that the sequence's output selection asks for.
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
-  // From here on pings are those of this sequence. Its grey pictures get the scenario's black and
-  // white, or those of the clean image of ping 0, which holds no draw and so is worked out once.
-  void start_sequence(SequenceInfo info, const Workers& workers);
+  // From here on pings are those of this sequence. What follows from the clean image of ping 0,
+  // which holds no draw and so is worked out once, is filled in: the noise power of noise.snr_db,
+  // black and white of the grey pictures where the scenario does not give them.
+  // Error (usage): noise.snr_db, and ping 0 hears nothing.
+  Status start_sequence(SequenceInfo info, const Workers& workers);
 
   const SequenceInfo& info() const { return info_; }
 
  private:
-  std::array<double, 2> png_db_limits(const Workers& workers) const;
-  ScattererList scatterers_of(const Pose& sonar_in_world, const Workers& workers) const;
+  // All that one ping hears.
+  struct Echoes {
+    ScattererList scatterers;
+    std::vector<VolumeEcho> volumes;
+  };
+  struct FromPingZero {
+    std::array<double, 2> db_limits{};
+    double mean_clean_pa2 = 0;  // over the pixels that hear an echo; 0: none does
+  };
+
+  FromPingZero look_at_ping_zero(const Workers& workers) const;
+  Echoes echoes_of(const Pose& sonar_in_world, const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const ScattererList& scatterers, std::uint32_t ping, const Pose& pose,
+  PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose,
                        const Workers& workers) const;
-  LabelledImage image_of(const ScattererList& scatterers, const PingSeries& series,
+  LabelledImage image_of(const Echoes& echoes, const PingSeries& series,
                          const Workers& workers) const;
 
   const Session& session_;
@@ -49,7 +61,7 @@ class Pipeline {
   std::unique_ptr<Backend> backend_;
   std::vector<std::int32_t> cartesian_map_;
   std::vector<std::uint8_t> class_of_instance_;
-  std::optional<std::array<double, 2>> png_db_limits_;
+  std::optional<FromPingZero> ping_zero_;
 };
 
 }  // namespace ensonify

@@ -1,10 +1,12 @@
 #include "app/session.h"
 
+#include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "scenario/tables.h"
 
 namespace ensonify {
 namespace {
@@ -28,26 +30,48 @@ Water water_of(const WaterSpec& spec, double frequency_hz) {
   return water;
 }
 
+Result<std::vector<PulseTableRow>> pulse_table_of(const Scenario& scenario, const Sonar& sonar) {
+  if (sonar.pulse.shape != PulseShape::table) return std::vector<PulseTableRow>();
+  auto table = load_pulse_table(scenario.sonar.pulse.file, sonar);
+  if (table) return table;
+  return Error{table.error().kind, "sonar.pulse.table.file: " + table.error().message};
+}
+
+// What is wrong with any of them, one below the other.
+template <class... T>
+std::optional<Error> all_errors(const Result<T>&... results) {
+  std::optional<Error> all;
+  const auto add = [&](const auto& result) {
+    if (result) return;
+    if (!all) {
+      all = result.error();
+    } else {
+      all->message += "\n" + result.error().message;
+    }
+  };
+  (add(results), ...);
+  return all;
+}
+
+// Spectrum level over the band; a matched filter lowers it by its gain.
+double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
+  return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
+}
+
 }  // namespace
 
 Result<Session> prepare_session(Scenario scenario) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
-  session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
-  if (scenario.noise_spectrum_level_db) {
-    session.noise_power_pa2 =
-        session.sonar.bandwidth_hz * mean_square_pa2(*scenario.noise_spectrum_level_db);
-  }
   session.mount = pose_of(scenario.sonar.mount);
 
+  Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
   Result<World> world = build_world(scenario);
   Result<Path> path = load_path(scenario.trajectory);
-  if (!world && !path) {
-    return Error{ErrorKind::usage, world.error().message + "\n" + path.error().message};
-  }
-  if (!world) return world.error();
-  if (!path) return path.error();
+  if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
+  session.sonar.pulse.table = std::move(*pulse);
+  session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
@@ -69,7 +93,15 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.water = session.water;
   info.record = session.record;
   info.speckle = scenario.scattering.speckle;
+  info.receive_aperture_wavelengths =
+      make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
+  info.processing_gain = processing_gain(session.sonar);
+  info.pulse_extent_s = pulse_extent_s(session.sonar);
+  info.noise_snr_db = scenario.noise_snr_db;
   info.noise_spectrum_level_db = scenario.noise_spectrum_level_db;
+  if (scenario.noise_spectrum_level_db) {
+    info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
+  }
   info.instances = session.world.instances;
   info.classes = session.world.classes;
   if (scenario.output.selection.cartesian) {

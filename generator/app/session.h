@@ -23,17 +23,17 @@ struct Session {
   Sonar sonar;
   Water water;
   Record record;
-  double noise_power_pa2 = 0;  // per sample; 0: none
-  Pose mount;                  // sonar on the body
+  Pose mount;  // sonar on the body
   World world;
   Path path;                         // of the body
   std::vector<double> ping_times_s;  // of all pings, whatever range is run
 };
 
-// Loads meshes and paths. Errors (usage): those of build_world, load_path and ping_times.
+// Loads meshes, tables and paths. Errors (usage): those of load_pulse_table, build_world, load_path
+// and ping_times, all at once.
 Result<Session> prepare_session(Scenario scenario);
 
-// Without the PNG limits, which need the clean image of ping 0.
+// Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
                            std::uint32_t last_ping);
 

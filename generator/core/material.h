@@ -20,9 +20,9 @@ struct Material {
   double lambert_exponent = 1;  // n
   BackscatterTable table;
   CoherentModel coherent = CoherentModel::none;
-  double rician_k = 0;          // K, power ratio of the constant part to the random one
-  double reflection = 0;        // R of kirchhoff, -1 ... 1
-  double roughness_rms_m = 0;   // h of kirchhoff
+  double rician_k = 0;         // K, power ratio of the constant part to the random one
+  double reflection = 0;       // R of kirchhoff, -1 ... 1
+  double roughness_rms_m = 0;  // h of kirchhoff
 };
 
 }  // namespace ensonify

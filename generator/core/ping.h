@@ -76,11 +76,11 @@ struct Instance {
   std::uint8_t class_id = 0;
   std::string class_name;
   InstanceKind kind = InstanceKind::surface;
-  std::string material;            // of a surface, by name
-  Material scattering;             // of a surface
+  std::string material;              // of a surface, by name
+  Material scattering;               // of a surface
   bool vertex_reflectivity = false;  // of a surface: its mesh scales the reflectivity
-  double target_strength_db = 0;   // of a point target
-  double volume_strength_db = 0;   // of a volume, dB re 1/m
+  double target_strength_db = 0;     // of a point target
+  double volume_strength_db = 0;     // of a volume, dB re 1/m
 };
 
 // The Cartesian picture: pixel (row, column) has its centre at
@@ -104,6 +104,9 @@ struct SequenceInfo {
   std::uint64_t seed = 0;
   std::string split;  // train, val or test
   Sonar sonar;
+  double receive_aperture_wavelengths = 0;  // of the shaded line that has the beam's width
+  double processing_gain = 1;               // of the pulse: the noise's power is divided by it
+  double pulse_extent_s = 0;                // T_p
   Water water;
   Record record;
   SpeckleMode speckle = SpeckleMode::per_ping;

@@ -17,9 +17,12 @@ class SceneRun {
       : session_(load(name, overrides)), tracer_(session_.world) {
     pipeline_ = std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1),
                                            BackendChoice::cpu);
-    pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2));
+    if (Status s = pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2)); !s) {
+      throw std::runtime_error(s.error().message);
+    }
   }
   const Session& session() const { return session_; }
+  const SequenceInfo& info() const { return pipeline_->info(); }
   PingResult ping(std::uint32_t number) const { return pipeline_->run(number, Workers(2)); }
 
  private:

@@ -31,7 +31,7 @@ TEST_CASE("sound speed is fixed or comes from the water") {
 
 TEST_CASE("noise power follows spectrum level and bandwidth") {
   const SceneRun run("sonar_tank", {{"noise.spectrum_level_db", "30"}});
-  CHECK(level_db(run.session().noise_power_pa2) == Approx(74.76).margin(0.01));
+  CHECK(level_db(run.info().noise_power_pa2) == Approx(74.76).margin(0.01));
 }
 
 // Protects the mount: it stands on the body that the trajectory moves.

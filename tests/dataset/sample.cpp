@@ -40,8 +40,11 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.sonar.rays_elevation = 3;
   info.record = {kSamples, 128, 1 / 29.9e3};
   info.noise_spectrum_level_db = 30;
-  info.instances = {{1, "wall", 1, "structure", false, "concrete", 1e-3, 0},
-                    {2, "target", 2, "cylinder", true, "", 0, -40}};
+  info.noise_power_pa2 = 2.99e-5;
+  info.instances.resize(2);
+  info.instances[0] = {1, "wall", 1, "structure", InstanceKind::surface, "concrete", {}, false};
+  info.instances[0].scattering.reflectivity = 1e-3;
+  info.instances[1] = {2, "target", 2, "cylinder", InstanceKind::point_target, "", {}, false, -40};
   info.classes = {"structure", "cylinder"};
   info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
   info.png_db_limits = {60, 120};

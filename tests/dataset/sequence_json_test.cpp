@@ -25,26 +25,13 @@ TEST_CASE("sequence.json has the numbers of the beam model") {
   CHECK(head["record"]["transform"] == 128);
   CHECK(head["record"]["sample_interval_s"] == 1 / 29.9e3);
   CHECK(head["noise"]["spectrum_level_db"] == 30);
+  CHECK(head["noise"]["power_pa2"] == 2.99e-5);
+  CHECK(head["noise"]["snr_db"].is_null());
   CHECK(head["instances"][1]["target_strength_db"] == -40);
   CHECK(head["instances"][0]["material"] == "concrete");
   CHECK(head["cartesian"]["metres_per_pixel"] == 0.03);
   CHECK(head["png"]["db"] == Json({60.0, 120.0}));
   CHECK(head["seed"] == 18446744073709551615u);
-}
-
-// Protects the words of the model: they have to change with the sonar they describe.
-TEST_CASE("sequence.json describes the pulse and the normalization in use") {
-  auto info = sample::sequence_info(0);
-  const Json calibrated = sequence_head(info, {}, 0)["model"];
-  info.sonar.pulse = PulseShape::flat;
-  info.sonar.normalization = Normalization::mean_square;
-  info.noise_spectrum_level_db.reset();
-  const Json head = sequence_head(info, {}, 0);
-  CHECK(calibrated["beam_normalization"] == "N_j = 1");
-  CHECK(head["model"]["beam_normalization"].get<std::string>().starts_with("N_j = sqrt("));
-  CHECK(calibrated["pulse_spectrum"].get<std::string>().starts_with("W(d) = exp("));
-  CHECK(head["model"]["pulse_spectrum"].get<std::string>().starts_with("W(d) = T(d)"));
-  CHECK(head["noise"].is_null());
 }
 
 // Protects the piecewise writing: opening, lines and closing make one JSON document.

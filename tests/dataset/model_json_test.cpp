@@ -1,0 +1,100 @@
+#include "dataset/model_json.h"
+
+#include "catch.h"
+#include "core/units.h"
+#include "dataset/sample.h"
+#include "dataset/sequence_json.h"
+
+using namespace ensonify;
+
+namespace {
+
+std::string words(const SequenceInfo& info, const char* key) {
+  return model_json(info)[key].get<std::string>();
+}
+
+Instance surface(const Material& material) {
+  Instance instance;
+  instance.scattering = material;
+  return instance;
+}
+
+}  // namespace
+
+// Protects the words of the model: they have to change with the sonar they describe.
+TEST_CASE("the model describes the normalization in use") {
+  auto info = sample::sequence_info(0);
+  CHECK(words(info, "beam_normalization") == "N_j = 1");
+  info.sonar.normalization = Normalization::mean_square;
+  CHECK(words(info, "beam_normalization").starts_with("N_j = sqrt("));
+  info.noise_power_pa2 = 0;
+  CHECK(sequence_head(info, {}, 0)["noise"].is_null());
+}
+
+TEST_CASE("the model describes pulse and window") {
+  auto info = sample::sequence_info(0);
+  CHECK(words(info, "pulse_spectrum").starts_with("W(d) = exp("));
+  CHECK(sonar_json(info)["pulse"] == Json({{"shape", "gaussian"}}));
+  info.sonar.pulse = {PulseShape::lfm, 1e-3, 0.25, {}};
+  CHECK(words(info, "pulse_spectrum").starts_with("W(d) = T(d); T(d) = 1 for |d| <= (0.5 - e) b"));
+  CHECK(sonar_json(info)["pulse"] ==
+        Json({{"shape", "lfm"}, {"duration_s", 1e-3}, {"taper", 0.25}}));
+  info.sonar.pulse = {PulseShape::cw, 1e-3, 0.1, {}};
+  info.sonar.window = Window::hann;
+  CHECK(words(info, "pulse_spectrum").find("T(d) (1 + cos(2 pi d/b))/2;") != std::string::npos);
+  info.sonar.pulse = {PulseShape::table, 0, 0.1, {{9e5, 1, 0.5}, {9.1e5, 2, -0.5}}};
+  CHECK(sonar_json(info)["pulse"]["rows"] == Json({{9e5, 1, 0.5}, {9.1e5, 2, -0.5}}));
+}
+
+TEST_CASE("the model describes the beams and the converter") {
+  auto info = sample::sequence_info(0);
+  info.receive_aperture_wavelengths = 70;
+  CHECK(sonar_json(info)["beams"]["shading"] ==
+        Json({{"kind", "uniform"}, {"aperture_wavelengths", 70.0}}));
+  CHECK(sonar_json(info)["beams"]["transmit_width_rad"].is_null());
+  CHECK(sonar_json(info)["adc"].is_null());
+  info.sonar.shading = {Shading::taylor, -40, 6};
+  info.sonar.transmit_width_rad = 1.5;
+  info.sonar.adc = Adc{12, 180};
+  const Json sonar = sonar_json(info);
+  CHECK(sonar["beams"]["shading"]["side_lobe_db"] == -40);
+  CHECK(sonar["beams"]["shading"]["nbar"] == 6);
+  CHECK(sonar["beams"]["transmit_width_rad"] == 1.5);
+  // Full scale 1000 Pa over 2^11 steps.
+  CHECK(sonar["adc"]["step_pa"].get<double>() == Approx(1000.0 / 2048));
+  CHECK(words(info, "beam_pattern").find("prod_{n=1}") != std::string::npos);
+  info.sonar.shading.kind = Shading::chebyshev;
+  CHECK(words(info, "beam_pattern").find("cosh") != std::string::npos);
+}
+
+// Protects readers that work levels out again: each instance says how it throws back.
+TEST_CASE("an instance tells its law") {
+  Material material;
+  material.reflectivity = 1e-3;
+  material.lambert_exponent = 2;
+  CHECK(instance_json(surface(material))["law"] ==
+        Json({{"model", "lambert"}, {"reflectivity", 1e-3}, {"exponent", 2.0}}));
+  CHECK(instance_json(surface(material))["coherent"].is_null());
+  material.law = ScatteringLaw::lommel_seeliger;
+  material.coherent = CoherentModel::rician;
+  material.rician_k = 0.5;
+  CHECK(instance_json(surface(material))["law"]["model"] == "lommel_seeliger");
+  CHECK(instance_json(surface(material))["coherent"] == Json({{"model", "rician"}, {"k", 0.5}}));
+  material.law = ScatteringLaw::table;
+  material.table = {{0, kPi / 2}, {-40, -10}};
+  material.coherent = CoherentModel::kirchhoff;
+  material.reflection = -0.5;
+  material.roughness_rms_m = 1e-4;
+  const Json json = instance_json(surface(material));
+  CHECK(json["law"]["rows"] == Json({{0.0, -40.0}, {90.0, -10.0}}));
+  CHECK(json["coherent"]["reflection"] == -0.5);
+  CHECK(json["coherent"]["roughness_rms_m"] == 1e-4);
+}
+
+TEST_CASE("a volume tells its strength") {
+  Instance instance;
+  instance.kind = InstanceKind::volume;
+  instance.volume_strength_db = -60;
+  CHECK(instance_json(instance)["kind"] == "volume");
+  CHECK(instance_json(instance)["strength_db"] == -60);
+}
