@@ -102,6 +102,25 @@ class WrongScenarios(Case):
         (self.folder / "bad.tum").write_text("1 2 3\n")
         self.refuse(SMALL.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"), "bad.tum:1")
 
+    def test_wrong_pulse_table(self):
+        (self.folder / "pulse.csv").write_text(
+            "frequency_hz,amplitude,phase_deg\n890e3,1,0\n880e3,1,0\n900e3,loud,0\n")
+        self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: 4\n  pulse: {table: {file: pulse.csv}}"),
+                    "sonar.pulse.table.file", "pulse.csv:3", "pulse.csv:4")
+
+    def test_negative_absorption(self):
+        self.refuse(SMALL + "water: {absorption: {fixed_db_m: -0.1}}\n",
+                    "wrong.yaml:14:34: water.absorption.fixed_db_m", "-0.1")
+
+    def test_grazing_table_with_gaps(self):
+        (self.folder / "sand.csv").write_text("grazing_deg,strength_db\n0,-60\n10,\n20,-30\n60,-20\n")
+        self.refuse(SMALL.replace("{reflectivity: 1e-3}", "{law: {table: {file: sand.csv}}}"),
+                    "materials.m.law.table.file", "sand.csv:3", "sand.csv:5")
+
+    def test_noise_against_a_signal_that_is_not_there(self):
+        text = SMALL.replace("objects:", "noise: {snr_db: 20}\nobjects:")
+        self.refuse(text.replace("range_max_m: 4", "range_max_m: 1"), "noise.snr_db", "ping 0")
+
     def test_all_broken_input_files_at_once(self):
         for name in ("a.stl", "b.stl"):
             (self.folder / name).write_text("nothing")
