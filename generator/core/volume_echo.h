@@ -2,7 +2,9 @@
 // energy, sector by sector and sample by sample.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace ensonify {
@@ -15,5 +17,12 @@ struct VolumeEcho {
   std::vector<float> elevation_rad;     // energy-weighted mean of arrival
   std::vector<float> elevation_square;  // energy-weighted mean of its square, rad^2
 };
+
+// The energy of all volumes in one cell; `cell` indexes [beams x samples].
+inline double total_energy(std::span<const VolumeEcho> volumes, std::size_t cell) {
+  double sum = 0;
+  for (const VolumeEcho& volume : volumes) sum += volume.energy[cell];
+  return sum;
+}
 
 }  // namespace ensonify

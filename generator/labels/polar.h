@@ -1,10 +1,12 @@
 // Ground truth of a ping in the sonar's own coordinates: rows are samples, columns beams.
 //
 //   polar_image     level, clean level, instance, semantic class, elevation
+//   hears_echo      which pixels hear anything of their own sector
 //   first_return_m  where each beam first meets something
 #pragma once
 
 #include <complex>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -26,14 +28,21 @@ struct PolarInput {
 };
 
 // The image and its labels. A pixel hears the echoes of its own sector (no side lobes) within
-// c/2b of its sample. Its instance is the one with the most expected energy, E|a|^2 gain^2 summed
-// without phase; ties go to the lower id. None where there is no echo, or where noise is given and
-// the pixel's clean power lies under it; then the fraction is 0. Elevation: energy-weighted mean
-// and standard deviation over all echoes of the pixel, NaN where there is none. A volume counts with
-// its energy of the pixel's own sample and half that of the two beside it.
+// c/2b of its sample that have any energy. Its instance is the one with the most expected energy,
+// E|a|^2 gain^2 summed without phase; ties go to the lower id. None where there is no echo, or
+// where noise is given and the pixel's clean power lies under it; then the fraction is 0.
+// Elevation: energy-weighted mean and standard deviation over all echoes of the pixel, NaN where
+// there is none. A volume counts with its energy of the pixel's own sample and half that of the two
+// beside it.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
-// Slant range of the nearest scatterer of each sector, [beams]; NaN where there is none.
+// [beams x samples]: 1 where the pixel hears an echo, as above; noise does not matter.
+std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
+                                     std::span<const VolumeEcho> volumes, double bandwidth_hz,
+                                     int beams, int samples);
+
+// Slant range of the nearest scatterer of each sector, [beams]; NaN where there is none. Volumes
+// are no return.
 std::vector<float> first_return_m(const ScattererList& scatterers, int beams);
 
 }  // namespace ensonify

@@ -66,7 +66,8 @@ class Backend {
   // over all scatterers i, weights at sector centres (Choi et al. 2021, Eq 8-22), plus volumes,
   // plus noise. Volumes: one scatterer at t_n in each sector, drawn with the sum of the energies.
   // clean_j(t_n) = |the same sum over the means|^2
-  //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes included.
+  //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes
+  //              included.
   // Throws std::bad_alloc where memory does not suffice.
   virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                           const Workers& workers) const = 0;

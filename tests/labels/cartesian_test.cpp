@@ -35,7 +35,7 @@ TEST_CASE("the grid holds the whole fan") {
 // that holds its place.
 TEST_CASE("pixels come from their sector and sample") {
   const Sonar sonar = fan(60);
-  const Record record = make_record(sonar, kWater);
+  const Record record = make_record(sonar, kWater, 0);
   const CartesianGrid grid = cartesian_grid(sonar, 400);
   const auto map = cartesian_map(grid, sonar, kWater, record);
   const auto pixel = [&](double x, double y) {

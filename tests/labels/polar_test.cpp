@@ -24,8 +24,18 @@ Scatterer echo(std::uint32_t beam, double sample, std::uint32_t instance, double
   return s;
 }
 
+VolumeEcho empty_volume(std::uint32_t instance, int cells) {
+  VolumeEcho volume;
+  volume.instance = instance;
+  volume.energy.resize(cells);
+  volume.elevation_rad.resize(cells);
+  volume.elevation_square.resize(cells);
+  return volume;
+}
+
 struct Scene {
   ScattererList list;
+  std::vector<VolumeEcho> volumes;
   std::vector<std::complex<float>> pressure;
   std::vector<float> clean;
   std::vector<std::uint8_t> classes{0, 5, 6, 5};
@@ -44,7 +54,13 @@ struct Scene {
     input.samples = samples;
     input.class_of_instance = classes;
   }
-  LabelledImage image() const { return polar_image(input, Workers(2)); }
+  LabelledImage image() {
+    input.volumes = volumes;
+    return polar_image(input, Workers(2));
+  }
+  std::vector<std::uint8_t> hears() const {
+    return hears_echo(list, volumes, kBandwidth_hz, input.beams, input.samples);
+  }
 };
 
 }  // namespace
@@ -90,6 +106,100 @@ TEST_CASE("noise hides instances but not elevation") {
   CHECK(image.instance[5] == 0);
   CHECK(image.instance_fraction[5] == 0);
   CHECK_FALSE(std::isnan(image.elevation_rad[5]));
+}
+
+// Protects the weights of a volume's cells, up to the record's ends, and its sector.
+TEST_CASE("a volume counts with its own cell and half of those beside it") {
+  Scene scene({echo(1, 5, 1, 2.5)}, 2, 10);
+  scene.volumes = {empty_volume(3, 20)};
+  scene.volumes[0].energy[10 + 4] = 3;
+  scene.volumes[0].energy[10 + 5] = 1;
+  scene.volumes[0].energy[10 + 9] = 1;
+  const LabelledImage image = scene.image();
+  const auto at = [](int n) { return n * 2 + 1; };
+  CHECK(image.instance[at(3)] == 3);  // half of cell 4 alone
+  CHECK(image.instance_fraction[at(3)] == Approx(1));
+  CHECK(image.instance[at(4)] == 3);  // 3 + 1/2 against 2.5
+  CHECK(image.instance_fraction[at(4)] == Approx(3.5 / 6));
+  CHECK(image.instance[at(5)] == 1);  // 1 + 3/2 against 2.5: a tie
+  CHECK(image.instance_fraction[at(5)] == Approx(0.5));
+  CHECK(image.instance[at(6)] == 1);  // 1/2 against 2.5
+  CHECK(image.instance_fraction[at(6)] == Approx(2.5 / 3));
+  CHECK(image.instance[at(7)] == 0);
+  CHECK(image.instance[at(8)] == 3);
+  CHECK(image.instance[at(9)] == 3);
+  CHECK(image.semantic[at(9)] == 5);
+  for (int n = 0; n < 10; ++n) CHECK(image.instance[n * 2] == 0);
+}
+
+// Protects volumes of one kind from being cells of one another: each wins with its own energy.
+TEST_CASE("volumes compete with each other by instance") {
+  Scene scene({}, 1, 5);
+  scene.volumes = {empty_volume(2, 5), empty_volume(3, 5)};
+  scene.volumes[0].energy = {0, 2, 0, 2, 0};
+  scene.volumes[1].energy = {0, 0, 1.5f, 0, 0};
+  const LabelledImage image = scene.image();
+  CHECK(image.instance[2] == 2);  // 1 + 1 against 1.5
+  CHECK(image.instance_fraction[2] == Approx(2 / 3.5));
+  CHECK(image.semantic[2] == 6);
+}
+
+// Protects the spread inside a cell, which its mean does not show, and empty cells of a volume from
+// lending their elevation.
+TEST_CASE("elevation takes in a volume's mean and spread") {
+  Scene scene({echo(0, 5, 1, 1, 0.1)}, 1, 10);
+  scene.volumes = {empty_volume(2, 10)};
+  VolumeEcho& water = scene.volumes[0];
+  water.energy[5] = 2;
+  water.elevation_rad[5] = -0.05f;
+  water.elevation_square[5] = 0.0125f;
+  water.energy[6] = 2;
+  water.elevation_rad[6] = 0.02f;
+  water.elevation_square[6] = 0.0004f;
+  water.elevation_rad[4] = std::nanf("");
+  const LabelledImage image = scene.image();
+  // Energies 1, 2 and 1 (half of cell 6).
+  const double mean = (0.1 - 2 * 0.05 + 0.02) / 4;
+  const double square = (0.01 + 2 * 0.0125 + 0.0004) / 4;
+  CHECK(image.elevation_rad[5] == Approx(mean));
+  CHECK(image.elevation_std_rad[5] == Approx(std::sqrt(square - mean * mean)));
+  CHECK(image.elevation_rad[7] == Approx(0.02));
+  CHECK(image.elevation_std_rad[7] == Approx(0).margin(1e-5));
+  CHECK(std::isnan(image.elevation_rad[8]));
+}
+
+TEST_CASE("noise hides volumes but not their elevation") {
+  Scene scene({}, 1, 5, 2e-6);
+  scene.volumes = {empty_volume(1, 5)};
+  scene.volumes[0].energy = {1, 1, 1, 1, 1};
+  scene.clean[3] = 3e-6f;
+  const LabelledImage image = scene.image();
+  CHECK(image.instance[2] == 0);
+  CHECK_FALSE(std::isnan(image.elevation_rad[2]));
+  CHECK(image.instance[3] == 1);
+}
+
+// Protects the noise that is set by the echoes' level: a pixel hears just where it has a label
+// without noise, and echoes without energy are none.
+TEST_CASE("a pixel hears an echo where it has an elevation") {
+  Scene scene({echo(0, 4.25, 1, 1), echo(1, 8, 2, 1), echo(2, 3, 1, 0)}, 3, 12, 1);
+  scene.volumes = {empty_volume(3, 36)};
+  scene.volumes[0].energy[1 * 12 + 2] = 1e-6f;
+  const LabelledImage image = scene.image();
+  const std::vector<std::uint8_t> hears = scene.hears();
+  REQUIRE(hears.size() == 36);
+  int count = 0;
+  for (int beam = 0; beam < 3; ++beam) {
+    for (int n = 0; n < 12; ++n) {
+      INFO("beam " << beam << " sample " << n);
+      CHECK(hears[beam * 12 + n] == !std::isnan(image.elevation_rad[n * 3 + beam]));
+      count += hears[beam * 12 + n];
+    }
+  }
+  CHECK(count == 2 + 3 + 3);
+  CHECK(hears[4] == 1);
+  CHECK(hears[3] == 0);
+  CHECK(hears[12 + 3] == 1);
 }
 
 TEST_CASE("levels are transposed to samples by beams") {

@@ -21,6 +21,24 @@ TEST_CASE("an amplitude is its mean plus a keyed draw") {
   CHECK(draw_amplitude(s, next) != draw_amplitude(s, keys));
 }
 
+// Protects volumes from sharing draws with the noise, and frozen speckle from moving in the water.
+TEST_CASE("a volume's draw is keyed by cell and by the speckle's ping") {
+  RandomKeys keys;
+  keys.volume = 5;
+  keys.noise = 6;
+  const ComplexDraw xi = complex_normal(5, 0, (std::uint64_t{3} << 32) | 4, 0);
+  CHECK(draw_volume(keys, 3, 4, 9).real() == Approx(3 * xi.re));
+  CHECK(draw_volume(keys, 3, 4, 9).imag() == Approx(3 * xi.im));
+  CHECK(draw_volume(keys, 3, 4, 0) == 0.0);
+  CHECK(draw_volume(keys, 4, 3, 9) != draw_volume(keys, 3, 4, 9));
+  CHECK(draw_volume(keys, 3, 4, 1) != draw_noise(keys, 3, 4, 1));
+  RandomKeys next = keys;
+  next.noise_ping = 1;
+  CHECK(draw_volume(next, 3, 4, 9) == draw_volume(keys, 3, 4, 9));
+  next.speckle_ping = 1;
+  CHECK(draw_volume(next, 3, 4, 9) != draw_volume(keys, 3, 4, 9));
+}
+
 TEST_CASE("noise differs from sample to sample and from beam to beam") {
   RandomKeys keys;
   keys.noise = 5;

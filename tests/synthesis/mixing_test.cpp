@@ -26,6 +26,38 @@ TEST_CASE("V7: mean-square normalization keeps the mean square") {
   CHECK(20 * std::log10(mixing.scale[256]) == Approx(-8.08).margin(0.01));
 }
 
+// V7 for every shading, in sum and over 4,000 columns of 96 iid sectors. The mean's variance is
+// that of one column, sum_jk |rho_jk|^2 / 96^2 with the beams' correlation rho, over the columns.
+TEST_CASE("V7: mean-square normalization of shaded beams") {
+  constexpr int kBeams = 96, kColumns = 4000;
+  Sonar sonar = p900(kBeams, 24, 10);
+  sonar.normalization = Normalization::mean_square;
+  sonar.shading.kind =
+      GENERATE(Shading::uniform, Shading::hann, Shading::taylor, Shading::chebyshev);
+  const Mixing mixing = make_mixing(sonar);
+  double variance = 0;
+  for (int j = 0; j < kBeams; ++j) {
+    for (int k = 0; k < kBeams; ++k) {
+      double rho = 0;
+      for (int i = 0; i < kBeams; ++i) {
+        rho += mixing.weight[std::abs(i - j)] * mixing.scale[j] * mixing.weight[std::abs(i - k)] *
+               mixing.scale[k];
+      }
+      if (j == k) CHECK(rho == Approx(1).margin(1e-6));
+      variance += rho * rho / (kBeams * kBeams);
+    }
+  }
+  AlignedBuffer<std::complex<double>> rows(kBeams * kColumns);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const ComplexDraw draw = complex_normal(18, 0, i, 0);
+    rows[i] = {draw.re, draw.im};
+  }
+  BeamMixer(mixing).mix_amplitude(rows.data(), kColumns, kColumns, Workers(2));
+  double sum = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) sum += std::norm(rows[i]);
+  CHECK(sum / rows.size() == Approx(1).margin(3 * std::sqrt(variance / kColumns)));
+}
+
 // V7: iid sectors keep their mean square. 2,000 columns of 512 sectors; neighbours correlate over
 // about 1/0.884 deg, which leaves 80 independent beams a column: standard error 1/sqrt(160,000).
 TEST_CASE("V7: mixing iid sectors leaves their mean square unchanged") {

@@ -8,6 +8,7 @@
 
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
+#include "acoustics/pulse.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "synthesis/backend.h"
@@ -32,7 +33,22 @@ inline Sonar p900(int beams, double fov_deg, double range_max_m) {
 
 inline SynthesisSetup setup_of(const Sonar& sonar) {
   const Water water{1500, 0};
-  return {sonar, water, make_record(sonar, water)};
+  return {sonar, water, make_record(sonar, water, pulse_extent_s(sonar))};
+}
+
+// A pulse of a shape, the table's one lopsided in amplitude and delay: its spectrum is complex.
+inline Pulse pulse_of(PulseShape shape, const Sonar& sonar) {
+  Pulse pulse{shape, 0, 0.1, {}};
+  if (shape == PulseShape::lfm) pulse.duration_s = 1e-3;
+  if (shape == PulseShape::cw) pulse.duration_s = 4 / sonar.bandwidth_hz;
+  if (shape == PulseShape::table) {
+    for (int i = 0; i <= 16; ++i) {
+      const double x = i / 16.0 - 0.5;  // of the band
+      pulse.table.push_back({sonar.frequency_hz + x * sonar.bandwidth_hz, 1 + x - x * x,
+                             -2 * kPi * 1.3 * x + 9 * x * x - 20 * x * x * x});
+    }
+  }
+  return pulse;
 }
 
 // A point target of strength TS in the middle of a sector.
@@ -66,11 +82,33 @@ inline std::vector<Scatterer> random_scatterers(const Sonar& sonar, int count, d
   return scatterers;
 }
 
+// A volume with energy(beam, sample) in its cells.
+template <class Energy>
+VolumeEcho volume_of(const SynthesisSetup& setup, Energy&& energy) {
+  VolumeEcho volume;
+  for (int beam = 0; beam < setup.sonar.beam_count; ++beam) {
+    for (int n = 0; n < setup.record.samples; ++n) {
+      volume.energy.push_back(static_cast<float>(energy(beam, n)));
+    }
+  }
+  return volume;
+}
+
+inline RandomKeys keys_of_ping(std::uint32_t ping, std::uint64_t seed = 9) {
+  RandomKeys keys;
+  keys.speckle = stream_key(seed, Stream::speckle, 0);
+  keys.volume = stream_key(seed, Stream::volume, 0);
+  keys.speckle_ping = ping;
+  return keys;
+}
+
 inline PingSeries synthesize(const Backend& backend, const ScattererList& list,
-                             RandomKeys keys = {}, double noise_power_pa2 = 0) {
-  const PingTask task{&list, {{0.0, {}}}, keys, noise_power_pa2};
+                             RandomKeys keys = {}, double noise_power_pa2 = 0,
+                             std::span<const VolumeEcho> volumes = {},
+                             const Workers& workers = Workers(2)) {
+  const PingTask task{&list, {{0.0, {}}}, keys, noise_power_pa2, volumes};
   PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
+  backend.synthesize({&task, 1}, {&series, 1}, workers);
   return series;
 }
 

@@ -3,6 +3,7 @@
 //
 //   sector series   deposit a gain e^(-i 2 pi f_c tau) at tau, FFT, times S(f), inverse FFT
 //   sector power    deposit variance gain^2 at tau, FFT, times the spectrum of |s|^2, inverse FFT
+//   volumes         lie on whole samples: a plain FFT of the record in place of the deposit
 //   beams           both convolved over beams with the pattern (power: its square)
 #include <algorithm>
 #include <cmath>
@@ -54,6 +55,8 @@ class CpuBackend final : public Backend {
         series_backward_(setup.record.transform, FftDirection::backward),
         power_forward_(power_kernel_.grid, FftDirection::forward),
         power_backward_(setup.record.transform, FftDirection::backward),
+        volume_forward_(setup.record.transform, FftDirection::forward),
+        volume_power_forward_(setup.record.transform, FftDirection::forward),
         mixer_(make_mixing(setup.sonar)) {}
 
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
@@ -70,11 +73,17 @@ class CpuBackend final : public Backend {
     return delay_s * setup_.sonar.bandwidth_hz / transform();
   }
 
+  bool has_scatterers(const PingTask& task, std::size_t beam) const {
+    return task.scatterers->beam_offset[beam] != task.scatterers->beam_offset[beam + 1];
+  }
+
   AlignedBuffer<Complex> series(const PingTask& task, Amplitude which,
                                 const Workers& workers) const;
   AlignedBuffer<double> diffuse_power(const PingTask& task, const Workers& workers) const;
-  void sector_series(const PingTask& task, Amplitude which, int beam, Complex* row) const;
-  void sector_power(const PingTask& task, int beam, double* row) const;
+  void scatterer_spectrum(const PingTask& task, Amplitude which, int beam, Complex* row) const;
+  void add_volume_spectrum(const PingTask& task, int beam, Complex* row) const;
+  void scatterer_power(const PingTask& task, int beam, Complex* folded) const;
+  void add_volume_power(const PingTask& task, int beam, Complex* folded) const;
   PingSeries one_ping(const PingTask& task, const Workers& workers) const;
 
   SynthesisSetup setup_;
@@ -84,12 +93,14 @@ class CpuBackend final : public Backend {
   GriddingKernel series_kernel_, power_kernel_;
   ComplexFft series_forward_, series_backward_;
   RealFft power_forward_, power_backward_;
+  ComplexFft volume_forward_;
+  RealFft volume_power_forward_;
   BeamMixer mixer_;
 };
 
-// Writes transform() samples of one ideal sector.
-void CpuBackend::sector_series(const PingTask& task, Amplitude which, int beam,
-                               Complex* row) const {
+// Writes the transform() bins of one ideal sector, f_c first.
+void CpuBackend::scatterer_spectrum(const PingTask& task, Amplitude which, int beam,
+                                    Complex* row) const {
   const ScattererList& list = *task.scatterers;
   AlignedBuffer<Complex> grid(series_kernel_.grid);
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
@@ -108,22 +119,39 @@ void CpuBackend::sector_series(const PingTask& task, Amplitude which, int beam,
     const int target = k < 0 ? k + transform() : k;
     row[target] = spectrum_[k + half] * series_kernel_.correction[std::abs(k)] * grid[source];
   }
-  series_backward_.run(row);
+}
+
+void CpuBackend::add_volume_spectrum(const PingTask& task, int beam, Complex* row) const {
+  AlignedBuffer<Complex> cells(transform());
+  for (int n = 0; n < samples(); ++n) {
+    const double energy = total_energy(task.volumes, std::size_t(beam) * samples() + n);
+    cells[n] = source_pa_m_ * draw_volume(task.keys, beam, n, energy);
+  }
+  volume_forward_.run(cells.data());
+  const int half = transform() / 2;
+  for (int bin = 0; bin < transform(); ++bin) {
+    row[bin] += spectrum_[bin < half ? bin + half : bin - half] * cells[bin];
+  }
 }
 
 AlignedBuffer<Complex> CpuBackend::series(const PingTask& task, Amplitude which,
                                           const Workers& workers) const {
   AlignedBuffer<Complex> rows(std::size_t(beams()) * stride_);
-  const ScattererList& list = *task.scatterers;
+  const bool has_volumes = which == Amplitude::drawn && !task.volumes.empty();
   workers.for_each(beams(), [&](std::size_t beam) {
-    if (list.beam_offset[beam] == list.beam_offset[beam + 1]) return;
-    sector_series(task, which, static_cast<int>(beam), rows.data() + beam * stride_);
+    const bool heard = has_scatterers(task, beam);
+    if (!heard && !has_volumes) return;
+    Complex* row = rows.data() + beam * stride_;
+    if (heard) scatterer_spectrum(task, which, static_cast<int>(beam), row);
+    if (has_volumes) add_volume_spectrum(task, static_cast<int>(beam), row);
+    series_backward_.run(row);
   });
   mixer_.mix_amplitude(rows.data(), samples(), stride_, workers);
   return rows;
 }
 
-void CpuBackend::sector_power(const PingTask& task, int beam, double* row) const {
+// Writes the Fourier coefficients k = 0 .. M/2 of one ideal sector's power at the samples.
+void CpuBackend::scatterer_power(const PingTask& task, int beam, Complex* folded) const {
   const ScattererList& list = *task.scatterers;
   AlignedBuffer<double> grid(power_kernel_.grid);
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
@@ -138,19 +166,37 @@ void CpuBackend::sector_power(const PingTask& task, int beam, double* row) const
   const auto term = [&](int k) {
     return k < bins ? autospectrum_[k] * power_kernel_.correction[k] * half[k] : Complex(0);
   };
-  AlignedBuffer<Complex> folded(bins / 2 + 1);
   for (int k = 0; k <= bins / 2; ++k) folded[k] = term(k) + std::conj(term(bins - k));
-  power_backward_.run(row, folded.data());
+}
+
+void CpuBackend::add_volume_power(const PingTask& task, int beam, Complex* folded) const {
+  const int bins = transform();
+  AlignedBuffer<double> cells(bins);
+  for (int n = 0; n < samples(); ++n) {
+    cells[n] =
+        source_pa_m_ * source_pa_m_ * total_energy(task.volumes, std::size_t(beam) * samples() + n);
+  }
+  AlignedBuffer<Complex> half(bins / 2 + 1);
+  volume_power_forward_.run(cells.data(), half.data());
+  // The spectrum of whole samples has the period M, so that the two folded bins share one value.
+  folded[0] += autospectrum_[0] * half[0];
+  for (int k = 1; k <= bins / 2; ++k) {
+    folded[k] += (autospectrum_[k] + std::conj(autospectrum_[bins - k])) * half[k];
+  }
 }
 
 AlignedBuffer<double> CpuBackend::diffuse_power(const PingTask& task,
                                                 const Workers& workers) const {
   const std::size_t stride = (transform() + 7) / 8 * 8;
   AlignedBuffer<double> rows(beams() * stride);
-  const ScattererList& list = *task.scatterers;
+  const bool has_volumes = !task.volumes.empty();
   workers.for_each(beams(), [&](std::size_t beam) {
-    if (list.beam_offset[beam] == list.beam_offset[beam + 1]) return;
-    sector_power(task, static_cast<int>(beam), rows.data() + beam * stride);
+    const bool heard = has_scatterers(task, beam);
+    if (!heard && !has_volumes) return;
+    AlignedBuffer<Complex> folded(transform() / 2 + 1);
+    if (heard) scatterer_power(task, static_cast<int>(beam), folded.data());
+    if (has_volumes) add_volume_power(task, static_cast<int>(beam), folded.data());
+    power_backward_.run(rows.data() + beam * stride, folded.data());
   });
   mixer_.mix_power(rows.data(), samples(), static_cast<int>(stride), workers);
   return rows;
@@ -158,6 +204,7 @@ AlignedBuffer<double> CpuBackend::diffuse_power(const PingTask& task,
 
 PingSeries CpuBackend::one_ping(const PingTask& task, const Workers& workers) const {
   const std::size_t count = std::size_t(beams()) * samples();
+  for (const VolumeEcho& volume : task.volumes) ENSONIFY_ASSERT(volume.energy.size() == count);
   PingSeries result;
   result.pressure_pa.resize(count);
   result.clean_power_pa2.resize(count);

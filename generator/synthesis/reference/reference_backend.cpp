@@ -18,6 +18,13 @@ namespace {
 
 using Complex = std::complex<double>;
 
+// What one ping's sums run over: the scatterers with their amplitudes, and the volumes' cells.
+struct Echoes {
+  const ScattererList& list;
+  std::vector<Complex> scatterer;  // [list]
+  std::vector<Complex> cell;       // [beams x samples]; empty: no volumes
+};
+
 Complex unit_phasor(double turns) { return std::polar(1.0, 2.0 * kPi * turns); }
 
 class ReferenceBackend final : public Backend {
@@ -41,11 +48,11 @@ class ReferenceBackend final : public Backend {
   int transform() const { return setup_.record.transform; }
 
   PingSeries one_ping(const PingTask& task, const Workers& workers) const;
-  std::vector<Complex> coherent_series(const ScattererList& list, const std::vector<Complex>& a,
-                                       const Workers& workers) const;
-  std::vector<double> diffuse_power(const ScattererList& list, const Workers& workers) const;
-  Complex sector_spectrum(const ScattererList& list, const std::vector<Complex>& a, int beam,
-                          int m) const;
+  Echoes drawn_echoes(const PingTask& task) const;
+  std::vector<Complex> coherent_series(const Echoes& echoes, const Workers& workers) const;
+  std::vector<double> diffuse_power(const PingTask& task, const Workers& workers) const;
+  Complex sector_spectrum(const Echoes& echoes, int beam, int m) const;
+  Complex diffuse_coefficient(const PingTask& task, int beam, int k) const;
 
   SynthesisSetup setup_;
   Mixing mixing_;
@@ -53,27 +60,35 @@ class ReferenceBackend final : public Backend {
   double source_pa_m_;
 };
 
-// S0 S(f_m) sum_i a_i gain_i e^(-i 2 pi f_m tau_i) over one sector.
-Complex ReferenceBackend::sector_spectrum(const ScattererList& list, const std::vector<Complex>& a,
-                                          int beam, int m) const {
-  const double f =
-      setup_.sonar.frequency_hz + (m - transform() / 2) * setup_.sonar.bandwidth_hz / transform();
+// S0 S(f_m) (sum_i a_i gain_i e^(-i 2 pi f_m tau_i) + sum_n v_n e^(-i 2 pi (f_m - f_c) t_n)) over
+// one sector. A volume's v_n is circular: it has no carrier phase to keep.
+Complex ReferenceBackend::sector_spectrum(const Echoes& echoes, int beam, int m) const {
+  const ScattererList& list = echoes.list;
+  const int k = m - transform() / 2;
+  const double f = setup_.sonar.frequency_hz + k * setup_.sonar.bandwidth_hz / transform();
   Complex sum = 0;
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
-    sum += a[i] * static_cast<double>(s.gain) * unit_phasor(-carrier_turns(f, s.delay_s));
+    sum += echoes.scatterer[i] * static_cast<double>(s.gain) *
+           unit_phasor(-carrier_turns(f, s.delay_s));
+  }
+  if (!echoes.cell.empty()) {
+    for (int n = 0; n < samples(); ++n) {
+      const long turn = static_cast<long>(k) * n % transform();
+      sum += echoes.cell[std::size_t(beam) * samples() + n] *
+             unit_phasor(-turn / static_cast<double>(transform()));
+    }
   }
   return source_pa_m_ * spectrum_[m] * sum;
 }
 
-std::vector<Complex> ReferenceBackend::coherent_series(const ScattererList& list,
-                                                       const std::vector<Complex>& a,
+std::vector<Complex> ReferenceBackend::coherent_series(const Echoes& echoes,
                                                        const Workers& workers) const {
   const int bins = transform();
   std::vector<Complex> sectors(static_cast<std::size_t>(beams()) * bins);
   workers.for_each(beams(), [&](std::size_t beam) {
     for (int m = 0; m < bins; ++m) {
-      sectors[beam * bins + m] = sector_spectrum(list, a, static_cast<int>(beam), m);
+      sectors[beam * bins + m] = sector_spectrum(echoes, static_cast<int>(beam), m);
     }
   });
   std::vector<Complex> twiddle(bins);
@@ -97,22 +112,36 @@ std::vector<Complex> ReferenceBackend::coherent_series(const ScattererList& list
   return series;
 }
 
-// S0^2 sum_i (B/N_j)^2 variance gain^2 |s(t_n - tau_i)|^2, through the Fourier series of |s|^2.
-std::vector<double> ReferenceBackend::diffuse_power(const ScattererList& list,
+// Q_k (sum_i variance gain^2 e^(-i 2 pi k (b/M) tau_i) + sum_n E_n e^(-i 2 pi k n/M)), one sector.
+Complex ReferenceBackend::diffuse_coefficient(const PingTask& task, int beam, int k) const {
+  const ScattererList& list = *task.scatterers;
+  const double frequency_hz = k * setup_.sonar.bandwidth_hz / transform();
+  Complex sum = 0;
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const double amplitude = static_cast<double>(s.standard_deviation) * s.gain;
+    sum += amplitude * amplitude * unit_phasor(-carrier_turns(frequency_hz, s.delay_s));
+  }
+  if (!task.volumes.empty()) {
+    for (int n = 0; n < samples(); ++n) {
+      const long turn = static_cast<long>(k) * n % transform();
+      sum += total_energy(task.volumes, std::size_t(beam) * samples() + n) *
+             unit_phasor(-turn / static_cast<double>(transform()));
+    }
+  }
+  return autospectrum_[k] * sum;
+}
+
+// S0^2 sum_i (B/N_j)^2 variance gain^2 |s(t_n - tau_i)|^2, volumes likewise, through the Fourier
+// series of |s|^2.
+std::vector<double> ReferenceBackend::diffuse_power(const PingTask& task,
                                                     const Workers& workers) const {
   const int bins = transform();
-  const double step_hz = setup_.sonar.bandwidth_hz / bins;
   std::vector<double> sectors(static_cast<std::size_t>(beams()) * samples());
   workers.for_each(beams(), [&](std::size_t beam) {
     std::vector<Complex> coefficient(bins);
     for (int k = 0; k < bins; ++k) {
-      for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-        const Scatterer& s = list.items[i];
-        const double amplitude = static_cast<double>(s.standard_deviation) * s.gain;
-        coefficient[k] +=
-            amplitude * amplitude * unit_phasor(-carrier_turns(k * step_hz, s.delay_s));
-      }
-      coefficient[k] *= autospectrum_[k];
+      coefficient[k] = diffuse_coefficient(task, static_cast<int>(beam), k);
     }
     for (int n = 0; n < samples(); ++n) {
       double sum = coefficient[0].real();
@@ -136,16 +165,30 @@ std::vector<double> ReferenceBackend::diffuse_power(const ScattererList& list,
   return power;
 }
 
-PingSeries ReferenceBackend::one_ping(const PingTask& task, const Workers& workers) const {
-  const ScattererList& list = *task.scatterers;
-  std::vector<Complex> drawn(list.size()), mean(list.size());
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    drawn[i] = Complex(draw_amplitude(list.items[i], task.keys));
-    mean[i] = Complex(list.items[i].mean);
+Echoes ReferenceBackend::drawn_echoes(const PingTask& task) const {
+  Echoes echoes{*task.scatterers, {}, {}};
+  for (const Scatterer& s : echoes.list.items) {
+    echoes.scatterer.emplace_back(draw_amplitude(s, task.keys));
   }
-  const std::vector<Complex> pressure = coherent_series(list, drawn, workers);
-  const std::vector<Complex> mean_pressure = coherent_series(list, mean, workers);
-  const std::vector<double> diffuse = diffuse_power(list, workers);
+  if (task.volumes.empty()) return echoes;
+  for (int beam = 0; beam < beams(); ++beam) {
+    for (int n = 0; n < samples(); ++n) {
+      const double energy = total_energy(task.volumes, echoes.cell.size());
+      echoes.cell.push_back(draw_volume(task.keys, beam, n, energy));
+    }
+  }
+  return echoes;
+}
+
+PingSeries ReferenceBackend::one_ping(const PingTask& task, const Workers& workers) const {
+  for (const VolumeEcho& volume : task.volumes) {
+    ENSONIFY_ASSERT(volume.energy.size() == std::size_t(beams()) * samples());
+  }
+  Echoes means{*task.scatterers, {}, {}};
+  for (const Scatterer& s : means.list.items) means.scatterer.emplace_back(s.mean);
+  const std::vector<Complex> pressure = coherent_series(drawn_echoes(task), workers);
+  const std::vector<Complex> mean_pressure = coherent_series(means, workers);
+  const std::vector<double> diffuse = diffuse_power(task, workers);
 
   PingSeries series;
   series.pressure_pa.resize(pressure.size());

@@ -1,0 +1,102 @@
+#include "synthesis/adc.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "catch.h"
+#include "core/random.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr double kTwoPascal_db = 126.02059991327963;
+
+// The real part after conversion, in pascal.
+float converted(const Adc& adc, double pressure_pa) {
+  std::complex<float> sample(static_cast<float>(pressure_pa), 0);
+  quantise(adc, {&sample, 1});
+  return sample.real();
+}
+
+}  // namespace
+
+// Protects the step: full scale of 2 Pa in 3 bits is 4 steps of 0.5 Pa to either side of zero.
+TEST_CASE("the converter rounds to its steps, ties to even") {
+  const Adc adc{3, kTwoPascal_db};
+  CHECK(converted(adc, 0.24) == 0);
+  CHECK(converted(adc, 0.26) == Approx(0.5));
+  CHECK(converted(adc, -0.76) == Approx(-1));
+  // Steps of exactly a power of two in pascal, so that a tie is one: 120 dB is 1 Pa.
+  const Adc whole{3, 120};
+  CHECK(converted(whole, 0.125) == 0);
+  CHECK(converted(whole, 0.375) == 0.5f);
+  CHECK(converted(whole, 0.625) == 0.5f);
+  CHECK(converted(whole, -0.125) == 0);
+  CHECK(converted(whole, -0.375) == -0.5f);
+}
+
+// Protects two's complement's ends: one step less above than below.
+TEST_CASE("the converter clips at both ends, each part on its own") {
+  const Adc adc{3, 120};
+  CHECK(converted(adc, 0.99) == 0.75f);
+  CHECK(converted(adc, 7) == 0.75f);
+  CHECK(converted(adc, -0.99) == -1.0f);
+  CHECK(converted(adc, -7) == -1.0f);
+  std::complex<float> sample(-9, 0.3f);
+  quantise(adc, {&sample, 1});
+  CHECK(sample == std::complex<float>(-1, 0.25f));
+}
+
+// Protects the noise that a converter adds: uniform over a step, step^2 / 12 a part. 20,000 samples
+// uniform over the range that does not clip, two parts each: the square of a uniform error has the
+// standard deviation step^2 / sqrt(180), so the mean of 40,000 has 1/200 of that.
+TEST_CASE("the converter's noise is a twelfth of its step squared") {
+  const int bits = GENERATE(4, 8, 12, 16);
+  const double full_scale_pa = 2, step_pa = full_scale_pa / std::ldexp(1.0, bits - 1);
+  std::vector<std::complex<float>> signal(20000);
+  for (std::size_t i = 0; i < signal.size(); ++i) {
+    const auto draw = [&](std::uint32_t d) {
+      return static_cast<float>((2 * uniform(31, 0, i, d) - 1) * (full_scale_pa - step_pa));
+    };
+    signal[i] = {draw(0), draw(1)};
+  }
+  std::vector<std::complex<float>> stored = signal;
+  quantise({bits, kTwoPascal_db}, stored);
+  double re = 0, im = 0;
+  for (std::size_t i = 0; i < signal.size(); ++i) {
+    const std::complex<double> error =
+        (std::complex<double>(stored[i]) - std::complex<double>(signal[i])) / step_pa;
+    re += error.real() * error.real() / signal.size();
+    im += error.imag() * error.imag() / signal.size();
+  }
+  INFO("bits " << bits);
+  CHECK((re + im) / 2 == Approx(1.0 / 12).margin(3 / std::sqrt(180.0 * 40000)));
+  CHECK(re == Approx(1.0 / 12).margin(3 / std::sqrt(180.0 * 20000)));
+}
+
+// Protects every width from 1 to 24: codes survive the float they are stored in, none leaves its
+// range, and whatever is finite or infinite comes out as a number.
+TEST_CASE("codes of 1 to 24 bits come back from the stored floats") {
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (int bits = 1; bits <= 24; ++bits) {
+    const Adc adc{bits, 170.3};
+    const double steps = std::ldexp(1.0, bits - 1);
+    const double step_pa = std::pow(10.0, (170.3 - 120) / 20) / steps;
+    for (int i = 0; i < 1000; ++i) {
+      const double code = i < 4 ? (i < 2 ? -steps + i : steps - 1 - (i - 2))
+                                : std::rint((2 * uniform(32, 0, i, 0) - 1) * (steps - 1));
+      const float stored = converted(adc, code * step_pa);
+      const double expected = std::min(std::max(code, -steps), steps - 1);
+      INFO("bits " << bits << " code " << code);
+      REQUIRE(std::rint(stored / step_pa) == expected);
+      REQUIRE(converted(adc, stored) == stored);
+    }
+    for (const float wild : {infinity, std::numeric_limits<float>::max()}) {
+      REQUIRE(converted(adc, wild) == Approx((steps - 1) * step_pa));
+      REQUIRE(converted(adc, -wild) == Approx(-steps * step_pa));
+    }
+    REQUIRE(converted(adc, std::numeric_limits<float>::denorm_min()) == 0);
+  }
+}
