@@ -29,7 +29,7 @@ run() { # PRESET CTEST-ARGUMENT...
 without_long=(-LE long)
 [ $long = yes ] && without_long=()
 # Hundreds of pings of one and the same code add draws, not paths: not under sanitizers.
-statistics='V5: mean power|V6: level inside'
+statistics='V4: |V5: mean power|V6: level inside'
 run acoustics-only "${without_long[@]}"
 run asan-ubsan -L fast -E "$statistics"
 run tsan -L fast -E "$statistics"
