@@ -102,7 +102,7 @@ ENSONIFY_HD inline double receive_pattern(const ReceivePattern& pattern, double 
 // exactly +- width/2. Width 0: 1 everywhere. Needs width <= pi.
 ENSONIFY_HD inline double transmit_pattern(double azimuth_rad, double width_rad) {
   if (width_rad == 0) return 1.0;
-  return sinc(0.4429464895 * std::sin(azimuth_rad) / std::sin(width_rad / 2));
+  return sinc(0.4429464707 * std::sin(azimuth_rad) / std::sin(width_rad / 2));
 }
 
 }  // namespace ensonify

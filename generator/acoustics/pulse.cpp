@@ -15,9 +15,9 @@ using Complex = std::complex<double>;
 
 constexpr double kEdge = 0.1;        // part of the band, at each edge, over which T falls
 constexpr int kPeakGrid = 32;        // instants a sample
-constexpr int kExtentGrid = 4;       // the same, where tails are looked for
+constexpr int kExtentGrid = 8;       // the same, where tails are looked for
 constexpr double kTailPower = 1e-9;  // -90 dB
-constexpr int kLongestRecord = 1 << 17;
+constexpr int kLongestRecord = 1 << 16;
 
 // x = (f - f_c)/b.
 double edge_taper(double x, double part) {

@@ -29,8 +29,8 @@ namespace ensonify {
 std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform);
 
 // T_p, by which a record is longer than its echoes: the duration of cw; of a table the shortest
-// interval that holds t = 0 and all |s(t)| above -90 dB of the peak, to a quarter of a sample on
-// either side (131,072 samples at most); 0 of the others.
+// interval that holds t = 0 and all |s(t)| above -90 dB of the peak, looked for at t = k / (8b) and
+// rounded outward to it (65,536 samples at most); 0 of the others.
 double pulse_extent_s(const Sonar& sonar);
 
 // b duration of lfm, 1 of the others: noise power is divided by it.
