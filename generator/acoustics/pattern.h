@@ -70,7 +70,7 @@ ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
 //   chebyshev  chebyshev_line, A as before: the limit of Dolph's array of many elements
 //              (van der Maas, J. Appl. Phys. 25, 1954)
 // The shaded ones get the aperture that makes B(width / 2) = 1/sqrt(2) at small widths. Needs
-// side_lobe_db < 0 and nbar >= 1; Taylor's lobes are as ordered where nbar >= 2 A^2 + 1/2.
+// side_lobe_db < 0 and nbar >= 1; Taylor's lobes are as ordered from nbar of about 2 A^2 + 1/2 on.
 struct ReceivePattern {
   BeamShading shading;
   double aperture = 0;       // in wavelengths

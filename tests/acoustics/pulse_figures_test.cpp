@@ -98,7 +98,7 @@ TEST_CASE("the figures of pulses seen through a window") {
 namespace {
 
 // 416 samples: with 64 of padding they are 480, which is smooth, so that there is no more padding.
-constexpr double kShortRangeM = 10.43;
+constexpr double kShortRange_m = 10.43;
 
 // The highest level, within the first tenth of the record, of an echo in its last sample.
 double start_of_record_db(Sonar sonar, double range_m) {
@@ -126,7 +126,7 @@ TEST_CASE("an echo in the last sample leaves the first tenth below -90 dB") {
   const auto late = [](double x) { return -2 * kPi * 150 * x; };
   const auto curved = [](double x) { return 200 * x * x; };
   for (const Window window : {Window::none, Window::hann, Window::hamming, Window::blackman}) {
-    for (const double range_m : {kShortRangeM, 60.0}) {
+    for (const double range_m : {kShortRange_m, 60.0}) {
       INFO("window " << static_cast<int>(window) << ", " << range_m << " m");
       for (const PulseShape shape : {PulseShape::gaussian, PulseShape::flat}) {
         CHECK(start_of_record_db(with_pulse(shape, window), range_m) < -90);
@@ -155,8 +155,9 @@ TEST_CASE("an echo in the last sample leaves the first tenth below -90 dB") {
 // Protects the warning of docs/physics.md: a chirp with steeper edges than a tenth of the band
 // rings for longer than its record is padded.
 TEST_CASE("steep band edges ring into the start of the record") {
-  CHECK(start_of_record_db(with_lfm(0.05), kShortRangeM) == Approx(-81).margin(0.6));
-  CHECK(start_of_record_db(with_lfm(0.02), kShortRangeM) == Approx(-66).margin(0.6));
-  CHECK(start_of_record_db(with_lfm(0.01), kShortRangeM) == Approx(-50).margin(0.6));
-  CHECK(start_of_record_db(with_lfm(0.01, Window::hann), kShortRangeM) < -90);
+  CHECK(start_of_record_db(with_lfm(0.05), kShortRange_m) == Approx(-81).margin(0.6));
+  CHECK(start_of_record_db(with_lfm(0.02), kShortRange_m) == Approx(-66).margin(0.6));
+  CHECK(start_of_record_db(with_lfm(0.01), kShortRange_m) == Approx(-50).margin(0.6));
+  CHECK(start_of_record_db(with_lfm(0.01, Window::hann), kShortRange_m) < -90);
+  CHECK(start_of_record_db(with_lfm(0.01, Window::blackman), kShortRange_m) < -90);
 }

@@ -214,11 +214,17 @@ TEST_CASE("the extent of a pulse") {
                                               [=](double x) { return -2 * kPi * delay * x; }));
   };
   CHECK(extent(0) == Approx(2 * end));
+  CHECK(extent(0) == Approx(81.5));
   // It holds t = 0: a late or an early pulse counts from there, also one that is later than the
   // first record that is tried is long.
   CHECK(extent(200) == Approx(200 + end));
   CHECK(extent(-200) == Approx(200 + end));
   CHECK(extent(900) == Approx(900 + end));
+  // Tables that end with a jump inside the band ring for as long as docs/physics.md warns.
+  const Sonar ended = with_table(101, -0.4, 0.4, gaussian_amplitude, no_phase);
+  CHECK(29.9e3 * pulse_extent_s(ended) == Approx(8134).margin(1));
+  const Sonar narrow = with_table(2, -0.3, 0.3, flat_amplitude, no_phase);
+  CHECK(29.9e3 * pulse_extent_s(narrow) == Approx(38973).margin(1));
 }
 
 // Protects the noise of chirps: its matched filter gathers b T samples' worth.
