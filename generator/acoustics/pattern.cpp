@@ -1,13 +1,44 @@
 #include "acoustics/pattern.h"
 
-namespace ensonify {
+#include <cmath>
 
-ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad) {
-  return {shading, 0.884 / width_rad, 0, 0};
+#include "core/error.h"
+
+namespace ensonify {
+namespace {
+
+// Where the main lobe has fallen to -3 dB.
+double half_power_u(const ReceivePattern& pattern) {
+  const double level = std::sqrt(0.5);
+  constexpr double kStep = 1.0 / 16;  // far less than a main lobe
+  double high = kStep;
+  while (shaded_line(pattern, high) > level) high += kStep;
+  double low = high - kStep;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = (low + high) / 2;
+    (shaded_line(pattern, middle) > level ? low : high) = middle;
+  }
+  return (low + high) / 2;
 }
 
-double receive_pattern(const ReceivePattern& pattern, double angle_rad) {
-  return sinc(pattern.aperture * std::sin(angle_rad));
+}  // namespace
+
+ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad) {
+  ENSONIFY_ASSERT(width_rad > 0);
+  ReceivePattern pattern{shading, 0.884 / width_rad, 0, 0};
+  if (shading.kind == Shading::uniform) return pattern;
+  if (shading.kind != Shading::hann) {
+    ENSONIFY_ASSERT(shading.side_lobe_db < 0);
+    const double a = std::acosh(std::pow(10.0, -shading.side_lobe_db / 20)) / kPi;
+    pattern.a_squared = a * a;
+  }
+  if (shading.kind == Shading::taylor) {
+    ENSONIFY_ASSERT(shading.nbar >= 1);
+    const double nbar = shading.nbar;
+    pattern.sigma_squared = nbar * nbar / (pattern.a_squared + (nbar - 0.5) * (nbar - 0.5));
+  }
+  pattern.aperture = 2 * half_power_u(pattern) / width_rad;
+  return pattern;
 }
 
 }  // namespace ensonify

@@ -1,7 +1,8 @@
 // Beam patterns: amplitude against angle.
 //
 //   line_pattern                               uniform line: elevation, two-way
-//   ReceivePattern  make_...  receive_pattern  shaded line: azimuth, receive
+//   hann_line  taylor_line  chebyshev_line     shaded lines, against u
+//   ReceivePattern  make_...  receive_pattern  one of them: azimuth, receive
 //   transmit_pattern                           azimuth, transmission
 #pragma once
 
@@ -28,30 +29,80 @@ ENSONIFY_HD inline double line_pattern(double angle_rad, double width_rad) {
   return sinc(0.884 * std::sin(angle_rad) / width_rad);
 }
 
+// sinc(u) / (1 - u^2): a line weighted by a raised cosine that is zero at its ends.
+ENSONIFY_HD inline double hann_line(double u) {
+  const double v = std::abs(u);
+  if (v < 0.5) return sinc(v) / (1.0 - v * v);
+  return sinc(1.0 - v) / (v * (1.0 + v));  // the same, but whole at u = 1
+}
+
+// sinc(u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - 1/2)^2))) / (1 - u^2/n^2).
+ENSONIFY_HD inline double taylor_line(double u, int nbar, double a_squared, double sigma_squared) {
+  const double v = std::abs(u);
+  // The zero of the sine that is nearest to u is taken with the factor that has its pole there.
+  const int pole = v < nbar - 0.5 ? static_cast<int>(v + 0.5) : 0;
+  double product = sinc(v);
+  if (pole > 0) {
+    product = (pole % 2 == 1 ? 1.0 : -1.0) * sinc(pole - v) * pole * pole / (v * (pole + v));
+  }
+  for (int n = 1; n < nbar; ++n) {
+    product *= 1.0 - v * v / (sigma_squared * (a_squared + (n - 0.5) * (n - 0.5)));
+    if (n != pole) product /= 1.0 - v * v / (static_cast<double>(n) * n);
+  }
+  return product;
+}
+
+// cos(pi sqrt(u^2 - A^2)) / cosh(pi A).
+ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
+  const double square = u * u - a_squared;
+  const double top =
+      square < 0 ? std::cosh(kPi * std::sqrt(-square)) : std::cos(kPi * std::sqrt(square));
+  return top / std::cosh(kPi * std::sqrt(a_squared));
+}
+
 // The receive amplitude of a shaded line aperture. With u = aperture sin(angle), aperture in
 // wavelengths, B(0) = 1:
 //   uniform    sinc(u), aperture = 0.884 / width (Choi et al. 2021, Eq 17)
-//   hann       sinc(u) / (1 - u^2)
-//   taylor     sinc(u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - 1/2)^2))) / (1 - u^2/n^2),
-//              sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2), cosh(pi A) = 10^(-side_lobe_db/20)
+//   hann       hann_line
+//   taylor     taylor_line with sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2),
+//              cosh(pi A) = 10^(-side_lobe_db/20)
 //              (Taylor, IRE Trans. Antennas Propag. 3, 1955)
-//   chebyshev  cos(pi sqrt(u^2 - A^2)) / cosh(pi A), cosh below u = A: the limit of Dolph's array
-//              of many elements (van der Maas, J. Appl. Phys. 25, 1954)
-// The shaded ones get the aperture that makes B(width / 2) = 1/sqrt(2) at small widths.
+//   chebyshev  chebyshev_line, A as before: the limit of Dolph's array of many elements
+//              (van der Maas, J. Appl. Phys. 25, 1954)
+// The shaded ones get the aperture that makes B(width / 2) = 1/sqrt(2) at small widths. Needs
+// side_lobe_db < 0 and nbar >= 1; Taylor's lobes are as ordered from nbar of about 2 A^2 + 1/2 on.
 struct ReceivePattern {
   BeamShading shading;
   double aperture = 0;       // in wavelengths
-  double a_squared = 0;      // A^2
+  double a_squared = 0;      // A^2, of taylor and chebyshev
   double sigma_squared = 0;  // of taylor
 };
 ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad);
-double receive_pattern(const ReceivePattern& pattern, double angle_rad);
+
+// At u = aperture sin(angle).
+ENSONIFY_HD inline double shaded_line(const ReceivePattern& pattern, double u) {
+  switch (pattern.shading.kind) {
+    case Shading::hann:
+      return hann_line(u);
+    case Shading::taylor:
+      return taylor_line(u, pattern.shading.nbar, pattern.a_squared, pattern.sigma_squared);
+    case Shading::chebyshev:
+      return chebyshev_line(u, pattern.a_squared);
+    case Shading::uniform:
+      break;
+  }
+  return sinc(u);
+}
+
+ENSONIFY_HD inline double receive_pattern(const ReceivePattern& pattern, double angle_rad) {
+  return shaded_line(pattern, pattern.aperture * std::sin(angle_rad));
+}
 
 // One-way transmit amplitude in azimuth, sinc(0.442946 sin(azimuth) / sin(width/2)): -3 dB at
 // exactly +- width/2. Width 0: 1 everywhere. Needs width <= pi.
 ENSONIFY_HD inline double transmit_pattern(double azimuth_rad, double width_rad) {
   if (width_rad == 0) return 1.0;
-  return sinc(0.4429464895 * std::sin(azimuth_rad) / std::sin(width_rad / 2));
+  return sinc(0.4429464707 * std::sin(azimuth_rad) / std::sin(width_rad / 2));
 }
 
 }  // namespace ensonify

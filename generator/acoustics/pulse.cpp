@@ -1,52 +1,178 @@
 #include "acoustics/pulse.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "acoustics/envelope.h"
+#include "acoustics/pattern.h"
 #include "core/error.h"
 #include "core/units.h"
 
 namespace ensonify {
 namespace {
 
+using Complex = std::complex<double>;
+
+constexpr double kEdge = 0.1;        // part of the band, at each edge, over which T falls
+constexpr int kPeakGrid = 32;        // instants a sample
+constexpr int kExtentGrid = 8;       // the same, where tails are looked for
+constexpr double kTailPower = 1e-9;  // -90 dB
+constexpr int kLongestRecord = 1 << 16;
+
 // x = (f - f_c)/b.
-double edge_taper(double x) {
-  const double distance = std::abs(x);
-  if (distance <= 0.4) return 1;
-  if (distance >= 0.5) return 0;
-  return 0.5 * (1 + std::cos(kPi * (distance - 0.4) / 0.1));
+double edge_taper(double x, double part) {
+  const double into = std::abs(x) - (0.5 - part);
+  if (into <= 0) return 1;
+  if (into >= part) return 0;
+  return 0.5 * (1 + std::cos(kPi * into / part));
 }
 
-double shape(const Pulse& pulse, double x) {
-  return pulse.shape == PulseShape::gaussian ? std::exp(-(kPi * x) * (kPi * x)) : 1;
+double window_weight(Window window, double x) {
+  const double turn = 2 * kPi * x;
+  switch (window) {
+    case Window::hann:
+      return 0.5 + 0.5 * std::cos(turn);
+    case Window::hamming:
+      return 0.54 + 0.46 * std::cos(turn);
+    case Window::blackman:
+      // Zero at the band's edges; rounding must not make it less.
+      return std::max(0.0, 0.42 + 0.5 * std::cos(turn) + 0.08 * std::cos(2 * turn));
+    case Window::none:
+      break;
+  }
+  return 1;
+}
+
+// The table with phases that never jump by more than half a turn from row to row.
+std::vector<PulseTableRow> unwrapped(std::vector<PulseTableRow> rows) {
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double jump = rows[i].phase_rad - rows[i - 1].phase_rad;
+    rows[i].phase_rad = rows[i - 1].phase_rad + std::remainder(jump, 2 * kPi);
+  }
+  return rows;
+}
+
+Complex at_frequency(const std::vector<PulseTableRow>& rows, double frequency_hz) {
+  if (frequency_hz < rows.front().frequency_hz || frequency_hz > rows.back().frequency_hz) return 0;
+  const auto above = std::upper_bound(
+      rows.begin() + 1, rows.end() - 1, frequency_hz,
+      [](double frequency, const PulseTableRow& row) { return frequency < row.frequency_hz; });
+  const PulseTableRow &low = *(above - 1), &high = *above;
+  const double part = (frequency_hz - low.frequency_hz) / (high.frequency_hz - low.frequency_hz);
+  return std::polar(low.amplitude + part * (high.amplitude - low.amplitude),
+                    low.phase_rad + part * (high.phase_rad - low.phase_rad));
+}
+
+// S before it is scaled. `rows` are the table's, unwrapped.
+Complex unscaled(const Sonar& sonar, const std::vector<PulseTableRow>& rows, double x) {
+  const Pulse& pulse = sonar.pulse;
+  const double weight = window_weight(sonar.window, x);
+  switch (pulse.shape) {
+    case PulseShape::gaussian:
+      return weight * edge_taper(x, kEdge) * std::exp(-(kPi * x) * (kPi * x));
+    case PulseShape::flat:
+      break;
+    case PulseShape::lfm:
+      return weight * edge_taper(x, pulse.taper);
+    case PulseShape::cw:
+      return weight * edge_taper(x, kEdge) * sinc(x * sonar.bandwidth_hz * pulse.duration_s);
+    case PulseShape::table:
+      return weight * edge_taper(x, kEdge) *
+             at_frequency(rows, sonar.frequency_hz + x * sonar.bandwidth_hz);
+  }
+  return weight * edge_taper(x, kEdge);
+}
+
+double peak(const std::vector<Complex>& spectrum) {
+  double sum = 0;
+  bool in_phase = true;  // then they add up at t = 0, and nowhere to more
+  for (const Complex& bin : spectrum) {
+    sum += bin.real();
+    in_phase = in_phase && bin.imag() == 0 && bin.real() >= 0;
+  }
+  if (in_phase) return sum;
+  const std::vector<double> squared = envelope_squared(spectrum, kPeakGrid);
+  return std::sqrt(*std::max_element(squared.begin(), squared.end()));
+}
+
+// The furthest that a piece of the table moves its part of the band, in samples.
+double longest_delay(const Sonar& sonar, const std::vector<PulseTableRow>& rows) {
+  double longest_s = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const PulseTableRow &low = rows[i - 1], &high = rows[i];
+    if (high.frequency_hz < sonar.frequency_hz - sonar.bandwidth_hz / 2) continue;
+    if (low.frequency_hz > sonar.frequency_hz + sonar.bandwidth_hz / 2) continue;
+    if (low.amplitude == 0 && high.amplitude == 0) continue;
+    const double slope = (high.phase_rad - low.phase_rad) / (high.frequency_hz - low.frequency_hz);
+    longest_s = std::max(longest_s, std::abs(slope) / (2 * kPi));
+  }
+  return longest_s * sonar.bandwidth_hz;
+}
+
+std::vector<Complex> unscaled_spectrum(const Sonar& sonar, int transform) {
+  ENSONIFY_ASSERT(transform >= 2 && transform % 2 == 0);
+  std::vector<PulseTableRow> rows;
+  if (sonar.pulse.shape == PulseShape::table) {
+    ENSONIFY_ASSERT(sonar.pulse.table.size() >= 2);
+    rows = unwrapped(sonar.pulse.table);
+  }
+  std::vector<Complex> spectrum(transform);
+  for (int m = 0; m < transform; ++m) {
+    spectrum[m] = unscaled(sonar, rows, (m - transform / 2) / static_cast<double>(transform));
+  }
+  return spectrum;
+}
+
+// In samples, of a record whose second half is the time before 0.
+double tabulated_extent(const Sonar& sonar, int transform) {
+  const std::vector<double> squared =
+      envelope_squared(unscaled_spectrum(sonar, transform), kExtentGrid);
+  const double tail = kTailPower * *std::max_element(squared.begin(), squared.end());
+  const long count = static_cast<long>(squared.size());
+  long first = 0, last = 0;
+  for (long k = 0; k < count; ++k) {
+    if (squared[k] <= tail) continue;
+    if (k < count / 2) {
+      last = std::max(last, k + 1);
+    } else {
+      first = std::min(first, k - count - 1);
+    }
+  }
+  return static_cast<double>(last - first) / kExtentGrid;
 }
 
 }  // namespace
 
-std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform) {
-  ENSONIFY_ASSERT(transform >= 2 && transform % 2 == 0);
-  std::vector<std::complex<double>> spectrum(transform);
-  double peak = 0;  // all bins are real and positive, so they add up in phase at t = 0
-  for (int m = 0; m < transform; ++m) {
-    const double x = (m - transform / 2) / static_cast<double>(transform);
-    spectrum[m] = shape(sonar.pulse, x) * edge_taper(x);
-    peak += spectrum[m].real();
-  }
-  for (auto& bin : spectrum) bin /= peak;
+std::vector<Complex> pulse_spectrum(const Sonar& sonar, int transform) {
+  std::vector<Complex> spectrum = unscaled_spectrum(sonar, transform);
+  const double highest = peak(spectrum);
+  ENSONIFY_ASSERT(highest > 0);
+  for (Complex& bin : spectrum) bin /= highest;
   return spectrum;
 }
 
 double pulse_extent_s(const Sonar& sonar) {
-  return sonar.pulse.shape == PulseShape::cw ? sonar.pulse.duration_s : 0;
+  if (sonar.pulse.shape == PulseShape::cw) return sonar.pulse.duration_s;
+  if (sonar.pulse.shape != PulseShape::table) return 0;
+  // Long enough for every piece of the table to come at its own delay, then for the tails to end.
+  const double delay = longest_delay(sonar, unwrapped(sonar.pulse.table));
+  int transform = 1024;
+  while (transform < 4 * delay && transform < kLongestRecord) transform *= 2;
+  for (;; transform *= 2) {
+    const double extent = tabulated_extent(sonar, transform);
+    if (extent <= transform / 2.0 || transform >= kLongestRecord) {
+      return extent / sonar.bandwidth_hz;
+    }
+  }
 }
 
 double processing_gain(const Sonar& sonar) {
   return sonar.pulse.shape == PulseShape::lfm ? sonar.bandwidth_hz * sonar.pulse.duration_s : 1;
 }
 
-std::vector<std::complex<double>> pulse_autospectrum(
-    const std::vector<std::complex<double>>& spectrum) {
+std::vector<Complex> pulse_autospectrum(const std::vector<Complex>& spectrum) {
   const std::size_t count = spectrum.size();
-  std::vector<std::complex<double>> autospectrum(count);
+  std::vector<Complex> autospectrum(count);
   for (std::size_t k = 0; k < count; ++k) {
     for (std::size_t m = 0; m + k < count; ++m) {
       autospectrum[k] += spectrum[m + k] * std::conj(spectrum[m]);

@@ -3,16 +3,18 @@
 //   cell_solid_angle_sr
 //   backscatter_strength       of a unit of surface: the scattering laws
 //   scatterer_moments          mean and variance of a ray's scatterer
+//   rician_moments
 //   kirchhoff_amplitude_m      of a cell of mirror
+//   coherent_reflection
 //   target_amplitude_m         of a point target
 #pragma once
 
-#include <complex>
-
 #include <cmath>
+#include <complex>
 
 #include "core/host_device.h"
 #include "core/material.h"
+#include "core/units.h"
 
 namespace ensonify {
 
@@ -27,7 +29,7 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
 //   lambert          mu cos^(n+1)(alpha); n = 1 is Lambert's law, n = 2 Eq 14 of Choi et al. 2021
 //   lommel_seeliger  mu cos(alpha): mu 2 cos_i cos_s / (cos_i + cos_s), back where it came from
 //   table            10^(S_b/10), S_b linear in dB between the rows
-// In all of them mu is the value at normal incidence.
+// In the first two mu is the value at normal incidence.
 double backscatter_strength(const Material& material, double cos_incidence);
 
 // Mean and variance of the amplitude of one ray's scatterer, in m and m^2:
@@ -40,6 +42,11 @@ struct ScattererMoments {
 ScattererMoments scatterer_moments(const Material& material, double reflectivity_factor,
                                    double cos_incidence, double range_m, double solid_angle_sr);
 
+// Shares sigma^2 out between a constant and a random part, K to 1.
+ENSONIFY_HD inline ScattererMoments rician_moments(double sigma_squared_m2, double k) {
+  return {std::sqrt(sigma_squared_m2 * k / (k + 1)), sigma_squared_m2 / (k + 1)};
+}
+
 // Kirchhoff's amplitude of a plane cell: (i/lambda) R dA sinc(x_azimuth) sinc(x_elevation) with
 // dA = r^2 dOmega = cos(alpha) dS, R = reflection e^(-2 k^2 h^2 cos^2 alpha), k = 2 pi/lambda, and
 // x = 2 (change of range across the cell)/lambda along its two sides. In m.
@@ -47,6 +54,13 @@ std::complex<double> kirchhoff_amplitude_m(const Material& material, double wave
                                            double cos_incidence, double range_m,
                                            double solid_angle_sr, double range_change_azimuth_m,
                                            double range_change_elevation_m);
+
+// R: what a rough mirror keeps in phase.
+ENSONIFY_HD inline double coherent_reflection(double reflection, double roughness_rms_m,
+                                              double wavelength_m, double cos_incidence) {
+  const double kh = 2.0 * kPi / wavelength_m * roughness_rms_m * cos_incidence;
+  return reflection * std::exp(-2.0 * kh * kh);
+}
 
 // Amplitude of a point target at 1 m: |a| = 10^(TS/20), in m.
 ENSONIFY_HD inline double target_amplitude_m(double target_strength_db) {

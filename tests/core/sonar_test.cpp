@@ -24,14 +24,24 @@ Sonar p900() {
 // Protects the record: N = ceil(b 2R / c) samples, and transforms long enough that the last echo
 // does not come back in the first samples.
 TEST_CASE("the record of the paper's sonar") {
-  const Record record = make_record(p900(), Water{1500, 0});
+  const Record record = make_record(p900(), Water{1500, 0}, 0);
   CHECK(record.samples == 2392);
   CHECK(record.transform == 2500);
   CHECK(record.sample_interval_s == Approx(1 / 29.9e3));
   Sonar ten = p900();
   ten.range_max_m = 10;
-  CHECK(make_record(ten, Water{1500, 0}).samples == 399);
+  CHECK(make_record(ten, Water{1500, 0}, 0).samples == 399);
   CHECK(sample_range_m(p900(), Water{1500, 0}, 299) == Approx(7.5));
+}
+
+// Protects the start of the record from a long pulse: the padding grows by the pulse, the stored
+// samples do not. 1 ms is 29.9 samples: 399 + 64 + 30 = 493, then 500.
+TEST_CASE("a long pulse makes the transform longer") {
+  Sonar ten = p900();
+  ten.range_max_m = 10;
+  CHECK(make_record(ten, Water{1500, 0}, 0).transform == 480);
+  CHECK(make_record(ten, Water{1500, 0}, 1e-3).transform == 500);
+  CHECK(make_record(ten, Water{1500, 0}, 1e-3).samples == 399);
 }
 
 TEST_CASE("transform lengths are the smallest even 2-3-5-smooth ones") {
