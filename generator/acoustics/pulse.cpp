@@ -151,11 +151,19 @@ std::vector<Complex> pulse_spectrum(const Sonar& sonar, int transform) {
   return spectrum;
 }
 
+bool pulse_is_heard(const Sonar& sonar, int transform) {
+  const std::vector<Complex> spectrum = unscaled_spectrum(sonar, transform);
+  return std::any_of(spectrum.begin(), spectrum.end(),
+                     [](const Complex& bin) { return bin != Complex(0); });
+}
+
 double pulse_extent_s(const Sonar& sonar) {
   if (sonar.pulse.shape == PulseShape::cw) return sonar.pulse.duration_s;
-  if (sonar.pulse.shape != PulseShape::table) return 0;
+  const bool is_table = sonar.pulse.shape == PulseShape::table;
+  const bool is_steep = sonar.pulse.shape == PulseShape::lfm && sonar.pulse.taper < kEdge;
+  if (!is_table && !is_steep) return 0;
   // Long enough for every piece of the table to come at its own delay, then for the tails to end.
-  const double delay = longest_delay(sonar, unwrapped(sonar.pulse.table));
+  const double delay = is_table ? longest_delay(sonar, unwrapped(sonar.pulse.table)) : 0;
   int transform = 1024;
   while (transform < 4 * delay && transform < kLongestRecord) transform *= 2;
   for (;; transform *= 2) {

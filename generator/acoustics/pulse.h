@@ -1,6 +1,7 @@
 // Transmitted pulses, as spectra over the band of the record.
 //
 //   pulse_spectrum       S_m on the bins of a record
+//   pulse_is_heard       whether any of it falls on a bin
 //   pulse_extent_s       how long it rings: T_p
 //   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
@@ -25,12 +26,16 @@ namespace ensonify {
 // multiplied by the receiver's window W(x), x = (f - f_c)/b: hann (1 + cos 2 pi x)/2, hamming
 // 0.54 + 0.46 cos 2 pi x, blackman 0.42 + 0.5 cos 2 pi x + 0.08 cos 4 pi x. Last it is scaled:
 // max|s| = 1, over the grid t = k / (32 b), k = 0 .. 32 M - 1.
-// A table needs two rows, and some amplitude inside the band.
+// A table needs two rows, and some amplitude on a bin of the band (pulse_is_heard).
 std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform);
 
-// T_p, by which a record is longer than its echoes: the duration of cw; of a table the shortest
-// interval that holds t = 0 and all |s(t)| above -90 dB of the peak, looked for at t = k / (8b) and
-// rounded outward to it (65,536 samples at most); 0 of the others.
+// Whether S is not zero on all bins: a table's band may lie between them.
+bool pulse_is_heard(const Sonar& sonar, int transform);
+
+// T_p, by which a record is longer than its echoes: the duration of cw; of a table, and of an lfm
+// whose taper is below a tenth, the shortest interval that holds t = 0 and all |s(t)| above -90 dB of
+// the peak, looked for at t = k / (8b) and rounded outward to it (65,536 samples at most); 0 of the
+// others.
 double pulse_extent_s(const Sonar& sonar);
 
 // b duration of lfm, 1 of the others: noise power is divided by it.

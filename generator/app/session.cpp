@@ -72,6 +72,11 @@ Result<Session> prepare_session(Scenario scenario) {
   if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
+  if (!pulse_is_heard(session.sonar, session.record.transform)) {
+    return Error{ErrorKind::usage,
+                 "sonar.pulse.table.file: its amplitudes are zero on every bin of the record; "
+                 "accepted is a table with amplitude across the band"};
+  }
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 

@@ -202,6 +202,7 @@ TEST_CASE("the extent of a pulse") {
   CHECK(pulse_extent_s(with_pulse(PulseShape::gaussian)) == 0);
   CHECK(pulse_extent_s(with_pulse(PulseShape::flat)) == 0);
   CHECK(pulse_extent_s(with_lfm(0.1)) == 0);
+  CHECK(pulse_extent_s(with_lfm(0.05)) > 0);
   CHECK(pulse_extent_s(with_cw(3e-4)) == 3e-4);
   // Of a table: from the pulse's own tails, in eighths of a sample, rounded outward.
   const auto spectrum = pulse_spectrum(with_pulse(PulseShape::gaussian), 2500);
