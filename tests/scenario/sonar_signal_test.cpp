@@ -137,7 +137,7 @@ TEST_CASE("a shading is a word or a map of one") {
 
 // Protects Taylor's near side lobes: his sigma must fall with nbar. By hand, A = arcosh(10^(-L/20))
 // / pi: L = -50 gives A^2 = 4.2147, 2 A^2 + 1/2 = 8.93; L = -80 gives 9.9375 and 20.37, where
-// sigma(20) = 1.04931 is already larger than sigma(21) = 1.04925.
+// sigma(20) = 1.012496 is already larger than sigma(21) = 1.012489.
 TEST_CASE("taylor's nbar is large enough for its side lobes") {
   CHECK(sonar_with("beams: {shading: {taylor: {side_lobe_db: -50}}}").shading.nbar == 9);
   CHECK(sonar_with("beams: {shading: {taylor: {side_lobe_db: -80}}}").shading.nbar == 20);
