@@ -59,23 +59,83 @@ std::string pose_keys(const PoseSpec& pose) {
   return fmt::format("position_m: {}, {}", numbers(pose.position_m), rotation(pose.rotation));
 }
 
-std::string sonar_text(const SonarSpec& sonar) {
+std::string pulse_text(const PulseSpec& pulse, const NameFile& name_file) {
+  switch (pulse.shape) {
+    case PulseShape::gaussian:
+      return "gaussian";
+    case PulseShape::flat:
+      return "flat";
+    case PulseShape::lfm:
+      return fmt::format("{{lfm: {{duration_s: {}, taper: {}}}}}", number(pulse.duration_s),
+                         number(pulse.taper));
+    case PulseShape::cw:
+      return fmt::format("{{cw: {{duration_s: {}}}}}", number(pulse.duration_s));
+    case PulseShape::table:
+      return fmt::format("{{table: {{file: {}}}}}", quoted_if_needed(name_file(pulse.file)));
+  }
+  return "";
+}
+
+std::string window_text(Window window) {
+  switch (window) {
+    case Window::none:
+      return "none";
+    case Window::hann:
+      return "hann";
+    case Window::hamming:
+      return "hamming";
+    case Window::blackman:
+      return "blackman";
+  }
+  return "";
+}
+
+std::string shading_text(const BeamShading& shading) {
+  switch (shading.kind) {
+    case Shading::uniform:
+      return "uniform";
+    case Shading::hann:
+      return "hann";
+    case Shading::taylor:
+      return fmt::format("{{taylor: {{side_lobe_db: {}, nbar: {}}}}}", number(shading.side_lobe_db),
+                         shading.nbar);
+    case Shading::chebyshev:
+      return fmt::format("{{chebyshev: {{side_lobe_db: {}}}}}", number(shading.side_lobe_db));
+  }
+  return "";
+}
+
+std::string beams_text(const SonarSpec& sonar) {
+  std::string text = fmt::format("{{count: {}, fov_deg: {}, width_deg: {}, shading: {}",
+                                 sonar.beam_count, number(sonar.beam_fov_deg),
+                                 number(sonar.beam_width_deg), shading_text(sonar.shading));
+  if (sonar.transmit_width_deg) {
+    text += ", transmit_width_deg: " + number(*sonar.transmit_width_deg);
+  }
+  return text + "}";
+}
+
+std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   std::string text = "sonar:\n";
   const auto line = [&](std::string_view key, const std::string& value) {
     text += fmt::format("  {}: {}\n", key, value);
   };
   line("frequency_hz", number(sonar.frequency_hz));
   line("bandwidth_hz", number(sonar.bandwidth_hz));
-  line("pulse", sonar.pulse.shape == PulseShape::flat ? "flat" : "gaussian");
+  line("pulse", pulse_text(sonar.pulse, name_file));
+  line("window", window_text(sonar.window));
   line("source_level_db", number(sonar.source_level_db));
   line("range_min_m", number(sonar.range_min_m));
   line("range_max_m", number(sonar.range_max_m));
-  line("beams", fmt::format("{{count: {}, fov_deg: {}, width_deg: {}}}", sonar.beam_count,
-                            number(sonar.beam_fov_deg), number(sonar.beam_width_deg)));
+  line("beams", beams_text(sonar));
   line("elevation", fmt::format("{{width_deg: {}, fan_deg: {}}}", number(sonar.elevation_width_deg),
                                 number(sonar.elevation_fan_deg)));
   line("rays",
        fmt::format("{{elevation: {}, azimuth: {}}}", sonar.rays_elevation, sonar.rays_azimuth));
+  if (sonar.adc) {
+    line("receiver", fmt::format("{{adc: {{bits: {}, full_scale_db: {}}}}}", sonar.adc->bits,
+                                 number(sonar.adc->full_scale_db)));
+  }
   line("mount", fmt::format("{{{}}}", pose_keys(sonar.mount)));
   return text;
 }
@@ -109,12 +169,33 @@ std::string scattering_text(const ScatteringSpec& scattering) {
       scattering.speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray");
 }
 
-std::string materials_text(const std::vector<MaterialSpec>& materials) {
+std::string material_keys(const MaterialSpec& material, const NameFile& name_file) {
+  const std::string reflectivity = "reflectivity: " + number(material.reflectivity);
+  std::string text;
+  if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) {
+    text = fmt::format("law: {{table: {{file: {}}}}}", quoted_if_needed(name_file(table->file)));
+  } else if (std::holds_alternative<LommelSeeligerSpec>(material.law)) {
+    text = reflectivity + ", law: lommel_seeliger";
+  } else if (const auto exponent = std::get<LambertSpec>(material.law).exponent) {
+    text = fmt::format("{}, law: {{lambert: {{exponent: {}}}}}", reflectivity, number(*exponent));
+  } else {
+    text = reflectivity + ", law: lambert";
+  }
+  if (const auto* rician = std::get_if<RicianSpec>(&material.coherent)) {
+    text += fmt::format(", coherent: {{model: rician, k: {}}}", number(rician->k));
+  } else if (const auto* kirchhoff = std::get_if<KirchhoffSpec>(&material.coherent)) {
+    text += fmt::format(", coherent: {{model: kirchhoff, reflection: {}, roughness_rms_m: {}}}",
+                        number(kirchhoff->reflection), number(kirchhoff->roughness_rms_m));
+  }
+  return text;
+}
+
+std::string materials_text(const std::vector<MaterialSpec>& materials, const NameFile& name_file) {
   if (materials.empty()) return "materials: {}\n";
   std::string text = "materials:\n";
   for (const MaterialSpec& material : materials) {
-    text += fmt::format("  {}: {{reflectivity: {}}}\n", quoted_if_needed(material.name),
-                        number(material.reflectivity));
+    text += fmt::format("  {}: {{{}}}\n", quoted_if_needed(material.name),
+                        material_keys(material, name_file));
   }
   return text;
 }
@@ -133,9 +214,10 @@ std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
         } else if constexpr (std::is_same_v<S, PlaneSpec>) {
           return "plane: {}";
         } else {
-          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}}}",
+          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}}}",
                              quoted_if_needed(name_file(s.file)), number(s.scale),
-                             s.smooth_normals ? "smooth" : "face");
+                             s.smooth_normals ? "smooth" : "face",
+                             s.vertex_reflectivity ? "vertex_color" : "material");
         }
       },
       shape);
@@ -162,6 +244,27 @@ std::string point_targets_text(const std::vector<PointTargetSpec>& targets) {
                         number(target.target_strength_db), numbers(target.position_m));
   }
   return text;
+}
+
+std::string volumes_text(const std::vector<VolumeSpec>& volumes) {
+  if (volumes.empty()) return "volumes: []\n";
+  std::string text = "volumes:\n";
+  for (const VolumeSpec& volume : volumes) {
+    text += fmt::format("  - {{name: {}, class: {}, uniform: {{strength_db: {}}}}}\n",
+                        quoted_if_needed(volume.name), quoted_if_needed(volume.class_name),
+                        number(volume.strength_db));
+  }
+  return text;
+}
+
+std::string noise_text(const Scenario& scenario) {
+  if (const auto level = scenario.noise_spectrum_level_db) {
+    return fmt::format("noise: {{spectrum_level_db: {}}}\n", number(*level));
+  }
+  if (const auto ratio = scenario.noise_snr_db) {
+    return fmt::format("noise: {{snr_db: {}}}\n", number(*ratio));
+  }
+  return "";
 }
 
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file) {
@@ -200,17 +303,15 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   std::string text =
       fmt::format("ensonify: 1\nname: {}\nseed: {}\nsequences: {}\n",
                   quoted_if_needed(scenario.name), scenario.seed, scenario.sequences);
-  text += sonar_text(scenario.sonar);
+  text += sonar_text(scenario.sonar, name_file);
   text += water_text(scenario.water);
   text += scattering_text(scenario.scattering);
-  text += materials_text(scenario.materials);
+  text += materials_text(scenario.materials, name_file);
   text += objects_text(scenario.objects, name_file);
   text += point_targets_text(scenario.point_targets);
+  text += volumes_text(scenario.volumes);
   text += trajectory_text(scenario.trajectory, name_file);
-  if (scenario.noise_spectrum_level_db) {
-    text += fmt::format("noise: {{spectrum_level_db: {}}}\n",
-                        number(*scenario.noise_spectrum_level_db));
-  }
+  text += noise_text(scenario);
   text += output_text(scenario.output);
   text += fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
                       number(scenario.splits.val), number(scenario.splits.test));

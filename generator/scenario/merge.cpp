@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -23,6 +24,10 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
       {{"box"}, {"sphere"}, {"cylinder"}, {"plane"}, {"mesh"}},
+      {{"gaussian"}, {"flat"}, {"lfm"}, {"cw"}, {"table"}},
+      {{"uniform"}, {"hann"}, {"taylor"}, {"chebyshev"}},
+      {{"lambert"}, {"lommel_seeliger"}, {"table"}},
+      {{"spectrum_level_db"}, {"snr_db"}},
   };
   return groups;
 }
@@ -53,8 +58,44 @@ void remove_keys(Node& map, const Words& unwanted) {
   }
 }
 
-std::vector<std::string_view> segments_of(std::string_view path) {
-  std::vector<std::string_view> segments;
+// Removes from a map what the value of `key`, unlike the key alone, excludes.
+void remove_excluded_by_value(Node& map, std::string_view key) {
+  const Node* value = find(map, key);
+  if (value == nullptr) return;
+  const bool table = value->text == "table" || find(*value, "table") != nullptr;
+  if (key == "law" && table) remove_keys(map, {"reflectivity"});
+  if (key == "model" && value->text == "rician")
+    remove_keys(map, {"reflection", "roughness_rms_m"});
+  if (key == "model" && value->text == "kirchhoff") remove_keys(map, {"k"});
+}
+
+using Segments = std::vector<std::string_view>;
+
+// Whether the keys of the map at this path are names of the user's, of which none excludes another.
+bool holds_names(std::span<const std::string_view> path) {
+  return path.size() == 1 && path[0] == "materials";
+}
+
+// Whether at this path a word stands for a map of it: `flat` for {flat: {}}.
+bool holds_kind(std::span<const std::string_view> path) {
+  if (path.size() == 2) return path[0] == "sonar" && path[1] == "pulse";
+  if (path.size() != 3) return false;
+  return (path[0] == "sonar" && path[1] == "beams" && path[2] == "shading") ||
+         (path[0] == "materials" && path[2] == "law");
+}
+
+void expand_word(Node& node) {
+  Node map;
+  map.kind = NodeKind::map;
+  map.place = node.place;
+  Node options = map;
+  map.keys.push_back({node.text, node.quoted, node.place});
+  map.items.push_back(std::move(options));
+  node = std::move(map);
+}
+
+Segments segments_of(std::string_view path) {
+  Segments segments;
   for (;;) {
     const std::size_t dot = path.find('.');
     segments.push_back(path.substr(0, dot));
@@ -84,12 +125,13 @@ Node* enter_list(Node& list, std::string_view segment, Place place, const std::s
   return &list.items[index];
 }
 
-// `free_names`: the keys of this map are names of the user's, none excludes another.
-Node* enter(Node& node, std::string_view segment, bool free_names, Place place,
-            const std::string& path, Faults& faults) {
-  if (node.kind == NodeKind::list) return enter_list(node, segment, place, path, faults);
+// The child of the node at `path` that a segment names, made if need be.
+Node* enter(Node& node, std::span<const std::string_view> path, std::string_view segment,
+            Place place, const std::string& whole_path, Faults& faults) {
+  if (node.kind == NodeKind::list) return enter_list(node, segment, place, whole_path, faults);
+  if (node.kind == NodeKind::scalar && holds_kind(path)) expand_word(node);
   if (node.kind == NodeKind::scalar) {
-    add_fault(faults, place, path,
+    add_fault(faults, place, whole_path,
               fmt::format("{} is a plain value and holds no {}, accepted is a path through maps "
                           "and lists",
                           shown(node.text), shown(segment)));
@@ -99,7 +141,7 @@ Node* enter(Node& node, std::string_view segment, bool free_names, Place place,
     node.kind = NodeKind::map;
     node.place = place;
   }
-  if (!free_names) remove_keys(node, excluded_by(segment));
+  if (!holds_names(path)) remove_keys(node, excluded_by(segment));
   if (Node* found = find(node, segment)) return found;
   node.keys.push_back({std::string(segment), false, place});
   node.items.emplace_back();
@@ -110,7 +152,7 @@ Node* enter(Node& node, std::string_view segment, bool free_names, Place place,
 void apply_override(Node& root, const Override& override_, Faults& faults) {
   const int source = add_source(faults, "--set " + override_.path);
   const Place place{source, 0, 0};
-  const std::vector<std::string_view> segments = segments_of(override_.path);
+  const Segments segments = segments_of(override_.path);
   for (const std::string_view segment : segments) {
     if (!segment.empty()) continue;
     add_fault(faults, place, override_.path,
@@ -123,13 +165,19 @@ void apply_override(Node& root, const Override& override_, Faults& faults) {
   }
   std::optional<Node> value = read_yaml_value(override_.value, source, override_.path, faults);
   if (!value) return;
-  Node* node = &root;
+  std::vector<Node*> visited = {&root};
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    const bool free_names = i == 1 && segments[0] == "materials";
-    node = enter(*node, segments[i], free_names, place, override_.path, faults);
+    const std::span path(segments.data(), i);
+    Node* node = enter(*visited.back(), path, segments[i], place, override_.path, faults);
     if (node == nullptr) return;
+    visited.push_back(node);
   }
-  *node = std::move(*value);
+  *visited.back() = std::move(*value);
+  // From the inside out: what is removed from a map moves what it holds.
+  for (std::size_t i = segments.size(); i-- > 0;) {
+    if (holds_names({segments.data(), i})) continue;
+    remove_excluded_by_value(*visited[i], segments[i]);
+  }
 }
 
 }  // namespace

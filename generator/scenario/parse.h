@@ -1,8 +1,10 @@
 // The sections of a scenario, each read into its struct; faults are added, what is right is kept.
 //
 //   parse_sonar                      with the preset it names
+//   parse_pulse  parse_beams         parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
-//   parse_materials  parse_objects  parse_point_targets  check_instances
+//   parse_materials                  laws and coherent parts, in parse_materials.cpp
+//   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_pose  parse_input_file     shared by several
 #pragma once
 
@@ -25,21 +27,37 @@ struct InputFolder {
 // Metres: far beyond any sonar, near enough that squares stay exact.
 inline constexpr double kMaxLengthM = 1e7;
 
-void parse_sonar(Faults& faults, const Value& value, SonarSpec& sonar);
+inline constexpr NumberRange kAngle = above_up_to(0, 180);
+inline constexpr NumberRange kLambertExponent = from_to(0, 100);
+
+void parse_sonar(const InputFolder& input, const Value& value, SonarSpec& sonar);
+void parse_pulse(const InputFolder& input, const Value& sonar, PulseSpec& pulse);
+void parse_beams(Faults& faults, const Value& beams, Need need, SonarSpec& sonar);
+
+// A chirp or burst against the bandwidth; `sonar_value` is merged with its preset.
+void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec& sonar);
+
+// Of two values that contradict each other, the one that the user wrote.
+Value blamed(const Value& value, const Value& other);
+
 void parse_water(Faults& faults, const Value& value, WaterSpec& water);
 
-// What only shows when sonar and water are both known: the size of a ping.
+// What only shows when sonar and water are both known: the size of a ping, a burst longer than the
+// record.
 void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario);
+void check_burst_length(Faults& faults, const Value& root, const Scenario& scenario);
 
 void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scattering);
 void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySpec& trajectory);
 void parse_output(Faults& faults, const Value& value, OutputSpec& output);
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 
-void parse_materials(Faults& faults, const Value& value, std::vector<MaterialSpec>& materials);
+void parse_materials(const InputFolder& input, const Value& value,
+                     std::vector<MaterialSpec>& materials);
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
+void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
 
 // Names told apart, ids and classes within what the masks can hold.
 void check_instances(Faults& faults, const Value& root);

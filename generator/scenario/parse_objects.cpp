@@ -42,12 +42,14 @@ void parse_cylinder(Faults& faults, const Value& map, ShapeSpec& shape) {
 
 void parse_mesh(const InputFolder& input, const Value& map, ShapeSpec& shape) {
   MeshSpec mesh;
-  if (!open_map(input.faults, map, {"file", "scale", "normals"})) return;
+  if (!open_map(input.faults, map, {"file", "scale", "normals", "reflectivity"})) return;
   parse_input_file(input, map, "file", {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"},
                    mesh.file);
   read_number(input.faults, map, "scale", kLength, mesh.scale);
   read_choice<bool>(input.faults, map, "normals", {{"face", false}, {"smooth", true}},
                     mesh.smooth_normals);
+  read_choice<bool>(input.faults, map, "reflectivity",
+                    {{"material", false}, {"vertex_color", true}}, mesh.vertex_reflectivity);
   shape = mesh;
 }
 
@@ -117,8 +119,8 @@ void count_list(Faults& faults, const Value& root, std::string_view key,
       const auto [first, fresh] = census.name_paths.emplace(name->node->text, name->path);
       if (!fresh) {
         add_fault(faults, name->place, name->path,
-                  fmt::format("the name {} is taken by {}, names of objects and point targets "
-                              "must differ",
+                  fmt::format("the name {} is taken by {}, names of objects, point targets "
+                              "and volumes must differ",
                               shown(name->node->text), first->second));
       }
     }
@@ -189,27 +191,6 @@ bool parse_input_file(const InputFolder& input, const Value& map, std::string_vi
   return true;
 }
 
-void parse_materials(Faults& faults, const Value& value, std::vector<MaterialSpec>& materials) {
-  if (value.node->kind != NodeKind::map) {
-    add_fault(faults, value.place, value.path,
-              "no map, accepted is a map of names, as in {steel: {reflectivity: 1e-2}}");
-    return;
-  }
-  for (std::size_t i = 0; i < value.node->keys.size(); ++i) {
-    const Key& key = value.node->keys[i];
-    const Node& node = value.node->items[i];
-    const Value map{&node, node.place, path_of(value, key.text)};
-    MaterialSpec material;
-    material.name = key.text;
-    const bool named = is_name(faults, key, map.path);
-    if (open_map(faults, map, {"reflectivity"})) {
-      read_number(faults, map, "reflectivity", from_to(0, 1e6), material.reflectivity,
-                  Need::required);
-    }
-    if (named) materials.push_back(std::move(material));
-  }
-}
-
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects) {
   if (!open_list(input.faults, value)) return;
@@ -241,22 +222,40 @@ void parse_point_targets(Faults& faults, const Value& value,
   }
 }
 
+void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes) {
+  if (!open_list(faults, value)) return;
+  volumes.resize(value.node->items.size());
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    const Value map = item(value, i);
+    VolumeSpec& volume = volumes[i];
+    if (!open_map(faults, map, {"name", "class", "uniform"})) continue;
+    read_text(faults, map, "name", volume.name, Need::required);
+    read_text(faults, map, "class", volume.class_name);
+    const Value uniform = child_or_empty(map, "uniform");
+    if (!open_map(faults, uniform, {"strength_db"})) continue;
+    read_number(faults, uniform, "strength_db", from_to(-200, 60), volume.strength_db,
+                Need::required);
+  }
+}
+
 void check_instances(Faults& faults, const Value& root) {
   const ObjectSpec object;
   const PointTargetSpec target;
+  const VolumeSpec volume;
   Census census;
   count_list(faults, root, "objects", object.class_name, census);
   count_list(faults, root, "point_targets", target.class_name, census);
+  count_list(faults, root, "volumes", volume.class_name, census);
   std::size_t count = 0;
-  for (const char* key : {"objects", "point_targets"}) {
+  for (const char* key : {"objects", "point_targets", "volumes"}) {
     const auto list = child(root, key);
     if (!list || list->node->kind != NodeKind::list) continue;
     const std::size_t before = count;
     count += list->node->items.size();
     if (before <= kMaxInstances && count > kMaxInstances) {
       add_fault(faults, list->place, list->path,
-                fmt::format("more than {} objects and point targets, which is what an instance "
-                            "mask holds",
+                fmt::format("more than {} objects, point targets and volumes, which is what an "
+                            "instance mask holds",
                             kMaxInstances));
     }
   }

@@ -74,11 +74,17 @@ void parse_head(Faults& faults, const Value& root, Scenario& scenario) {
   scenario.sequences = static_cast<std::uint32_t>(sequences);
 }
 
-void parse_noise(Faults& faults, const Value& value, std::optional<double>& level_db) {
+void parse_noise(Faults& faults, const Value& value, Scenario& scenario) {
+  if (!open_map(faults, value, {"spectrum_level_db", "snr_db"})) return;
+  const auto key = only_key_of(faults, value, {"spectrum_level_db", "snr_db"},
+                               "either alone: spectrum_level_db (dB re 1 uPa^2/Hz) or snr_db (dB)");
   double level = 0;
-  if (!open_map(faults, value, {"spectrum_level_db"})) return;
-  if (read_number(faults, value, "spectrum_level_db", from_to(-300, 300), level, Need::required)) {
-    level_db = level;
+  if (key == "spectrum_level_db") {
+    if (read_number(faults, value, *key, from_to(-300, 300), level)) {
+      scenario.noise_spectrum_level_db = level;
+    }
+  } else if (key == "snr_db" && read_number(faults, value, *key, from_to(-100, 200), level)) {
+    scenario.noise_snr_db = level;
   }
 }
 
@@ -96,26 +102,26 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   scenario.trajectory.pings = 1;
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
-            "objects", "point_targets", "trajectory", "noise", "output", "splits"});
+            "objects", "point_targets", "volumes", "trajectory", "noise", "output", "splits"});
   parse_head(faults, root, scenario);
-  parse_sonar(faults, child_or_empty(root, "sonar"), scenario.sonar);
+  parse_sonar(input, child_or_empty(root, "sonar"), scenario.sonar);
   if (const auto v = child(root, "water")) parse_water(faults, *v, scenario.water);
   if (const auto v = child(root, "scattering")) parse_scattering(faults, *v, scenario.scattering);
-  if (const auto v = child(root, "materials")) parse_materials(faults, *v, scenario.materials);
+  if (const auto v = child(root, "materials")) parse_materials(input, *v, scenario.materials);
   if (const auto v = child(root, "objects")) {
     parse_objects(input, *v, scenario.materials, scenario.objects);
   }
   if (const auto v = child(root, "point_targets")) {
     parse_point_targets(faults, *v, scenario.point_targets);
   }
+  if (const auto v = child(root, "volumes")) parse_volumes(faults, *v, scenario.volumes);
   check_instances(faults, root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
-  if (const auto v = child(root, "noise")) {
-    parse_noise(faults, *v, scenario.noise_spectrum_level_db);
-  }
+  if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
   if (const auto v = child(root, "output")) parse_output(faults, *v, scenario.output);
   if (const auto v = child(root, "splits")) parse_splits(faults, *v, scenario.splits);
   check_ping_size(faults, root, scenario);
+  check_burst_length(faults, root, scenario);
   return scenario;
 }
 
@@ -123,7 +129,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
 
 void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scattering) {
   if (!open_map(faults, value, {"lambert_exponent", "normalization", "speckle"})) return;
-  read_number(faults, value, "lambert_exponent", from_to(0, 100), scattering.lambert_exponent);
+  read_number(faults, value, "lambert_exponent", kLambertExponent, scattering.lambert_exponent);
   read_choice<Normalization>(
       faults, value, "normalization",
       {{"calibrated", Normalization::calibrated}, {"mean_square", Normalization::mean_square}},

@@ -9,9 +9,8 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kAngle = above_up_to(0, 180);
 constexpr NumberRange kLevelDb = from_to(-300, 400);
-constexpr int kMaxBeams = 65536;
+constexpr int kMaxBits = 24;
 constexpr int kMaxRays = 1'000'000;
 
 // Larger pings would take more than 2 GiB for one stage alone, or run for days.
@@ -29,37 +28,6 @@ std::optional<Node> preset_tree(Faults& faults, const Value& sonar) {
   return read_yaml_map(preset.yaml, source, faults);
 }
 
-void parse_beams(Faults& faults, const Value& beams, Need need, SonarSpec& sonar) {
-  if (!open_map(faults, beams, {"count", "spacing_deg", "fov_deg", "width_deg"})) return;
-  const bool counted = read_integer(faults, beams, "count", 1, kMaxBeams, sonar.beam_count, need);
-  read_number(faults, beams, "width_deg", kAngle, sonar.beam_width_deg, need);
-  const bool either = child(beams, "spacing_deg") || child(beams, "fov_deg");
-  if (!either) {
-    if (need == Need::optional) return;
-    add_fault(faults, beams.place, path_of(beams, "fov_deg"),
-              fmt::format("missing, accepted is {}, or spacing_deg, which is that divided by count",
-                          in_words(kAngle, "number")));
-    return;
-  }
-  const auto key = only_key_of(faults, beams, {"spacing_deg", "fov_deg"},
-                               "either alone: spacing_deg, or fov_deg, which is that times count");
-  if (!key) return;
-  double angle = 0;
-  if (!read_number(faults, beams, *key, kAngle, angle)) return;
-  if (*key == "fov_deg") {
-    sonar.beam_fov_deg = angle;
-    return;
-  }
-  const double fov = angle * sonar.beam_count;
-  if (counted && fov > kAngle.high) {
-    add_fault(faults, child(beams, "spacing_deg")->place, path_of(beams, "spacing_deg"),
-              fmt::format("{} beams of {} degrees span {} degrees, at most 180 are accepted",
-                          sonar.beam_count, angle, fov));
-    return;
-  }
-  sonar.beam_fov_deg = fov;
-}
-
 void parse_elevation(Faults& faults, const Value& elevation, Need need, SonarSpec& sonar) {
   if (!open_map(faults, elevation, {"width_deg", "fan_deg"})) return;
   read_number(faults, elevation, "width_deg", kAngle, sonar.elevation_width_deg, need);
@@ -73,9 +41,14 @@ void parse_rays(Faults& faults, const Value& rays, Need need, SonarSpec& sonar) 
   read_integer(faults, rays, "azimuth", 1, kMaxRays, sonar.rays_azimuth);
 }
 
-// Of two values that contradict each other, the one that the user wrote.
-Value blamed(const Value& value, const Value& other) {
-  return other.place.source < value.place.source ? other : value;
+void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar) {
+  if (!open_map(faults, receiver, {"adc"})) return;
+  const auto map = child(receiver, "adc");
+  if (!map || !open_map(faults, *map, {"bits", "full_scale_db"})) return;
+  Adc adc;
+  read_integer(faults, *map, "bits", 1, kMaxBits, adc.bits, Need::required);
+  read_number(faults, *map, "full_scale_db", kLevelDb, adc.full_scale_db, Need::required);
+  sonar.adc = adc;
 }
 
 void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {
@@ -103,11 +76,16 @@ void check_ranges(Faults& faults, const Value& map, const SonarSpec& sonar) {
 
 }  // namespace
 
-void parse_sonar(Faults& faults, const Value& value, SonarSpec& sonar) {
+Value blamed(const Value& value, const Value& other) {
+  return other.place.source < value.place.source ? other : value;
+}
+
+void parse_sonar(const InputFolder& input, const Value& value, SonarSpec& sonar) {
+  Faults& faults = input.faults;
   const std::vector<std::string_view> keys = {
-      "preset",          "frequency_hz", "bandwidth_hz", "pulse",
-      "source_level_db", "range_min_m",  "range_max_m",  "beams",
-      "elevation",       "rays",         "mount"};
+      "preset",      "frequency_hz", "bandwidth_hz", "pulse",     "window", "source_level_db",
+      "range_min_m", "range_max_m",  "beams",        "elevation", "rays",   "receiver",
+      "mount"};
   if (!open_map(faults, value, keys)) return;
   const std::optional<Node> preset = preset_tree(faults, value);
   const Node merged = preset ? merge_over(*preset, *value.node) : *value.node;
@@ -121,73 +99,26 @@ void parse_sonar(Faults& faults, const Value& value, SonarSpec& sonar) {
   }
   read_number(faults, map, "frequency_hz", above_up_to(0, 1e9), sonar.frequency_hz, need);
   read_number(faults, map, "bandwidth_hz", above_up_to(0, 1e9), sonar.bandwidth_hz, need);
-  read_choice<PulseShape>(faults, map, "pulse",
-                          {{"gaussian", PulseShape::gaussian}, {"flat", PulseShape::flat}},
-                          sonar.pulse.shape);
+  parse_pulse(input, map, sonar.pulse);
+  read_choice<Window>(faults, map, "window",
+                      {{"none", Window::none},
+                       {"hann", Window::hann},
+                       {"hamming", Window::hamming},
+                       {"blackman", Window::blackman}},
+                      sonar.window);
   read_number(faults, map, "source_level_db", kLevelDb, sonar.source_level_db, need);
   read_number(faults, map, "range_min_m", from_to(0, kMaxLengthM), sonar.range_min_m);
   read_number(faults, map, "range_max_m", above_up_to(0, kMaxLengthM), sonar.range_max_m, need);
   parse_beams(faults, child_or_empty(map, "beams"), need, sonar);
   parse_elevation(faults, child_or_empty(map, "elevation"), need, sonar);
   parse_rays(faults, child_or_empty(map, "rays"), need, sonar);
+  if (const auto v = child(map, "receiver")) parse_receiver(faults, *v, sonar);
   if (const auto mount = child(map, "mount"); mount && open_map(faults, *mount, kPoseKeys)) {
     parse_pose(faults, *mount, sonar.mount);
   }
   check_band(faults, map, sonar);
+  check_pulse_band(faults, map, sonar);
   check_ranges(faults, map, sonar);
-}
-
-// A number, or {from: {temperature_c, salinity_psu, depth_m}}.
-void parse_sound_speed(Faults& faults, const Value& water_value, WaterSpec& water) {
-  const auto speed = child(water_value, "sound_speed_m_s");
-  if (!speed || speed->node->kind != NodeKind::map) {
-    read_number(faults, water_value, "sound_speed_m_s", from_to(100, 10000), water.sound_speed_m_s);
-    return;
-  }
-  if (!open_map(faults, *speed, {"from"})) return;
-  const Value from = child_or_empty(*speed, "from");
-  if (!open_map(faults, from, {"temperature_c", "salinity_psu", "depth_m"})) return;
-  SoundSpeedSpec spec;
-  read_number(faults, from, "temperature_c", from_to(-5, 40), spec.temperature_c, Need::required);
-  read_number(faults, from, "salinity_psu", from_to(0, 45), spec.salinity_psu, Need::required);
-  read_number(faults, from, "depth_m", from_to(0, 12000), spec.depth_m, Need::required);
-  water.sound_speed_from = spec;
-}
-
-void parse_water(Faults& faults, const Value& value, WaterSpec& water) {
-  if (!open_map(faults, value, {"sound_speed_m_s", "absorption"})) return;
-  parse_sound_speed(faults, value, water);
-  const auto absorption = child(value, "absorption");
-  if (!absorption) return;
-  if (!open_map(faults, *absorption,
-                {"fixed_db_m", "model", "temperature_c", "salinity_psu", "ph", "depth_m"})) {
-    return;
-  }
-  const auto key = only_key_of(faults, *absorption, {"fixed_db_m", "model"},
-                               "fixed_db_m (dB/m) or model (francois_garrison, ainslie_mccolm)");
-  if (!key) return;
-  if (*key == "fixed_db_m") {
-    FixedAbsorptionSpec fixed;
-    read_number(faults, *absorption, "fixed_db_m", from_to(0, 1000), fixed.db_m);
-    for (const char* other : {"temperature_c", "salinity_psu", "ph", "depth_m"}) {
-      const auto useless = child(*absorption, other);
-      if (!useless) continue;
-      add_fault(faults, useless->place, useless->path,
-                "of no effect beside fixed_db_m, accepted is either alone");
-    }
-    water.absorption = fixed;
-    return;
-  }
-  SeaAbsorptionSpec model;
-  read_choice<AbsorptionModel>(faults, *absorption, "model",
-                               {{"francois_garrison", AbsorptionModel::francois_garrison},
-                                {"ainslie_mccolm", AbsorptionModel::ainslie_mccolm}},
-                               model.model, Need::required);
-  read_number(faults, *absorption, "temperature_c", from_to(-5, 60), model.temperature_c);
-  read_number(faults, *absorption, "salinity_psu", from_to(0, 100), model.salinity_psu);
-  read_number(faults, *absorption, "ph", from_to(5, 10), model.ph);
-  read_number(faults, *absorption, "depth_m", from_to(0, 12000), model.depth_m);
-  water.absorption = model;
 }
 
 void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario) {

@@ -5,7 +5,9 @@
 //   open_map  open_list  only_key_of        what kind of node it must be
 //   NumberRange and its makers              what is accepted, also in words
 //   read_number  read_numbers  read_integer  read_seed  read_boolean  read_switch  read_choice
-//   read_text  text_of_key
+//   read_text  is_name
+//   Kind  read_kind                         a word, or a map of it and its options
+//   refuse_useless                          keys that change nothing where they stand
 #pragma once
 
 #include <array>
@@ -109,5 +111,20 @@ bool read_text(Faults& faults, const Value& map, std::string_view key, std::stri
 
 // The same for a key that is itself a name.
 bool is_name(Faults& faults, const Key& key, const std::string& path);
+
+// One of several kinds of a thing, each with options of its own.
+struct Kind {
+  std::string_view word;
+  Value options;  // any node: whoever opens it says which keys are known
+};
+
+// A map of exactly one of `words`, as in {lfm: {duration_s: 1e-3}}; a word alone stands for a map
+// of it without options.
+std::optional<Kind> read_kind(Faults& faults, const Value& map, std::string_view key,
+                              const std::vector<std::string_view>& words);
+
+// A fault for each of `keys` that the map holds: "of no effect " + `why`.
+void refuse_useless(Faults& faults, const Value& map, const std::vector<std::string_view>& keys,
+                    std::string_view why);
 
 }  // namespace ensonify

@@ -42,9 +42,9 @@ struct PulseSpec {
   std::filesystem::path file;  // of table: CSV, frequency_hz, amplitude, phase_deg
 };
 
-// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse, window,
-// range_min_m, beams.shading, beams.transmit_width_deg, elevation.fan_deg, rays.azimuth, receiver
-// and mount.
+// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
+// window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.fan_deg, rays.azimuth,
+// receiver and mount.
 struct SonarSpec {
   double frequency_hz = 0;
   double bandwidth_hz = 0;

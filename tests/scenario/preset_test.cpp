@@ -112,7 +112,7 @@ TEST_CASE("faults of a sonar") {
       {"preset: seabat_f50, range_min_m: -1", "3:42: sonar.range_min_m:", "from 0 to"},
       {"preset: seabat_f50, bandwidth_hz: 800e3", "3:43: sonar.bandwidth_hz:", "below zero"},
       {"preset: seabat_f50, frequency_hz: 10e3", "3:43: sonar.frequency_hz:", "below zero"},
-      {"preset: seabat_f50, window: hann", "3:29: sonar.window:", "unknown key"},
+      {"preset: seabat_f50, window: han", "3:37: sonar.window:", "did you mean hann?"},
       {"preset: seabat_f50, mount: {position_m: [0, 0]}",
        "3:49: sonar.mount.position_m:", "3 numbers"},
       {"preset: seabat_f50, range_max_m: 1e6", "3:8: sonar:", "more than 2^28"},

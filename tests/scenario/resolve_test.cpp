@@ -21,7 +21,7 @@ TEST_CASE("the stages get SI units and radians") {
   const Sonar sonar = sonar_of(*scenario);
   CHECK(sonar.frequency_hz == 9e5);
   CHECK(sonar.bandwidth_hz == 3e4);
-  CHECK(sonar.pulse == PulseShape::flat);
+  CHECK(sonar.pulse.shape == PulseShape::flat);
   CHECK(sonar.source_level_db == 200);
   CHECK(sonar.range_min_m == 1);
   CHECK(sonar.range_max_m == 20);
@@ -33,6 +33,54 @@ TEST_CASE("the stages get SI units and radians") {
   CHECK(sonar.rays_elevation == 5);
   CHECK(sonar.rays_azimuth == 4);
   CHECK(sonar.normalization == Normalization::mean_square);
+}
+
+// Protects the hand-over of what the signal chain adds.
+TEST_CASE("the stages get pulse, window, shading, transmit width and converter") {
+  const auto scenario = parse(
+      "ensonify: 1\nsonar: {preset: seabat_f50, pulse: {lfm: {duration_s: 2e-3, taper: 0.3}}, "
+      "window: hamming, beams: {shading: {taylor: {side_lobe_db: -40, nbar: 9}}, "
+      "transmit_width_deg: 90}, receiver: {adc: {bits: 8, full_scale_db: 160}}}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  const Sonar sonar = sonar_of(*scenario);
+  CHECK(sonar.pulse.shape == PulseShape::lfm);
+  CHECK(sonar.pulse.duration_s == 2e-3);
+  CHECK(sonar.pulse.taper == 0.3);
+  CHECK(sonar.window == Window::hamming);
+  CHECK(sonar.shading.kind == Shading::taylor);
+  CHECK(sonar.shading.side_lobe_db == -40);
+  CHECK(sonar.shading.nbar == 9);
+  CHECK(sonar.transmit_width_rad == Approx(kPi / 2));
+  REQUIRE(sonar.adc);
+  CHECK(sonar.adc->bits == 8);
+  CHECK(sonar.adc->full_scale_db == 160);
+}
+
+// Protects the hand-over of the laws, and lambert_exponent as the default of materials.
+TEST_CASE("the stages get a material's law and coherent part") {
+  const auto scenario = parse(
+      "ensonify: 1\nsonar: {preset: seabat_f50}\nscattering: {lambert_exponent: 2}\nmaterials:\n"
+      "  a: {reflectivity: 1e-3}\n"
+      "  b: {reflectivity: 1, law: {lambert: {exponent: 3}}, coherent: {model: rician, k: 4}}\n"
+      "  c: {reflectivity: 2, law: lommel_seeliger, coherent: {model: kirchhoff, reflection: -1, "
+      "roughness_rms_m: 0.5}}\n");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  const auto material = [&](int i) {
+    return material_of(scenario->materials[i], scenario->scattering);
+  };
+  CHECK(material(0).law == ScatteringLaw::lambert);
+  CHECK(material(0).lambert_exponent == 2);
+  CHECK(material(0).reflectivity == 1e-3);
+  CHECK(material(0).coherent == CoherentModel::none);
+  CHECK(material(1).lambert_exponent == 3);
+  CHECK(material(1).coherent == CoherentModel::rician);
+  CHECK(material(1).rician_k == 4);
+  CHECK(material(2).law == ScatteringLaw::lommel_seeliger);
+  CHECK(material(2).coherent == CoherentModel::kirchhoff);
+  CHECK(material(2).reflection == -1);
+  CHECK(material(2).roughness_rms_m == 0.5);
 }
 
 // Protects the convention: roll, pitch, yaw in degrees, z-y'-x'', positive pitch nose down.

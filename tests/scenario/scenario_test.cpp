@@ -23,6 +23,7 @@ TEST_CASE("the documentation's example is read as it says") {
   REQUIRE(scenario->materials.size() == 2);
   CHECK(scenario->materials[0].name == "concrete");
   CHECK(scenario->materials[0].reflectivity == 1e-3);
+  CHECK(std::get<RicianSpec>(scenario->materials[1].coherent).k == 0.5);
   REQUIRE(scenario->objects.size() == 2);
   const auto& box = std::get<BoxSpec>(scenario->objects[0].shape);
   CHECK(box.inside);
@@ -45,7 +46,12 @@ TEST_CASE("what is left out has the documented default") {
   REQUIRE(scenario.ok());
   CHECK(scenario->seed == 0);
   CHECK(scenario->sequences == 1);
-  CHECK(scenario->sonar.pulse == PulseShape::gaussian);
+  CHECK(scenario->sonar.pulse.shape == PulseShape::gaussian);
+  CHECK(scenario->sonar.window == Window::none);
+  CHECK(scenario->sonar.shading.kind == Shading::uniform);
+  CHECK_FALSE(scenario->sonar.transmit_width_deg);
+  CHECK_FALSE(scenario->sonar.adc);
+  CHECK(scenario->volumes.empty());
   CHECK(scenario->water.sound_speed_m_s == 1500);
   const auto& model = std::get<SeaAbsorptionSpec>(scenario->water.absorption);
   CHECK(std::array<double, 4>{model.temperature_c, model.salinity_psu, model.ph, model.depth_m} ==
@@ -60,6 +66,7 @@ TEST_CASE("what is left out has the documented default") {
   CHECK(scenario->trajectory.ping_rate_hz == 1);
   CHECK(scenario->trajectory.pings == 1);
   CHECK_FALSE(scenario->noise_spectrum_level_db);
+  CHECK_FALSE(scenario->noise_snr_db);
   CHECK(scenario->output.selection.timeseries);
   CHECK(scenario->output.selection.polar);
   CHECK(scenario->output.selection.cartesian);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "scenario/scenario.h"
 
 namespace ensonify::testing {
@@ -24,7 +25,7 @@ water: {sound_speed_m_s: 1500, absorption: {model: francois_garrison, temperatur
 scattering: {lambert_exponent: 1, normalization: calibrated, speckle: per_ping}
 materials:
   concrete: {reflectivity: 1e-3}
-  steel:    {reflectivity: 1e-2}
+  steel:    {reflectivity: 1e-2, coherent: {model: rician, k: 0.5}}
 objects:
   - {name: tank, class: structure, material: concrete, shape: {box: {size_m: [11, 11, 4], inside: true}}, pose: {position_m: [0, 0, 0]}}
   - {name: target, class: cylinder, material: steel, shape: {cylinder: {radius_m: 0.2, height_m: 2}}, pose: {position_m: [4, 0, 0], rotation_deg: [0, 0, 0]}}
@@ -71,6 +72,22 @@ inline std::string joined_lines(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
+}
+
+struct FaultCase {
+  std::string added;      // from line 4 on
+  std::string begin;      // file:line:column: key.path:
+  std::string essential;  // further on in the same line
+};
+
+// Each text has the one fault and no other.
+inline void check_single_faults(const std::vector<FaultCase>& cases) {
+  for (const FaultCase& c : cases) {
+    const auto lines = faults_of(kHead + c.added);
+    INFO(c.added << "\n" << joined_lines(lines));
+    CHECK(lines.size() == 1);
+    CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
+  }
 }
 
 }  // namespace ensonify::testing
