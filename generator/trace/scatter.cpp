@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acoustics/pattern.h"
-#include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
+#include "trace/echo.h"
 
 namespace ensonify {
 namespace {
@@ -14,24 +13,10 @@ namespace {
 // A target is hidden by what stands before it, not by the surface it lies on.
 constexpr double kOnSurface = 1e-6;
 
-bool in_range(double range_m, const Sonar& sonar) {
-  return std::isfinite(range_m) && range_m > 0 && range_m >= sonar.range_min_m &&
-         range_m <= sonar.range_max_m;
-}
-
-// Everything of an echo that follows from its place.
-Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
-                    const Sonar& sonar, const Water& water) {
-  Scatterer s;
-  s.delay_s = two_way_delay_s(range_m, water.sound_speed_m_s);
-  s.position_m = range_m * unit_vector(azimuth_rad, elevation_rad);
-  s.arrival = {static_cast<float>(azimuth_rad), static_cast<float>(elevation_rad)};
-  s.departure = s.arrival;
-  s.gain = static_cast<float>(two_way_loss(range_m, water.absorption_db_m) *
-                              line_pattern(elevation_rad, sonar.elevation_width_rad) *
-                              transmit_pattern(azimuth_rad, sonar.transmit_width_rad));
-  s.beam = static_cast<std::uint32_t>(beam);
-  return s;
+// A constant amplitude without a random part is one; NaN and infinity are not.
+bool is_an_echo(const ScattererMoments& moments) {
+  return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
+         moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
 }
 
 }  // namespace
@@ -61,7 +46,7 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
     const ScattererMoments moments =
         scatterer_moments(scattering.material[hit.instance], hit.reflectivity, hit.cos_incidence,
                           hit.range_m, fan.solid_angle_sr[e]);
-    if (!(moments.variance_m2 > 0 && std::isfinite(moments.variance_m2))) continue;
+    if (!is_an_echo(moments)) continue;
     Scatterer s =
         echo_from(hit.range_m, fan.azimuth_rad[column], fan.elevation_rad[e],
                   static_cast<int>(column / fan.rays_azimuth), scattering.sonar, scattering.water);

@@ -26,9 +26,9 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
                                           const World& world);
 
 // One scatterer a usable hit (Choi et al. 2021, Eq 1-14): moments by the material's law, gain
-// r^-2 10^(-absorption 2r/20) B_el(elevation) B_tx(azimuth), delay 2r/c, keyed by its ray. `hits` in the order of
-// ray_index. A ray is left out, alone, when it missed, when its range is not a finite number in
-// [range_min, range_max] above zero, or when its incidence is not one in [0, 1].
+// r^-2 10^(-absorption 2r/20) B_el(elevation) B_tx(azimuth), delay 2r/c, keyed by its ray. `hits`
+// in the order of ray_index. A ray is left out, alone, when it missed, when its range is not a
+// finite number in [range_min, range_max] above zero, or when its incidence is not one in [0, 1].
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering);
 

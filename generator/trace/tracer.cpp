@@ -94,6 +94,13 @@ std::array<float, 12> row_major_matrix(const Pose& pose, Vec3 origin_m) {
 
 Vec3 as_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
+// Weights of a hit's three corners.
+std::array<double, 3> corner_weights(const RTCRayHit& found) {
+  const double u = found.hit.u;
+  const double v = found.hit.v;
+  return {1 - u - v, u, v};
+}
+
 // Range and normal on the triangle that Embree named, in double. Embree's own range where the ray
 // lies in the triangle's plane and the quotient says nothing.
 SurfaceHit on_triangle(const Mesh& mesh, const RTCRayHit& found, const Ray& local) {
@@ -107,13 +114,33 @@ SurfaceHit on_triangle(const Mesh& mesh, const RTCRayHit& found, const Ray& loca
   const bool sound = std::abs(range - embree_range) < 0.01 * embree_range + 1e-3;
   SurfaceHit hit{sound ? range : embree_range, normalized(normal)};
   if (!mesh.normals.empty()) {
-    const double u = found.hit.u;
-    const double v = found.hit.v;
-    const Vec3 smooth = (1 - u - v) * as_vec3(mesh.normals[corner[0]]) +
-                        u * as_vec3(mesh.normals[corner[1]]) + v * as_vec3(mesh.normals[corner[2]]);
+    const std::array<double, 3> weight = corner_weights(found);
+    const Vec3 smooth = weight[0] * as_vec3(mesh.normals[corner[0]]) +
+                        weight[1] * as_vec3(mesh.normals[corner[1]]) +
+                        weight[2] * as_vec3(mesh.normals[corner[2]]);
     // Missing normals, or ones that cancel, say nothing: the face's own stays.
     if (length(smooth) > 1e-6) hit.normal = normalized(smooth);
   }
+  return hit;
+}
+
+float reflectivity_on_triangle(const Mesh& mesh, const RTCRayHit& found) {
+  if (mesh.reflectivity.empty()) return 1;
+  const auto& corner = mesh.triangles[found.hit.primID];
+  const std::array<double, 3> weight = corner_weights(found);
+  double factor = 0;
+  for (int i = 0; i < 3; ++i) factor += weight[i] * mesh.reflectivity[corner[i]];
+  return static_cast<float>(factor);
+}
+
+Hit hit_of(const SurfaceHit& surface, const Ray& local, const WorldObject& object) {
+  Hit hit;
+  hit.range_m = surface.range_m;
+  // In this order a NaN stays one, for surface_scatterers to leave out.
+  hit.cos_incidence =
+      static_cast<float>(std::min(std::abs(dot(local.direction, surface.normal)), 1.0));
+  hit.instance = object.instance;
+  hit.normal = rotate(object.pose.rotation, surface.normal);
   return hit;
 }
 
@@ -224,17 +251,14 @@ Hit Tracer::Impl::refine(const RTCRayHit& found, const Ray& ray) const {
   const bool instanced = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
   const WorldObject& object = *by_geometry[instanced ? found.hit.instID[0] : found.hit.geomID];
   const Ray local = into_frame(object.pose, ray);
-  std::optional<SurfaceHit> surface;
   if (instanced) {
-    surface = on_triangle(*std::get<MeshShape>(object.shape).mesh, found, local);
-  } else {
-    surface = intersect_closed_form(object.shape, local);
+    const Mesh& mesh = *std::get<MeshShape>(object.shape).mesh;
+    Hit hit = hit_of(on_triangle(mesh, found, local), local, object);
+    hit.reflectivity = reflectivity_on_triangle(mesh, found);
+    return hit;
   }
-  if (!surface) return {};
-  return {surface->range_m,
-          // In this order a NaN stays one, for surface_scatterers to leave out.
-          static_cast<float>(std::min(std::abs(dot(local.direction, surface->normal)), 1.0)),
-          object.instance};
+  const std::optional<SurfaceHit> surface = intersect_closed_form(object.shape, local);
+  return surface ? hit_of(*surface, local, object) : Hit{};
 }
 
 Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
@@ -262,8 +286,7 @@ Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
     const Ray local = into_frame(plane->pose, ray);
     const auto hit = intersect_closed_form(plane->shape, local);
     if (!hit || (nearest.instance != 0 && hit->range_m >= nearest.range_m)) continue;
-    nearest = {hit->range_m, static_cast<float>(std::abs(dot(local.direction, hit->normal))),
-               plane->instance};
+    nearest = hit_of(*hit, local, *plane);
   }
   return nearest.range_m <= range_max_m ? nearest : Hit{};
 }

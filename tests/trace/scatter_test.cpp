@@ -39,7 +39,7 @@ std::vector<Hit> wall_hits(const Fan& fan) {
 TEST_CASE("a hit becomes the scatterer of the formulas") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);
-  const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, 2, {0, 1e-3}});
+  const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, Material{.reflectivity = 1e-3, .lambert_exponent = 2}}});
   REQUIRE(scatterers.size() == fan.size());
   const std::size_t ray = ray_index(fan, 3, 0, 5);
   const Scatterer& s = scatterers[ray];
@@ -61,7 +61,7 @@ TEST_CASE("a hit becomes the scatterer of the formulas") {
 TEST_CASE("bad rays poison nobody") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);
-  const SurfaceScattering scattering{sonar, kWater, 1, {0, 1e-3}};
+  const SurfaceScattering scattering{sonar, kWater, {{}, Material{.reflectivity = 1e-3}}};
   const std::vector<Hit> good = wall_hits(fan);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Hit bad = GENERATE_COPY(Hit{}, Hit{0, 1, 1}, Hit{nan, 1, 1},
@@ -73,11 +73,11 @@ TEST_CASE("bad rays poison nobody") {
   const auto scatterers = surface_scatterers(fan, spoiled, scattering);
   CHECK(scatterers.size() == good.size() - 1);
 
-  const Record record = make_record(sonar, kWater);
+  const Record record = make_record(sonar, kWater, 0);
   const auto backend = make_cpu_backend({sonar, kWater, record});
   const auto series_of = [&](std::vector<Scatterer> list) {
     const ScattererList sorted = sorted_by_beam_and_delay(std::move(list), 16);
-    const PingTask task{&sorted, {{0.0, {}}}, RandomKeys{1, 0, 0, 0}, 0};
+    const PingTask task{&sorted, {{0.0, {}}}, RandomKeys{1, 0, 0, 0, 0}, 0, {}};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, Workers(1));
     return series;
@@ -95,7 +95,7 @@ TEST_CASE("bad rays poison nobody") {
 // Protects point targets: behind a wall, outside the fan and outside the ranges they are silent.
 TEST_CASE("point targets are hidden by what stands before them") {
   World world;
-  world.objects.push_back({1, BoxShape{{0.1, 1, 1}, false}, {{3, 0, 0}, {}}, 1e-3});
+  world.objects.push_back({1, BoxShape{{0.1, 1, 1}, false}, {{3, 0, 0}, {}}, {}});
   world.instances.resize(7);
   const auto add = [&](std::uint32_t id, Vec3 p) { world.point_targets.push_back({id, p, -20}); };
   add(2, {5, 0, 0});                                  // behind the box

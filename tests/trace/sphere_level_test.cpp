@@ -33,15 +33,15 @@ SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int p
   sonar.rays_azimuth = rays_azimuth;
   const Water water{1500, 0};
   World world;
-  world.objects.push_back({1, SphereShape{radius_m, true}, {}, 1e-3});
+  world.objects.push_back({1, SphereShape{radius_m, true}, {}, Material{.reflectivity = 1e-3}});
   world.instances.resize(1);
   const Tracer tracer(world);
   const Fan fan = make_fan(sonar);
   const Workers workers(2);
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, workers);
   const ScattererList list = sorted_by_beam_and_delay(
-      surface_scatterers(fan, hits, make_surface_scattering(sonar, water, 1, world)), 301);
-  const Record record = make_record(sonar, water);
+      surface_scatterers(fan, hits, make_surface_scattering(sonar, water, world)), 301);
+  const Record record = make_record(sonar, water, 0);
   const auto backend = make_cpu_backend({sonar, water, record});
   const int sample = static_cast<int>(std::lround(radius_m * 40));
   double power = 0;
@@ -49,7 +49,7 @@ SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int p
   SphereLevels result;
   for (int ping = 0; ping < pings; ++ping) {
     const PingTask task{
-        &list, {{0.0, {}}}, {stream_key(5, Stream::speckle, 0), std::uint32_t(ping), 0, 0}, 0};
+        &list, {{0.0, {}}}, {stream_key(5, Stream::speckle, 0), std::uint32_t(ping), 0, 0, 0}, 0, {}};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, workers);
     for (int beam = 46; beam < 256; beam += 8, ++count) {

@@ -15,7 +15,7 @@ World world_of(std::vector<std::pair<Shape, Pose>> things) {
   World world;
   for (auto& [shape, pose] : things) {
     const auto id = static_cast<std::uint32_t>(world.objects.size() + 1);
-    world.objects.push_back({id, std::move(shape), pose, 1e-3});
+    world.objects.push_back({id, std::move(shape), pose, {}});
     world.instances.push_back({});
   }
   return world;
