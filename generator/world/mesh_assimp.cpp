@@ -136,9 +136,10 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   const Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color};
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
-  if (wanted.smooth) steps |= aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices;
-  // Without the mesh's own materials, textures and colours, equal vertices can be joined. assimp
-  // does not join vertices of unequal colours.
+  if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
+  // assimp joins vertices of unequal colours. Smooth normals do not need joined ones.
+  if (wanted.smooth && !wanted.colors) steps |= aiProcess_JoinIdenticalVertices;
+  // Without the mesh's own materials, textures and colours, equal vertices can be joined.
   unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
   if (!wanted.colors) removed |= aiComponent_COLORS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));

@@ -1,5 +1,6 @@
 #include "world/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -172,19 +173,27 @@ TEST_CASE("vertex colours become reflectivity") {
   }
 }
 
-// Protects sharp borders of paint on smooth bodies: vertices of one place but two colours stay two.
+// Protects sharp borders of paint on smooth bodies: vertices of one place but two colours stay two,
+// with one normal.
 TEST_CASE("differently coloured vertices are not joined") {
   const TemporaryFolder folder;
   const auto file = folder.write("a.obj",
                                  "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n"
-                                 "v 1 0 0 0 0 0\nv 0 1 0 0 0 0\nv 1 1 0 0 0 0\n"
+                                 "v 1 0 0 0 0 0\nv 0 1 0 0 0 0\nv 1 1 1 0 0 0\n"
                                  "f 1 2 3\nf 4 6 5\n");
   const auto mesh = load_mesh(file, 1, Normals::smooth, MeshReflectivity::vertex_color);
   REQUIRE(mesh.ok());
   REQUIRE(mesh->triangles.size() == 2);
-  const auto shared = reflectivity_at(*mesh, 1, 0, 0);
-  REQUIRE(shared.size() == 2);
-  CHECK(shared[0] + shared[1] == 1);
+  auto shared = reflectivity_at(*mesh, 1, 0, 0);
+  std::sort(shared.begin(), shared.end());
+  CHECK(shared == std::vector<float>{0, 1});
+  std::vector<std::array<float, 3>> normals;
+  for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
+    if (mesh->vertices[v] == std::array<float, 3>{1, 0, 0}) normals.push_back(mesh->normals[v]);
+  }
+  REQUIRE(normals.size() == 2);
+  CHECK(normals[0] == normals[1]);
+  CHECK(std::abs(normals[0][2]) < 0.999);  // that of no face of the two
   for (const auto& triangle : mesh->triangles) {
     CHECK(mesh->reflectivity[triangle[0]] == mesh->reflectivity[triangle[1]]);
     CHECK(mesh->reflectivity[triangle[0]] == mesh->reflectivity[triangle[2]]);
