@@ -16,12 +16,14 @@ namespace {
 // What a part's bend may add to its linear phase. Its first order is in the amplitude; 0.02 rad are
 // left.
 constexpr double kBend_rad = 0.2;
-// Where cutting ends: for the phase, and for an edge.
+// Where cutting ends: for the phase, and for an edge. One that runs along a side of its parts, and
+// so errs by as much in all of them, is found more closely.
 constexpr double kSmallestSide_wavelengths = 0.25;
-constexpr double kSmallestEdge_wavelengths = 0.125;
-// A part is heard at one delay, with the sinc of the carrier: longer parts, of c/b in range, leave
-// echoes in the middle of an oblique plate.
-constexpr double kLongestRange_pulses = 1.0 / 16;
+constexpr double kSmallestEdge_wavelengths = 1.0 / 8;
+constexpr double kSmallestStraightEdge_wavelengths = 1.0 / 32;
+// Of c/b. A part is heard at one delay, with the sinc of the carrier: longer ones leave echoes in
+// the middle of an oblique plate.
+constexpr double kLongestRange_pulses = 1.0 / 24;
 
 // A cell of the fan or a part of one, with rays through its corners, the middles of its sides and
 // its middle.
@@ -145,7 +147,10 @@ Cut cut_of(const Part& part, const Sector& sector) {
     const double smallest = smallest_wavelengths * sector.wavelength_m;
     return Want{want.azimuth && width > smallest, want.elevation && height > smallest};
   };
-  Want want = allowed(cuts_for_edges(part), kSmallestEdge_wavelengths);
+  const Want edge = cuts_for_edges(part);
+  const bool straight = edge.azimuth != edge.elevation;
+  Want want =
+      allowed(edge, straight ? kSmallestStraightEdge_wavelengths : kSmallestEdge_wavelengths);
   if (is_mirror(sector.scattering, part.hits[1][1])) {
     const Want phase = allowed(cuts_for_phase(part, sector), kSmallestSide_wavelengths);
     want = {want.azimuth || phase.azimuth, want.elevation || phase.elevation};

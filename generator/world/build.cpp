@@ -1,14 +1,33 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <sstream>
 #include <tuple>
 
+#include "scenario/tables.h"
 #include "world/world.h"
 
 namespace ensonify {
 namespace {
 
-using MeshKey = std::tuple<std::string, double, bool>;
+using MeshKey = std::tuple<std::string, double, bool, bool>;
 using MeshCache = std::map<MeshKey, std::shared_ptr<const Mesh>>;
+
+// Everything that is wrong with the input files, one line a fault, each behind its key.
+struct Faults {
+  std::string lines;
+  bool usage = false;  // one of them at least is no failure of reading
+
+  void add(const std::string& key, const Error& error) {
+    std::istringstream message(error.message);
+    for (std::string line; std::getline(message, line);) {
+      lines += fmt::format("{}{}: {}", lines.empty() ? "" : "\n", key, line);
+    }
+    usage |= error.kind != ErrorKind::io;
+  }
+};
 
 Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
   if (const auto* box = std::get_if<BoxSpec>(&spec)) {
@@ -22,10 +41,12 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
     return Shape(CylinderShape{cylinder->radius_m, cylinder->height_m / 2});
   }
   if (const auto* mesh = std::get_if<MeshSpec>(&spec)) {
-    auto& cached = meshes[{mesh->file.string(), mesh->scale, mesh->smooth_normals}];
+    auto& cached =
+        meshes[{mesh->file.string(), mesh->scale, mesh->smooth_normals, mesh->vertex_reflectivity}];
     if (!cached) {
-      Result<Mesh> loaded = load_mesh(mesh->file, mesh->scale,
-                                      mesh->smooth_normals ? Normals::smooth : Normals::face);
+      Result<Mesh> loaded = load_mesh(
+          mesh->file, mesh->scale, mesh->smooth_normals ? Normals::smooth : Normals::face,
+          mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
     }
@@ -51,31 +72,54 @@ Instance& add_instance(World& world, const std::string& name, const std::string&
   return world.instances.back();
 }
 
-}  // namespace
-
-Result<World> build_world(const Scenario& scenario) {
+std::map<std::string, Material> load_materials(const Scenario& scenario, Faults& faults) {
   std::map<std::string, Material> materials;
   for (const MaterialSpec& spec : scenario.materials) {
-    materials[spec.name] = material_of(spec, scenario.scattering);
+    Material& material = materials[spec.name];
+    material = material_of(spec, scenario.scattering);
+    const auto* table = std::get_if<BackscatterTableSpec>(&spec.law);
+    if (table == nullptr) continue;
+    Result<BackscatterTable> loaded = load_backscatter_table(table->file);
+    if (loaded) {
+      material.table = std::move(*loaded);
+    } else {
+      faults.add(fmt::format("materials.{}.law.table.file", spec.name), loaded.error());
+    }
   }
-  World world;
+  return materials;
+}
+
+void add_objects(const Scenario& scenario, const std::map<std::string, Material>& materials,
+                 World& world, Faults& faults) {
   MeshCache meshes;
-  std::string faults;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
     Result<Shape> shape = shape_of(spec.shape, meshes);
     if (!shape) {
-      faults += (faults.empty() ? "" : "\n") + ("objects." + std::to_string(i)) +
-                ".shape.mesh.file: " + shape.error().message;
+      faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
       continue;
     }
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);
+    if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
+      instance.vertex_reflectivity = mesh->vertex_reflectivity;
+    }
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
   }
-  if (!faults.empty()) return Error{ErrorKind::usage, faults};
+}
+
+}  // namespace
+
+Result<World> build_world(const Scenario& scenario) {
+  World world;
+  Faults faults;
+  const std::map<std::string, Material> materials = load_materials(scenario, faults);
+  add_objects(scenario, materials, world, faults);
+  if (!faults.lines.empty()) {
+    return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
+  }
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;
@@ -83,6 +127,12 @@ Result<World> build_world(const Scenario& scenario) {
     world.point_targets.push_back({instance.id,
                                    {spec.position_m[0], spec.position_m[1], spec.position_m[2]},
                                    spec.target_strength_db});
+  }
+  for (const VolumeSpec& spec : scenario.volumes) {
+    Instance& instance = add_instance(world, spec.name, spec.class_name);
+    instance.kind = InstanceKind::volume;
+    instance.volume_strength_db = spec.strength_db;
+    world.volumes.push_back({instance.id, std::pow(10.0, spec.strength_db / 10)});
   }
   return world;
 }

@@ -63,19 +63,56 @@ Status check_buffers(const std::filesystem::path& file) {
   return {};
 }
 
+bool has_faces(const aiMesh& part) {
+  return (part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) != 0;  // not points and lines alone
+}
+
+Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    if (!has_faces(part)) continue;
+    if (!part.HasVertexColors(0)) {
+      return broken(file, fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
+                                      "vertex_color is made of; give it some, or take "
+                                      "reflectivity: material",
+                                      m, part.mName.C_Str()));
+    }
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+      const aiColor4D& c = part.mColors[0][v];
+      for (const float channel : {c.r, c.g, c.b}) {
+        if (channel >= 0 && channel <= 1) continue;
+        return broken(file, fmt::format("vertex {} of part {} has the color {} {} {}; red, green "
+                                        "and blue within 0 ... 1 are accepted",
+                                        v, m, c.r, c.g, c.b));
+      }
+    }
+  }
+  return {};
+}
+
+// What is asked of a file.
+struct Wanted {
+  bool smooth = false;
+  bool colors = false;
+};
+
 // Adds the meshes of a node and of all below it, placed by the transforms on the way.
-void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, bool smooth,
-              Mesh& mesh) {
+void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+              const Wanted& wanted, Mesh& mesh) {
   const aiMatrix4x4 placed = parent * node.mTransformation;
   const aiMatrix3x3 normal_matrix = aiMatrix3x3(placed).Inverse().Transpose();
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];
-    if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;  // points, lines
+    if (!has_faces(part)) continue;
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const aiVector3D p = placed * part.mVertices[v];
       mesh.vertices.push_back({p.x, p.y, p.z});
-      if (!smooth) continue;
+      if (wanted.colors) {
+        const aiColor4D& c = part.mColors[0][v];
+        mesh.reflectivity.push_back((c.r + c.g + c.b) / 3);
+      }
+      if (!wanted.smooth) continue;
       aiVector3D n;  // none: the tracer takes the face's
       if (part.HasNormals()) n = (normal_matrix * part.mNormals[v]).NormalizeSafe();
       mesh.normals.push_back({n.x, n.y, n.z});
@@ -88,21 +125,24 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
-    add_node(scene, *node.mChildren[c], placed, smooth, mesh);
+    add_node(scene, *node.mChildren[c], placed, wanted, mesh);
   }
 }
 
 }  // namespace
 
 Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
-                       MeshReflectivity) {
-  const bool smooth = normals == Normals::smooth;
+                       MeshReflectivity reflectivity) {
+  const Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color};
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
-  if (smooth) steps |= aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices;
+  if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
+  // assimp joins vertices of unequal colours. Smooth normals do not need joined ones.
+  if (wanted.smooth && !wanted.colors) steps |= aiProcess_JoinIdenticalVertices;
   // Without the mesh's own materials, textures and colours, equal vertices can be joined.
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                              aiComponent_COLORS | aiComponent_TEXCOORDS | aiComponent_MATERIALS);
+  unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
+  if (!wanted.colors) removed |= aiComponent_COLORS;
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
   if (Status embedded = check_buffers(file); !embedded) return embedded.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
@@ -112,6 +152,9 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
   if (scene == nullptr) return broken(file, "cannot be made into triangles");
+  if (wanted.colors) {
+    if (Status sound = check_colors(*scene, file); !sound) return sound.error();
+  }
   // assimp turns every file that says which way is up so that y is up; here z is.
   aiMatrix4x4 placement;
   if (says_which_way_is_up(file)) {
@@ -120,7 +163,7 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   aiMatrix4x4 scaling;
   aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale)), scaling);
   Mesh mesh;
-  add_node(*scene, *scene->mRootNode, scaling * placement, smooth, mesh);
+  add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken(file, "holds no faces");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {

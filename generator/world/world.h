@@ -51,8 +51,9 @@ struct World {
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh and table once. Errors (usage): those of load_mesh and load_backscatter_table,
-// of all objects and materials at once, each behind the key that names the file.
+// Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
+// materials and objects at once, each line behind the key that names the file; usage, or io where
+// nothing is wrong but the reading.
 Result<World> build_world(const Scenario& scenario);
 
 }  // namespace ensonify

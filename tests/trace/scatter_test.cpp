@@ -30,6 +30,13 @@ Sonar small_sonar() {
 
 const Water kWater{1500, 0.3};
 
+Material diffuse(double reflectivity, double lambert_exponent) {
+  Material material;
+  material.reflectivity = reflectivity;
+  material.lambert_exponent = lambert_exponent;
+  return material;
+}
+
 std::vector<Hit> wall_hits(const Fan& fan) {
   return std::vector<Hit>(fan.size(), Hit{5.0, 0.8f, 1});
 }
@@ -39,7 +46,8 @@ std::vector<Hit> wall_hits(const Fan& fan) {
 TEST_CASE("a hit becomes the scatterer of the formulas") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);
-  const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, Material{.reflectivity = 1e-3, .lambert_exponent = 2}}});
+  const auto scatterers =
+      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 2)}});
   REQUIRE(scatterers.size() == fan.size());
   const std::size_t ray = ray_index(fan, 3, 0, 5);
   const Scatterer& s = scatterers[ray];
@@ -56,12 +64,42 @@ TEST_CASE("a hit becomes the scatterer of the formulas") {
   CHECK(length(s.position_m) == Approx(5));
 }
 
+TEST_CASE("the reflectivity of a mesh scales the material's") {
+  const Sonar sonar = small_sonar();
+  const Fan fan = make_fan(sonar);
+  std::vector<Hit> hits = wall_hits(fan);
+  hits[1].reflectivity = 0.25f;
+  hits[2].reflectivity = 0;
+  const auto scatterers = surface_scatterers(fan, hits, {sonar, kWater, {{}, diffuse(1e-3, 1)}});
+  REQUIRE(scatterers.size() == fan.size() - 1);
+  CHECK(scatterers[1].standard_deviation ==
+        Approx(0.5 *
+               surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 1)}})[1]
+                   .standard_deviation));
+}
+
+// Protects echoes that are all mean: as K grows the random part goes to nothing, the scatterer
+// stays.
+TEST_CASE("a scatterer without a random part is kept") {
+  const Sonar sonar = small_sonar();
+  const Fan fan = make_fan(sonar);
+  const auto random =
+      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 1)}});
+  Material constant = diffuse(1e-3, 1);
+  constant.coherent = CoherentModel::rician;
+  constant.rician_k = 1e300;
+  const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, constant}});
+  REQUIRE(scatterers.size() == fan.size());
+  CHECK(scatterers[0].standard_deviation == 0);
+  CHECK(scatterers[0].mean.real() == Approx(random[0].standard_deviation));
+}
+
 // Protects every beam from one bad ray: a miss, a hit at zero range, NaN and infinite ranges and
 // incidences are left out alone, and the beams they are not in keep every bit of their series.
 TEST_CASE("bad rays poison nobody") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);
-  const SurfaceScattering scattering{sonar, kWater, {{}, Material{.reflectivity = 1e-3}}};
+  const SurfaceScattering scattering{sonar, kWater, {{}, diffuse(1e-3, 1)}};
   const std::vector<Hit> good = wall_hits(fan);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Hit bad = GENERATE_COPY(Hit{}, Hit{0, 1, 1}, Hit{nan, 1, 1},

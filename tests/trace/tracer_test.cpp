@@ -87,6 +87,50 @@ TEST_CASE("an empty world is silent") {
   CHECK(Tracer(world).first_hit({{0, 0, 0}, {1, 0, 0}}, 1e4).instance == 0);
 }
 
+// Protects fixed scatterers and mirrors: the normal stands in the world, whatever the pose, and is
+// what the incidence was taken from.
+TEST_CASE("a hit carries the surface's normal in the world") {
+  const Pose turned{{4, 0.3, -0.2}, from_roll_pitch_yaw(0.4, -0.6, 0.9)};
+  const auto check = [](const World& world, Ray ray, Vec3 expected) {
+    const Hit hit = Tracer(world).first_hit(ray, 100);
+    REQUIRE(hit.instance == 1);
+    CHECK(length(hit.normal) == Approx(1).epsilon(1e-12));
+    CHECK(std::abs(dot(hit.normal, expected)) == Approx(1).epsilon(1e-9));
+    CHECK(std::abs(dot(hit.normal, ray.direction)) == Approx(hit.cos_incidence).epsilon(1e-6));
+    CHECK(hit.reflectivity == 1);
+  };
+  const Ray aim{{0, 0, 0}, normalized(turned.position_m)};
+  const auto face = [&](double a, double b, double c) {
+    // The face of a box through which the ray towards its middle goes in.
+    const Vec3 d = rotate(conjugate(turned.rotation), aim.direction);
+    const double x = std::abs(d.x) / a, y = std::abs(d.y) / b, z = std::abs(d.z) / c;
+    if (x > y && x > z) return rotate(turned.rotation, {1, 0, 0});
+    return y > z ? rotate(turned.rotation, {0, 1, 0}) : rotate(turned.rotation, {0, 0, 1});
+  };
+  check(world_of({{BoxShape{{1, 2, 0.5}, false}, turned}}), aim, face(1, 2, 0.5));
+  check(world_of({{mesh_box(1, 2, 0.5), turned}}), aim, face(1, 2, 0.5));
+  check(world_of({{PlaneShape{}, turned}}), aim, rotate(turned.rotation, {0, 0, 1}));
+  const World ball = world_of({{SphereShape{0.5, false}, turned}});
+  const Ray beside{{0, 0, 0}, normalized(turned.position_m + Vec3{0, 0.2, 0.1})};
+  const double range = Tracer(ball).first_hit(beside, 100).range_m;
+  check(ball, beside, normalized(range * beside.direction - turned.position_m));
+}
+
+// Protects coloured meshes: linear over a face, of the right face, and 1 where there are none.
+TEST_CASE("the reflectivity of a mesh is interpolated") {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices = {{5, -2, -2}, {5, 2, -2}, {5, 2, 2}, {5, -2, 2}};
+  mesh->triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh->reflectivity = {0, 0.5f, 1, 0.5f};  // (y + z + 4) / 8
+  const World world = world_of({{MeshShape{mesh}, {}}});
+  const Tracer tracer(world);
+  for (const auto& [y, z] : {std::pair{1.0, -1.5}, {-1.0, 0.5}, {0.3, 0.2}, {1.9, 1.95}}) {
+    const Hit hit = tracer.first_hit({{0, 0, 0}, normalized(Vec3{5, y, z})}, 100);
+    REQUIRE(hit.instance == 1);
+    CHECK(hit.reflectivity == Approx((y + z + 4) / 8).margin(1e-5));
+  }
+}
+
 // Protects promises about threads: the same hits from one thread and from four.
 TEST_CASE("tracing a fan does not depend on threads") {
   const World world = world_of({{mesh_box(1, 2, 0.5), {{4, 0, 0}, from_roll_pitch_yaw(1, 1, 1)}},

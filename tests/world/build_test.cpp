@@ -1,3 +1,5 @@
+#include <sstream>
+
 #include "catch.h"
 #include "temporary_folder.h"
 #include "world/world.h"
@@ -5,23 +7,31 @@
 using namespace ensonify;
 using namespace ensonify::test;
 
-// Protects ids: instances count objects, then point targets, in the order of the scenario; classes
-// in order of appearance, shared by name.
+// Protects ids: instances count objects, then point targets, then volumes, in the order of the
+// scenario; classes in order of appearance, shared by name.
 TEST_CASE("instances and classes are numbered in order") {
   Scenario scenario;
-  scenario.materials = {{"steel", 0.01}, {"sand", 0.001}};
+  scenario.materials = {{"steel", 0.01, {}, {}}, {"sand", 0.001, {}, {}}};
   scenario.objects = {{"a", "pipe", "steel", SphereSpec{1, false}, {}},
                       {"b", "floor", "sand", PlaneSpec{}, {}},
                       {"c", "pipe", "steel", CylinderSpec{1, 4}, {}}};
   scenario.point_targets = {{"t", "buoy", -30, {1, 2, 3}}};
+  scenario.volumes = {{"w", "floor", -60}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   CHECK(world->classes == std::vector<std::string>{"pipe", "floor", "buoy"});
-  REQUIRE(world->instances.size() == 4);
+  REQUIRE(world->instances.size() == 5);
+  CHECK(world->instances[4].kind == InstanceKind::volume);
+  CHECK(world->instances[4].class_id == 2);
+  CHECK(world->instances[4].volume_strength_db == -60);
+  REQUIRE(world->volumes.size() == 1);
+  CHECK(world->volumes[0].instance == 5);
+  CHECK(world->volumes[0].strength_per_m == Approx(1e-6));
   CHECK(world->instances[2].id == 3);
   CHECK(world->instances[2].class_id == 1);
-  CHECK(world->instances[3].point_target);
-  CHECK(world->objects[1].reflectivity == 0.001);
+  CHECK(world->instances[3].kind == InstanceKind::point_target);
+  CHECK(world->instances[3].target_strength_db == -30);
+  CHECK(world->objects[1].material.reflectivity == 0.001);
   CHECK(world->point_targets[0].instance == 4);
   CHECK(std::get<CylinderShape>(world->objects[2].shape).half_height_m == 2);
 }
@@ -30,13 +40,85 @@ TEST_CASE("equal meshes are read once") {
   const TemporaryFolder folder;
   const auto file = folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   Scenario scenario;
-  scenario.materials = {{"m", 1}};
-  scenario.objects = {{"a", "x", "m", MeshSpec{file, 1, false}, {}},
-                      {"b", "x", "m", MeshSpec{file, 1, false}, {}},
-                      {"c", "x", "m", MeshSpec{file, 2, false}, {}}};
+  scenario.materials = {{"m", 1, {}, {}}};
+  scenario.objects = {{"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, 1, false, false}, {}},
+                      {"c", "x", "m", MeshSpec{file, 2, false, false}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
   CHECK(mesh(0) == mesh(1));
   CHECK(mesh(0) != mesh(2));
+}
+
+namespace {
+
+std::string table(double strength_db) {
+  std::string text = "grazing_deg,strength_db\n";
+  for (int angle = 0; angle <= 90; angle += 10) {
+    text += std::to_string(angle) + "," + std::to_string(strength_db + angle) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("tables of materials reach objects and instances") {
+  const TemporaryFolder folder;
+  Scenario scenario;
+  scenario.materials = {
+      {"sand", 0, BackscatterTableSpec{folder.write("sand.csv", table(-40))}, {}}};
+  scenario.objects = {{"floor", "floor", "sand", PlaneSpec{}, {}}};
+  const auto world = build_world(scenario);
+  REQUIRE(world.ok());
+  CHECK(world->objects[0].material.law == ScatteringLaw::table);
+  REQUIRE(world->objects[0].material.table.strength_db.size() == 10);
+  CHECK(world->objects[0].material.table.strength_db[1] == -30);
+  CHECK(world->instances[0].scattering.table.grazing_rad.size() == 10);
+}
+
+TEST_CASE("vertex colours are read where an object asks for them") {
+  const TemporaryFolder folder;
+  const auto file =
+      folder.write("t.obj", "v 0 0 0 1 1 1\nv 1 0 0 0 0 0\nv 0 1 0 0.5 0.5 0.5\nf 1 2 3\n");
+  Scenario scenario;
+  scenario.materials = {{"m", 1, {}, {}}};
+  scenario.objects = {{"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, 1, false, true}, {}}};
+  const auto world = build_world(scenario);
+  REQUIRE(world.ok());
+  const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
+  CHECK(mesh(0)->reflectivity.empty());
+  CHECK(mesh(1)->reflectivity.size() == 3);
+  CHECK_FALSE(world->instances[0].vertex_reflectivity);
+  CHECK(world->instances[1].vertex_reflectivity);
+}
+
+// Protects users from mending one file after the other: every line of every fault, behind its key.
+TEST_CASE("all faults of the input files are told at once") {
+  const TemporaryFolder folder;
+  const auto plain = folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  Scenario scenario;
+  scenario.materials = {
+      {"mud",
+       0,
+       BackscatterTableSpec{folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
+       {}},
+      {"sand", 0, BackscatterTableSpec{folder.path() / "none.csv"}, {}}};
+  scenario.objects = {{"a", "x", "mud", MeshSpec{plain, 1, false, true}, {}},
+                      {"b", "x", "mud", MeshSpec{folder.path() / "none.obj", 1, false, false}, {}}};
+  const auto world = build_world(scenario);
+  REQUIRE_FALSE(world.ok());
+  CHECK(world.error().kind == ErrorKind::usage);
+  std::istringstream message(world.error().message);
+  std::vector<std::string> keys;
+  for (std::string line; std::getline(message, line);) {
+    INFO(line);
+    const std::string key = line.substr(0, line.find(": "));
+    CHECK(key.ends_with("file"));
+    if (keys.empty() || keys.back() != key) keys.push_back(key);
+  }
+  CHECK(keys == std::vector<std::string>{"materials.mud.law.table.file",
+                                         "materials.sand.law.table.file",
+                                         "objects.0.shape.mesh.file", "objects.1.shape.mesh.file"});
 }

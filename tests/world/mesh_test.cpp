@@ -1,5 +1,6 @@
 #include "world/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -130,4 +131,92 @@ TEST_CASE("glTF with its buffers elsewhere is refused") {
   REQUIRE_FALSE(mesh.ok());
   CHECK(mesh.error().message.find("b.bin") != std::string::npos);
   CHECK(mesh.error().message.find(".glb") != std::string::npos);
+}
+
+namespace {
+
+// A triangle whose corners have the colours given, as "r g b".
+std::string ply(const std::string& type, const std::string& a, const std::string& b,
+                const std::string& c) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex 3\n";
+  for (const char* name : {"x", "y", "z"}) text += std::string("property float ") + name + "\n";
+  for (const char* name : {"red", "green", "blue"}) text += "property " + type + " " + name + "\n";
+  return text +
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0 " +
+         a + "\n1 0 0 " + b + "\n0 1 0 " + c + "\n3 0 1 2\n";
+}
+
+// The reflectivity of the vertices at a place.
+std::vector<float> reflectivity_at(const Mesh& mesh, float x, float y, float z) {
+  std::vector<float> found;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (mesh.vertices[v] == std::array<float, 3>{x, y, z}) found.push_back(mesh.reflectivity[v]);
+  }
+  return found;
+}
+
+}  // namespace
+
+// Protects painted meshes: the mean of red, green and blue, at the vertex it belongs to.
+TEST_CASE("vertex colours become reflectivity") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.ply", ply("uchar", "255 0 0", "255 255 255", "0 51 102"));
+  for (const Normals normals : {Normals::face, Normals::smooth}) {
+    const auto mesh = load_mesh(file, 1, normals, MeshReflectivity::vertex_color);
+    REQUIRE(mesh.ok());
+    REQUIRE(mesh->reflectivity.size() == mesh->vertices.size());
+    CHECK(reflectivity_at(*mesh, 0, 0, 0).at(0) == Approx(1 / 3.0));
+    CHECK(reflectivity_at(*mesh, 1, 0, 0).at(0) == Approx(1));
+    CHECK(reflectivity_at(*mesh, 0, 1, 0).at(0) == Approx(0.2));
+    CHECK(load_mesh(file, 1, normals)->reflectivity.empty());
+  }
+}
+
+// Protects sharp borders of paint on smooth bodies: vertices of one place but two colours stay two,
+// with one normal.
+TEST_CASE("differently coloured vertices are not joined") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.obj",
+                                 "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n"
+                                 "v 1 0 0 0 0 0\nv 0 1 0 0 0 0\nv 1 1 1 0 0 0\n"
+                                 "f 1 2 3\nf 4 6 5\n");
+  const auto mesh = load_mesh(file, 1, Normals::smooth, MeshReflectivity::vertex_color);
+  REQUIRE(mesh.ok());
+  REQUIRE(mesh->triangles.size() == 2);
+  auto shared = reflectivity_at(*mesh, 1, 0, 0);
+  std::sort(shared.begin(), shared.end());
+  CHECK(shared == std::vector<float>{0, 1});
+  std::vector<std::array<float, 3>> normals;
+  for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
+    if (mesh->vertices[v] == std::array<float, 3>{1, 0, 0}) normals.push_back(mesh->normals[v]);
+  }
+  REQUIRE(normals.size() == 2);
+  CHECK(normals[0] == normals[1]);
+  CHECK(std::abs(normals[0][2]) < 0.999);  // that of no face of the two
+  for (const auto& triangle : mesh->triangles) {
+    CHECK(mesh->reflectivity[triangle[0]] == mesh->reflectivity[triangle[1]]);
+    CHECK(mesh->reflectivity[triangle[0]] == mesh->reflectivity[triangle[2]]);
+  }
+  // Without colours they are the same vertex.
+  CHECK(load_mesh(file, 1, Normals::smooth)->vertices.size() == 4);
+}
+
+TEST_CASE("colours that are missing or no reflectivity are refused") {
+  const TemporaryFolder folder;
+  const auto refuse = [&](const std::string& name, const std::string& text,
+                          const std::string& why) {
+    INFO(name);
+    const auto mesh =
+        load_mesh(folder.write(name, text), 1, Normals::face, MeshReflectivity::vertex_color);
+    REQUIRE_FALSE(mesh.ok());
+    CHECK(mesh.error().kind == ErrorKind::usage);
+    CHECK(mesh.error().message.find(name) != std::string::npos);
+    CHECK(mesh.error().message.find(why) != std::string::npos);
+  };
+  refuse("plain.obj", kWedgeObj, "has no vertex colors");
+  refuse("plain.dae", dae("Z_UP", "1"), "has no vertex colors");
+  refuse("bright.ply", ply("float", "0 0 0", "1 1.5 1", "0 0 0"), "has the color 1 1.5 1");
+  refuse("negative.ply", ply("float", "0 0 0", "0 0 -0.1", "0 0 0"), "has the color 0 0 -0.1");
+  refuse("nan.ply", ply("float", "0 0 0", "0 nan 0", "0 0 0"), "has the color 0 nan 0");
 }
