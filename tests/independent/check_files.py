@@ -14,6 +14,8 @@ import sys
 
 import numpy as np
 
+import beam_patterns
+import pulses
 import sonar_dataset
 from checklist import run_main
 from sequence import IMAGE_KINDS, DataSet
@@ -123,9 +125,18 @@ def check_description(checklist, data_set, sequence):
              if sequence.classes[instance.class_id - 1:instance.class_id] != [instance.class_name]]
     checklist.expect_none(wrong, f"{name} instances whose class id is not that class's place")
     checklist.expect(sequence.classes == data_set.classes, f"{name} classes", sequence.classes, data_set.classes)
-    worked_out = sequence.sonar.samples, len(sequence.sonar.spectrum)
+    sonar = sequence.sonar
+    worked_out = sonar.samples, len(sonar.spectrum)
     checklist.expect(sequence.stated_record == worked_out, f"{name} samples and transform length",
                      sequence.stated_record, worked_out)
+    extent_s = pulses.extent_s(sonar.pulse, sonar.bandwidth_hz, sonar.frequency_hz)
+    gain = sonar.pulse.processing_gain(sonar.bandwidth_hz)
+    aperture = beam_patterns.aperture_wavelengths(sonar.shading, sonar.width_rad)
+    checklist.near(f"{name} pulse_extent_s", sequence.stated_pulse_extent_s, extent_s,
+                   0.51 / sonar.bandwidth_hz if sonar.pulse.shape == "table" else 1e-12)
+    checklist.near(f"{name} processing_gain", sequence.stated_processing_gain, gain, 1e-9 * gain)
+    checklist.near(f"{name} aperture_wavelengths", sequence.stated_aperture_wavelengths, aperture,
+                   1e-6 * aperture)
 
 
 def check_sequence_files(checklist, sequence):

@@ -25,10 +25,11 @@ SHADOW_DEPTH_DB, SHADOW_TOLERANCE_DB = 14.2, 1.0
 
 
 def tank_bodies(sequence):
-    """Tank and cylinder, with the reflectivities that the data set states."""
-    reflectivity = {entry.class_name: entry.reflectivity for entry in sequence.instances.values()}
-    return [Body(hit_box, ((2 * WALL_M, 2 * WALL_M, 4.0), True), (0, 0, 0), (0, 0, 0), reflectivity["structure"]),
-            Body(hit_cylinder, (RADIUS_M, 2.0), (AXIS_M, 0, 0), (0, 0, 0), reflectivity["cylinder"])]
+    """Tank and cylinder, with the laws that the data set states."""
+    law = {entry.class_name: entry.law for entry in sequence.instances.values()}
+    return [Body(hit_box, ((2 * WALL_M, 2 * WALL_M, 4.0), True), (0, 0, 0), (0, 0, 0),
+                 law["structure"]),
+            Body(hit_cylinder, (RADIUS_M, 2.0), (AXIS_M, 0, 0), (0, 0, 0), law["cylinder"])]
 
 
 def cylinder_range_m(azimuth_rad):

@@ -6,7 +6,7 @@
 Delay, direction and gain follow from the world position and the sonar's pose; the beam is the
 sector that holds the azimuth; the list is sorted by beam and delay; amplitudes are the
 documented keyed draws about their means. The footprint is checked through the variance:
-variance / (cos(alpha)^n r^2 dOmega) must be the instance's reflectivity.
+variance beside s_b(alpha) r^2 dOmega / cos(alpha) of the instance's law, less its rician part.
 """
 import math
 import sys
@@ -17,6 +17,7 @@ import physics
 import random_numbers
 from checklist import run_main
 from sequence import DataSet
+from surface_laws import echo_energy, rician_share
 
 FIELDS = (("delay_s", "<f8"), ("beam", "<i4"), ("azimuth_rad", "<f4"), ("elevation_rad", "<f4"),
           ("amp_re", "<f4"), ("amp_im", "<f4"), ("mean_re", "<f4"), ("mean_im", "<f4"), ("variance", "<f4"),
@@ -67,7 +68,7 @@ def check_geometry(checklist, label, scatterers, pose, sonar):
     checklist.expect(high == 0, f"{label} echoes outside the elevation fan", high, 0)
     inside = (range_m >= sonar.range_min_m - 1e-9) & (range_m <= sonar.range_max_m + 1e-9)
     checklist.expect(bool(inside.all()), f"{label} echoes outside the range limits", np.count_nonzero(~inside), 0)
-    gain = physics.propagation_gain(range_m, elevation, sonar)
+    gain = physics.propagation_gain(range_m, azimuth, elevation, sonar)
     relative = np.max(np.abs(direct["gain"] / gain - 1.0), initial=0)
     checklist.expect(relative < 3e-6, f"{label} gain, largest relative gap", f"{relative:.2e}",
                      f"< 3e-6 (absorption {sonar.absorption_db_m:.6g} dB/m)")
@@ -108,7 +109,7 @@ def check_keyed_draws(checklist, label, scatterers, sequence, ping):
 
 
 def check_footprint(checklist, label, scatterers, sequence):
-    """variance / (cos^n r^2 dOmega) is the instance's reflectivity."""
+    """variance is what the instance's law gives for the ray's cell; a coloured mesh only dims it."""
     sonar = sequence.sonar
     drawn = scatterers[(scatterers["variance"] > 0) & (scatterers["path"] == DIRECT_PATH)]
     step = sonar.fan_rad / sonar.rays_elevation
@@ -116,14 +117,32 @@ def check_footprint(checklist, label, scatterers, sequence):
     low = cell * step - sonar.fan_rad / 2
     solid_angle = sonar.spacing_rad / sonar.rays_azimuth * (np.sin(low + step) - np.sin(low))
     range_m = drawn["delay_s"] * sonar.sound_speed_m_s / 2.0
-    ratio = drawn["variance"] / (drawn["cos_incidence"].astype(np.float64) ** sonar.lambert_exponent *
-                                 range_m ** 2 * solid_angle)
     for identity in np.unique(drawn["instance"]):
-        mine = ratio[drawn["instance"] == identity]
-        spread = (mine.max() - mine.min()) / np.median(mine)
-        name, wanted = sequence.instances[identity].name, sequence.instances[identity].reflectivity
-        checklist.expect(spread < 1e-4, f"{label} {name}, spread of variance / (cos^n dA)", f"{spread:.2e}", "< 1e-4")
-        checklist.near(f"{label} {name}, reflectivity", np.median(mine), wanted, 1e-5 * wanted)
+        instance, mine = sequence.instances[identity], drawn["instance"] == identity
+        wanted = echo_energy(instance.law, drawn["cos_incidence"][mine].astype(np.float64),
+                             (range_m ** 2 * solid_angle)[mine]) * rician_share(instance.coherent)
+        ratio = drawn["variance"][mine] / wanted
+        what = f"{label} {instance.name}, variance beside its law's"
+        if instance.vertex_reflectivity:
+            checklist.expect(ratio.max() < 1 + 1e-4, f"{what}, largest", f"{ratio.max():.6f}", "<= 1")
+            continue
+        checklist.expect(ratio.max() / ratio.min() - 1 < 1e-4, f"{what}, spread",
+                         f"{ratio.max() / ratio.min() - 1:.2e}", "< 1e-4")
+        checklist.near(what, np.median(ratio), 1.0, 1e-5)
+
+
+def check_rician(checklist, label, scatterers, sequence):
+    """mean^2 / variance is K on every echo of a rician surface, and the mean is real."""
+    for identity, instance in sequence.instances.items():
+        if not instance.coherent or instance.coherent["model"] != "rician":
+            continue
+        mine = scatterers[(scatterers["instance"] == identity) & (scatterers["variance"] > 0)]
+        k = instance.coherent["k"]
+        ratio = mine["mean_re"].astype(np.float64) ** 2 / mine["variance"]
+        gap = np.max(np.abs(ratio - k), initial=0) + np.max(np.abs(mine["mean_im"]), initial=0)
+        checklist.expect(gap < 1e-5 * max(k, 1.0) and np.all(mine["mean_re"] >= 0),
+                         f"{label} {instance.name}, mean^2 / variance, largest gap", f"{gap:.2e}",
+                         f"< 1e-5 (K {k:g})")
 
 
 def check(checklist, root):
@@ -136,6 +155,7 @@ def check(checklist, root):
             check_draws(checklist, label, scatterers)
             check_keyed_draws(checklist, label, scatterers, sequence, ping)
             check_footprint(checklist, label, scatterers, sequence)
+            check_rician(checklist, label, scatterers, sequence)
 
 
 if __name__ == "__main__":

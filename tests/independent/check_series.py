@@ -6,14 +6,16 @@
 p_j(t) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) s(t - tau_i)
 
 With noise the difference must be that noise: complex normal, of the stated power, alike in
-every beam, and the very draws that the documented keyed generator gives. Data sets with adc,
-volumes or motion within the ping cannot be worked out from their scatterers and count as skipped.
+every beam, and the very draws that the documented keyed generator gives. With a converter every
+sample must be the nearest of its steps. Data sets with volumes cannot be worked out from their
+scatterers and count as skipped.
 """
 import math
 import sys
 
 import numpy as np
 
+import labels
 import physics
 import random_numbers
 import sonar_dataset
@@ -103,6 +105,52 @@ def check_axes(checklist, sequence):
                          f"{gap:.2e}", "< 1e-9")
 
 
+def check_converted(checklist, label, series, expected, adc):
+    """Whole steps of the converter, each the nearest to what came in, clipped at its ends."""
+    wanted = physics.converted(expected, adc.bits, adc.full_scale_db)
+    step = 10.0 ** ((adc.full_scale_db - 120.0) / 20.0) / 2.0 ** (adc.bits - 1)
+    checklist.near(f"{label} converter's step", adc.step_pa, step, 1e-9 * step, " Pa")
+    parts = np.stack([series.real, series.imag]).astype(np.float64) / step
+    off_grid = np.max(np.abs(parts - np.rint(parts)))
+    checklist.expect(off_grid < 1e-3, f"{label} samples off the converter's steps, largest",
+                     f"{off_grid:.2e} steps", "< 1e-3")
+    # A sample that lies between two steps to within the series' own error may go either way.
+    gap = np.abs(parts - np.stack([wanted.real, wanted.imag]) / step)
+    unsure = SERIES_TOLERANCE * np.abs(expected).max() / step
+    away = np.abs(np.stack([expected.real, expected.imag]) / step % 1.0 - 0.5)
+    wrong = np.count_nonzero((gap > 0.5) & ((away > unsure) | (gap > 1.5)))
+    checklist.expect(wrong == 0, f"{label} samples at another step", wrong, f"0 of {parts.size}")
+
+
+def check_snr(checklist, sequence):
+    """The noise that a signal-to-noise ratio stands for, from the clean power of ping 0."""
+    sonar = sequence.sonar
+    if sonar.snr_db is None or 0 not in sequence.pings:
+        return
+    scatterers = sequence.scatterers(0)
+    echoes = labels.PixelLabels(scatterers, sonar.bandwidth_hz, sonar.beams, sonar.samples)
+    wanted = physics.snr_noise_power_pa2(sonar.snr_db, physics.expected_power(scatterers, sonar),
+                                         echoes.has_echo)
+    checklist.near(f"{sequence.name} noise power of {sonar.snr_db:g} dB", sonar.stated_noise_pa2, wanted,
+                   1e-4 * wanted, " Pa2")
+
+
+def check_ping(checklist, sequence, ping, series):
+    """One ping's series against its scatterers, noise and converter."""
+    sonar, label = sequence.sonar, f"{sequence.name}/{ping:06d}"
+    expected = physics.beam_series(sequence.scatterers(ping), sonar)
+    power = sonar.noise_power_pa2
+    if power is not None:
+        if sonar.adc is None:
+            check_noise(checklist, label, series - expected, power)
+        expected = expected + random_numbers.sample_noise(sequence.seed, sequence.number, ping,
+                                                          sonar.beams, sonar.samples, power)
+    if sonar.adc is not None:
+        check_converted(checklist, label, series, expected, sonar.adc)
+    else:
+        check_values(checklist, label, series, expected)
+
+
 def check(checklist, root):
     compared = 0
     for sequence in DataSet(root).sequences:
@@ -111,18 +159,12 @@ def check(checklist, root):
         if sonar.unsupported:
             checklist.note(f"{sequence.name}: not worked out, it has {', '.join(sonar.unsupported)}")
             continue
+        check_snr(checklist, sequence)
         for ping in sequence.pings:
             series = sequence.series(ping)
-            if not check_record(checklist, sequence, series, ping):
-                continue
-            expected = physics.beam_series(sequence.scatterers(ping), sonar)
-            label = f"{sequence.name}/{ping:06d}"
-            if sonar.noise_power_pa2 is not None:
-                check_noise(checklist, label, series - expected, sonar.noise_power_pa2)
-                expected = expected + random_numbers.sample_noise(sequence.seed, sequence.number, ping, sonar.beams,
-                                                                  sonar.samples, sonar.noise_power_pa2)
-            check_values(checklist, label, series, expected)
-            compared += 1
+            if check_record(checklist, sequence, series, ping):
+                check_ping(checklist, sequence, ping, series)
+                compared += 1
     if not compared and not checklist.failures:
         print("check_series: skipped, no ping can be worked out")
         return SKIPPED

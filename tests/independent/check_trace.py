@@ -15,14 +15,16 @@ from checklist import run_main
 from ray_tracer import (hit_box, hit_cylinder, hit_plane, hit_sphere, nearest_hits, rotation_from_degrees,
                         rotation_from_quaternion, turn_between)
 from sequence import DataSet
+from surface_laws import Law
 from traced_world import Body, check_hits
 
+DIM, BRIGHT, BLACK = (Law(reflectivity=value, exponent=1.5) for value in (1e-3, 1e-2, 0.0))
 # Instances 1 to 5.
-WORLD = [Body(hit_box, ((12, 11, 7), True), (0, 0, 0), (0, 0, 12), 1e-3),
-         Body(hit_plane, (), (0, 0, -1.5), (2, -3, 0), 1e-2),
-         Body(hit_sphere, (0.4,), (3, 0.9, 0.1), (0, 0, 0), 1e-2),
-         Body(hit_cylinder, (0.25, 1.2), (3, -1.6, -0.3), (35, 60, 20), 1e-3),
-         Body(hit_box, ((0.1, 0.5, 0.5), False), (2.2, -0.3, 0), (0, 20, 30), 0.0)]
+WORLD = [Body(hit_box, ((12, 11, 7), True), (0, 0, 0), (0, 0, 12), DIM),
+         Body(hit_plane, (), (0, 0, -1.5), (2, -3, 0), BRIGHT),
+         Body(hit_sphere, (0.4,), (3, 0.9, 0.1), (0, 0, 0), BRIGHT),
+         Body(hit_cylinder, (0.25, 1.2), (3, -1.6, -0.3), (35, 60, 20), DIM),
+         Body(hit_box, ((0.1, 0.5, 0.5), False), (2.2, -0.3, 0), (0, 20, 30), BLACK)]
 # Instances 6 to 8: place and target strength.
 TARGETS = [((3.5, 0.2, 0.4), -20.0), ((5.2, 1.5, 0.0), -10.0), ((0.5, 0.0, 3.0), -10.0)]
 PATH = [(1.5, (0, 0, 0), (3, -4, 10)), (2.5, (0.3, 0.2, -0.1), (-3, 5, -12)), (4.0, (-0.3, 0.4, 0.2), (20, -10, 40))]

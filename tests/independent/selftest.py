@@ -15,7 +15,9 @@ import zlib
 
 import numpy as np
 
+import beam_patterns
 import physics
+import pulses
 import random_numbers
 import ray_tracer
 import sonar_dataset
@@ -115,12 +117,12 @@ def test_rle(checklist):
 
 def test_formulas(checklist):
     """Numbers of the written physics that need no data set."""
-    checklist.expect(physics.transform_length(2392, 29900.0) == 2500, "transform length for 2392 samples",
-                     physics.transform_length(2392, 29900.0), 2500)
+    checklist.expect(pulses.transform_length(2392, 29900.0) == 2500, "transform length for 2392 samples",
+                     pulses.transform_length(2392, 29900.0), 2500)
     bandwidth, bins = 29900.0, 2500
     fine = 64
     spectrum = np.zeros(bins * fine)
-    spectrum[:bins] = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    spectrum[:bins] = pulses.spectrum(pulses.Pulse(), bins, bandwidth)
     power = np.abs(np.fft.ifft(spectrum) * bins * fine) ** 2
     samples = np.arange(bins * fine) / fine
     checklist.near("b int |s|^2 dt (V3)", power.sum() / fine, 1.370, 0.001)
@@ -128,13 +130,13 @@ def test_formulas(checklist):
     checklist.near("-3 dB width in range (V3)", 2 * half * 1500 / 2 / bandwidth, 0.0330, 0.00033, " m")
     checklist.near("highest side lobe", 10 * np.log10(power[2 * fine:bins * fine // 2].max()), -32.4, 0.05, " dB")
     angle = np.radians(np.linspace(-90, 90, 400001))
-    azimuth_integral = np.trapz(physics.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
+    azimuth_integral = np.trapz(beam_patterns.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
     angle = np.radians(np.linspace(-10, 10, 20001))
-    elevation_integral = np.trapz(physics.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle)
+    elevation_integral = np.trapz(beam_patterns.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle)
     checklist.near("diffuse sphere (V6)", 220 + 10 * np.log10(1e-3 * azimuth_integral * elevation_integral / 25),
                    153.50, 0.02, " dB")
     azimuths = physics.beam_azimuths_rad(512, np.radians(90) / 512)
-    squares = np.sum(physics.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
+    squares = np.sum(beam_patterns.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
     checklist.near("Eq 16 at the central beam", 10 * np.log10(squares), 8.08, 0.005, " dB")
     checklist.near("noise of 30 dB re 1 uPa^2/Hz (V15)",
                    physics.power_level_db(physics.noise_power_pa2(30.0, bandwidth)), 74.76, 0.005, " dB")
@@ -147,8 +149,8 @@ def test_sums(checklist):
     """The fast trigonometric sums against the formula written out."""
     generator = np.random.default_rng(4)
     bandwidth, samples = 29900.0, 60
-    bins = physics.transform_length(samples, bandwidth)
-    spectrum = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    bins = pulses.transform_length(samples, bandwidth)
+    spectrum = pulses.spectrum(pulses.Pulse(), bins, bandwidth)
     delay, weight = generator.uniform(0, samples / bandwidth, 20), generator.normal(size=20) + 1j
     offsets = np.arange(samples)[:, None] - delay * bandwidth
     pulse = np.exp(2j * np.pi * offsets[..., None] * (np.arange(bins) - bins // 2) / bins) @ spectrum

@@ -6,6 +6,7 @@ import numpy as np
 import check_trace
 import synthetic_tank
 from check_scatterers import FIELDS
+from pulses import Pulse
 from ray_tracer import rotation_from_degrees
 from sequence import Sonar
 from traced_world import expected_echoes, ray_directions
@@ -18,8 +19,8 @@ def make_sonar():
     return Sonar(beams=65, spacing_rad=np.radians(100) / 65, width_rad=np.radians(3), fan_rad=np.radians(40),
                  elevation_width_rad=np.radians(15), rays_elevation=40, rays_azimuth=2, frequency_hz=4e5,
                  bandwidth_hz=2e4, source_pressure_pa_m=1e5, range_min_m=0.4, range_max_m=8.0,
-                 sound_speed_m_s=1500.0, absorption_db_m=0.1, lambert_exponent=1.5, pulse="gaussian",
-                 duration_s=0.0, normalization="calibrated", noise_level_db=None)
+                 sound_speed_m_s=1500.0, absorption_db_m=0.1, pulse=Pulse(), normalization="calibrated",
+                 noise_level_db=None)
 
 
 def quaternion(rotation):
@@ -64,7 +65,6 @@ def write_data_set(root):
                                   make_scatterers(sonar, position, rotation))
     info = synthetic_tank.description(sonar, 0, (0.0, 1.0))
     info["sonar"]["range_min_m"], info["sonar"]["range_max_m"] = sonar.range_min_m, sonar.range_max_m
-    info["scattering"]["lambert_exponent"] = sonar.lambert_exponent
     synthetic_tank.write(f"{root}/{FOLDER}/sequence.json", json.dumps(info))
     synthetic_tank.write(f"{root}/{FOLDER}/poses.csv", poses)
     synthetic_tank.write(f"{root}/{FOLDER}/objects.csv", objects)

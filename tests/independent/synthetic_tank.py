@@ -13,6 +13,7 @@ import labels
 import physics
 import random_numbers
 from check_scatterers import FIELDS
+from pulses import Pulse
 from sequence import Grid, Sonar
 from synthetic_files import encode_rle, exr_bytes, png_bytes
 
@@ -32,8 +33,7 @@ def make_sonar(noise_level_db):
                  elevation_width_rad=np.radians(20.0), fan_rad=np.radians(20.0), rays_elevation=9, rays_azimuth=1,
                  frequency_hz=9e5, bandwidth_hz=29900.0, source_pressure_pa_m=physics.source_pressure_pa_m(220.0),
                  range_min_m=0.0, range_max_m=10.0, sound_speed_m_s=1500.0, absorption_db_m=0.3,
-                 lambert_exponent=1.0, pulse="gaussian", duration_s=0.0, normalization="calibrated",
-                 noise_level_db=noise_level_db)
+                 pulse=Pulse(), normalization="calibrated", noise_level_db=noise_level_db)
 
 
 def trace(sonar):
@@ -69,7 +69,7 @@ def make_scatterers(sonar, sequence):
     key = random_numbers.stream_key(SEED, random_numbers.STREAM_SPECKLE, sequence)
     amplitude = random_numbers.complex_normals(key, 0, rays) * np.sqrt(out["variance"])
     out["amp_re"], out["amp_im"] = amplitude.real, amplitude.imag
-    out["gain"] = physics.propagation_gain(range_m, elevation, sonar)
+    out["gain"] = physics.propagation_gain(range_m, azimuth, elevation, sonar)
     out["cos_incidence"], out["instance"] = cosine, instance
     for axis, name in enumerate("xyz"):
         out[name] = range_m * direction[..., axis]
@@ -168,20 +168,26 @@ def listing(folder, skip=()):
 def description(sonar, number, limits_db):
     """sequence.json without its list of files."""
     return {"ensonify_sequence": 1, "sequence": number, "seed": SEED, "split": "train", "pings": [0, 1],
-            "sonar": {"frequency_hz": sonar.frequency_hz, "bandwidth_hz": sonar.bandwidth_hz, "pulse": sonar.pulse,
+            "sonar": {"frequency_hz": sonar.frequency_hz, "bandwidth_hz": sonar.bandwidth_hz,
+                      "pulse": {"shape": "gaussian"}, "window": "none", "processing_gain": 1.0, "adc": None,
                       "source_level_db": 220.0, "range_min_m": 0.0, "range_max_m": 10.0,
                       "normalization": "calibrated",
                       "beams": {"count": sonar.beams, "spacing_rad": sonar.spacing_rad,
-                                "width_rad": sonar.width_rad},
+                                "width_rad": sonar.width_rad, "transmit_width_rad": None,
+                                "shading": {"kind": "uniform", "aperture_wavelengths": 0.884 / sonar.width_rad}},
                       "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
                       "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth}},
             "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
-            "scattering": {"lambert_exponent": 1.0, "speckle": "per_ping"},
-            "noise": None if sonar.noise_level_db is None else {"spectrum_level_db": sonar.noise_level_db},
-            "record": {"samples": sonar.samples, "transform": len(sonar.spectrum)},
+            "scattering": {"speckle": "per_ping"},
+            "noise": None if sonar.noise_level_db is None else
+            {"spectrum_level_db": sonar.noise_level_db, "snr_db": None, "power_pa2": sonar.noise_power_pa2},
+            "record": {"samples": sonar.samples, "transform": len(sonar.spectrum),
+                       "pulse_extent_s": 0.0},
             "png": {"db": list(limits_db)}, "classes": CLASSES,
-            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i,
-                           "reflectivity": MATERIALS[i]} for i in (1, 2)]}
+            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i, "kind": "surface",
+                           "law": {"model": "lambert", "reflectivity": MATERIALS[i], "exponent": 1.0},
+                           "material": NAMES[i], "vertex_reflectivity": False, "coherent": None}
+                          for i in (1, 2)]}
 
 
 def write_sequence(root, number, noise_level_db):

@@ -6,6 +6,7 @@ import numpy as np
 
 import physics
 from ray_tracer import nearest_hits, rotation_from_degrees
+from surface_laws import Law, echo_energy
 
 # Share of the rays that may fall on another object by rounding at an edge.
 MOST_AT_EDGES = 2e-4
@@ -13,12 +14,12 @@ MOST_AT_EDGES = 2e-4
 
 @dataclass(frozen=True)
 class Body:
-    """One object: hit function and its parameters, pose in the world, reflectivity."""
+    """One object: hit function and its parameters, pose in the world, diffuse law."""
     hit: Callable
     parameters: tuple
     place_m: tuple
     turn_deg: tuple
-    reflectivity: float
+    law: Law
 
     @property
     def traceable(self):
@@ -55,12 +56,15 @@ def expected_echoes(bodies, sonar, position, rotation):
     """Trace all rays; instance 0 where nothing echoes within the range limits."""
     elevation, directions = ray_directions(sonar)
     range_m, cosine, index = nearest_hits([body.traceable for body in bodies], position, directions @ rotation.T)
-    reflectivity = np.where(index >= 0, np.array([body.reflectivity for body in bodies])[index], 0.0)
-    echoing = (range_m >= sonar.range_min_m) & (range_m <= sonar.range_max_m) & (reflectivity > 0)
+    black = np.array([body.law.model != "table" and body.law.reflectivity == 0 for body in bodies])
+    echoing = (range_m >= sonar.range_min_m) & (range_m <= sonar.range_max_m) & (index >= 0)
+    echoing &= ~black[index]
     step = sonar.fan_rad / sonar.rays_elevation
     solid_angle = sonar.spacing_rad / sonar.rays_azimuth * 2.0 * np.cos(elevation) * np.sin(step / 2.0)
-    variance = np.where(echoing, reflectivity * cosine ** sonar.lambert_exponent, 0.0)
-    variance[echoing] *= (range_m ** 2 * solid_angle)[echoing]
+    variance = np.zeros(len(range_m))
+    for number, body in enumerate(bodies):
+        mine = echoing & (index == number)
+        variance[mine] = echo_energy(body.law, cosine[mine], (range_m ** 2 * solid_angle)[mine])
     return Echoes(range_m, cosine, np.where(echoing, index + 1, 0), variance)
 
 
