@@ -1,7 +1,8 @@
 """Receive, elevation and transmit patterns, shaded and not.
 
 A shaded line aperture of A wavelengths has the pattern F(u), u = A sin(theta); A is such that
-the -3 dB width (half power) is the stated one, so shading makes the aperture longer.
+F is at half power at half the stated width, where sin(theta) is taken for theta: the array grows
+as it is shaded. Chebyshev is van der Maas' limit of many elements.
 """
 from dataclasses import dataclass
 
@@ -66,7 +67,7 @@ def aperture_wavelengths(shading, width_rad):
     """Length of the aperture whose -3 dB width is width_rad."""
     if shading.kind == "uniform":
         return SINC_WIDTH_FACTOR / width_rad
-    return half_power_u(shading) / np.sin(width_rad / 2.0)
+    return 2.0 * half_power_u(shading) / width_rad
 
 
 def beam_pattern(offset_rad, width_rad, shading=Shading()):

@@ -52,7 +52,8 @@ def table_spectrum(rows, frequency_hz):
     """Amplitude and phase straight between the rows, nothing outside them."""
     rows = np.array(rows, float)
     amplitude = np.interp(frequency_hz, rows[:, 0], rows[:, 1], left=0.0, right=0.0)
-    return amplitude * np.exp(1j * np.interp(frequency_hz, rows[:, 0], rows[:, 2]))
+    phase = np.unwrap(rows[:, 2])
+    return amplitude * np.exp(1j * np.interp(frequency_hz, rows[:, 0], phase))
 
 
 def raw_spectrum(pulse, x, bandwidth_hz, frequency_hz):
@@ -85,16 +86,16 @@ def spectrum(pulse, bins, bandwidth_hz, frequency_hz=0.0):
 
 
 def extent_s(pulse, bandwidth_hz, frequency_hz, depth_db=-90.0):
-    """T_p: the burst of cw, a table's reach to either side above -90 dB, else 0."""
+    """T_p: the burst of cw; the span of a table's s above -90 dB, with t = 0 in it; else 0."""
     if pulse.shape == "cw":
         return pulse.duration_s
     if pulse.shape != "table":
         return 0.0
-    bins = 4096
+    bins = 65536
     level = np.abs(envelope(spectrum(pulse, bins, bandwidth_hz, frequency_hz), 8))
     heard = np.nonzero(level > 10.0 ** (depth_db / 20.0))[0]
-    reach = np.minimum(heard, 8 * bins - heard).max()
-    return reach / (8.0 * bandwidth_hz)
+    offset = np.where(heard < 4 * bins, heard, heard - 8 * bins)
+    return (max(offset.max(), 0) - min(offset.min(), 0)) / (8.0 * bandwidth_hz)
 
 
 def smallest_even_smooth(least):

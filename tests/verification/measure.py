@@ -53,13 +53,19 @@ def crossing(x, y, i, target):
     return origin + float(inside[0])
 
 
-def width_at(x, power, share=0.5):
-    """Full width of the highest lobe where power falls to this share of its peak (half power)."""
+def edges(x, power, share=0.5):
+    """Where power falls to this share of its peak (half power) to the left and right of it."""
     top = int(np.argmax(power))
     target = share * peak(power)[1]
     right = top + int(np.argmax(power[top:] < target)) - 1
     left = top - int(np.argmax(power[top::-1] < target))
-    return crossing(x, power, right, target) - crossing(x, power, left, target)
+    return crossing(x, power, left, target), crossing(x, power, right, target)
+
+
+def width_at(x, power, share=0.5):
+    """Full width at this share of the peak (half power)."""
+    left, right = edges(x, power, share)
+    return right - left
 
 
 def lobes(power):
@@ -75,10 +81,10 @@ def first_side_lobe_db(power):
 
 
 def highest_side_lobe_db(power):
-    """Height of the highest lobe beside the main one, relative to it."""
-    top, highest = int(np.argmax(power)), peak(power)[1]
-    heights = [vertex(power, i)[1] for i in lobes(power) if i != top]
-    return 10.0 * math.log10(max(heights) / highest)
+    """Height of the highest lobe beyond the half-power edges, relative to the peak."""
+    left, right = edges(np.arange(len(power), dtype=float), power)
+    heights = [vertex(power, i)[1] for i in lobes(power) if not left <= i <= right]
+    return 10.0 * math.log10(max(heights) / peak(power)[1])
 
 
 def all_series(sequence):

@@ -100,68 +100,63 @@ def signal_to_noise(bench):
     ]
 
 
-@case("adc")
-def converter(bench):
-    """Converted samples are the nearest whole steps; the error is that of rounding; clipping."""
-    bits, full_scale_db = 10, 150.0
-    target = {"point_targets": [point_target("strong", -20.0, (2.0, 0.0, -0.3))]}
+BITS, FULL_SCALE_DB = 10, 150.0
+
+
+def converted_pings(bench):
+    """Parts of all samples in steps: as stored, and as worked out before the converter."""
     sequence = bench.run(
         {
             **SEABED,
-            **target,
+            "point_targets": [point_target("strong", -20.0, (2.0, 0.0, -0.3))],
             "sonar": {
                 **SEABED["sonar"],
-                "receiver": {"adc": {"bits": bits, "full_scale_db": full_scale_db}},
+                "receiver": {"adc": {"bits": BITS, "full_scale_db": FULL_SCALE_DB}},
             },
             "trajectory": {"ping_rate_hz": 1, "pings": 10},
         },
         scatterers=True,
     )
-    step = 10 ** ((full_scale_db - 120) / 20) / 2 ** (bits - 1)
-    error, off_grid, loudest, deepest, wrong = [], 0.0, 0.0, 0.0, 0
+    step = 10 ** ((FULL_SCALE_DB - 120) / 20) / 2 ** (BITS - 1)
+    stored, analogue = [], []
     for ping in sequence.pings:
-        series = sequence.series(ping).astype(complex)
-        analogue = physics.beam_series(sequence.scatterers(ping), sequence.sonar)
-        for got, came in (
-            (series.real / step, analogue.real / step),
-            (series.imag / step, analogue.imag / step),
-        ):
-            off_grid = max(off_grid, np.max(np.abs(got - np.rint(got))))
-            loudest, deepest = max(loudest, got.max()), min(deepest, got.min())
-            within = (came > -(2 ** (bits - 1))) & (came < 2 ** (bits - 1) - 1)
-            error.append((got - came)[within & (np.abs(came) > 2)])
-            wrong += np.count_nonzero(within & (np.abs(got - came) > 0.501))
-            wrong += np.count_nonzero((came > 2 ** (bits - 1)) & (got != 2 ** (bits - 1) - 1))
-    error = np.concatenate(error)
+        series = sequence.series(ping).astype(complex) / step
+        came = physics.beam_series(sequence.scatterers(ping), sequence.sonar) / step
+        stored += [series.real, series.imag]
+        analogue += [came.real, came.imag]
+    return np.array(stored), np.array(analogue)
+
+
+@case("adc")
+def converter(bench):
+    """Converted samples are the nearest whole steps; the error is that of rounding; clipping."""
+    stored, analogue = converted_pings(bench)
+    highest = 2 ** (BITS - 1)
+    whole = np.rint(stored)
+    gap = np.abs(whole - np.clip(analogue, -highest, highest - 1))
+    moving = (np.abs(analogue) > 2) & (np.abs(analogue) < highest - 1)
+    error = (whole - analogue)[moving]
     mean, spread = measure.mean_and_error(error**2)
+    steps = "steps"
     return [
         Row(
             "adc.grid",
-            "10 bits: largest distance of a sample from a whole step",
+            f"{BITS} bits: largest distance of a sample from a whole step",
             0.0,
-            float(off_grid),
+            float(np.abs(stored - whole).max()),
             1e-3,
-            "steps",
+            steps,
         ),
         Row(
             "adc.nearest",
-            "samples that are not the nearest step, or not clipped",
+            "samples that are not the nearest step within the converter's reach",
             0.0,
-            float(wrong),
+            float(np.count_nonzero(gap > 0.501)),
             0,
             "",
         ),
-        Row(
-            "adc.loudest",
-            "highest sample: 2^(bits-1) - 1 steps",
-            511.0,
-            float(loudest),
-            1e-3,
-            "steps",
-        ),
-        Row(
-            "adc.deepest", "lowest sample: -2^(bits-1) steps", -512.0, float(deepest), 1e-3, "steps"
-        ),
+        Row("adc.loudest", "highest: 2^(bits-1) - 1", highest - 1, stored.max(), 1e-3, steps),
+        Row("adc.deepest", "lowest: -2^(bits-1)", -highest, stored.min(), 1e-3, steps),
         Row(
             "adc.error",
             "mean square error of a sample between two steps",

@@ -5,7 +5,7 @@ import numpy as np
 
 import measure
 import pulses
-from bench import Row, case
+from bench import Row, case, point_target
 from closed_forms import BAND_HZ, CARRIER_HZ, SOUND_SPEED_M_S, Envelope, decibels, sonar_equation_db
 from levels import RANGE_M, STRENGTH_DB, point_echo
 from pulses import Pulse
@@ -58,7 +58,6 @@ def echo_of(bench, given, pulse):
     files = {"pulse.csv": table_file()} if pulse.shape == "table" else None
     if files is None:
         return point_echo(bench, {"sonar": sonar})
-    from bench import point_target
 
     return bench.run(
         {"sonar": sonar, "point_targets": [point_target("target", STRENGTH_DB, (RANGE_M, 0, 0))]},
@@ -104,12 +103,9 @@ def pulse_rows(bench, name, given, pulse):
     theory = Envelope(pulse)
     near = np.abs(theory.samples) < 60
     samples, shape = theory.samples[near], theory.power[near]
-    place, height = measure.peak(power)
-    expected_place = (
-        RANGE_M
-        + measure.peak(theory.power)[0] / 64.0 * RANGE_STEP_M
-        - len(theory.power) / 2 / 64.0 * RANGE_STEP_M
-    )
+    height = measure.peak(power)[1]
+    # A long burst peaks near both its ends: the middle between the edges is its place.
+    middle = RANGE_M + np.mean(measure.edges(samples, shape)) * RANGE_STEP_M
     offset = ranges / RANGE_STEP_M - RANGE_M / RANGE_STEP_M
     shown = np.abs(offset) < 14
     bench.curve(
@@ -145,9 +141,9 @@ def pulse_rows(bench, name, given, pulse):
         ),
         Row(
             f"pulse.{name}.place",
-            f"{name}: range of the peak",
-            expected_place,
-            place * RANGE_STEP_M / FINE,
+            f"{name}: range of the middle between its edges",
+            float(middle),
+            float(np.mean(measure.edges(ranges, power))),
             0.01 * RANGE_STEP_M,
             "m",
         ),

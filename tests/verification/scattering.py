@@ -15,7 +15,9 @@ from surface_laws import Law, backscatter_strength, echo_energy
 HEIGHT_M, FAN_DEG, WIDTH_DEG = 3.0, 170.0, 60.0
 GRAZING_DEG = (75, 60, 45, 30, 20, 11)
 HALF_WINDOW_DEG = 1.5
-TABLE_ROWS = ((0.0, -45.0), (20.0, -30.0), (50.0, -24.0), (90.0, -12.0))
+TABLE_ROWS = tuple(
+    zip(range(0, 91, 10), (-60.0, -38.0, -32.0, -29.0, -26.0, -25.0, -22.0, -20.5, -17.0, -12.0))
+)
 SAND_FILE = "grazing_deg,strength_db\n" + "".join(f"{g},{s}\n" for g, s in TABLE_ROWS)
 
 # Name, material, exponent of the scenario, the law here.
