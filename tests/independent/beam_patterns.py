@@ -17,6 +17,7 @@ TRANSMIT_WIDTH_FACTOR = 0.442946
 @dataclass(frozen=True)
 class Shading:
     """Aperture shading; side lobes in dB (negative) for taylor and chebyshev."""
+
     kind: str = "uniform"
     side_lobe_db: float = -35.0
     nbar: int = 5
@@ -31,7 +32,7 @@ def line_pattern(shading, u):
         return np.sinc(u) + 0.5 * (np.sinc(u - 1.0) + np.sinc(u + 1.0))
     strength = np.arccosh(10.0 ** (-shading.side_lobe_db / 20.0)) / np.pi
     if shading.kind == "chebyshev":
-        root = np.sqrt((strength ** 2 - u ** 2).astype(complex))
+        root = np.sqrt((strength**2 - u**2).astype(complex))
         return (np.cosh(np.pi * root) / np.cosh(np.pi * strength)).real
     if shading.kind != "taylor":
         raise ValueError(f"shading {shading.kind!r}")
@@ -41,13 +42,16 @@ def line_pattern(shading, u):
 def _taylor(u, strength, nbar):
     """Taylor's aperture by its Fourier series: sums of shifted sinc, no division by zero."""
     order = np.arange(1, nbar)
-    stretch = nbar ** 2 / (strength ** 2 + (nbar - 0.5) ** 2)
-    zeros = stretch * (strength ** 2 + (order - 0.5) ** 2)
+    stretch = nbar**2 / (strength**2 + (nbar - 0.5) ** 2)
+    zeros = stretch * (strength**2 + (order - 0.5) ** 2)
     out = np.sinc(u)
     for m in order:
         others = order[order != m]
-        factor = (-1.0) ** (m + 1) * np.prod(1.0 - m ** 2 / zeros) / \
-            (2.0 * np.prod(1.0 - m ** 2 / others.astype(float) ** 2))
+        factor = (
+            (-1.0) ** (m + 1)
+            * np.prod(1.0 - m**2 / zeros)
+            / (2.0 * np.prod(1.0 - m**2 / others.astype(float) ** 2))
+        )
         out = out + factor * (np.sinc(u - m) + np.sinc(u + m))
     return out
 
@@ -59,7 +63,9 @@ def half_power_u(shading):
         high += 0.1
     for _ in range(80):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if line_pattern(shading, middle) > np.sqrt(0.5) else (low, middle)
+        low, high = (
+            (middle, high) if line_pattern(shading, middle) > np.sqrt(0.5) else (low, middle)
+        )
     return 0.5 * (low + high)
 
 

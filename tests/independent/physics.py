@@ -45,7 +45,7 @@ def mixing_weights(azimuths_rad, width_rad, normalization, shading=Shading()):
     """W[j, i] = B(theta_i - theta_j) / N_j."""
     weights = beam_pattern(azimuths_rad[None, :] - azimuths_rad[:, None], width_rad, shading)
     if normalization == "mean_square":
-        return weights / np.sqrt(np.sum(weights ** 2, axis=1, keepdims=True))
+        return weights / np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
     if normalization != "calibrated":
         raise ValueError(f"normalization {normalization!r}")
     return weights
@@ -55,7 +55,7 @@ def propagation_gain(range_m, azimuth_rad, elevation_rad, sonar):
     """Spreading and absorption over both ways, elevation pattern (once), transmit pattern."""
     loss = 10.0 ** (-sonar.absorption_db_m * 2.0 * range_m / 20.0)
     sent = transmit_pattern(azimuth_rad, sonar.transmit_width_rad)
-    return loss * sent * beam_pattern(elevation_rad, sonar.elevation_width_rad) / range_m ** 2
+    return loss * sent * beam_pattern(elevation_rad, sonar.elevation_width_rad) / range_m**2
 
 
 def _trigonometric_sums(coefficients, cycles, bins):
@@ -90,7 +90,7 @@ def sector_intensity(weights, sector, delay_s, sectors, spectrum, bandwidth_hz, 
     |s|^2 is itself a trigonometric sum whose coefficients are the spectrum's autocorrelation.
     """
     bins = len(spectrum)
-    correlation = np.correlate(spectrum, spectrum, "full")[bins - 1:]
+    correlation = np.correlate(spectrum, spectrum, "full")[bins - 1 :]
     out = np.zeros((sectors, samples))
     for index in np.unique(sector):
         mine = sector == index
@@ -105,7 +105,9 @@ def sector_intensity(weights, sector, delay_s, sectors, spectrum, bandwidth_hz, 
 def beam_series(scatterers, sonar):
     """p_j(t) of the beam model from a scatterer list, complex128 [beams, samples], Pa."""
     delay = scatterers["delay_s"].astype(np.float64)
-    amplitude = scatterers["amp_re"].astype(np.float64) + 1j * scatterers["amp_im"].astype(np.float64)
+    amplitude = scatterers["amp_re"].astype(np.float64) + 1j * scatterers["amp_im"].astype(
+        np.float64
+    )
     return _mixed_series(amplitude, scatterers, delay, sonar)
 
 
@@ -114,8 +116,15 @@ def _mixed_series(amplitude, scatterers, delay, sonar):
     # Whole turns of the carrier are removed before the exponential to keep its phase exact.
     turns = np.mod(sonar.frequency_hz * delay, 1.0)
     coefficients = sonar.source_pressure_pa_m * amplitude * gain * np.exp(-2j * np.pi * turns)
-    sectors = sector_series(coefficients, scatterers["beam"], delay, sonar.beams, sonar.spectrum,
-                            sonar.bandwidth_hz, sonar.samples)
+    sectors = sector_series(
+        coefficients,
+        scatterers["beam"],
+        delay,
+        sonar.beams,
+        sonar.spectrum,
+        sonar.bandwidth_hz,
+        sonar.samples,
+    )
     return sonar.weights @ sectors
 
 
@@ -124,10 +133,19 @@ def expected_power(scatterers, sonar):
     delay = scatterers["delay_s"].astype(np.float64)
     mean = scatterers["mean_re"].astype(np.float64) + 1j * scatterers["mean_im"].astype(np.float64)
     power = np.abs(_mixed_series(mean, scatterers, delay, sonar)) ** 2 if np.any(mean) else 0.0
-    strength = scatterers["variance"].astype(np.float64) * scatterers["gain"].astype(np.float64) ** 2
-    sectors = sector_intensity(strength, scatterers["beam"], delay, sonar.beams, sonar.spectrum,
-                               sonar.bandwidth_hz, sonar.samples)
-    return power + sonar.source_pressure_pa_m ** 2 * (sonar.weights ** 2 @ sectors)
+    strength = (
+        scatterers["variance"].astype(np.float64) * scatterers["gain"].astype(np.float64) ** 2
+    )
+    sectors = sector_intensity(
+        strength,
+        scatterers["beam"],
+        delay,
+        sonar.beams,
+        sonar.spectrum,
+        sonar.bandwidth_hz,
+        sonar.samples,
+    )
+    return power + sonar.source_pressure_pa_m**2 * (sonar.weights**2 @ sectors)
 
 
 def noise_power_pa2(spectrum_level_db, bandwidth_hz, pulse_gain=1.0):
@@ -147,6 +165,7 @@ def converted(series, bits, full_scale_db):
 
     def one(part):
         return np.clip(np.rint(part / step), -highest, highest - 1.0) * step
+
     return one(series.real) + 1j * one(series.imag)
 
 

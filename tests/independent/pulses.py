@@ -17,6 +17,7 @@ PEAK_GRID = 32
 @dataclass(frozen=True)
 class Pulse:
     """What decides the spectrum; rows are (frequency_hz, amplitude, phase_rad)."""
+
     shape: str = "gaussian"
     duration_s: float = 0.0
     taper: float = EDGE

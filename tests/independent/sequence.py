@@ -22,6 +22,7 @@ IMAGE_KINDS = ("polar", "cartesian")
 @dataclass(frozen=True)
 class Instance:
     """One labelled object, point target or volume."""
+
     identity: int
     name: str
     class_name: str
@@ -37,6 +38,7 @@ class Instance:
 @dataclass(frozen=True)
 class FileEntry:
     """One file that a manifest lists, relative to the manifest's folder."""
+
     path: str
     size_bytes: int
     sha256: str
@@ -45,6 +47,7 @@ class FileEntry:
 @dataclass(frozen=True)
 class SequenceEntry:
     """What the manifest says of one sequence."""
+
     pings: range
     seed: int
     split: str
@@ -55,6 +58,7 @@ class SequenceEntry:
 @dataclass(frozen=True)
 class Grid:
     """Size, scale and place of a Cartesian image: upper left corner ahead and to port."""
+
     height: int
     width: int
     metres_per_pixel: float
@@ -65,6 +69,7 @@ class Grid:
 @dataclass(frozen=True)
 class Adc:
     """The converter: bits, level of full scale, and the step that the file states."""
+
     bits: int
     full_scale_db: float
     step_pa: float
@@ -73,6 +78,7 @@ class Adc:
 @dataclass
 class Sonar:
     """What the formulas need of a sequence's sonar, SI units."""
+
     beams: int
     spacing_rad: float
     width_rad: float
@@ -113,8 +119,9 @@ class Sonar:
 
     @cached_property
     def weights(self):
-        return physics.mixing_weights(self.azimuths_rad, self.width_rad, self.normalization,
-                                      self.shading)
+        return physics.mixing_weights(
+            self.azimuths_rad, self.width_rad, self.normalization, self.shading
+        )
 
     @property
     def range_step_m(self):
@@ -125,8 +132,9 @@ class Sonar:
         """The noise by its own formula; what the file states where it hangs on the first ping."""
         if self.noise_level_db is None:
             return self.stated_noise_pa2
-        return physics.noise_power_pa2(self.noise_level_db, self.bandwidth_hz,
-                                       self.pulse.processing_gain(self.bandwidth_hz))
+        return physics.noise_power_pa2(
+            self.noise_level_db, self.bandwidth_hz, self.pulse.processing_gain(self.bandwidth_hz)
+        )
 
 
 def _optional_fields(kind, entry, names):
@@ -160,28 +168,45 @@ def sonar_from_json(info):
         range_max_m=sonar["range_max_m"],
         sound_speed_m_s=water["sound_speed_m_s"],
         absorption_db_m=water["absorption_db_m"],
-        pulse=_optional_fields(Pulse, pulse, {name: name for name in (
-            "shape", "duration_s", "taper", "rows", "window")}),
+        pulse=_optional_fields(
+            Pulse,
+            pulse,
+            {name: name for name in ("shape", "duration_s", "taper", "rows", "window")},
+        ),
         normalization=sonar["normalization"],
         noise_level_db=noise.get("spectrum_level_db"),
-        shading=_optional_fields(Shading, beams["shading"],
-                                 {name: name for name in ("kind", "side_lobe_db", "nbar")}),
+        shading=_optional_fields(
+            Shading, beams["shading"], {name: name for name in ("kind", "side_lobe_db", "nbar")}
+        ),
         transmit_width_rad=beams["transmit_width_rad"],
         adc=None if adc is None else Adc(adc["bits"], adc["full_scale_db"], adc["step_pa"]),
         snr_db=noise.get("snr_db"),
         stated_noise_pa2=noise.get("power_pa2"),
-        unsupported=unsupported)
+        unsupported=unsupported,
+    )
 
 
 def instance_from_json(entry):
     """One entry of the list of instances."""
     law = None
     if entry["kind"] == "surface":
-        law = _optional_fields(Law, _rows(entry["law"], "rows"), {name: name for name in (
-            "model", "reflectivity", "exponent", "rows")})
-    return Instance(entry["id"], entry["name"], entry["class"], entry["class_id"], entry["kind"], law,
-                    entry.get("vertex_reflectivity", False), entry.get("coherent"),
-                    entry.get("target_strength_db"), entry.get("strength_db"))
+        law = _optional_fields(
+            Law,
+            _rows(entry["law"], "rows"),
+            {name: name for name in ("model", "reflectivity", "exponent", "rows")},
+        )
+    return Instance(
+        entry["id"],
+        entry["name"],
+        entry["class"],
+        entry["class_id"],
+        entry["kind"],
+        law,
+        entry.get("vertex_reflectivity", False),
+        entry.get("coherent"),
+        entry.get("target_strength_db"),
+        entry.get("strength_db"),
+    )
 
 
 class Sequence:
@@ -213,7 +238,9 @@ class Sequence:
 
     def pose(self, ping):
         """Sonar in world: x, y, z, qw, qx, qy, qz."""
-        return np.array([self._pose_rows[ping][key] for key in ("x", "y", "z", "qw", "qx", "qy", "qz")])
+        return np.array(
+            [self._pose_rows[ping][key] for key in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+        )
 
     def time_s(self, ping):
         return self._pose_rows[ping]["time_s"]
@@ -250,7 +277,10 @@ class Sequence:
 
     @property
     def files(self):
-        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.info["files"]]
+        return [
+            FileEntry(entry["path"], entry["bytes"], entry["sha256"])
+            for entry in self.info["files"]
+        ]
 
     @property
     def png_limits_db(self):
@@ -278,8 +308,12 @@ class Sequence:
     def mask_kinds(self):
         """Masks that this sequence has; shadows are there for all its images or for none."""
         kinds = ["instance", "semantic"]
-        if any(name.endswith("_shadow.png") for kind in IMAGE_KINDS if self.has(kind)
-               for name in os.listdir(self.path(kind))):
+        if any(
+            name.endswith("_shadow.png")
+            for kind in IMAGE_KINDS
+            if self.has(kind)
+            for name in os.listdir(self.path(kind))
+        ):
             kinds.append("shadow")
         return kinds
 
@@ -289,8 +323,11 @@ class Sequence:
     def grid(self, part):
         """Place of a Cartesian image, from its own header."""
         attributes = part.attributes
-        return Grid(part.height, part.width, *(float(attributes[name])
-                                              for name in ("metres_per_pixel", "x_top_m", "y_left_m")))
+        return Grid(
+            part.height,
+            part.width,
+            *(float(attributes[name]) for name in ("metres_per_pixel", "x_top_m", "y_left_m")),
+        )
 
 
 class DataSet:
@@ -305,7 +342,10 @@ class DataSet:
 
     @property
     def files(self):
-        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.manifest["files"]]
+        return [
+            FileEntry(entry["path"], entry["bytes"], entry["sha256"])
+            for entry in self.manifest["files"]
+        ]
 
     @cached_property
     def sequences(self):
@@ -318,9 +358,16 @@ class DataSet:
     @property
     def sequence_entries(self):
         """Rows of the manifest by folder name."""
-        return {f"{entry['sequence']:06d}": SequenceEntry(range(*entry["pings"]), entry["seed"], entry["split"],
-                                                         entry["bytes"], entry["sha256"])
-                for entry in self.manifest["sequences"]}
+        return {
+            f"{entry['sequence']:06d}": SequenceEntry(
+                range(*entry["pings"]),
+                entry["seed"],
+                entry["split"],
+                entry["bytes"],
+                entry["sha256"],
+            )
+            for entry in self.manifest["sequences"]
+        }
 
     @property
     def classes(self):

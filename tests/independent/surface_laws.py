@@ -11,6 +11,7 @@ import numpy as np
 @dataclass(frozen=True)
 class Law:
     """A diffuse law; rows are (grazing_deg, strength_db)."""
+
     model: str = "lambert"
     reflectivity: float = 0.0
     exponent: float = 1.0
