@@ -19,7 +19,9 @@ from sequence import IMAGE_KINDS, DataSet
 from sonar_dataset import decode_rle, read_exr, read_json, read_png
 
 # A picture is a grey PNG or, in a data set without those, a level image.
-PICTURE = re.compile(r"sequences/(\d+)/(?:png/(\d+)_(polar|cartesian)\.png|(polar|cartesian)/(\d+)\.exr)$")
+PICTURE = re.compile(
+    r"sequences/(\d+)/(?:png/(\d+)_(polar|cartesian)\.png|(polar|cartesian)/(\d+)\.exr)$"
+)
 
 
 def check_ids(checklist, coco):
@@ -32,8 +34,11 @@ def check_ids(checklist, coco):
         checklist.expect_none(whole, f"{what}: ids that are not whole numbers from 1")
     images = {entry["id"] for entry in coco["images"]}
     categories = {entry["id"] for entry in coco["categories"]}
-    lost = [a["id"] for a in coco["annotations"]
-            if a["image_id"] not in images or a["category_id"] not in categories]
+    lost = [
+        a["id"]
+        for a in coco["annotations"]
+        if a["image_id"] not in images or a["category_id"] not in categories
+    ]
     checklist.expect_none(lost, "annotations of unknown images or categories")
     names = [entry["name"] for entry in coco["categories"]]
     checklist.expect(len(set(names)) == len(names), "category names", names, "each once")
@@ -42,21 +47,34 @@ def check_ids(checklist, coco):
 def check_categories(checklist, coco, sequences):
     """Categories are the classes of the semantic masks, number by number."""
     by_id = {entry["id"]: entry["name"] for entry in coco["categories"]}
-    offenders = [f"{instance.name}: class {instance.class_id} {instance.class_name!r}, coco says "
-                 f"{by_id.get(instance.class_id)!r}"
-                 for sequence in sequences.values() for instance in sequence.instances.values()
-                 if by_id.get(instance.class_id) != instance.class_name]
+    offenders = [
+        f"{instance.name}: class {instance.class_id} {instance.class_name!r}, coco says "
+        f"{by_id.get(instance.class_id)!r}"
+        for sequence in sequences.values()
+        for instance in sequence.instances.values()
+        if by_id.get(instance.class_id) != instance.class_name
+    ]
     checklist.expect_none(offenders, "instances whose class is not the category of that id")
 
 
 def check_images(checklist, coco, data_set, sequences):
     """Every picture is listed once with its size, and nothing else is."""
     named = [entry["file_name"] for entry in coco["images"]]
-    expected = {f"sequences/{name}/png/{ping:06d}_{kind}.png" if sequence.has("png") else
-                f"sequences/{name}/{kind}/{ping:06d}.exr" for name, sequence in sequences.items()
-                for ping in sequence.pings for kind in IMAGE_KINDS if sequence.has(kind)}
-    checklist.expect(sorted(named) == sorted(expected), "images listed", f"{len(named)} {sorted(named)[:2]}",
-                     f"{len(expected)} {sorted(expected)[:2]}")
+    expected = {
+        f"sequences/{name}/png/{ping:06d}_{kind}.png"
+        if sequence.has("png")
+        else f"sequences/{name}/{kind}/{ping:06d}.exr"
+        for name, sequence in sequences.items()
+        for ping in sequence.pings
+        for kind in IMAGE_KINDS
+        if sequence.has(kind)
+    }
+    checklist.expect(
+        sorted(named) == sorted(expected),
+        "images listed",
+        f"{len(named)} {sorted(named)[:2]}",
+        f"{len(expected)} {sorted(expected)[:2]}",
+    )
     wrong = []
     for entry in coco["images"]:
         path = data_set.path(entry["file_name"])
@@ -65,7 +83,9 @@ def check_images(checklist, coco, data_set, sequences):
             continue
         shape = read_png(path).shape if path.endswith(".png") else read_exr(path)[0].shape
         if shape != (entry["height"], entry["width"]):
-            wrong.append(f"{entry['file_name']} is {shape}, listed {entry['height']} x {entry['width']}")
+            wrong.append(
+                f"{entry['file_name']} is {shape}, listed {entry['height']} x {entry['width']}"
+            )
     checklist.expect_none(wrong, "images that are absent or of another size")
 
 
@@ -82,7 +102,12 @@ def mask_of_image(sequences, file_name):
 def bounding_box(mask):
     """[x, y, width, height] that encloses a mask's pixels exactly."""
     rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
-    return [int(columns[0]), int(rows[0]), int(columns[-1] - columns[0] + 1), int(rows[-1] - rows[0] + 1)]
+    return [
+        int(columns[0]),
+        int(rows[0]),
+        int(columns[-1] - columns[0] + 1),
+        int(rows[-1] - rows[0] + 1),
+    ]
 
 
 def annotation_faults(annotation, image, instance_mask, class_of):
@@ -97,7 +122,9 @@ def annotation_faults(annotation, image, instance_mask, class_of):
     identity = int(covered[0])
     faults = []
     if not np.array_equal(mask, instance_mask == identity):
-        faults.append(f"mask has {mask.sum()} pixels, the PNG {np.count_nonzero(instance_mask == identity)}")
+        faults.append(
+            f"mask has {mask.sum()} pixels, the PNG {np.count_nonzero(instance_mask == identity)}"
+        )
     if annotation["area"] != mask.sum():
         faults.append(f"area {annotation['area']}, mask {mask.sum()}")
     if list(annotation["bbox"]) != bounding_box(mask):
@@ -105,7 +132,10 @@ def annotation_faults(annotation, image, instance_mask, class_of):
     if annotation["iscrowd"] not in (0, 1):
         faults.append(f"iscrowd {annotation['iscrowd']}")
     if annotation["category_id"] != class_of.get(identity):
-        faults.append(f"category {annotation['category_id']}, instance {identity} has {class_of.get(identity)}")
+        faults.append(
+            f"category {annotation['category_id']}, "
+            f"instance {identity} has {class_of.get(identity)}"
+        )
     return faults, identity
 
 
@@ -139,19 +169,32 @@ def check_annotation_lines(checklist, coco, sequences):
     by_image = {}
     for entry in coco["annotations"]:
         by_image.setdefault(entry["image_id"], []).append(
-            (entry["bbox"], entry["area"], entry["segmentation"]["counts"]))
-    gathered = {image["file_name"]: (image["width"], image["height"], by_image.get(image["id"], []))
-                for image in coco["images"]}
+            (entry["bbox"], entry["area"], entry["segmentation"]["counts"])
+        )
+    gathered = {
+        image["file_name"]: (image["width"], image["height"], by_image.get(image["id"], []))
+        for image in coco["images"]
+    }
     faults, lines = [], {}
     for name, sequence in sequences.items():
         with open(sequence.path("annotations.jsonl"), encoding="utf-8") as stream:
             records = [json.loads(line) for line in stream]
-        if [(r["ping"], r["time_s"]) for r in records] != [(p, sequence.time_s(p)) for p in sequence.pings]:
+        if [(r["ping"], r["time_s"]) for r in records] != [
+            (p, sequence.time_s(p)) for p in sequence.pings
+        ]:
             faults.append(f"{name}: pings or times are not those of poses.csv")
-        lines |= {f"sequences/{name}/{image['file']}": (image["width"], image["height"], [
-            (a["bbox"], a["area"], a["counts"]) for a in image["annotations"]])
-            for record in records for image in record["images"]}
-    faults += [path for path in sorted(set(lines) | set(gathered)) if lines.get(path) != gathered.get(path)]
+        lines |= {
+            f"sequences/{name}/{image['file']}": (
+                image["width"],
+                image["height"],
+                [(a["bbox"], a["area"], a["counts"]) for a in image["annotations"]],
+            )
+            for record in records
+            for image in record["images"]
+        }
+    faults += [
+        path for path in sorted(set(lines) | set(gathered)) if lines.get(path) != gathered.get(path)
+    ]
     checklist.expect_none(faults, f"annotations.jsonl unlike coco.json, {len(lines)} pictures")
 
 

@@ -41,8 +41,9 @@ class Ping:
         self.masks = {what: sequence.mask("polar", number, what).T for what in sequence.mask_kinds}
         self.series = sequence.series(number)
         self.clean_pa2 = physics.expected_power(self.scatterers, self.sonar)
-        self.expected = labels.PixelLabels(self.scatterers, self.sonar.bandwidth_hz, self.sonar.beams,
-                                           self.sonar.samples)
+        self.expected = labels.PixelLabels(
+            self.scatterers, self.sonar.bandwidth_hz, self.sonar.beams, self.sonar.samples
+        )
         self._apply_noise_rule()
 
     def _apply_noise_rule(self):
@@ -73,50 +74,79 @@ def check_parts(checklist, ping):
             continue
         parts = list(ping.sequence.image(kind, ping.number).values())
         names = [part.name for part in parts]
-        checklist.expect(names == ["level", "labels"], f"{ping.label} {kind} parts", names, "level, labels")
+        checklist.expect(
+            names == ["level", "labels"], f"{ping.label} {kind} parts", names, "level, labels"
+        )
         level, label = parts
-        checklist.expect({n: a.dtype for n, a in level.channels.items()} == {"Y": np.float16} and
-                         level.compression == "none", f"{ping.label} {kind} level part",
-                         (level.attributes["channels"], level.compression), "Y half, none")
-        checklist.expect(sorted(label.channels) == sorted(LABEL_CHANNELS) and
-                         all(a.dtype == np.float16 for a in label.channels.values()) and
-                         label.compression == "zip", f"{ping.label} {kind} labels part",
-                         (sorted(label.channels), label.compression), "four half channels, zip")
+        checklist.expect(
+            {n: a.dtype for n, a in level.channels.items()} == {"Y": np.float16}
+            and level.compression == "none",
+            f"{ping.label} {kind} level part",
+            (level.attributes["channels"], level.compression),
+            "Y half, none",
+        )
+        checklist.expect(
+            sorted(label.channels) == sorted(LABEL_CHANNELS)
+            and all(a.dtype == np.float16 for a in label.channels.values())
+            and label.compression == "zip",
+            f"{ping.label} {kind} labels part",
+            (sorted(label.channels), label.compression),
+            "four half channels, zip",
+        )
 
 
 def check_headers(checklist, ping):
     """Numbers in the image headers: axes of the polar image, extent of the Cartesian one."""
     sonar, sequence = ping.sonar, ping.sequence
-    wanted = {"first_beam_azimuth_rad": sonar.azimuths_rad[0], "beam_spacing_rad": sonar.spacing_rad,
-              "range_step_m": sonar.range_step_m}
+    wanted = {
+        "first_beam_azimuth_rad": sonar.azimuths_rad[0],
+        "beam_spacing_rad": sonar.spacing_rad,
+        "range_step_m": sonar.range_step_m,
+    }
     for part in ping.parts.values():
         for name, value in wanted.items():
-            checklist.near(f"{ping.label} polar {part.name} header {name}", part.attributes[name], value, 1e-12)
+            checklist.near(
+                f"{ping.label} polar {part.name} header {name}", part.attributes[name], value, 1e-12
+            )
     if not sequence.has("cartesian"):
         return
     for part in sequence.image("cartesian", ping.number).values():
         grid, edge = sequence.grid(part), sonar.spacing_rad * sonar.beams / 2
         aside = sonar.range_max_m * np.sin(min(edge, np.pi / 2))
         behind = sonar.range_max_m * min(np.cos(edge), 0.0)
-        extents = {"top": grid.x_top_m - sonar.range_max_m,
-                   "bottom": behind - (grid.x_top_m - grid.height * grid.metres_per_pixel),
-                   "left": grid.y_left_m - aside,
-                   "right": grid.width * grid.metres_per_pixel - grid.y_left_m - aside}
+        extents = {
+            "top": grid.x_top_m - sonar.range_max_m,
+            "bottom": behind - (grid.x_top_m - grid.height * grid.metres_per_pixel),
+            "left": grid.y_left_m - aside,
+            "right": grid.width * grid.metres_per_pixel - grid.y_left_m - aside,
+        }
         over = {side: round(metres / grid.metres_per_pixel, 6) for side, metres in extents.items()}
-        checklist.expect(all(-1e-3 <= value < 1.0 for value in over.values()),
-                         f"{ping.label} cartesian {part.name}, pixels beyond the fan", over, "0 to 1 on every side")
+        checklist.expect(
+            all(-1e-3 <= value < 1.0 for value in over.values()),
+            f"{ping.label} cartesian {part.name}, pixels beyond the fan",
+            over,
+            "0 to 1 on every side",
+        )
 
 
 def check_masks(checklist, ping):
     """Instance by the rule of most energy, semantic as its class, shadows behind their caster."""
     wrong = (ping.masks["instance"] != ping.instance) & ~ping.undecided
-    where = [f"beam {b} sample {n}: {ping.masks['instance'][b, n]} beside {ping.instance[b, n]}"
-             for b, n in np.argwhere(wrong)[:5]]
-    checklist.expect(not wrong.any(), f"{ping.label} instance mask, wrong pixels", f"{wrong.sum()} {where}",
-                     f"0 of {wrong.size} ({int(np.count_nonzero(ping.instance))} labelled)")
+    where = [
+        f"beam {b} sample {n}: {ping.masks['instance'][b, n]} beside {ping.instance[b, n]}"
+        for b, n in np.argwhere(wrong)[:5]
+    ]
+    checklist.expect(
+        not wrong.any(),
+        f"{ping.label} instance mask, wrong pixels",
+        f"{wrong.sum()} {where}",
+        f"0 of {wrong.size} ({int(np.count_nonzero(ping.instance))} labelled)",
+    )
     passed_over = np.count_nonzero(ping.undecided)
     allowed = max(FEW_PIXELS, MOST_PASSED_OVER * np.count_nonzero(ping.expected.has_echo))
-    checklist.expect(passed_over <= allowed, f"{ping.label} undecidable pixels", passed_over, f"<= {allowed:.0f}")
+    checklist.expect(
+        passed_over <= allowed, f"{ping.label} undecidable pixels", passed_over, f"<= {allowed:.0f}"
+    )
     known = ping.sequence.instances
     unknown = sorted(set(np.unique(ping.masks["instance"]).tolist()) - set(known) - {0})
     checklist.expect_none(unknown, f"{ping.label} instances the description does not list")
@@ -132,7 +162,7 @@ def check_masks(checklist, ping):
 
 
 def check_shadow(checklist, ping):
-    """What every shadow must fulfil: behind an echo of its caster in that beam, itself unlabelled."""
+    """Every shadow: behind an echo of its caster in that beam, itself unlabelled."""
     shadow, expected = ping.masks["shadow"].astype(np.int64), ping.expected
     overlap = np.count_nonzero((shadow > 0) & (ping.masks["instance"] > 0))
     checklist.expect(overlap == 0, f"{ping.label} pixels both shadow and labelled", overlap, 0)
@@ -144,56 +174,78 @@ def check_shadow(checklist, ping):
         beams, samples = np.nonzero(shadow == identity)
         before = samples + 1 < nearest[beams]
         if before.any():
-            offenders.append(f"instance {identity}: {np.count_nonzero(before)} pixels before its echo")
+            offenders.append(
+                f"instance {identity}: {np.count_nonzero(before)} pixels before its echo"
+            )
     checklist.expect_none(offenders, f"{ping.label} shadows before their caster")
-    checklist.note(f"{ping.label} shadow pixels {np.count_nonzero(shadow)}, "
-                   f"of them with an own echo {np.count_nonzero((shadow > 0) & expected.has_echo)}")
+    checklist.note(
+        f"{ping.label} shadow pixels {np.count_nonzero(shadow)}, "
+        f"of them with an own echo {np.count_nonzero((shadow > 0) & expected.has_echo)}"
+    )
 
 
 def check_level(checklist, ping):
     """level Y is the series' level in half precision."""
     expected = physics.level_db(ping.series)
     gap = half_gap(ping.channel("Y", "level"), expected)
-    checklist.expect(gap.max() <= 0.51, f"{ping.label} level Y, largest difference in half steps",
-                     f"{gap.max():.3f}", "<= 0.51")
+    checklist.expect(
+        gap.max() <= 0.51,
+        f"{ping.label} level Y, largest difference in half steps",
+        f"{gap.max():.3f}",
+        "<= 0.51",
+    )
 
 
 def check_clean(checklist, ping):
-    """clean_db against the scatterers' expected power, where it stands clear of the transforms' floor."""
+    """clean_db against the scatterers' expected power, clear of the transforms' floor."""
     expected, obtained = physics.power_level_db(ping.clean_pa2), ping.channel("clean_db")
     strongest = expected.max()
     strong = expected > max(strongest - CLEAN_DEPTH_DB, physics.SILENCE_DB)
     gap = np.where(strong, half_gap(obtained, expected), 0.0)
     gap = np.where(np.isnan(gap), np.inf, gap)
     where = np.unravel_index(np.argmax(gap), gap.shape)
-    checklist.expect(gap.max() <= 0.52, f"{ping.label} clean_db, largest difference in half steps",
-                     f"{gap.max():.3f} at beam {where[0]} sample {where[1]} ({obtained[where]:.3f} dB)",
-                     f"<= 0.52 ({expected[where]:.3f} dB; {np.count_nonzero(strong)} pixels)")
-    high = np.count_nonzero(~strong & ~(obtained <= np.maximum(strongest - CLEAN_DEPTH_DB + 1, physics.SILENCE_DB)))
+    checklist.expect(
+        gap.max() <= 0.52,
+        f"{ping.label} clean_db, largest difference in half steps",
+        f"{gap.max():.3f} at beam {where[0]} sample {where[1]} ({obtained[where]:.3f} dB)",
+        f"<= 0.52 ({expected[where]:.3f} dB; {np.count_nonzero(strong)} pixels)",
+    )
+    high = np.count_nonzero(
+        ~strong & ~(obtained <= np.maximum(strongest - CLEAN_DEPTH_DB + 1, physics.SILENCE_DB))
+    )
     checklist.expect(high == 0, f"{ping.label} clean_db too high where there is no energy", high, 0)
 
 
 def check_moments(checklist, ping):
-    """instance_fraction and elevation; energies are single precision, hence the slack beside the half step."""
+    """instance_fraction and elevation; energies are single precision, hence the slack."""
     wanted = ping.expected
     fraction = np.where(ping.audible, wanted.fraction, 0.0)
     for name, expected, judged, slack in (
-            ("instance_fraction", fraction, ~ping.undecided, 1e-5),
-            ("elevation_rad", wanted.elevation_mean, wanted.has_echo, 2e-6),
-            ("elevation_std_rad", wanted.elevation_spread, wanted.has_echo, 2e-5)):
+        ("instance_fraction", fraction, ~ping.undecided, 1e-5),
+        ("elevation_rad", wanted.elevation_mean, wanted.has_echo, 2e-6),
+        ("elevation_std_rad", wanted.elevation_spread, wanted.has_echo, 2e-5),
+    ):
         obtained = ping.channel(name)
         expected = np.where(judged, expected, 1.0)
         step = np.spacing(np.abs(expected).astype(np.float16)).astype(np.float64)
         excess = np.where(judged, np.abs(obtained - expected) - 0.51 * step - slack, 0.0)
         excess = np.where(np.isnan(excess), np.inf, excess)
         where = np.unravel_index(np.argmax(excess), excess.shape)
-        checklist.expect(not (excess > 0).any(), f"{ping.label} {name}, wrong pixels",
-                         f"{np.count_nonzero(excess > 0)} (worst {obtained[where]:.6g} at beam {where[0]} "
-                         f"sample {where[1]})", f"0 of {judged.sum()} (there {expected[where]:.6g})")
+        checklist.expect(
+            not (excess > 0).any(),
+            f"{ping.label} {name}, wrong pixels",
+            f"{np.count_nonzero(excess > 0)} (worst {obtained[where]:.6g} at beam {where[0]} "
+            f"sample {where[1]})",
+            f"0 of {judged.sum()} (there {expected[where]:.6g})",
+        )
         if name != "instance_fraction":
             silent = obtained[~wanted.has_echo]
-            checklist.expect(bool(np.isnan(silent).all()), f"{ping.label} {name} without an echo, not NaN",
-                             np.count_nonzero(~np.isnan(silent)), 0)
+            checklist.expect(
+                bool(np.isnan(silent).all()),
+                f"{ping.label} {name} without an echo, not NaN",
+                np.count_nonzero(~np.isnan(silent)),
+                0,
+            )
 
 
 def check_grey(checklist, ping):
@@ -215,8 +267,12 @@ def check_grey(checklist, ping):
             wanted = fan.apply(labels.grey_levels(level, low, high), 0.0)
             unsure, outside = fan.uncertain, ~fan.inside
         gap = np.where(unsure | outside, 0.0, np.abs(grey - wanted))
-        checklist.expect(gap.max() <= 0.501, f"{ping.label} {kind} grey, largest difference in grey steps",
-                         f"{gap.max():.4f}", f"<= 0.501 (limits {low} to {high} dB)")
+        checklist.expect(
+            gap.max() <= 0.501,
+            f"{ping.label} {kind} grey, largest difference in grey steps",
+            f"{gap.max():.4f}",
+            f"<= 0.501 (limits {low} to {high} dB)",
+        )
         lit = np.count_nonzero(grey[outside & ~unsure])
         checklist.expect(lit == 0, f"{ping.label} {kind} grey, lit pixels outside the fan", lit, 0)
 
@@ -224,8 +280,9 @@ def check_grey(checklist, ping):
 def cartesian_map(ping, part):
     """The fan's lookup for one Cartesian image, with the scale from its own header."""
     sonar = ping.sonar
-    return labels.CartesianMap(ping.sequence.grid(part), sonar.beams, sonar.spacing_rad, sonar.samples,
-                               sonar.range_step_m)
+    return labels.CartesianMap(
+        ping.sequence.grid(part), sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+    )
 
 
 def check_cartesian(checklist, ping):
@@ -234,45 +291,94 @@ def check_cartesian(checklist, ping):
         return
     parts = ping.sequence.image("cartesian", ping.number)
     fan = cartesian_map(ping, parts["level"])
-    images = [(name, parts["labels"].channels[name], ping.parts["labels"].channels[name].T,
-               np.nan if name.startswith("elevation") else physics.SILENCE_DB if name == "clean_db" else 0.0)
-              for name in LABEL_CHANNELS]
-    images.append(("Y", parts["level"].channels["Y"], ping.parts["level"].channels["Y"].T, physics.SILENCE_DB))
-    images += [(what, ping.sequence.mask("cartesian", ping.number, what), ping.masks[what], 0)
-               for what in ping.sequence.mask_kinds]
-    checklist.expect(np.mean(fan.uncertain & fan.inside) <= MOST_PASSED_OVER,
-                     f"{ping.label} cartesian, share of pixels on a border", f"{np.mean(fan.uncertain):.2e}",
-                     f"<= {MOST_PASSED_OVER}")
+    images = [
+        (
+            name,
+            parts["labels"].channels[name],
+            ping.parts["labels"].channels[name].T,
+            np.nan
+            if name.startswith("elevation")
+            else physics.SILENCE_DB
+            if name == "clean_db"
+            else 0.0,
+        )
+        for name in LABEL_CHANNELS
+    ]
+    images.append(
+        ("Y", parts["level"].channels["Y"], ping.parts["level"].channels["Y"].T, physics.SILENCE_DB)
+    )
+    images += [
+        (what, ping.sequence.mask("cartesian", ping.number, what), ping.masks[what], 0)
+        for what in ping.sequence.mask_kinds
+    ]
+    checklist.expect(
+        np.mean(fan.uncertain & fan.inside) <= MOST_PASSED_OVER,
+        f"{ping.label} cartesian, share of pixels on a border",
+        f"{np.mean(fan.uncertain):.2e}",
+        f"<= {MOST_PASSED_OVER}",
+    )
     for name, obtained, polar, outside in images:
         wanted = fan.apply(polar, outside)
         same = (obtained == wanted) | (np.isnan(wanted) & np.isnan(obtained)) | fan.uncertain
         bad = ~same
-        where = [f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}" for y, x in np.argwhere(bad)[:2]]
-        checklist.expect(not bad.any(), f"{ping.label} cartesian {name}, wrong pixels",
-                         f"{bad.sum()} {where}", f"0 of {bad.size}")
+        where = [
+            f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}"
+            for y, x in np.argwhere(bad)[:2]
+        ]
+        checklist.expect(
+            not bad.any(),
+            f"{ping.label} cartesian {name}, wrong pixels",
+            f"{bad.sum()} {where}",
+            f"0 of {bad.size}",
+        )
 
 
 def check_first_return(checklist, sequence):
     """first_return_m.npy: the nearest echo of every beam's own sector."""
     stored = sonar_dataset.read_npy(sequence.path("first_return_m.npy"))
-    wanted = np.array([labels.first_return_m(sequence.scatterers(ping), sequence.sonar.sound_speed_m_s,
-                                             sequence.sonar.beams) for ping in sequence.pings])
+    wanted = np.array(
+        [
+            labels.first_return_m(
+                sequence.scatterers(ping), sequence.sonar.sound_speed_m_s, sequence.sonar.beams
+            )
+            for ping in sequence.pings
+        ]
+    )
     alike = stored.shape == wanted.shape and stored.dtype == np.dtype("<f4")
-    checklist.expect(alike, f"{sequence.name} first_return_m", f"{stored.dtype}{stored.shape}",
-                     f"float32{wanted.shape}")
+    checklist.expect(
+        alike,
+        f"{sequence.name} first_return_m",
+        f"{stored.dtype}{stored.shape}",
+        f"float32{wanted.shape}",
+    )
     if alike:
         same = np.isclose(stored, wanted, rtol=1e-6, atol=0, equal_nan=True)
-        checklist.expect(bool(same.all()), f"{sequence.name} first_return_m, wrong entries",
-                         np.count_nonzero(~same), f"0 of {same.size}")
+        checklist.expect(
+            bool(same.all()),
+            f"{sequence.name} first_return_m, wrong entries",
+            np.count_nonzero(~same),
+            f"0 of {same.size}",
+        )
 
 
 def check(checklist, root):
     for sequence in DataSet(root).sequences:
         check_first_return(checklist, sequence)
+        if sequence.sonar.unsupported:
+            checklist.note(f"{sequence.name}: has {', '.join(sequence.sonar.unsupported)}")
+            continue
         for number in sequence.pings:
             ping = Ping(sequence, number)
-            for one in (check_parts, check_headers, check_masks, check_level, check_clean, check_moments, check_grey,
-                        check_cartesian):
+            for one in (
+                check_parts,
+                check_headers,
+                check_masks,
+                check_level,
+                check_clean,
+                check_moments,
+                check_grey,
+                check_cartesian,
+            ):
                 one(checklist, ping)
 
 

@@ -25,21 +25,25 @@ SHADOW_DEPTH_DB, SHADOW_TOLERANCE_DB = 14.2, 1.0
 
 
 def tank_bodies(sequence):
-    """Tank and cylinder, with the reflectivities that the data set states."""
-    reflectivity = {entry.class_name: entry.reflectivity for entry in sequence.instances.values()}
-    return [Body(hit_box, ((2 * WALL_M, 2 * WALL_M, 4.0), True), (0, 0, 0), (0, 0, 0), reflectivity["structure"]),
-            Body(hit_cylinder, (RADIUS_M, 2.0), (AXIS_M, 0, 0), (0, 0, 0), reflectivity["cylinder"])]
+    """Tank and cylinder, with the laws that the data set states."""
+    law = {entry.class_name: entry.law for entry in sequence.instances.values()}
+    return [
+        Body(
+            hit_box, ((2 * WALL_M, 2 * WALL_M, 4.0), True), (0, 0, 0), (0, 0, 0), law["structure"]
+        ),
+        Body(hit_cylinder, (RADIUS_M, 2.0), (AXIS_M, 0, 0), (0, 0, 0), law["cylinder"]),
+    ]
 
 
 def cylinder_range_m(azimuth_rad):
     """Range of the cylinder's near side in the horizontal plane, NaN where a ray passes it."""
-    inside = RADIUS_M ** 2 - (AXIS_M * np.sin(azimuth_rad)) ** 2
+    inside = RADIUS_M**2 - (AXIS_M * np.sin(azimuth_rad)) ** 2
     root = np.sqrt(np.where(inside >= 0, inside, np.nan))
     return AXIS_M * np.cos(azimuth_rad) - root
 
 
 def check_arrivals(checklist, label, clean_db, sonar):
-    """V16: the wall within one sample near the axis and four further out, the cylinder at 3.80 m."""
+    """V16: wall within one sample near the axis, four further out; the cylinder at 3.80 m."""
     step = sonar.range_step_m
     arrival = np.argmax(clean_db >= clean_db.max(axis=1, keepdims=True) - ARRIVAL_DB, axis=1) * step
     degrees = np.degrees(np.abs(sonar.azimuths_rad))
@@ -48,14 +52,20 @@ def check_arrivals(checklist, label, clean_db, sonar):
         beams = np.nonzero((degrees > low) & (degrees < high))[0]
         gap = (arrival - wall)[beams]
         worst = beams[np.argmax(np.abs(gap))]
-        checklist.expect(len(beams) > 0 and np.abs(gap).max() <= allowed * step,
-                         f"{label} wall at {low:g}..{high:g} deg, {len(beams)} beams, worst beam {worst}",
-                         f"{arrival[worst]:.4f} m ({(arrival - wall)[worst] / step:+.2f} samples)",
-                         f"{wall[worst]:.4f} m +- {allowed} samples of {step:.4f} m")
+        checklist.expect(
+            len(beams) > 0 and np.abs(gap).max() <= allowed * step,
+            f"{label} wall at {low:g}..{high:g} deg, {len(beams)} beams, worst beam {worst}",
+            f"{arrival[worst]:.4f} m ({(arrival - wall)[worst] / step:+.2f} samples)",
+            f"{wall[worst]:.4f} m +- {allowed} samples of {step:.4f} m",
+        )
     centre = np.nonzero(degrees < 0.5)[0]
     gap = arrival[centre] - (AXIS_M - RADIUS_M)
-    checklist.expect(len(centre) > 0 and np.abs(gap).max() <= step, f"{label} cylinder on {len(centre)} centre beams",
-                     f"{arrival[centre].min():.4f} to {arrival[centre].max():.4f} m", f"3.80 m +- {step:.4f} m")
+    checklist.expect(
+        len(centre) > 0 and np.abs(gap).max() <= step,
+        f"{label} cylinder on {len(centre)} centre beams",
+        f"{arrival[centre].min():.4f} to {arrival[centre].max():.4f} m",
+        f"3.80 m +- {step:.4f} m",
+    )
 
 
 def check_arc(checklist, label, first_return_m, sonar):
@@ -67,13 +77,19 @@ def check_arc(checklist, label, first_return_m, sonar):
     nearest, centre = cylinder_range_m(inner), cylinder_range_m(sonar.azimuths_rad)
     beams = np.nonzero(np.isfinite(centre))[0]
     early = np.count_nonzero(first_return_m[beams] < nearest[beams] - 1e-3)
-    farthest = np.where(np.abs(sonar.azimuths_rad) < np.arcsin(RADIUS_M / AXIS_M) - sonar.spacing_rad,
-                        cylinder_range_m(np.abs(sonar.azimuths_rad) + sonar.spacing_rad / 2.0), np.inf)
+    farthest = np.where(
+        np.abs(sonar.azimuths_rad) < np.arcsin(RADIUS_M / AXIS_M) - sonar.spacing_rad,
+        cylinder_range_m(np.abs(sonar.azimuths_rad) + sonar.spacing_rad / 2.0),
+        np.inf,
+    )
     late = np.count_nonzero(first_return_m[beams] > farthest[beams] + 2e-3)
     middle = len(sonar.azimuths_rad) // 2
-    checklist.expect(len(beams) > 0 and early == 0 and late == 0,
-                     f"{label} cylinder's arc on {len(beams)} beams, first returns off it",
-                     f"{early} early, {late} late (centre {first_return_m[middle]:.4f} m)", "0 (centre 3.80 m)")
+    checklist.expect(
+        len(beams) > 0 and early == 0 and late == 0,
+        f"{label} cylinder's arc on {len(beams)} beams, first returns off it",
+        f"{early} early, {late} late (centre {first_return_m[middle]:.4f} m)",
+        "0 (centre 3.80 m)",
+    )
 
 
 def check_shadow_depth(checklist, label, clean_db, sonar):
@@ -84,8 +100,13 @@ def check_shadow_depth(checklist, label, clean_db, sonar):
     power = 10.0 ** (clean_db / 10.0)
     behind = power[degrees < 1.0][:, window].mean()
     beside = power[(degrees > 6.0) & (degrees < 10.0)][:, window].mean()
-    checklist.near(f"{label} shadow depth", 10.0 * np.log10(beside / behind), SHADOW_DEPTH_DB,
-                   SHADOW_TOLERANCE_DB, " dB")
+    checklist.near(
+        f"{label} shadow depth",
+        10.0 * np.log10(beside / behind),
+        SHADOW_DEPTH_DB,
+        SHADOW_TOLERANCE_DB,
+        " dB",
+    )
 
 
 def check_masks(checklist, label, sequence, instance_mask, sonar):
@@ -96,24 +117,42 @@ def check_masks(checklist, label, sequence, instance_mask, sonar):
     edges = np.abs(sonar.azimuths_rad)[:, None] + sonar.spacing_rad / 2.0 * np.array([-1.0, 1.0])
     nearest = cylinder_range_m(np.maximum(edges[:, 0], 0.0))
     limb = np.arcsin(RADIUS_M / AXIS_M)
-    farthest = cylinder_range_m(np.minimum(edges[:, 1], limb * (1 - 1e-12))) / np.cos(sonar.fan_rad / 2.0)
+    farthest = cylinder_range_m(np.minimum(edges[:, 1], limb * (1 - 1e-12))) / np.cos(
+        sonar.fan_rad / 2.0
+    )
     ranges = np.arange(sonar.samples) * sonar.range_step_m
-    possible = (ranges >= nearest[:, None] - sonar.range_step_m) & (ranges <= farthest[:, None] + sonar.range_step_m)
+    possible = (ranges >= nearest[:, None] - sonar.range_step_m) & (
+        ranges <= farthest[:, None] + sonar.range_step_m
+    )
     stray = np.count_nonzero(is_cylinder & ~possible)
-    checklist.expect(stray == 0 and is_cylinder.any(), f"{label} cylinder pixels where no ray meets its near side",
-                     f"{stray} of {np.count_nonzero(is_cylinder)}", "0 of some")
+    checklist.expect(
+        stray == 0 and is_cylinder.any(),
+        f"{label} cylinder pixels where no ray meets its near side",
+        f"{stray} of {np.count_nonzero(is_cylinder)}",
+        "0 of some",
+    )
     meeting = np.nonzero(np.abs(sonar.azimuths_rad) < limb - sonar.spacing_rad)[0]
     front = np.round(cylinder_range_m(sonar.azimuths_rad[meeting]) / sonar.range_step_m).astype(int)
     bare = np.count_nonzero(~is_cylinder[meeting, front])
-    checklist.expect(bare == 0, f"{label} beams whose near-side pixel is not the cylinder", bare,
-                     f"0 of {len(meeting)}")
-    beside = np.nonzero((np.abs(sonar.azimuths_rad) > limb + sonar.spacing_rad) &
-                        (np.abs(sonar.azimuths_rad) < np.radians(40.0)))[0]
+    checklist.expect(
+        bare == 0,
+        f"{label} beams whose near-side pixel is not the cylinder",
+        bare,
+        f"0 of {len(meeting)}",
+    )
+    beside = np.nonzero(
+        (np.abs(sonar.azimuths_rad) > limb + sonar.spacing_rad)
+        & (np.abs(sonar.azimuths_rad) < np.radians(40.0))
+    )[0]
     wall = np.round(WALL_M / np.cos(sonar.azimuths_rad[beside]) / sonar.range_step_m).astype(int)
     wall_ids = set(sequence.instances) - set(cylinders)
     other = np.count_nonzero(~np.isin(instance_mask[beside, wall], list(wall_ids)))
-    checklist.expect(other == 0, f"{label} beams beside it whose wall pixel is not the wall", other,
-                     f"0 of {len(beside)}")
+    checklist.expect(
+        other == 0,
+        f"{label} beams beside it whose wall pixel is not the wall",
+        other,
+        f"0 of {len(beside)}",
+    )
 
 
 def check(checklist, root):
@@ -122,14 +161,25 @@ def check(checklist, root):
         returns = read_npy(sequence.path("first_return_m.npy"))
         for row, ping in enumerate(sequence.pings):
             label = f"{sequence.name}/{ping:06d}"
-            clean_db = sequence.image("polar", ping)["labels"].channels["clean_db"].T.astype(np.float64)
+            clean_db = (
+                sequence.image("polar", ping)["labels"].channels["clean_db"].T.astype(np.float64)
+            )
             check_arrivals(checklist, label, clean_db, sonar)
             check_arc(checklist, label, returns[row].astype(np.float64), sonar)
             check_shadow_depth(checklist, label, clean_db, sonar)
             if sequence.has("scatterers"):
-                check_hits(checklist, label, sequence.scatterers(ping), sonar, tank_bodies(sequence), np.zeros(3),
-                           np.eye(3))
-            check_masks(checklist, label, sequence, sequence.mask("polar", ping, "instance").T, sonar)
+                check_hits(
+                    checklist,
+                    label,
+                    sequence.scatterers(ping),
+                    sonar,
+                    tank_bodies(sequence),
+                    np.zeros(3),
+                    np.eye(3),
+                )
+            check_masks(
+                checklist, label, sequence, sequence.mask("polar", ping, "instance").T, sonar
+            )
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@
 Delay, direction and gain follow from the world position and the sonar's pose; the beam is the
 sector that holds the azimuth; the list is sorted by beam and delay; amplitudes are the
 documented keyed draws about their means. The footprint is checked through the variance:
-variance / (cos(alpha)^n r^2 dOmega) must be the instance's reflectivity.
+variance beside s_b(alpha) r^2 dOmega / cos(alpha) of the instance's law, less its rician part.
 """
 import math
 import sys
@@ -17,11 +17,27 @@ import physics
 import random_numbers
 from checklist import run_main
 from sequence import DataSet
+from surface_laws import echo_energy, rician_share
 
-FIELDS = (("delay_s", "<f8"), ("beam", "<i4"), ("azimuth_rad", "<f4"), ("elevation_rad", "<f4"),
-          ("amp_re", "<f4"), ("amp_im", "<f4"), ("mean_re", "<f4"), ("mean_im", "<f4"), ("variance", "<f4"),
-          ("gain", "<f4"), ("cos_incidence", "<f4"), ("doppler", "<f4"), ("instance", "<u4"), ("path", "<u2"),
-          ("x", "<f8"), ("y", "<f8"), ("z", "<f8"))
+FIELDS = (
+    ("delay_s", "<f8"),
+    ("beam", "<i4"),
+    ("azimuth_rad", "<f4"),
+    ("elevation_rad", "<f4"),
+    ("amp_re", "<f4"),
+    ("amp_im", "<f4"),
+    ("mean_re", "<f4"),
+    ("mean_im", "<f4"),
+    ("variance", "<f4"),
+    ("gain", "<f4"),
+    ("cos_incidence", "<f4"),
+    ("doppler", "<f4"),
+    ("instance", "<u4"),
+    ("path", "<u2"),
+    ("x", "<f8"),
+    ("y", "<f8"),
+    ("z", "<f8"),
+)
 DIRECT_PATH = 0
 STANDARD_ERRORS = 4.5
 
@@ -29,21 +45,36 @@ STANDARD_ERRORS = 4.5
 def rotate_to_sonar(quaternion_wxyz, offset):
     """World offsets [n, 3] turned into the sonar's frame (inverse of the sonar's rotation)."""
     w, x, y, z = quaternion_wxyz / np.linalg.norm(quaternion_wxyz)
-    to_world = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+    to_world = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
     return offset @ to_world
 
 
 def check_table(checklist, label, scatterers):
     """Fields, order, and numbers that are finite."""
     fields = tuple((name, scatterers.dtype[name].str) for name in scatterers.dtype.names)
-    checklist.expect(fields == FIELDS, f"{label} fields", fields if fields != FIELDS else "as listed", "as listed")
+    checklist.expect(
+        fields == FIELDS,
+        f"{label} fields",
+        fields if fields != FIELDS else "as listed",
+        "as listed",
+    )
     order = np.lexsort((scatterers["delay_s"], scatterers["beam"]))
     keys = np.stack([scatterers["beam"].astype(float), scatterers["delay_s"]])
-    checklist.expect(np.array_equal(keys[:, order], keys), f"{label} sorted by beam and delay",
-                     np.array_equal(keys[:, order], keys), True)
-    bad = sum(int(np.count_nonzero(~np.isfinite(scatterers[name]))) for name in scatterers.dtype.names)
+    checklist.expect(
+        np.array_equal(keys[:, order], keys),
+        f"{label} sorted by beam and delay",
+        np.array_equal(keys[:, order], keys),
+        True,
+    )
+    bad = sum(
+        int(np.count_nonzero(~np.isfinite(scatterers[name]))) for name in scatterers.dtype.names
+    )
     checklist.expect(bad == 0, f"{label} numbers that are not finite", bad, 0)
 
 
@@ -56,59 +87,96 @@ def check_geometry(checklist, label, scatterers, pose, sonar):
     azimuth = np.arctan2(local[:, 1], local[:, 0])
     elevation = np.arcsin(np.clip(local[:, 2] / range_m, -1, 1))
     gap = np.max(np.abs(direct["delay_s"] * sonar.sound_speed_m_s / 2.0 - range_m), initial=0)
-    checklist.expect(gap < 1e-6, f"{label} delay against position, largest gap", f"{gap:.2e} m", "< 1e-6 m")
+    checklist.expect(
+        gap < 1e-6, f"{label} delay against position, largest gap", f"{gap:.2e} m", "< 1e-6 m"
+    )
     for name, wanted in (("azimuth_rad", azimuth), ("elevation_rad", elevation)):
         gap = np.max(np.abs(direct[name] - wanted), initial=0)
-        checklist.expect(gap < 1e-6, f"{label} {name} against position, largest gap", f"{gap:.2e}", "< 1e-6")
+        checklist.expect(
+            gap < 1e-6, f"{label} {name} against position, largest gap", f"{gap:.2e}", "< 1e-6"
+        )
     sector = azimuth / sonar.spacing_rad + sonar.beams / 2.0
-    outside = np.count_nonzero((sector < direct["beam"] - 1e-4) | (sector > direct["beam"] + 1 + 1e-4))
-    checklist.expect(outside == 0, f"{label} echoes outside their beam's sector", outside, f"0 of {len(direct)}")
+    outside = np.count_nonzero(
+        (sector < direct["beam"] - 1e-4) | (sector > direct["beam"] + 1 + 1e-4)
+    )
+    checklist.expect(
+        outside == 0, f"{label} echoes outside their beam's sector", outside, f"0 of {len(direct)}"
+    )
     high = np.count_nonzero(np.abs(elevation) > sonar.fan_rad / 2 + 1e-6)
     checklist.expect(high == 0, f"{label} echoes outside the elevation fan", high, 0)
     inside = (range_m >= sonar.range_min_m - 1e-9) & (range_m <= sonar.range_max_m + 1e-9)
-    checklist.expect(bool(inside.all()), f"{label} echoes outside the range limits", np.count_nonzero(~inside), 0)
-    gain = physics.propagation_gain(range_m, elevation, sonar)
+    checklist.expect(
+        bool(inside.all()), f"{label} echoes outside the range limits", np.count_nonzero(~inside), 0
+    )
+    gain = physics.propagation_gain(range_m, azimuth, elevation, sonar)
     relative = np.max(np.abs(direct["gain"] / gain - 1.0), initial=0)
-    checklist.expect(relative < 3e-6, f"{label} gain, largest relative gap", f"{relative:.2e}",
-                     f"< 3e-6 (absorption {sonar.absorption_db_m:.6g} dB/m)")
+    checklist.expect(
+        relative < 3e-6,
+        f"{label} gain, largest relative gap",
+        f"{relative:.2e}",
+        f"< 3e-6 (absorption {sonar.absorption_db_m:.6g} dB/m)",
+    )
 
 
 def check_draws(checklist, label, scatterers):
     """Moments of xi = (a - mean) / sqrt(variance): a unit complex normal."""
     drawn = scatterers[scatterers["variance"] > 0]
     still = scatterers[scatterers["variance"] == 0]
-    fixed = np.count_nonzero((still["amp_re"] != still["mean_re"]) | (still["amp_im"] != still["mean_im"]))
-    checklist.expect(fixed == 0, f"{label} echoes without variance that are not their mean", fixed, 0)
+    fixed = np.count_nonzero(
+        (still["amp_re"] != still["mean_re"]) | (still["amp_im"] != still["mean_im"])
+    )
+    checklist.expect(
+        fixed == 0, f"{label} echoes without variance that are not their mean", fixed, 0
+    )
     if len(drawn) < 100:
         return
-    xi = (drawn["amp_re"] - drawn["mean_re"] + 1j * (drawn["amp_im"] - drawn["mean_im"]).astype(np.float64))
+    xi = (
+        drawn["amp_re"]
+        - drawn["mean_re"]
+        + 1j * (drawn["amp_im"] - drawn["mean_im"]).astype(np.float64)
+    )
     xi = xi / np.sqrt(drawn["variance"].astype(np.float64))
     count = len(xi)
-    checklist.near(f"{label} E|xi|^2", np.mean(np.abs(xi) ** 2), 1.0, STANDARD_ERRORS / math.sqrt(count))
-    checklist.near(f"{label} E|xi|^4", np.mean(np.abs(xi) ** 4), 2.0, STANDARD_ERRORS * math.sqrt(20.0 / count))
+    checklist.near(
+        f"{label} E|xi|^2", np.mean(np.abs(xi) ** 2), 1.0, STANDARD_ERRORS / math.sqrt(count)
+    )
+    checklist.near(
+        f"{label} E|xi|^4", np.mean(np.abs(xi) ** 4), 2.0, STANDARD_ERRORS * math.sqrt(20.0 / count)
+    )
     checklist.near(f"{label} |E xi|", abs(np.mean(xi)), 0.0, STANDARD_ERRORS / math.sqrt(count))
-    checklist.near(f"{label} |E xi xi|", abs(np.mean(xi ** 2)), 0.0, STANDARD_ERRORS * math.sqrt(2.0 / count))
+    checklist.near(
+        f"{label} |E xi xi|", abs(np.mean(xi**2)), 0.0, STANDARD_ERRORS * math.sqrt(2.0 / count)
+    )
 
 
 def check_keyed_draws(checklist, label, scatterers, sequence, ping):
     """xi worked out from seed, sequence, ping and ray number by the documented generator."""
     sonar = sequence.sonar
     drawn = scatterers[(scatterers["variance"] > 0) & (scatterers["path"] == DIRECT_PATH)]
-    column = (drawn["azimuth_rad"].astype(np.float64) / sonar.spacing_rad + sonar.beams / 2.0 - drawn["beam"])
-    column = np.clip(np.floor(column * sonar.rays_azimuth), 0, sonar.rays_azimuth - 1).astype(np.uint64)
+    column = (
+        drawn["azimuth_rad"].astype(np.float64) / sonar.spacing_rad
+        + sonar.beams / 2.0
+        - drawn["beam"]
+    )
+    column = np.clip(np.floor(column * sonar.rays_azimuth), 0, sonar.rays_azimuth - 1).astype(
+        np.uint64
+    )
     row = (drawn["elevation_rad"].astype(np.float64) / sonar.fan_rad + 0.5) * sonar.rays_elevation
-    ray = (drawn["beam"].astype(np.uint64) * np.uint64(sonar.rays_azimuth) + column) * \
-        np.uint64(sonar.rays_elevation) + np.floor(row).astype(np.uint64)
+    ray = (drawn["beam"].astype(np.uint64) * np.uint64(sonar.rays_azimuth) + column) * np.uint64(
+        sonar.rays_elevation
+    ) + np.floor(row).astype(np.uint64)
     key = random_numbers.stream_key(sequence.seed, random_numbers.STREAM_SPECKLE, sequence.number)
     xi = random_numbers.complex_normals(key, 0 if sequence.speckle == "per_ray" else ping, ray)
     wanted = xi * np.sqrt(drawn["variance"].astype(np.float64))
     obtained = (drawn["amp_re"] - drawn["mean_re"]) + 1j * (drawn["amp_im"] - drawn["mean_im"])
     error = physics.relative_l2(obtained, wanted)
-    checklist.expect(error < 1e-5, f"{label} keyed draws, relative L2 of a - mean", f"{error:.2e}", "< 1e-5")
+    checklist.expect(
+        error < 1e-5, f"{label} keyed draws, relative L2 of a - mean", f"{error:.2e}", "< 1e-5"
+    )
 
 
 def check_footprint(checklist, label, scatterers, sequence):
-    """variance / (cos^n r^2 dOmega) is the instance's reflectivity."""
+    """variance is what the law gives for the ray's cell; a coloured mesh only dims it."""
     sonar = sequence.sonar
     drawn = scatterers[(scatterers["variance"] > 0) & (scatterers["path"] == DIRECT_PATH)]
     step = sonar.fan_rad / sonar.rays_elevation
@@ -116,14 +184,44 @@ def check_footprint(checklist, label, scatterers, sequence):
     low = cell * step - sonar.fan_rad / 2
     solid_angle = sonar.spacing_rad / sonar.rays_azimuth * (np.sin(low + step) - np.sin(low))
     range_m = drawn["delay_s"] * sonar.sound_speed_m_s / 2.0
-    ratio = drawn["variance"] / (drawn["cos_incidence"].astype(np.float64) ** sonar.lambert_exponent *
-                                 range_m ** 2 * solid_angle)
     for identity in np.unique(drawn["instance"]):
-        mine = ratio[drawn["instance"] == identity]
-        spread = (mine.max() - mine.min()) / np.median(mine)
-        name, wanted = sequence.instances[identity].name, sequence.instances[identity].reflectivity
-        checklist.expect(spread < 1e-4, f"{label} {name}, spread of variance / (cos^n dA)", f"{spread:.2e}", "< 1e-4")
-        checklist.near(f"{label} {name}, reflectivity", np.median(mine), wanted, 1e-5 * wanted)
+        instance, mine = sequence.instances[identity], drawn["instance"] == identity
+        wanted = echo_energy(
+            instance.law,
+            drawn["cos_incidence"][mine].astype(np.float64),
+            (range_m**2 * solid_angle)[mine],
+        ) * rician_share(instance.coherent)
+        ratio = drawn["variance"][mine] / wanted
+        what = f"{label} {instance.name}, variance beside its law's"
+        if instance.vertex_reflectivity:
+            checklist.expect(
+                ratio.max() < 1 + 1e-4, f"{what}, largest", f"{ratio.max():.6f}", "<= 1"
+            )
+            continue
+        checklist.expect(
+            ratio.max() / ratio.min() - 1 < 1e-4,
+            f"{what}, spread",
+            f"{ratio.max() / ratio.min() - 1:.2e}",
+            "< 1e-4",
+        )
+        checklist.near(what, np.median(ratio), 1.0, 1e-5)
+
+
+def check_rician(checklist, label, scatterers, sequence):
+    """mean^2 / variance is K on every echo of a rician surface, and the mean is real."""
+    for identity, instance in sequence.instances.items():
+        if not instance.coherent or instance.coherent["model"] != "rician":
+            continue
+        mine = scatterers[(scatterers["instance"] == identity) & (scatterers["variance"] > 0)]
+        k = instance.coherent["k"]
+        ratio = mine["mean_re"].astype(np.float64) ** 2 / mine["variance"]
+        gap = np.max(np.abs(ratio - k), initial=0) + np.max(np.abs(mine["mean_im"]), initial=0)
+        checklist.expect(
+            gap < 1e-5 * max(k, 1.0) and np.all(mine["mean_re"] >= 0),
+            f"{label} {instance.name}, mean^2 / variance, largest gap",
+            f"{gap:.2e}",
+            f"< 1e-5 (K {k:g})",
+        )
 
 
 def check(checklist, root):
@@ -136,6 +234,7 @@ def check(checklist, root):
             check_draws(checklist, label, scatterers)
             check_keyed_draws(checklist, label, scatterers, sequence, ping)
             check_footprint(checklist, label, scatterers, sequence)
+            check_rician(checklist, label, scatterers, sequence)
 
 
 if __name__ == "__main__":

@@ -19,11 +19,27 @@ def main(program: str, scenario: str, pings: str, *more: str) -> int:
     failed = []
     with tempfile.TemporaryDirectory(prefix="ensonify-") as folder:
         data = pathlib.Path(folder) / "data"
-        subprocess.run([program, "generate", scenario, "-o", data, "--pings", f"0:{pings}",
-                        "--export-scatterers", "--quiet"], check=True)
+        subprocess.run(
+            [
+                program,
+                "generate",
+                scenario,
+                "-o",
+                data,
+                "--pings",
+                f"0:{pings}",
+                "--export-scatterers",
+                "--quiet",
+            ],
+            check=True,
+        )
         for check in CHECKS + list(more):
-            result = subprocess.run([sys.executable, HERE / f"{check}.py", data],
-                                    capture_output=True, text=True, check=False)
+            result = subprocess.run(
+                [sys.executable, HERE / f"{check}.py", data],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
             print(f"== {check}: exit {result.returncode}\n{result.stdout}{result.stderr}")
             if result.returncode not in (0, NOTHING_TO_CHECK):
                 failed.append(check)

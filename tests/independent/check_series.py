@@ -6,14 +6,16 @@
 p_j(t) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) s(t - tau_i)
 
 With noise the difference must be that noise: complex normal, of the stated power, alike in
-every beam, and the very draws that the documented keyed generator gives. Data sets with adc,
-volumes or motion within the ping cannot be worked out from their scatterers and count as skipped.
+every beam, and the very draws that the documented keyed generator gives. With a converter every
+sample must be the nearest of its steps. Data sets with volumes cannot be worked out from their
+scatterers and count as skipped.
 """
 import math
 import sys
 
 import numpy as np
 
+import labels
 import physics
 import random_numbers
 import sonar_dataset
@@ -29,28 +31,43 @@ STANDARD_ERRORS = 4.5
 def check_record(checklist, sequence, series, ping):
     """Shape, type and ranges of one stored series."""
     sonar = sequence.sonar
-    ok = checklist.expect(series.shape == (sonar.beams, sonar.samples), f"{sequence.name}/{ping} shape",
-                          series.shape, (sonar.beams, sonar.samples))
-    return ok & checklist.expect(series.dtype == np.dtype("<c8"), f"{sequence.name}/{ping} type",
-                                 series.dtype, "complex64")
+    ok = checklist.expect(
+        series.shape == (sonar.beams, sonar.samples),
+        f"{sequence.name}/{ping} shape",
+        series.shape,
+        (sonar.beams, sonar.samples),
+    )
+    return ok & checklist.expect(
+        series.dtype == np.dtype("<c8"), f"{sequence.name}/{ping} type", series.dtype, "complex64"
+    )
 
 
 def check_values(checklist, label, series, expected):
     """Relative L2 over the record and over each tenth of it that is strong enough to judge."""
     error = physics.relative_l2(series, expected)
-    checklist.expect(error <= SERIES_TOLERANCE, f"{label} series, relative L2", f"{error:.3e}",
-                     f"<= {SERIES_TOLERANCE:.0e} (|p| {np.linalg.norm(series):.6g} beside "
-                     f"{np.linalg.norm(expected):.6g} Pa)")
+    checklist.expect(
+        error <= SERIES_TOLERANCE,
+        f"{label} series, relative L2",
+        f"{error:.3e}",
+        f"<= {SERIES_TOLERANCE:.0e} (|p| {np.linalg.norm(series):.6g} beside "
+        f"{np.linalg.norm(expected):.6g} Pa)",
+    )
     if error > SERIES_TOLERANCE:
         explain_difference(checklist, series, expected)
         return
     size = np.linalg.norm(expected)
     worst = 0.0
-    for part, wanted in zip(np.array_split(series, 10, axis=1), np.array_split(expected, 10, axis=1)):
+    for part, wanted in zip(
+        np.array_split(series, 10, axis=1), np.array_split(expected, 10, axis=1)
+    ):
         if np.linalg.norm(wanted) > WEAK_TENTH * size:
             worst = max(worst, physics.relative_l2(part, wanted))
-    checklist.expect(worst <= 10 * SERIES_TOLERANCE, f"{label} series, worst tenth", f"{worst:.3e}",
-                     f"<= {10 * SERIES_TOLERANCE:.0e}")
+    checklist.expect(
+        worst <= 10 * SERIES_TOLERANCE,
+        f"{label} series, worst tenth",
+        f"{worst:.3e}",
+        f"<= {10 * SERIES_TOLERANCE:.0e}",
+    )
 
 
 def explain_difference(checklist, series, expected):
@@ -60,8 +77,10 @@ def explain_difference(checklist, series, expected):
     conjugate = physics.relative_l2(series, np.conj(expected))
     mirrored = physics.relative_l2(series, expected[::-1])
     beam_error = np.linalg.norm(series - expected, axis=1)
-    checklist.note(f"best factor {factor:.6g}, leaves {rest:.3e}; against the conjugate {conjugate:.3e}; "
-                   f"with beams mirrored {mirrored:.3e}; worst beam {int(np.argmax(beam_error))}")
+    checklist.note(
+        f"best factor {factor:.6g}, leaves {rest:.3e}; against the conjugate {conjugate:.3e}; "
+        f"with beams mirrored {mirrored:.3e}; worst beam {int(np.argmax(beam_error))}"
+    )
 
 
 def check_noise(checklist, label, difference, power_pa2):
@@ -74,20 +93,35 @@ def check_noise(checklist, label, difference, power_pa2):
         parts = np.array_split(difference, min(10, difference.shape[axis]), axis=axis)
         off = [np.mean(np.abs(part) ** 2) / power_pa2 - 1.0 for part in parts]
         worst = max(abs(value) * math.sqrt(part.size) for value, part in zip(off, parts))
-        checklist.expect(worst <= STANDARD_ERRORS, f"{label} noise, worst tenth of the {what}",
-                         f"{worst:.2f} standard errors", f"<= {STANDARD_ERRORS}")
+        checklist.expect(
+            worst <= STANDARD_ERRORS,
+            f"{label} noise, worst tenth of the {what}",
+            f"{worst:.2f} standard errors",
+            f"<= {STANDARD_ERRORS}",
+        )
     scale = math.sqrt(power_pa2)
     along_samples = difference[:, 1:] * np.conj(difference[:, :-1])
     along_beams = difference[1:] * np.conj(difference[:-1])
-    for value, what in ((np.mean(difference), "mean"), (np.mean(difference ** 2) / scale, "E[n n]"),
-                        (np.mean(along_samples) / scale, "correlation of samples"),
-                        (np.mean(along_beams) / scale if len(along_beams) else 0, "correlation of beams")):
+    for value, what in (
+        (np.mean(difference), "mean"),
+        (np.mean(difference**2) / scale, "E[n n]"),
+        (np.mean(along_samples) / scale, "correlation of samples"),
+        (np.mean(along_beams) / scale if len(along_beams) else 0, "correlation of beams"),
+    ):
         deviations = abs(value) * math.sqrt(count / (2.0 * power_pa2))
-        checklist.expect(deviations <= STANDARD_ERRORS, f"{label} noise, {what}",
-                         f"{deviations:.2f} standard errors", f"<= {STANDARD_ERRORS}")
-    fourth = np.mean(np.abs(difference) ** 4) / mean ** 2
-    checklist.near(f"{label} noise, E|n|^4 / (E|n|^2)^2 of a complex normal", fourth, 2.0,
-                   STANDARD_ERRORS * math.sqrt(20.0 / count))
+        checklist.expect(
+            deviations <= STANDARD_ERRORS,
+            f"{label} noise, {what}",
+            f"{deviations:.2f} standard errors",
+            f"<= {STANDARD_ERRORS}",
+        )
+    fourth = np.mean(np.abs(difference) ** 4) / mean**2
+    checklist.near(
+        f"{label} noise, E|n|^4 / (E|n|^2)^2 of a complex normal",
+        fourth,
+        2.0,
+        STANDARD_ERRORS * math.sqrt(20.0 / count),
+    )
 
 
 def check_axes(checklist, sequence):
@@ -95,12 +129,75 @@ def check_axes(checklist, sequence):
     sonar = sequence.sonar
     azimuths = sonar_dataset.read_npy(sequence.path("azimuth_rad.npy"))
     ranges = sonar_dataset.read_npy(sequence.path("range_m.npy"))
-    for array, wanted, what in ((azimuths, sonar.azimuths_rad, "azimuth_rad"),
-                                (ranges, np.arange(sonar.samples) * sonar.range_step_m, "range_m")):
+    for array, wanted, what in (
+        (azimuths, sonar.azimuths_rad, "azimuth_rad"),
+        (ranges, np.arange(sonar.samples) * sonar.range_step_m, "range_m"),
+    ):
         alike = array.shape == wanted.shape and array.dtype == np.dtype("<f8")
         gap = np.max(np.abs(array - wanted)) if alike else math.inf
-        checklist.expect(gap < 1e-9, f"{sequence.name} {what}.npy {array.dtype}{array.shape}, largest difference",
-                         f"{gap:.2e}", "< 1e-9")
+        checklist.expect(
+            gap < 1e-9,
+            f"{sequence.name} {what}.npy {array.dtype}{array.shape}, largest difference",
+            f"{gap:.2e}",
+            "< 1e-9",
+        )
+
+
+def check_converted(checklist, label, series, expected, adc):
+    """Whole steps of the converter, each the nearest to what came in, clipped at its ends."""
+    wanted = physics.converted(expected, adc.bits, adc.full_scale_db)
+    step = 10.0 ** ((adc.full_scale_db - 120.0) / 20.0) / 2.0 ** (adc.bits - 1)
+    checklist.near(f"{label} converter's step", adc.step_pa, step, 1e-9 * step, " Pa")
+    parts = np.stack([series.real, series.imag]).astype(np.float64) / step
+    off_grid = np.max(np.abs(parts - np.rint(parts)))
+    checklist.expect(
+        off_grid < 1e-3,
+        f"{label} samples off the converter's steps, largest",
+        f"{off_grid:.2e} steps",
+        "< 1e-3",
+    )
+    # A sample that lies between two steps to within the series' own error may go either way.
+    gap = np.abs(parts - np.stack([wanted.real, wanted.imag]) / step)
+    unsure = SERIES_TOLERANCE * np.abs(expected).max() / step
+    away = np.abs(np.stack([expected.real, expected.imag]) / step % 1.0 - 0.5)
+    wrong = np.count_nonzero((gap > 0.5) & ((away > unsure) | (gap > 1.5)))
+    checklist.expect(wrong == 0, f"{label} samples at another step", wrong, f"0 of {parts.size}")
+
+
+def check_snr(checklist, sequence):
+    """The noise that a signal-to-noise ratio stands for, from the clean power of ping 0."""
+    sonar = sequence.sonar
+    if sonar.snr_db is None or 0 not in sequence.pings:
+        return
+    scatterers = sequence.scatterers(0)
+    echoes = labels.PixelLabels(scatterers, sonar.bandwidth_hz, sonar.beams, sonar.samples)
+    wanted = physics.snr_noise_power_pa2(
+        sonar.snr_db, physics.expected_power(scatterers, sonar), echoes.has_echo
+    )
+    checklist.near(
+        f"{sequence.name} noise power of {sonar.snr_db:g} dB",
+        sonar.stated_noise_pa2,
+        wanted,
+        1e-4 * wanted,
+        " Pa2",
+    )
+
+
+def check_ping(checklist, sequence, ping, series):
+    """One ping's series against its scatterers, noise and converter."""
+    sonar, label = sequence.sonar, f"{sequence.name}/{ping:06d}"
+    expected = physics.beam_series(sequence.scatterers(ping), sonar)
+    power = sonar.noise_power_pa2
+    if power is not None:
+        if sonar.adc is None:
+            check_noise(checklist, label, series - expected, power)
+        expected = expected + random_numbers.sample_noise(
+            sequence.seed, sequence.number, ping, sonar.beams, sonar.samples, power
+        )
+    if sonar.adc is not None:
+        check_converted(checklist, label, series, expected, sonar.adc)
+    else:
+        check_values(checklist, label, series, expected)
 
 
 def check(checklist, root):
@@ -109,20 +206,16 @@ def check(checklist, root):
         sonar = sequence.sonar
         check_axes(checklist, sequence)
         if sonar.unsupported:
-            checklist.note(f"{sequence.name}: not worked out, it has {', '.join(sonar.unsupported)}")
+            checklist.note(
+                f"{sequence.name}: not worked out, it has {', '.join(sonar.unsupported)}"
+            )
             continue
+        check_snr(checklist, sequence)
         for ping in sequence.pings:
             series = sequence.series(ping)
-            if not check_record(checklist, sequence, series, ping):
-                continue
-            expected = physics.beam_series(sequence.scatterers(ping), sonar)
-            label = f"{sequence.name}/{ping:06d}"
-            if sonar.noise_power_pa2 is not None:
-                check_noise(checklist, label, series - expected, sonar.noise_power_pa2)
-                expected = expected + random_numbers.sample_noise(sequence.seed, sequence.number, ping, sonar.beams,
-                                                                  sonar.samples, sonar.noise_power_pa2)
-            check_values(checklist, label, series, expected)
-            compared += 1
+            if check_record(checklist, sequence, series, ping):
+                check_ping(checklist, sequence, ping, series)
+                compared += 1
     if not compared and not checklist.failures:
         print("check_series: skipped, no ping can be worked out")
         return SKIPPED

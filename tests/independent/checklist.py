@@ -32,7 +32,9 @@ class Checklist:
     def near(self, what, obtained, expected, tolerance, unit=""):
         """Record |obtained - expected| <= tolerance; NaN fails."""
         ok = abs(obtained - expected) <= tolerance
-        return self.expect(ok, what, f"{obtained:.6g}{unit}", f"{expected:.6g}{unit} +- {tolerance:g}")
+        return self.expect(
+            ok, what, f"{obtained:.6g}{unit}", f"{expected:.6g}{unit} +- {tolerance:g}"
+        )
 
     def note(self, text):
         """Print something that is measured but not judged."""
@@ -41,7 +43,10 @@ class Checklist:
     def finish(self):
         """Print the verdict and return the exit status."""
         if self.failures:
-            print(f"{self.title}: {len(self.failures)} of {self.count} checks FAILED, first: {self.failures[0]}")
+            print(
+                f"{self.title}: {len(self.failures)} of {self.count} checks FAILED, "
+                f"first: {self.failures[0]}"
+            )
             return 1
         print(f"{self.title}: {self.count} checks passed")
         return 0 if self.count else 1
@@ -50,7 +55,9 @@ class Checklist:
 def run_main(title, check, argument_count=1):
     """Run `check(checklist, *arguments)` as a script; ValueError and missing files are failures."""
     if len(sys.argv) != argument_count + 1:
-        print(f"usage: {sys.argv[0]} " + " ".join(["DATASET_DIR"] * argument_count), file=sys.stderr)
+        print(
+            f"usage: {sys.argv[0]} " + " ".join(["DATASET_DIR"] * argument_count), file=sys.stderr
+        )
         return 2
     checklist = Checklist(title)
     try:

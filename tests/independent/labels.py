@@ -19,8 +19,13 @@ def echo_samples(delay_s, bandwidth_hz, samples):
 
 def expected_energy(scatterers):
     """E|a|^2 gain^2 of each echo, without phase."""
-    mean = scatterers["mean_re"].astype(np.float64) ** 2 + scatterers["mean_im"].astype(np.float64) ** 2
-    return (mean + scatterers["variance"].astype(np.float64)) * scatterers["gain"].astype(np.float64) ** 2
+    mean = (
+        scatterers["mean_re"].astype(np.float64) ** 2
+        + scatterers["mean_im"].astype(np.float64) ** 2
+    )
+    return (mean + scatterers["variance"].astype(np.float64)) * scatterers["gain"].astype(
+        np.float64
+    ) ** 2
 
 
 class PixelLabels:
@@ -40,7 +45,9 @@ class PixelLabels:
         instance = alive["instance"][echo].astype(np.int64)
         elevation = alive["elevation_rad"][echo].astype(np.float64)
         self._find_winners(pixel, instance, energy, shape)
-        self.elevation_mean, self.elevation_spread = _weighted_moments(pixel, elevation, energy, shape)
+        self.elevation_mean, self.elevation_spread = _weighted_moments(
+            pixel, elevation, energy, shape
+        )
 
     def _find_winners(self, pixel, instance, energy, shape):
         count = shape[0] * shape[1]
@@ -103,8 +110,9 @@ class CartesianMap:
         self.sample = np.floor(sample_position).astype(np.int64)
         self.beam = np.floor(beam_position).astype(np.int64)
         self.inside = (self.sample < samples) & (self.beam >= 0) & (self.beam < beams)
-        self.uncertain = (_border_distance(sample_position) < self.ROUNDING) | \
-            (_border_distance(beam_position) < self.ROUNDING)
+        self.uncertain = (_border_distance(sample_position) < self.ROUNDING) | (
+            _border_distance(beam_position) < self.ROUNDING
+        )
         self.sample = np.clip(self.sample, 0, samples - 1)
         self.beam = np.clip(self.beam, 0, beams - 1)
 

@@ -8,10 +8,8 @@ import math
 
 import numpy as np
 
-# Bins by which the record is padded before the transform (physics: record).
-RECORD_PADDING = 64
-# sinc(0.884 sin(theta) / width) is 3 dB down at +- width / 2.
-SINC_WIDTH_FACTOR = 0.884
+from beam_patterns import Shading, beam_pattern, transmit_pattern
+
 # Level that stands for "no energy" in the images, dB re 1 uPa.
 SILENCE_DB = -99.0
 
@@ -32,56 +30,10 @@ def power_level_db(power_pa2):
         return np.maximum(10.0 * np.log10(np.maximum(power_pa2, 0.0)) + 120.0, SILENCE_DB)
 
 
-def smallest_even_smooth(least):
-    """The smallest even integer >= least whose only prime factors are 2, 3 and 5."""
-    candidate = least + least % 2
-    while True:
-        rest = candidate
-        for prime in (2, 3, 5):
-            while rest % prime == 0:
-                rest //= prime
-        if rest == 1:
-            return candidate
-        candidate += 2
-
-
 def stored_samples(bandwidth_hz, range_max_m, sound_speed_m_s):
     """N = ceil(b 2R/c); products that are whole numbers but for rounding stay whole."""
     exact = bandwidth_hz * 2.0 * range_max_m / sound_speed_m_s
     return round(exact) if abs(exact - round(exact)) < 1e-9 * exact else math.ceil(exact)
-
-
-def transform_length(samples, bandwidth_hz, pulse_extent_s=0.0):
-    """M of the padded record; pulse_extent_s is the cw duration or a table's extent."""
-    return smallest_even_smooth(samples + RECORD_PADDING + math.ceil(bandwidth_hz * pulse_extent_s))
-
-
-def taper(offset):
-    """Raised cosine over the outer tenth of the band; offset = |f - fc| / b."""
-    edge = 0.5 * (1.0 + np.cos(np.pi * (offset - 0.4) / 0.1))
-    return np.where(offset <= 0.4, 1.0, np.where(offset <= 0.5, edge, 0.0))
-
-
-def pulse_spectrum(kind, bins, bandwidth_hz, duration_s=0.0):
-    """Spectrum at f_c + (m - M/2) b/M, scaled so that a unit echo's envelope peaks at 1.
-
-    All kinds here are real and symmetric, so the peak is at the delay itself and its height
-    is the sum of the spectrum.
-    """
-    offset = np.arange(bins) / bins - 0.5
-    shape = taper(np.abs(offset))
-    if kind == "gaussian":
-        shape = shape * np.exp(-((np.pi * offset) ** 2))
-    elif kind == "cw":
-        shape = shape * np.sinc(offset * bandwidth_hz * duration_s)
-    elif kind not in ("flat", "lfm"):
-        raise ValueError(f"pulse {kind!r} has no closed form here")
-    return shape / np.sum(shape)
-
-
-def beam_pattern(offset_rad, width_rad):
-    """Signed sinc pattern sin(pi x) / (pi x), x = 0.884 sin(theta) / width."""
-    return np.sinc(SINC_WIDTH_FACTOR * np.sin(offset_rad) / width_rad)
 
 
 def beam_azimuths_rad(count, spacing_rad):
@@ -89,20 +41,21 @@ def beam_azimuths_rad(count, spacing_rad):
     return (np.arange(count) - (count - 1) / 2.0) * spacing_rad
 
 
-def mixing_weights(azimuths_rad, width_rad, normalization):
+def mixing_weights(azimuths_rad, width_rad, normalization, shading=Shading()):
     """W[j, i] = B(theta_i - theta_j) / N_j."""
-    weights = beam_pattern(azimuths_rad[None, :] - azimuths_rad[:, None], width_rad)
+    weights = beam_pattern(azimuths_rad[None, :] - azimuths_rad[:, None], width_rad, shading)
     if normalization == "mean_square":
-        return weights / np.sqrt(np.sum(weights ** 2, axis=1, keepdims=True))
+        return weights / np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
     if normalization != "calibrated":
         raise ValueError(f"normalization {normalization!r}")
     return weights
 
 
-def propagation_gain(range_m, elevation_rad, sonar):
-    """Spreading out and back, absorption over both ways, elevation pattern (applied once)."""
+def propagation_gain(range_m, azimuth_rad, elevation_rad, sonar):
+    """Spreading and absorption over both ways, elevation pattern (once), transmit pattern."""
     loss = 10.0 ** (-sonar.absorption_db_m * 2.0 * range_m / 20.0)
-    return loss * beam_pattern(elevation_rad, sonar.elevation_width_rad) / range_m ** 2
+    sent = transmit_pattern(azimuth_rad, sonar.transmit_width_rad)
+    return loss * sent * beam_pattern(elevation_rad, sonar.elevation_width_rad) / range_m**2
 
 
 def _trigonometric_sums(coefficients, cycles, bins):
@@ -137,7 +90,7 @@ def sector_intensity(weights, sector, delay_s, sectors, spectrum, bandwidth_hz, 
     |s|^2 is itself a trigonometric sum whose coefficients are the spectrum's autocorrelation.
     """
     bins = len(spectrum)
-    correlation = np.correlate(spectrum, spectrum, "full")[bins - 1:]
+    correlation = np.correlate(spectrum, spectrum, "full")[bins - 1 :]
     out = np.zeros((sectors, samples))
     for index in np.unique(sector):
         mine = sector == index
@@ -152,7 +105,9 @@ def sector_intensity(weights, sector, delay_s, sectors, spectrum, bandwidth_hz, 
 def beam_series(scatterers, sonar):
     """p_j(t) of the beam model from a scatterer list, complex128 [beams, samples], Pa."""
     delay = scatterers["delay_s"].astype(np.float64)
-    amplitude = scatterers["amp_re"].astype(np.float64) + 1j * scatterers["amp_im"].astype(np.float64)
+    amplitude = scatterers["amp_re"].astype(np.float64) + 1j * scatterers["amp_im"].astype(
+        np.float64
+    )
     return _mixed_series(amplitude, scatterers, delay, sonar)
 
 
@@ -161,8 +116,15 @@ def _mixed_series(amplitude, scatterers, delay, sonar):
     # Whole turns of the carrier are removed before the exponential to keep its phase exact.
     turns = np.mod(sonar.frequency_hz * delay, 1.0)
     coefficients = sonar.source_pressure_pa_m * amplitude * gain * np.exp(-2j * np.pi * turns)
-    sectors = sector_series(coefficients, scatterers["beam"], delay, sonar.beams, sonar.spectrum,
-                            sonar.bandwidth_hz, sonar.samples)
+    sectors = sector_series(
+        coefficients,
+        scatterers["beam"],
+        delay,
+        sonar.beams,
+        sonar.spectrum,
+        sonar.bandwidth_hz,
+        sonar.samples,
+    )
     return sonar.weights @ sectors
 
 
@@ -171,15 +133,40 @@ def expected_power(scatterers, sonar):
     delay = scatterers["delay_s"].astype(np.float64)
     mean = scatterers["mean_re"].astype(np.float64) + 1j * scatterers["mean_im"].astype(np.float64)
     power = np.abs(_mixed_series(mean, scatterers, delay, sonar)) ** 2 if np.any(mean) else 0.0
-    strength = scatterers["variance"].astype(np.float64) * scatterers["gain"].astype(np.float64) ** 2
-    sectors = sector_intensity(strength, scatterers["beam"], delay, sonar.beams, sonar.spectrum,
-                               sonar.bandwidth_hz, sonar.samples)
-    return power + sonar.source_pressure_pa_m ** 2 * (sonar.weights ** 2 @ sectors)
+    strength = (
+        scatterers["variance"].astype(np.float64) * scatterers["gain"].astype(np.float64) ** 2
+    )
+    sectors = sector_intensity(
+        strength,
+        scatterers["beam"],
+        delay,
+        sonar.beams,
+        sonar.spectrum,
+        sonar.bandwidth_hz,
+        sonar.samples,
+    )
+    return power + sonar.source_pressure_pa_m**2 * (sonar.weights**2 @ sectors)
 
 
 def noise_power_pa2(spectrum_level_db, bandwidth_hz, pulse_gain=1.0):
     """Mean square of the noise: NL over the band, divided by a chirp's processing gain."""
     return bandwidth_hz * 10.0 ** ((spectrum_level_db - 120.0) / 10.0) / pulse_gain
+
+
+def snr_noise_power_pa2(snr_db, clean_pa2, has_echo):
+    """Noise that lies snr_db under the mean clean power of the pixels with an echo of their own."""
+    return float(np.mean(clean_pa2[has_echo])) / 10.0 ** (snr_db / 10.0)
+
+
+def converted(series, bits, full_scale_db):
+    """What an analogue-to-digital converter makes of re and im: whole steps, clipped."""
+    step = 10.0 ** ((full_scale_db - 120.0) / 20.0) / 2.0 ** (bits - 1)
+    highest = 2.0 ** (bits - 1)
+
+    def one(part):
+        return np.clip(np.rint(part / step), -highest, highest - 1.0) * step
+
+    return one(series.real) + 1j * one(series.imag)
 
 
 def relative_l2(obtained, expected):

@@ -31,9 +31,16 @@ def philox_4x32(counter, key, rounds=10):
         products = (words[0] * np.uint64(0xD2511F53), words[2] * np.uint64(0xCD9E8D57))
         high = [product >> np.uint64(32) for product in products]
         low = [product & low_half for product in products]
-        words = [high[1] ^ words[1] ^ np.uint64(key_words[0]), low[1],
-                 high[0] ^ words[3] ^ np.uint64(key_words[1]), low[0]]
-        key_words = [(key_words[0] + 0x9E3779B9) & 0xFFFFFFFF, (key_words[1] + 0xBB67AE85) & 0xFFFFFFFF]
+        words = [
+            high[1] ^ words[1] ^ np.uint64(key_words[0]),
+            low[1],
+            high[0] ^ words[3] ^ np.uint64(key_words[1]),
+            low[0],
+        ]
+        key_words = [
+            (key_words[0] + 0x9E3779B9) & 0xFFFFFFFF,
+            (key_words[1] + 0xBB67AE85) & 0xFFFFFFFF,
+        ]
     return [word.astype(np.uint32) for word in words]
 
 
@@ -41,13 +48,24 @@ def complex_normals(key, ping, item, draw=0):
     """xi of unit mean square for 64-bit items: sqrt(-ln u0) exp(i 2 pi u1), complex128."""
     item = np.asarray(item, np.uint64)
     shape = np.zeros(item.shape, np.uint32)
-    words = philox_4x32((shape + np.uint32(ping), item & np.uint64(0xFFFFFFFF), item >> np.uint64(32),
-                         shape + np.uint32(draw)), key)
-    uniform = [(word.astype(np.float64) + 0.5) / 2.0 ** 32 for word in words[:2]]
+    words = philox_4x32(
+        (
+            shape + np.uint32(ping),
+            item & np.uint64(0xFFFFFFFF),
+            item >> np.uint64(32),
+            shape + np.uint32(draw),
+        ),
+        key,
+    )
+    uniform = [(word.astype(np.float64) + 0.5) / 2.0**32 for word in words[:2]]
     return np.sqrt(-np.log(uniform[0])) * np.exp(2j * np.pi * uniform[1])
 
 
 def sample_noise(seed, sequence, ping, beams, samples, power_pa2):
     """Noise of one ping, complex128 [beams, samples], Pa."""
-    item = (np.arange(beams, dtype=np.uint64)[:, None] << np.uint64(32)) + np.arange(samples, dtype=np.uint64)
-    return np.sqrt(power_pa2) * complex_normals(stream_key(seed, STREAM_NOISE, sequence), ping, item)
+    item = (np.arange(beams, dtype=np.uint64)[:, None] << np.uint64(32)) + np.arange(
+        samples, dtype=np.uint64
+    )
+    return np.sqrt(power_pa2) * complex_normals(
+        stream_key(seed, STREAM_NOISE, sequence), ping, item
+    )

@@ -21,9 +21,13 @@ def rotation_from_degrees(roll, pitch, yaw):
 def rotation_from_quaternion(wxyz):
     """Rotation matrix of a quaternion w, x, y, z of any length."""
     w, x, y, z = np.asarray(wxyz) / np.linalg.norm(wxyz)
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def turn_between(first, second, share):
@@ -52,7 +56,7 @@ def _first_positive(candidates):
 
 
 def hit_sphere(origin, direction, radius_m):
-    near, far = _quadratic(1.0, direction @ origin, origin @ origin - radius_m ** 2)
+    near, far = _quadratic(1.0, direction @ origin, origin @ origin - radius_m**2)
     distance, _ = _first_positive([near, far])
     with np.errstate(invalid="ignore"):
         return distance, (origin + distance[:, None] * direction) / radius_m
@@ -61,7 +65,9 @@ def hit_sphere(origin, direction, radius_m):
 def hit_plane(origin, direction):
     with np.errstate(divide="ignore"):
         distance = -origin[2] / direction[:, 2]
-    return np.where(distance > NEAREST_M, distance, np.inf), np.tile([0.0, 0.0, 1.0], (len(direction), 1))
+    return np.where(distance > NEAREST_M, distance, np.inf), np.tile(
+        [0.0, 0.0, 1.0], (len(direction), 1)
+    )
 
 
 def hit_box(origin, direction, size_m, inside):
@@ -81,14 +87,19 @@ def hit_box(origin, direction, size_m, inside):
 def hit_cylinder(origin, direction, radius_m, height_m):
     """Side and both end discs."""
     a = (direction[:, :2] ** 2).sum(axis=1)
-    near, far = _quadratic(a, direction[:, :2] @ origin[:2], origin[:2] @ origin[:2] - radius_m ** 2)
-    sides = [np.where(np.abs(origin[2] + t * direction[:, 2]) <= height_m / 2, t, np.inf) for t in (near, far)]
+    near, far = _quadratic(
+        a, direction[:, :2] @ origin[:2], origin[:2] @ origin[:2] - radius_m**2
+    )
+    sides = [
+        np.where(np.abs(origin[2] + t * direction[:, 2]) <= height_m / 2, t, np.inf)
+        for t in (near, far)
+    ]
     discs = []
     for z in (-height_m / 2, height_m / 2):
         with np.errstate(divide="ignore"):
             t = (z - origin[2]) / direction[:, 2]
         beside = origin[:2] + t[:, None] * direction[:, :2]
-        discs.append(np.where((beside ** 2).sum(axis=1) <= radius_m ** 2, t, np.inf))
+        discs.append(np.where((beside**2).sum(axis=1) <= radius_m**2, t, np.inf))
     distance, which = _first_positive(sides + discs)
     with np.errstate(invalid="ignore"):
         normal = (origin + distance[:, None] * direction) / radius_m

@@ -15,7 +15,9 @@ import zlib
 
 import numpy as np
 
+import beam_patterns
 import physics
+import pulses
 import random_numbers
 import ray_tracer
 import sonar_dataset
@@ -26,7 +28,14 @@ import synthetic_tank
 from checklist import Checklist
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-CHECKS = ("check_files", "check_series", "check_scatterers", "check_labels", "check_coco", "check_physics_tank")
+CHECKS = (
+    "check_files",
+    "check_series",
+    "check_scatterers",
+    "check_labels",
+    "check_coco",
+    "check_physics_tank",
+)
 
 
 def written(folder, name, data):
@@ -49,54 +58,109 @@ def test_arrays_and_text(checklist, folder):
     header = b"{'descr': '<i2', 'fortran_order': False, 'shape': (3,), }".ljust(117) + b"\n"
     head = b"\x93NUMPY\x01\x00" + bytes([118, 0]) + header
     path = written(folder, "a.npy", head + b"\x01\x00\x02\x00\xff\xff")
-    checklist.expect(sonar_dataset.read_npy(path).tolist() == [1, 2, -1], "NPY by hand",
-                     sonar_dataset.read_npy(path).tolist(), [1, 2, -1])
+    checklist.expect(
+        sonar_dataset.read_npy(path).tolist() == [1, 2, -1],
+        "NPY by hand",
+        sonar_dataset.read_npy(path).tolist(),
+        [1, 2, -1],
+    )
     path = written(folder, "b.npy", head + b"\x01\x00\x02\x00\xff")
     checklist.expect(refuses(sonar_dataset.read_npy, path), "NPY cut short", "read", "refused")
     path = written(folder, "c.json", b'{"a": 1, "a": 2}')
-    checklist.expect(refuses(sonar_dataset.read_json, path), "JSON with a key given twice", "read", "refused")
+    checklist.expect(
+        refuses(sonar_dataset.read_json, path), "JSON with a key given twice", "read", "refused"
+    )
     path = written(folder, "d.csv", b"a,b\n1,2\n3\n")
-    checklist.expect(refuses(sonar_dataset.read_csv, path), "CSV with a short row", "read", "refused")
+    checklist.expect(
+        refuses(sonar_dataset.read_csv, path), "CSV with a short row", "read", "refused"
+    )
 
 
 def test_png(checklist, folder):
-    by_hand = bytes.fromhex("89504e470d0a1a0a0000000d4948445200000002000000010800000000") + \
-        zlib.crc32(bytes.fromhex("4948445200000002000000010800000000")).to_bytes(4, "big")
+    by_hand = bytes.fromhex(
+        "89504e470d0a1a0a0000000d4948445200000002000000010800000000"
+    ) + zlib.crc32(bytes.fromhex("4948445200000002000000010800000000")).to_bytes(4, "big")
     packed = b"IDAT" + zlib.compress(b"\x01\x05\x02")
     by_hand += (len(packed) - 4).to_bytes(4, "big") + packed + zlib.crc32(packed).to_bytes(4, "big")
     by_hand += bytes.fromhex("0000000049454e44ae426082")
     pixels = sonar_dataset.read_png(written(folder, "a.png", by_hand))
-    checklist.expect(pixels.tolist() == [[5, 7]], "PNG by hand (filter Sub)", pixels.tolist(), [[5, 7]])
+    checklist.expect(
+        pixels.tolist() == [[5, 7]], "PNG by hand (filter Sub)", pixels.tolist(), [[5, 7]]
+    )
     generator = np.random.default_rng(1)
     for kind in (np.uint8, np.uint16):
         image = generator.integers(0, np.iinfo(kind).max + 1, (7, 5)).astype(kind)
-        pixels = sonar_dataset.read_png(written(folder, "b.png", synthetic_files.png_bytes(image, (0, 1, 2, 3, 4))))
-        checklist.expect(np.array_equal(pixels, image) and pixels.dtype == kind, f"PNG {kind.__name__}, five filters",
-                         "same" if np.array_equal(pixels, image) else "different", "same")
+        pixels = sonar_dataset.read_png(
+            written(folder, "b.png", synthetic_files.png_bytes(image, (0, 1, 2, 3, 4)))
+        )
+        checklist.expect(
+            np.array_equal(pixels, image) and pixels.dtype == kind,
+            f"PNG {kind.__name__}, five filters",
+            "same" if np.array_equal(pixels, image) else "different",
+            "same",
+        )
     broken = bytearray(by_hand)
     broken[20] ^= 1
-    checklist.expect(refuses(sonar_dataset.read_png, written(folder, "c.png", bytes(broken))), "PNG with a wrong CRC",
-                     "read", "refused")
+    checklist.expect(
+        refuses(sonar_dataset.read_png, written(folder, "c.png", bytes(broken))),
+        "PNG with a wrong CRC",
+        "read",
+        "refused",
+    )
 
 
 def test_exr(checklist, folder):
-    by_hand = bytes.fromhex("762f310102000000") + b"channels\0chlist\0" + bytes.fromhex("13000000") + b"Y\0" + \
-        bytes.fromhex("01000000000000000100000001000000" "00") + b"compression\0compression\0\x01\0\0\0\0" + \
-        b"dataWindow\0box2i\0" + bytes.fromhex("10000000" "0000000000000000" "0100000000000000") + b"\0"
-    by_hand += (len(by_hand) + 8).to_bytes(8, "little") + bytes.fromhex("00000000" "04000000" "003c" "00c0")
+    by_hand = (
+        bytes.fromhex("762f310102000000")
+        + b"channels\0chlist\0"
+        + bytes.fromhex("13000000")
+        + b"Y\0"
+        + bytes.fromhex("01000000000000000100000001000000" "00")
+        + b"compression\0compression\0\x01\0\0\0\0"
+        + b"dataWindow\0box2i\0"
+        + bytes.fromhex("10000000" "0000000000000000" "0100000000000000")
+        + b"\0"
+    )
+    by_hand += (len(by_hand) + 8).to_bytes(8, "little") + bytes.fromhex(
+        "00000000" "04000000" "003c" "00c0"
+    )
     part = sonar_dataset.read_exr(written(folder, "a.exr", by_hand))[0]
-    checklist.expect(part.channels["Y"].tolist() == [[1.0, -2.0]], "EXR by hand", part.channels["Y"].tolist(),
-                     [[1.0, -2.0]])
+    checklist.expect(
+        part.channels["Y"].tolist() == [[1.0, -2.0]],
+        "EXR by hand",
+        part.channels["Y"].tolist(),
+        [[1.0, -2.0]],
+    )
     generator = np.random.default_rng(2)
-    arrays = {"b": generator.normal(size=(37, 6)).astype("<f2"), "a": np.zeros((37, 6), "<f4"),
-              "c": np.arange(37 * 6, dtype="<u4").reshape(37, 6)}
+    arrays = {
+        "b": generator.normal(size=(37, 6)).astype("<f2"),
+        "a": np.zeros((37, 6), "<f4"),
+        "c": np.arange(37 * 6, dtype="<u4").reshape(37, 6),
+    }
     for packing in ("none", "zips", "zip"):
-        parts = sonar_dataset.read_exr(written(folder, "b.exr", synthetic_files.exr_bytes(
-            [("first", {"Y": arrays["b"]}, "none", {"scale": 0.5}), ("second", arrays, packing, {})])))
-        same = all(np.array_equal(parts[1].channels[name], array) for name, array in arrays.items()) and \
-            np.array_equal(parts[0].channels["Y"], arrays["b"]) and parts[0].attributes["scale"] == 0.5
-        checklist.expect(same and [p.name for p in parts] == ["first", "second"], f"EXR of two parts, {packing}",
-                         "same" if same else "different", "same")
+        parts = sonar_dataset.read_exr(
+            written(
+                folder,
+                "b.exr",
+                synthetic_files.exr_bytes(
+                    [
+                        ("first", {"Y": arrays["b"]}, "none", {"scale": 0.5}),
+                        ("second", arrays, packing, {}),
+                    ]
+                ),
+            )
+        )
+        same = (
+            all(np.array_equal(parts[1].channels[name], array) for name, array in arrays.items())
+            and np.array_equal(parts[0].channels["Y"], arrays["b"])
+            and parts[0].attributes["scale"] == 0.5
+        )
+        checklist.expect(
+            same and [p.name for p in parts] == ["first", "second"],
+            f"EXR of two parts, {packing}",
+            "same" if same else "different",
+            "same",
+        )
 
 
 def test_rle(checklist):
@@ -107,56 +171,99 @@ def test_rle(checklist):
     generator = np.random.default_rng(3)
     for density in (0.02, 0.5, 1.0):
         mask = generator.random((40, 30)) < density
-        same = np.array_equal(sonar_dataset.decode_rle(synthetic_files.encode_rle(mask), 40, 30), mask)
+        same = np.array_equal(
+            sonar_dataset.decode_rle(synthetic_files.encode_rle(mask), 40, 30), mask
+        )
         checklist.expect(same, f"RLE of density {density}, there and back", same, True)
-    checklist.expect(refuses(lambda text: sonar_dataset.decode_rle(text, 2, 52), "123R3"), "RLE of another size",
-                     "read", "refused")
+    checklist.expect(
+        refuses(lambda text: sonar_dataset.decode_rle(text, 2, 52), "123R3"),
+        "RLE of another size",
+        "read",
+        "refused",
+    )
 
 
 def test_formulas(checklist):
     """Numbers of the written physics that need no data set."""
-    checklist.expect(physics.transform_length(2392, 29900.0) == 2500, "transform length for 2392 samples",
-                     physics.transform_length(2392, 29900.0), 2500)
+    checklist.expect(
+        pulses.transform_length(2392, 29900.0) == 2500,
+        "transform length for 2392 samples",
+        pulses.transform_length(2392, 29900.0),
+        2500,
+    )
     bandwidth, bins = 29900.0, 2500
     fine = 64
     spectrum = np.zeros(bins * fine)
-    spectrum[:bins] = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    spectrum[:bins] = pulses.spectrum(pulses.Pulse(), bins, bandwidth)
     power = np.abs(np.fft.ifft(spectrum) * bins * fine) ** 2
     samples = np.arange(bins * fine) / fine
     checklist.near("b int |s|^2 dt (V3)", power.sum() / fine, 1.370, 0.001)
-    half = np.interp(0.5, power[:2 * fine][::-1], samples[:2 * fine][::-1])
-    checklist.near("-3 dB width in range (V3)", 2 * half * 1500 / 2 / bandwidth, 0.0330, 0.00033, " m")
-    checklist.near("highest side lobe", 10 * np.log10(power[2 * fine:bins * fine // 2].max()), -32.4, 0.05, " dB")
+    half = np.interp(0.5, power[: 2 * fine][::-1], samples[: 2 * fine][::-1])
+    checklist.near(
+        "-3 dB width in range (V3)", 2 * half * 1500 / 2 / bandwidth, 0.0330, 0.00033, " m"
+    )
+    checklist.near(
+        "highest side lobe",
+        10 * np.log10(power[2 * fine : bins * fine // 2].max()),
+        -32.4,
+        0.05,
+        " dB",
+    )
     angle = np.radians(np.linspace(-90, 90, 400001))
-    azimuth_integral = np.trapz(physics.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
+    azimuth_integral = np.trapz(beam_patterns.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
     angle = np.radians(np.linspace(-10, 10, 20001))
-    elevation_integral = np.trapz(physics.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle)
-    checklist.near("diffuse sphere (V6)", 220 + 10 * np.log10(1e-3 * azimuth_integral * elevation_integral / 25),
-                   153.50, 0.02, " dB")
+    elevation_integral = np.trapz(
+        beam_patterns.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle
+    )
+    checklist.near(
+        "diffuse sphere (V6)",
+        220 + 10 * np.log10(1e-3 * azimuth_integral * elevation_integral / 25),
+        153.50,
+        0.02,
+        " dB",
+    )
     azimuths = physics.beam_azimuths_rad(512, np.radians(90) / 512)
-    squares = np.sum(physics.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
+    squares = np.sum(beam_patterns.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
     checklist.near("Eq 16 at the central beam", 10 * np.log10(squares), 8.08, 0.005, " dB")
-    checklist.near("noise of 30 dB re 1 uPa^2/Hz (V15)",
-                   physics.power_level_db(physics.noise_power_pa2(30.0, bandwidth)), 74.76, 0.005, " dB")
+    checklist.near(
+        "noise of 30 dB re 1 uPa^2/Hz (V15)",
+        physics.power_level_db(physics.noise_power_pa2(30.0, bandwidth)),
+        74.76,
+        0.005,
+        " dB",
+    )
     words = [int(word) for word in random_numbers.philox_4x32([np.array(0)] * 4, 0)]
-    checklist.expect(words == [0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8], "Philox 4x32-10 of zeros",
-                     [hex(word) for word in words], "6627e8d5 e169c58d bc57ac4c 9b00dbd8")
+    checklist.expect(
+        words == [0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8],
+        "Philox 4x32-10 of zeros",
+        [hex(word) for word in words],
+        "6627e8d5 e169c58d bc57ac4c 9b00dbd8",
+    )
 
 
 def test_sums(checklist):
     """The fast trigonometric sums against the formula written out."""
     generator = np.random.default_rng(4)
     bandwidth, samples = 29900.0, 60
-    bins = physics.transform_length(samples, bandwidth)
-    spectrum = physics.pulse_spectrum("gaussian", bins, bandwidth)
+    bins = pulses.transform_length(samples, bandwidth)
+    spectrum = pulses.spectrum(pulses.Pulse(), bins, bandwidth)
     delay, weight = generator.uniform(0, samples / bandwidth, 20), generator.normal(size=20) + 1j
     offsets = np.arange(samples)[:, None] - delay * bandwidth
-    pulse = np.exp(2j * np.pi * offsets[..., None] * (np.arange(bins) - bins // 2) / bins) @ spectrum
+    pulse = (
+        np.exp(2j * np.pi * offsets[..., None] * (np.arange(bins) - bins // 2) / bins) @ spectrum
+    )
     sector = np.zeros(20, int)
     series = physics.sector_series(weight, sector, delay, 1, spectrum, bandwidth, samples)[0]
-    power = physics.sector_intensity(np.abs(weight), sector, delay, 1, spectrum, bandwidth, samples)[0]
+    power = physics.sector_intensity(
+        np.abs(weight), sector, delay, 1, spectrum, bandwidth, samples
+    )[0]
     checklist.near("sum of pulses", physics.relative_l2(series, pulse @ weight), 0, 1e-12)
-    checklist.near("sum of squared pulses", physics.relative_l2(power, np.abs(pulse) ** 2 @ np.abs(weight)), 0, 1e-12)
+    checklist.near(
+        "sum of squared pulses",
+        physics.relative_l2(power, np.abs(pulse) ** 2 @ np.abs(weight)),
+        0,
+        1e-12,
+    )
 
 
 def inside_of(shape, points, size):
@@ -171,9 +278,11 @@ def inside_of(shape, points, size):
 def test_ray_tracer(checklist):
     """Closed forms against marching along rays until a solid is entered or left."""
     generator = np.random.default_rng(5)
-    solids = (("box", ray_tracer.hit_box, ((2.0, 1.0, 0.6), False), (2.0, 1.0, 0.6)),
-              ("sphere", ray_tracer.hit_sphere, (0.7,), 0.7),
-              ("cylinder", ray_tracer.hit_cylinder, (0.5, 1.2), (0.5, 1.2)))
+    solids = (
+        ("box", ray_tracer.hit_box, ((2.0, 1.0, 0.6), False), (2.0, 1.0, 0.6)),
+        ("sphere", ray_tracer.hit_sphere, (0.7,), 0.7),
+        ("cylinder", ray_tracer.hit_cylinder, (0.5, 1.2), (0.5, 1.2)),
+    )
     step = 1e-3
     for shape, hit, parameters, size in solids:
         for origin in (np.array([0.1, -0.2, 0.15]), np.array([1.5, -1.1, 0.9])):
@@ -188,15 +297,23 @@ def test_ray_tracer(checklist):
                 gap = abs((change[0] + 0.5) * step - found) if len(change) else 0.0
                 worst = max(worst, gap)
             unit = np.abs(np.linalg.norm(normal[np.isfinite(distance)], axis=1) - 1).max()
-            checklist.expect(worst < step, f"ray tracer, {shape} from {origin.tolist()}, largest gap to marching",
-                             f"{worst:.4f} m", f"< {step} m")
+            checklist.expect(
+                worst < step,
+                f"ray tracer, {shape} from {origin.tolist()}, largest gap to marching",
+                f"{worst:.4f} m",
+                f"< {step} m",
+            )
             checklist.near(f"ray tracer, {shape}, length of normals", unit, 0, 1e-9)
 
 
 def run_check(name, *arguments):
     """Exit status and output of one check script."""
-    result = subprocess.run([sys.executable, os.path.join(HERE, name + ".py"), *arguments], capture_output=True,
-                            text=True, check=False)
+    result = subprocess.run(
+        [sys.executable, os.path.join(HERE, name + ".py"), *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     return result.returncode, result.stdout + result.stderr
 
 
@@ -207,12 +324,22 @@ def failed_lines(output):
 def test_sound_data_set(checklist, root, checks):
     for name in checks:
         status, output = run_check(name, root)
-        checklist.expect(status == 0, f"{name} on sound data, exit status", f"{status} {failed_lines(output)[:3]}", 0)
+        checklist.expect(
+            status == 0,
+            f"{name} on sound data, exit status",
+            f"{status} {failed_lines(output)[:3]}",
+            0,
+        )
     copy = root + "_copy"
     shutil.copytree(root, copy)
     synthetic_tank.write(f"{copy}/provenance.json", "another machine")
     status, output = run_check("compare_datasets", root, copy)
-    checklist.expect(status == 0, "compare_datasets on a copy, exit status", f"{status} {failed_lines(output)}", 0)
+    checklist.expect(
+        status == 0,
+        "compare_datasets on a copy, exit status",
+        f"{status} {failed_lines(output)}",
+        0,
+    )
     shutil.rmtree(copy)
 
 
@@ -224,8 +351,12 @@ def test_faults(checklist, root, faults):
         damage(copy)
         status, output = run_check(check, copy)
         found = failed_lines(output)
-        checklist.expect(status == 1 and found and "Traceback" not in output, f"{check} on {name}",
-                         f"exit {status}, {found[0][:110] if found else output[-300:]}", "exit 1")
+        checklist.expect(
+            status == 1 and found and "Traceback" not in output,
+            f"{check} on {name}",
+            f"exit {status}, {found[0][:110] if found else output[-300:]}",
+            "exit 1",
+        )
         status, _ = run_check("compare_datasets", root, copy)
         checklist.expect(status == 1, f"compare_datasets on {name}, exit status", status, 1)
         shutil.rmtree(copy)
@@ -240,8 +371,10 @@ def main():
         test_formulas(checklist)
         test_sums(checklist)
         test_ray_tracer(checklist)
-        for world, checks, faults in ((synthetic_tank, CHECKS, synthetic_faults.FAULTS),
-                                      (synthetic_room, ("check_trace",), synthetic_faults.ROOM_FAULTS)):
+        for world, checks, faults in (
+            (synthetic_tank, CHECKS, synthetic_faults.FAULTS),
+            (synthetic_room, ("check_trace",), synthetic_faults.ROOM_FAULTS),
+        ):
             root = os.path.join(folder, world.__name__)
             world.write_data_set(root)
             test_sound_data_set(checklist, root, checks)

@@ -10,24 +10,35 @@ from functools import cached_property
 import numpy as np
 
 import physics
+import pulses
+from beam_patterns import Shading
+from pulses import Pulse
 from sonar_dataset import read_csv, read_exr, read_json, read_npy, read_png
+from surface_laws import Law
 
 IMAGE_KINDS = ("polar", "cartesian")
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One labelled object or point target."""
+    """One labelled object, point target or volume."""
+
     identity: int
     name: str
     class_name: str
     class_id: int
-    reflectivity: float | None
+    kind: str
+    law: Law | None
+    vertex_reflectivity: bool
+    coherent: dict | None
+    target_strength_db: float | None
+    volume_strength_db: float | None
 
 
 @dataclass(frozen=True)
 class FileEntry:
     """One file that a manifest lists, relative to the manifest's folder."""
+
     path: str
     size_bytes: int
     sha256: str
@@ -36,6 +47,7 @@ class FileEntry:
 @dataclass(frozen=True)
 class SequenceEntry:
     """What the manifest says of one sequence."""
+
     pings: range
     seed: int
     split: str
@@ -46,6 +58,7 @@ class SequenceEntry:
 @dataclass(frozen=True)
 class Grid:
     """Size, scale and place of a Cartesian image: upper left corner ahead and to port."""
+
     height: int
     width: int
     metres_per_pixel: float
@@ -53,9 +66,19 @@ class Grid:
     y_left_m: float
 
 
+@dataclass(frozen=True)
+class Adc:
+    """The converter: bits, level of full scale, and the step that the file states."""
+
+    bits: int
+    full_scale_db: float
+    step_pa: float
+
+
 @dataclass
 class Sonar:
     """What the formulas need of a sequence's sonar, SI units."""
+
     beams: int
     spacing_rad: float
     width_rad: float
@@ -70,11 +93,14 @@ class Sonar:
     range_max_m: float
     sound_speed_m_s: float
     absorption_db_m: float
-    lambert_exponent: float
-    pulse: str
-    duration_s: float
+    pulse: Pulse
     normalization: str
     noise_level_db: float | None
+    shading: Shading = Shading()
+    transmit_width_rad: float | None = None
+    adc: Adc | None = None
+    snr_db: float | None = None
+    stated_noise_pa2: float | None = None
     unsupported: list = field(default_factory=list)
 
     @cached_property
@@ -83,9 +109,9 @@ class Sonar:
 
     @cached_property
     def spectrum(self):
-        extent_s = self.duration_s if self.pulse == "cw" else 0.0
-        bins = physics.transform_length(self.samples, self.bandwidth_hz, extent_s)
-        return physics.pulse_spectrum(self.pulse, bins, self.bandwidth_hz, self.duration_s)
+        extent_s = pulses.extent_s(self.pulse, self.bandwidth_hz, self.frequency_hz)
+        bins = pulses.transform_length(self.samples, self.bandwidth_hz, extent_s)
+        return pulses.spectrum(self.pulse, bins, self.bandwidth_hz, self.frequency_hz)
 
     @cached_property
     def azimuths_rad(self):
@@ -93,7 +119,9 @@ class Sonar:
 
     @cached_property
     def weights(self):
-        return physics.mixing_weights(self.azimuths_rad, self.width_rad, self.normalization)
+        return physics.mixing_weights(
+            self.azimuths_rad, self.width_rad, self.normalization, self.shading
+        )
 
     @property
     def range_step_m(self):
@@ -101,21 +129,34 @@ class Sonar:
 
     @property
     def noise_power_pa2(self):
+        """The noise by its own formula; what the file states where it hangs on the first ping."""
         if self.noise_level_db is None:
-            return None
-        gain = self.bandwidth_hz * self.duration_s if self.pulse == "lfm" else 1.0
-        return physics.noise_power_pa2(self.noise_level_db, self.bandwidth_hz, gain)
+            return self.stated_noise_pa2
+        return physics.noise_power_pa2(
+            self.noise_level_db, self.bandwidth_hz, self.pulse.processing_gain(self.bandwidth_hz)
+        )
+
+
+def _optional_fields(kind, entry, names):
+    """A record from those of its fields that the file gives."""
+    return kind(**{field_name: entry[key] for key, field_name in names.items() if key in entry})
+
+
+def _rows(entry, names):
+    """Lists of lists as tuples, so that records can be compared."""
+    return {**entry, names: tuple(map(tuple, entry[names]))} if names in entry else entry
 
 
 def sonar_from_json(info):
     """The sonar of a sequence.json, with what the closed formulas cannot cover named."""
     sonar, water, rays = info["sonar"], info["water"], info["sonar"]["rays"]
-    noise = info.get("noise") or {}
-    unsupported = [key for key in ("adc", "volumes", "motion_within_ping") if info.get(key) or sonar.get(key)]
+    beams, noise, adc = sonar["beams"], info.get("noise") or {}, sonar.get("adc")
+    unsupported = ["volumes"] if any(i["kind"] == "volume" for i in info["instances"]) else []
+    pulse = dict(_rows(sonar["pulse"], "rows"), window=sonar.get("window", "none"))
     return Sonar(
-        beams=sonar["beams"]["count"],
-        spacing_rad=sonar["beams"]["spacing_rad"],
-        width_rad=sonar["beams"]["width_rad"],
+        beams=beams["count"],
+        spacing_rad=beams["spacing_rad"],
+        width_rad=beams["width_rad"],
         elevation_width_rad=sonar["elevation"]["width_rad"],
         fan_rad=sonar["elevation"]["fan_rad"],
         rays_elevation=rays["elevation"],
@@ -127,12 +168,45 @@ def sonar_from_json(info):
         range_max_m=sonar["range_max_m"],
         sound_speed_m_s=water["sound_speed_m_s"],
         absorption_db_m=water["absorption_db_m"],
-        lambert_exponent=info["scattering"]["lambert_exponent"],
-        pulse=sonar["pulse"],
-        duration_s=0.0,
+        pulse=_optional_fields(
+            Pulse,
+            pulse,
+            {name: name for name in ("shape", "duration_s", "taper", "rows", "window")},
+        ),
         normalization=sonar["normalization"],
         noise_level_db=noise.get("spectrum_level_db"),
-        unsupported=unsupported)
+        shading=_optional_fields(
+            Shading, beams["shading"], {name: name for name in ("kind", "side_lobe_db", "nbar")}
+        ),
+        transmit_width_rad=beams["transmit_width_rad"],
+        adc=None if adc is None else Adc(adc["bits"], adc["full_scale_db"], adc["step_pa"]),
+        snr_db=noise.get("snr_db"),
+        stated_noise_pa2=noise.get("power_pa2"),
+        unsupported=unsupported,
+    )
+
+
+def instance_from_json(entry):
+    """One entry of the list of instances."""
+    law = None
+    if entry["kind"] == "surface":
+        law = _optional_fields(
+            Law,
+            _rows(entry["law"], "rows"),
+            {name: name for name in ("model", "reflectivity", "exponent", "rows")},
+        )
+    return Instance(
+        entry["id"],
+        entry["name"],
+        entry["class"],
+        entry["class_id"],
+        entry["kind"],
+        law,
+        entry.get("vertex_reflectivity", False),
+        entry.get("coherent"),
+        entry.get("target_strength_db"),
+        entry.get("strength_db"),
+    )
 
 
 class Sequence:
@@ -164,16 +238,16 @@ class Sequence:
 
     def pose(self, ping):
         """Sonar in world: x, y, z, qw, qx, qy, qz."""
-        return np.array([self._pose_rows[ping][key] for key in ("x", "y", "z", "qw", "qx", "qy", "qz")])
+        return np.array(
+            [self._pose_rows[ping][key] for key in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+        )
 
     def time_s(self, ping):
         return self._pose_rows[ping]["time_s"]
 
     @cached_property
     def instances(self):
-        return {entry["id"]: Instance(entry["id"], entry["name"], entry["class"], entry["class_id"],
-                                      entry.get("reflectivity"))
-                for entry in self.info["instances"]}
+        return {entry["id"]: instance_from_json(entry) for entry in self.info["instances"]}
 
     @property
     def classes(self):
@@ -186,12 +260,27 @@ class Sequence:
         return self.info["record"]["samples"], self.info["record"]["transform"]
 
     @property
+    def stated_pulse_extent_s(self):
+        return self.info["record"]["pulse_extent_s"]
+
+    @property
+    def stated_processing_gain(self):
+        return self.info["sonar"]["processing_gain"]
+
+    @property
+    def stated_aperture_wavelengths(self):
+        return self.info["sonar"]["beams"]["shading"]["aperture_wavelengths"]
+
+    @property
     def stated_bytes(self):
         return self.info["bytes"]
 
     @property
     def files(self):
-        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.info["files"]]
+        return [
+            FileEntry(entry["path"], entry["bytes"], entry["sha256"])
+            for entry in self.info["files"]
+        ]
 
     @property
     def png_limits_db(self):
@@ -219,8 +308,12 @@ class Sequence:
     def mask_kinds(self):
         """Masks that this sequence has; shadows are there for all its images or for none."""
         kinds = ["instance", "semantic"]
-        if any(name.endswith("_shadow.png") for kind in IMAGE_KINDS if self.has(kind)
-               for name in os.listdir(self.path(kind))):
+        if any(
+            name.endswith("_shadow.png")
+            for kind in IMAGE_KINDS
+            if self.has(kind)
+            for name in os.listdir(self.path(kind))
+        ):
             kinds.append("shadow")
         return kinds
 
@@ -230,8 +323,11 @@ class Sequence:
     def grid(self, part):
         """Place of a Cartesian image, from its own header."""
         attributes = part.attributes
-        return Grid(part.height, part.width, *(float(attributes[name])
-                                              for name in ("metres_per_pixel", "x_top_m", "y_left_m")))
+        return Grid(
+            part.height,
+            part.width,
+            *(float(attributes[name]) for name in ("metres_per_pixel", "x_top_m", "y_left_m")),
+        )
 
 
 class DataSet:
@@ -246,7 +342,10 @@ class DataSet:
 
     @property
     def files(self):
-        return [FileEntry(entry["path"], entry["bytes"], entry["sha256"]) for entry in self.manifest["files"]]
+        return [
+            FileEntry(entry["path"], entry["bytes"], entry["sha256"])
+            for entry in self.manifest["files"]
+        ]
 
     @cached_property
     def sequences(self):
@@ -259,9 +358,16 @@ class DataSet:
     @property
     def sequence_entries(self):
         """Rows of the manifest by folder name."""
-        return {f"{entry['sequence']:06d}": SequenceEntry(range(*entry["pings"]), entry["seed"], entry["split"],
-                                                         entry["bytes"], entry["sha256"])
-                for entry in self.manifest["sequences"]}
+        return {
+            f"{entry['sequence']:06d}": SequenceEntry(
+                range(*entry["pings"]),
+                entry["seed"],
+                entry["split"],
+                entry["bytes"],
+                entry["sha256"],
+            )
+            for entry in self.manifest["sequences"]
+        }
 
     @property
     def classes(self):

@@ -15,6 +15,7 @@ import numpy as np
 
 def read_json(path):
     """JSON with keys given twice refused, since a reader would silently keep one of them."""
+
     def no_duplicates(pairs):
         keys = [key for key, _ in pairs]
         if len(set(keys)) != len(keys):
@@ -50,14 +51,14 @@ def read_npy(path):
         header_size, start = struct.unpack("<I", data[8:12])[0], 12
     else:
         raise ValueError(f"{path}: NPY version {major}")
-    header = ast.literal_eval(data[start:start + header_size].decode("utf-8"))
+    header = ast.literal_eval(data[start : start + header_size].decode("utf-8"))
     if header["fortran_order"]:
         raise ValueError(f"{path}: Fortran order")
     descr = header["descr"]
     if isinstance(descr, list):
         descr = [tuple(field) for field in descr]
     dtype = np.dtype(descr)
-    body = data[start + header_size:]
+    body = data[start + header_size :]
     expected_bytes = int(np.prod(header["shape"], dtype=np.int64)) * dtype.itemsize
     if len(body) != expected_bytes:
         raise ValueError(f"{path}: {len(body)} bytes of data, {expected_bytes} expected")
@@ -69,9 +70,9 @@ def _png_chunks(path, data):
         raise ValueError(f"{path}: no PNG signature")
     position, chunks = 8, []
     while position < len(data):
-        size, kind = struct.unpack(">I4s", data[position:position + 8])
-        body = data[position + 8:position + 8 + size]
-        check = struct.unpack(">I", data[position + 8 + size:position + 12 + size])[0]
+        size, kind = struct.unpack(">I4s", data[position : position + 8])
+        body = data[position + 8 : position + 8 + size]
+        check = struct.unpack(">I", data[position + 8 + size : position + 12 + size])[0]
         if zlib.crc32(kind + body) != check:
             raise ValueError(f"{path}: CRC of chunk {kind} is wrong")
         chunks.append((kind, body))
@@ -114,11 +115,17 @@ def read_png(path):
     with open(path, "rb") as stream:
         data = stream.read()
     chunks = _png_chunks(path, data)
-    width, height, depth, colour, compression, filtering, interlace = struct.unpack(">IIBBBBB", chunks[0][1])
+    width, height, depth, colour, compression, filtering, interlace = struct.unpack(
+        ">IIBBBBB", chunks[0][1]
+    )
     if colour != 0 or depth not in (8, 16) or compression or filtering or interlace:
-        raise ValueError(f"{path}: not a plain 8 or 16 bit grey PNG (colour {colour}, depth {depth})")
+        raise ValueError(
+            f"{path}: not a plain 8 or 16 bit grey PNG (colour {colour}, depth {depth})"
+        )
     step = depth // 8
-    raw = np.frombuffer(zlib.decompress(b"".join(body for kind, body in chunks if kind == b"IDAT")), np.uint8)
+    raw = np.frombuffer(
+        zlib.decompress(b"".join(body for kind, body in chunks if kind == b"IDAT")), np.uint8
+    )
     row_bytes = width * step
     if raw.size != height * (row_bytes + 1):
         raise ValueError(f"{path}: {raw.size} bytes of pixels, {height * (row_bytes + 1)} expected")
@@ -158,7 +165,9 @@ class ExrPart:
 
     @property
     def compression(self):
-        return {0: "none", 1: "rle", 2: "zips", 3: "zip"}.get(self.attributes["compression"], "other")
+        return {0: "none", 1: "rle", 2: "zips", 3: "zip"}.get(
+            self.attributes["compression"], "other"
+        )
 
 
 def _exr_text(data, position):
@@ -171,7 +180,7 @@ def _exr_channel_list(body):
     channels, position = [], 0
     while body[position] != 0:
         name, position = _exr_text(body, position)
-        kind, _, x_sampling, y_sampling = struct.unpack("<iIii", body[position:position + 16])
+        kind, _, x_sampling, y_sampling = struct.unpack("<iIii", body[position : position + 16])
         if (x_sampling, y_sampling) != (1, 1):
             raise ValueError(f"channel {name} is subsampled")
         channels.append((name, ("<u4", "<f2", "<f4")[kind]))
@@ -180,8 +189,18 @@ def _exr_channel_list(body):
 
 
 def _exr_value(kind, body):
-    plain = {"int": "<i", "float": "<f", "double": "<d", "box2i": "<4i", "box2f": "<4f", "v2f": "<2f",
-             "v2d": "<2d", "v2i": "<2i", "v3f": "<3f", "v3d": "<3d"}
+    plain = {
+        "int": "<i",
+        "float": "<f",
+        "double": "<d",
+        "box2i": "<4i",
+        "box2f": "<4f",
+        "v2f": "<2f",
+        "v2d": "<2d",
+        "v2i": "<2i",
+        "v3f": "<3f",
+        "v3d": "<3d",
+    }
     if kind in plain:
         values = struct.unpack(plain[kind], body)
         return values[0] if len(values) == 1 else values
@@ -199,8 +218,8 @@ def _exr_header(data, position):
     while data[position] != 0:
         name, position = _exr_text(data, position)
         kind, position = _exr_text(data, position)
-        size = struct.unpack("<i", data[position:position + 4])[0]
-        attributes[name] = _exr_value(kind, data[position + 4:position + 4 + size])
+        size = struct.unpack("<i", data[position : position + 4])[0]
+        attributes[name] = _exr_value(kind, data[position + 4 : position + 4 + size])
         position += 4 + size
     return attributes, position + 1
 
@@ -223,18 +242,20 @@ def _exr_unzip(packed, raw_bytes):
 
 def _exr_read_chunk(data, offset, part, part_number, multi_part):
     if multi_part:
-        number = struct.unpack("<i", data[offset:offset + 4])[0]
+        number = struct.unpack("<i", data[offset : offset + 4])[0]
         if number != part_number:
             raise ValueError(f"chunk of part {number} found in the table of part {part_number}")
         offset += 4
-    y, size = struct.unpack("<ii", data[offset:offset + 8])
-    body = data[offset + 8:offset + 8 + size]
+    y, size = struct.unpack("<ii", data[offset : offset + 8])
+    body = data[offset + 8 : offset + 8 + size]
     first_row = y - part.y_min
     row_count = min({"none": 1, "zips": 1, "zip": 16}[part.compression], part.height - first_row)
     row_bytes = sum(part.width * np.dtype(kind).itemsize for _, kind in part.attributes["channels"])
     raw = body if part.compression == "none" else _exr_unzip(body, row_count * row_bytes)
     if len(raw) != row_count * row_bytes:
-        raise ValueError(f"EXR chunk at row {first_row}: {len(raw)} bytes, {row_count * row_bytes} expected")
+        raise ValueError(
+            f"EXR chunk at row {first_row}: {len(raw)} bytes, {row_count * row_bytes} expected"
+        )
     position = 0
     for row in range(first_row, first_row + row_count):
         for name, kind in part.attributes["channels"]:
@@ -248,9 +269,9 @@ def read_exr(path):
     with open(path, "rb") as stream:
         data = stream.read()
     magic, version = struct.unpack("<iI", data[:8])
-    if magic != 20000630 or version & 0xff != 2:
+    if magic != 20000630 or version & 0xFF != 2:
         raise ValueError(f"{path}: no OpenEXR 2 file")
-    if version & 0xa00:
+    if version & 0xA00:
         raise ValueError(f"{path}: tiled or deep")
     multi_part = bool(version & 0x1000)
     parts, position = [], 8
@@ -264,12 +285,14 @@ def read_exr(path):
             break
     for number, part in enumerate(parts):
         if part.compression not in ("none", "zips", "zip"):
-            raise ValueError(f"{path}: compression {part.attributes['compression']} is not read here")
+            raise ValueError(
+                f"{path}: compression {part.attributes['compression']} is not read here"
+            )
         for name, kind in part.attributes["channels"]:
             part.channels[name] = np.empty((part.height, part.width), kind)
         rows_per_chunk = 16 if part.compression == "zip" else 1
         chunk_count = -(-part.height // rows_per_chunk)
-        offsets = struct.unpack(f"<{chunk_count}Q", data[position:position + 8 * chunk_count])
+        offsets = struct.unpack(f"<{chunk_count}Q", data[position : position + 8 * chunk_count])
         position += 8 * chunk_count
         rows = sum(_exr_read_chunk(data, offset, part, number, multi_part) for offset in offsets)
         if rows != part.height:

@@ -11,7 +11,11 @@ def png_bytes(image, filters=(0,)):
     """A grey PNG; row y is written with the filter filters[y % len(filters)]."""
     depth = 16 if image.dtype == np.uint16 else 8
     step = depth // 8
-    rows = np.ascontiguousarray(image, ">u2").view(np.uint8).reshape(len(image), -1) if step == 2 else image
+    rows = (
+        np.ascontiguousarray(image, ">u2").view(np.uint8).reshape(len(image), -1)
+        if step == 2
+        else image
+    )
     body = bytearray()
     previous = [0] * rows.shape[1]
     for y, row in enumerate(rows.tolist()):
@@ -28,7 +32,8 @@ def png_bytes(image, filters=(0,)):
     header = struct.pack(">IIBBBBB", image.shape[1], image.shape[0], depth, 0, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(bytes(body))), (b"IEND", b"")))
+        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(bytes(body))), (b"IEND", b""))
+    )
 
 
 def _exr_attribute(name, kind, body):
@@ -39,22 +44,34 @@ def _exr_header(name, channels, compression, numbers, multi_part):
     """One part's header; `numbers` are further attributes of type double."""
     height, width = next(iter(channels.values())).shape
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
-    listed = b"".join(channel.encode() + b"\0" + struct.pack("<iB3xii", PIXEL_TYPES[array.dtype.str], 0, 1, 1)
-                      for channel, array in sorted(channels.items())) + b"\0"
+    listed = (
+        b"".join(
+            channel.encode() + b"\0" + struct.pack("<iB3xii", PIXEL_TYPES[array.dtype.str], 0, 1, 1)
+            for channel, array in sorted(channels.items())
+        )
+        + b"\0"
+    )
     chunks = -(-height // (16 if compression == "zip" else 1))
-    header = _exr_attribute("channels", "chlist", listed) + \
-        _exr_attribute("compression", "compression", bytes([{"none": 0, "zips": 2, "zip": 3}[compression]])) + \
-        _exr_attribute("dataWindow", "box2i", window) + _exr_attribute("displayWindow", "box2i", window) + \
-        _exr_attribute("lineOrder", "lineOrder", b"\0") + \
-        _exr_attribute("pixelAspectRatio", "float", struct.pack("<f", 1)) + \
-        _exr_attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)) + \
-        _exr_attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+    header = (
+        _exr_attribute("channels", "chlist", listed)
+        + _exr_attribute(
+            "compression", "compression", bytes([{"none": 0, "zips": 2, "zip": 3}[compression]])
+        )
+        + _exr_attribute("dataWindow", "box2i", window)
+        + _exr_attribute("displayWindow", "box2i", window)
+        + _exr_attribute("lineOrder", "lineOrder", b"\0")
+        + _exr_attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+        + _exr_attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+        + _exr_attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+    )
     for key, value in numbers.items():
         header += _exr_attribute(key, "double", struct.pack("<d", value))
     if multi_part:
-        header += _exr_attribute("name", "string", name.encode()) + \
-            _exr_attribute("type", "string", b"scanlineimage") + \
-            _exr_attribute("chunkCount", "int", struct.pack("<i", chunks))
+        header += (
+            _exr_attribute("name", "string", name.encode())
+            + _exr_attribute("type", "string", b"scanlineimage")
+            + _exr_attribute("chunkCount", "int", struct.pack("<i", chunks))
+        )
     return header + b"\0"
 
 
@@ -70,8 +87,11 @@ def _exr_chunks(channels, compression):
     height = next(iter(channels.values())).shape[0]
     rows = 16 if compression == "zip" else 1
     for first in range(0, height, rows):
-        raw = b"".join(array[y].tobytes() for y in range(first, min(first + rows, height))
-                       for _, array in sorted(channels.items()))
+        raw = b"".join(
+            array[y].tobytes()
+            for y in range(first, min(first + rows, height))
+            for _, array in sorted(channels.items())
+        )
         yield first, raw if compression == "none" else _exr_zip(raw)
 
 
@@ -79,9 +99,16 @@ def exr_bytes(parts):
     """Scanline EXR of [(name, {channel: array}, compression, {attribute: number})]."""
     multi_part = len(parts) > 1
     out = struct.pack("<iI", 20000630, 2 | (0x1000 if multi_part else 0))
-    out += b"".join(_exr_header(*part, multi_part) for part in parts) + (b"\0" if multi_part else b"")
-    chunks = [[struct.pack("<i", number) * multi_part + struct.pack("<ii", y, len(data)) + data
-               for y, data in _exr_chunks(part[1], part[2])] for number, part in enumerate(parts)]
+    out += b"".join(_exr_header(*part, multi_part) for part in parts) + (
+        b"\0" if multi_part else b""
+    )
+    chunks = [
+        [
+            struct.pack("<i", number) * multi_part + struct.pack("<ii", y, len(data)) + data
+            for y, data in _exr_chunks(part[1], part[2])
+        ]
+        for number, part in enumerate(parts)
+    ]
     offset = len(out) + 8 * sum(map(len, chunks))
     for part_chunks in chunks:
         for chunk in part_chunks:

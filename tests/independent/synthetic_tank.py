@@ -13,8 +13,10 @@ import labels
 import physics
 import random_numbers
 from check_scatterers import FIELDS
+from pulses import Pulse
 from sequence import Grid, Sonar
-from synthetic_files import encode_rle, exr_bytes, png_bytes
+from synthetic_coco import annotation_line, coco_of
+from synthetic_files import exr_bytes, png_bytes
 
 SEED = 11
 NOISE_LEVEL_DB = 60.0
@@ -28,12 +30,25 @@ CARTESIAN_HEIGHT = 120
 
 
 def make_sonar(noise_level_db):
-    return Sonar(beams=128, spacing_rad=np.radians(90) / 128, width_rad=np.radians(1.0),
-                 elevation_width_rad=np.radians(20.0), fan_rad=np.radians(20.0), rays_elevation=9, rays_azimuth=1,
-                 frequency_hz=9e5, bandwidth_hz=29900.0, source_pressure_pa_m=physics.source_pressure_pa_m(220.0),
-                 range_min_m=0.0, range_max_m=10.0, sound_speed_m_s=1500.0, absorption_db_m=0.3,
-                 lambert_exponent=1.0, pulse="gaussian", duration_s=0.0, normalization="calibrated",
-                 noise_level_db=noise_level_db)
+    return Sonar(
+        beams=128,
+        spacing_rad=np.radians(90) / 128,
+        width_rad=np.radians(1.0),
+        elevation_width_rad=np.radians(20.0),
+        fan_rad=np.radians(20.0),
+        rays_elevation=9,
+        rays_azimuth=1,
+        frequency_hz=9e5,
+        bandwidth_hz=29900.0,
+        source_pressure_pa_m=physics.source_pressure_pa_m(220.0),
+        range_min_m=0.0,
+        range_max_m=10.0,
+        sound_speed_m_s=1500.0,
+        absorption_db_m=0.3,
+        pulse=Pulse(),
+        normalization="calibrated",
+        noise_level_db=noise_level_db,
+    )
 
 
 def trace(sonar):
@@ -41,15 +56,25 @@ def trace(sonar):
     step = sonar.fan_rad / sonar.rays_elevation
     elevation = (np.arange(sonar.rays_elevation) + 0.5) * step - sonar.fan_rad / 2
     azimuth, elevation = np.meshgrid(sonar.azimuths_rad, elevation, indexing="ij")
-    direction = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
-                          np.sin(elevation)], axis=-1)
+    direction = np.stack(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ],
+        axis=-1,
+    )
     to_wall = TANK_HALF_M / np.maximum(np.abs(direction), 1e-12)
-    range_m, cosine = to_wall.min(axis=-1), np.take_along_axis(
-        np.abs(direction), to_wall.argmin(axis=-1)[..., None], axis=-1)[..., 0]
-    inside = RADIUS_M ** 2 - (AXIS_M * np.sin(azimuth)) ** 2
+    range_m, cosine = (
+        to_wall.min(axis=-1),
+        np.take_along_axis(np.abs(direction), to_wall.argmin(axis=-1)[..., None], axis=-1)[..., 0],
+    )
+    inside = RADIUS_M**2 - (AXIS_M * np.sin(azimuth)) ** 2
     flat = AXIS_M * np.cos(azimuth) - np.sqrt(np.maximum(inside, 0))
     struck = inside > 0
-    normal_x, normal_y = (AXIS_M - flat * np.cos(azimuth)) / RADIUS_M, -flat * np.sin(azimuth) / RADIUS_M
+    normal_x, normal_y = (AXIS_M - flat * np.cos(azimuth)) / RADIUS_M, -flat * np.sin(
+        azimuth
+    ) / RADIUS_M
     range_m = np.where(struck, flat / np.cos(elevation), range_m)
     cosine = np.where(struck, direction[..., 0] * normal_x + direction[..., 1] * normal_y, cosine)
     return range_m, cosine, np.where(struck, 2, 1), azimuth, elevation, direction
@@ -65,11 +90,11 @@ def make_scatterers(sonar, sequence):
     out["delay_s"] = 2 * range_m / sonar.sound_speed_m_s
     out["beam"] = np.arange(sonar.beams)[:, None]
     out["azimuth_rad"], out["elevation_rad"] = azimuth, elevation
-    out["variance"] = np.vectorize(MATERIALS.get)(instance) * cosine * range_m ** 2 * solid_angle
+    out["variance"] = np.vectorize(MATERIALS.get)(instance) * cosine * range_m**2 * solid_angle
     key = random_numbers.stream_key(SEED, random_numbers.STREAM_SPECKLE, sequence)
     amplitude = random_numbers.complex_normals(key, 0, rays) * np.sqrt(out["variance"])
     out["amp_re"], out["amp_im"] = amplitude.real, amplitude.imag
-    out["gain"] = physics.propagation_gain(range_m, elevation, sonar)
+    out["gain"] = physics.propagation_gain(range_m, azimuth, elevation, sonar)
     out["cos_incidence"], out["instance"] = cosine, instance
     for axis, name in enumerate("xyz"):
         out[name] = range_m * direction[..., axis]
@@ -86,9 +111,12 @@ class Images:
         audible = wanted.has_echo & (clean >= (sonar.noise_power_pa2 or 0.0))
         self.instance = np.where(audible, wanted.instance, 0).astype(np.uint16)
         self.level = physics.level_db(series)
-        self.labels = {"clean_db": physics.power_level_db(clean),
-                       "instance_fraction": np.where(audible, wanted.fraction, 0),
-                       "elevation_rad": wanted.elevation_mean, "elevation_std_rad": wanted.elevation_spread}
+        self.labels = {
+            "clean_db": physics.power_level_db(clean),
+            "instance_fraction": np.where(audible, wanted.fraction, 0),
+            "elevation_rad": wanted.elevation_mean,
+            "elevation_std_rad": wanted.elevation_spread,
+        }
 
 
 def write(path, data):
@@ -106,44 +134,42 @@ def cartesian_grid(sonar):
 def write_images(folder, sonar, images, limits_db):
     """EXR, masks and grey pictures of ping 0 in both geometries; the COCO entries of both."""
     grid = cartesian_grid(sonar)
-    fan = labels.CartesianMap(grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m)
-    place = {"metres_per_pixel": grid.metres_per_pixel, "x_top_m": grid.x_top_m, "y_left_m": grid.y_left_m}
-    axes = {"first_beam_azimuth_rad": sonar.azimuths_rad[0], "beam_spacing_rad": sonar.spacing_rad,
-            "range_step_m": sonar.range_step_m}
+    fan = labels.CartesianMap(
+        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+    )
+    place = {
+        "metres_per_pixel": grid.metres_per_pixel,
+        "x_top_m": grid.x_top_m,
+        "y_left_m": grid.y_left_m,
+    }
+    axes = {
+        "first_beam_azimuth_rad": sonar.azimuths_rad[0],
+        "beam_spacing_rad": sonar.spacing_rad,
+        "range_step_m": sonar.range_step_m,
+    }
     entries = []
-    for kind, apply, numbers in (("polar", lambda array, _: array.T, axes), ("cartesian", fan.apply, place)):
+    for kind, apply, numbers in (
+        ("polar", lambda array, _: array.T, axes),
+        ("cartesian", fan.apply, place),
+    ):
         blank = {"clean_db": -99.0, "instance_fraction": 0.0}
         level = {"Y": apply(images.level, -99.0).astype("<f2")}
-        channels = {name: apply(array, blank.get(name, np.nan)).astype("<f2")
-                    for name, array in images.labels.items()}
+        channels = {
+            name: apply(array, blank.get(name, np.nan)).astype("<f2")
+            for name, array in images.labels.items()
+        }
         instance = apply(images.instance, 0).astype(np.uint16)
         grey = apply(np.rint(labels.grey_levels(images.level, *limits_db)), 0).astype(np.uint8)
-        write(f"{folder}/{kind}/000000.exr", exr_bytes([("level", level, "none", numbers),
-                                                       ("labels", channels, "zip", numbers)]))
+        write(
+            f"{folder}/{kind}/000000.exr",
+            exr_bytes([("level", level, "none", numbers), ("labels", channels, "zip", numbers)]),
+        )
         write(f"{folder}/{kind}/000000_instance.png", png_bytes(instance))
         # Class ids equal instance ids in this world.
         write(f"{folder}/{kind}/000000_semantic.png", png_bytes(instance.astype(np.uint8)))
         write(f"{folder}/png/000000_{kind}.png", png_bytes(grey))
         entries.append((kind, instance))
     return entries
-
-
-def annotations_of(mask):
-    """Boxes and run lengths of a mask, as annotations.jsonl has them."""
-    entries = []
-    for identity in sorted(set(np.unique(mask).tolist()) - {0}):
-        rows, columns = np.nonzero(mask == identity)
-        box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
-        entries.append({"instance": identity, "bbox": [int(v) for v in box], "area": len(rows),
-                        "counts": encode_rle(mask == identity)})
-    return entries
-
-
-def annotation_line(masks):
-    """The line of ping 0 in annotations.jsonl."""
-    return json.dumps({"ping": 0, "time_s": 0.0, "images": [
-        {"view": kind, "file": f"png/000000_{kind}.png", "width": mask.shape[1], "height": mask.shape[0],
-         "annotations": annotations_of(mask)} for kind, mask in masks]})
 
 
 def save_array(path, array):
@@ -161,27 +187,76 @@ def listing(folder, skip=()):
             if relative.split(os.sep)[0] not in skip:
                 with open(path, "rb") as stream:
                     data = stream.read()
-                rows.append({"path": relative, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()})
+                rows.append(
+                    {
+                        "path": relative,
+                        "bytes": len(data),
+                        "sha256": hashlib.sha256(data).hexdigest(),
+                    }
+                )
     return rows
 
 
 def description(sonar, number, limits_db):
     """sequence.json without its list of files."""
-    return {"ensonify_sequence": 1, "sequence": number, "seed": SEED, "split": "train", "pings": [0, 1],
-            "sonar": {"frequency_hz": sonar.frequency_hz, "bandwidth_hz": sonar.bandwidth_hz, "pulse": sonar.pulse,
-                      "source_level_db": 220.0, "range_min_m": 0.0, "range_max_m": 10.0,
-                      "normalization": "calibrated",
-                      "beams": {"count": sonar.beams, "spacing_rad": sonar.spacing_rad,
-                                "width_rad": sonar.width_rad},
-                      "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
-                      "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth}},
-            "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
-            "scattering": {"lambert_exponent": 1.0, "speckle": "per_ping"},
-            "noise": None if sonar.noise_level_db is None else {"spectrum_level_db": sonar.noise_level_db},
-            "record": {"samples": sonar.samples, "transform": len(sonar.spectrum)},
-            "png": {"db": list(limits_db)}, "classes": CLASSES,
-            "instances": [{"id": i, "name": NAMES[i], "class": CLASSES[i - 1], "class_id": i,
-                           "reflectivity": MATERIALS[i]} for i in (1, 2)]}
+    return {
+        "ensonify_sequence": 1,
+        "sequence": number,
+        "seed": SEED,
+        "split": "train",
+        "pings": [0, 1],
+        "sonar": {
+            "frequency_hz": sonar.frequency_hz,
+            "bandwidth_hz": sonar.bandwidth_hz,
+            "pulse": {"shape": "gaussian"},
+            "window": "none",
+            "processing_gain": 1.0,
+            "adc": None,
+            "source_level_db": 220.0,
+            "range_min_m": 0.0,
+            "range_max_m": 10.0,
+            "normalization": "calibrated",
+            "beams": {
+                "count": sonar.beams,
+                "spacing_rad": sonar.spacing_rad,
+                "width_rad": sonar.width_rad,
+                "transmit_width_rad": None,
+                "shading": {"kind": "uniform", "aperture_wavelengths": 0.884 / sonar.width_rad},
+            },
+            "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
+            "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth},
+        },
+        "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
+        "scattering": {"speckle": "per_ping"},
+        "noise": None
+        if sonar.noise_level_db is None
+        else {
+            "spectrum_level_db": sonar.noise_level_db,
+            "snr_db": None,
+            "power_pa2": sonar.noise_power_pa2,
+        },
+        "record": {
+            "samples": sonar.samples,
+            "transform": len(sonar.spectrum),
+            "pulse_extent_s": 0.0,
+        },
+        "png": {"db": list(limits_db)},
+        "classes": CLASSES,
+        "instances": [
+            {
+                "id": i,
+                "name": NAMES[i],
+                "class": CLASSES[i - 1],
+                "class_id": i,
+                "kind": "surface",
+                "law": {"model": "lambert", "reflectivity": MATERIALS[i], "exponent": 1.0},
+                "material": NAMES[i],
+                "vertex_reflectivity": False,
+                "coherent": None,
+            }
+            for i in (1, 2)
+        ],
+    }
 
 
 def write_sequence(root, number, noise_level_db):
@@ -190,8 +265,9 @@ def write_sequence(root, number, noise_level_db):
     scatterers = make_scatterers(sonar, number)
     series = physics.beam_series(scatterers, sonar)
     if noise_level_db is not None:
-        series = series + random_numbers.sample_noise(SEED, number, 0, sonar.beams, sonar.samples,
-                                                      sonar.noise_power_pa2)
+        series = series + random_numbers.sample_noise(
+            SEED, number, 0, sonar.beams, sonar.samples, sonar.noise_power_pa2
+        )
     series = series.astype(np.complex64)
     save_array(f"{folder}/azimuth_rad.npy", sonar.azimuths_rad)
     save_array(f"{folder}/range_m.npy", np.arange(sonar.samples) * sonar.range_step_m)
@@ -204,7 +280,10 @@ def write_sequence(root, number, noise_level_db):
     numbers = ",".join(map(str, POSE))
     write(f"{folder}/poses.csv", f"ping,time_s,x,y,z,qw,qx,qy,qz\n0,0.0,{numbers}\n")
     write(f"{folder}/poses.tum", "0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n")
-    write(f"{folder}/objects.csv", f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n")
+    write(
+        f"{folder}/objects.csv",
+        f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n",
+    )
     write(f"{folder}/annotations.jsonl", annotation_line(masks) + "\n")
     info = description(sonar, number, limits_db)
     info["files"] = listing(folder)
@@ -213,42 +292,52 @@ def write_sequence(root, number, noise_level_db):
     return [(f"sequences/{number:06d}/png/000000_{kind}.png", mask) for kind, mask in masks]
 
 
-def coco_of(pictures):
-    """coco.json of (file name, instance mask) pairs."""
-    images, annotations = [], []
-    for file_name, mask in pictures:
-        images.append({"id": len(images) + 1, "file_name": file_name, "height": mask.shape[0],
-                       "width": mask.shape[1]})
-        for entry in annotations_of(mask):
-            annotations.append({"id": len(annotations) + 1, "image_id": images[-1]["id"],
-                                "category_id": entry["instance"], "area": entry["area"], "bbox": entry["bbox"],
-                                "iscrowd": 0, "segmentation": {"size": list(mask.shape), "counts": entry["counts"]}})
-    return {"images": images, "annotations": annotations,
-            "categories": [{"id": i + 1, "name": name} for i, name in enumerate(CLASSES)]}
-
-
 def write_data_set(root):
     """The whole data set, manifests last."""
     pictures = write_sequence(root, 0, None) + write_sequence(root, 1, NOISE_LEVEL_DB)
-    write(f"{root}/coco.json", json.dumps(coco_of(pictures)))
+    write(f"{root}/coco.json", json.dumps(coco_of(pictures, CLASSES)))
     for name in ("README.md", "work.json", "scenario.yaml"):
         write(f"{root}/{name}", "{}\n")
     stems = ["000000/000000", "000001/000000"]
-    write(f"{root}/index.csv", "sequence,ping,time_s,split,stem\n" +
-          "".join(f"{i},0,0.0,train,{stem}\n" for i, stem in enumerate(stems)))
+    write(
+        f"{root}/index.csv",
+        "sequence,ping,time_s,split,stem\n"
+        + "".join(f"{i},0,0.0,train,{stem}\n" for i, stem in enumerate(stems)),
+    )
     for split in ("train", "val", "test"):
-        write(f"{root}/splits/{split}.txt", "".join(stem + "\n" for stem in stems) if split == "train" else "")
+        write(
+            f"{root}/splits/{split}.txt",
+            "".join(stem + "\n" for stem in stems) if split == "train" else "",
+        )
     sequences = []
     for number in range(2):
         folder = f"{root}/sequences/{number:06d}"
         own = next(row for row in listing(folder) if row["path"] == "sequence.json")
         total = sum(row["bytes"] for row in listing(folder))
-        sequences.append({"sequence": number, "pings": [0, 1], "seed": SEED, "split": "train", "bytes": total,
-                          "sha256": own["sha256"]})
+        sequences.append(
+            {
+                "sequence": number,
+                "pings": [0, 1],
+                "seed": SEED,
+                "split": "train",
+                "bytes": total,
+                "sha256": own["sha256"],
+            }
+        )
     files = listing(root, skip=("sequences",))
-    manifest = json.dumps({"ensonify_dataset": 1, "seed": SEED, "sequences": sequences, "files": files,
-                           "splits": {"train": [0, 1], "val": [], "test": []}, "classes": CLASSES,
-                           "bytes": sum(row["bytes"] for row in sequences + files)})
+    manifest = json.dumps(
+        {
+            "ensonify_dataset": 1,
+            "seed": SEED,
+            "sequences": sequences,
+            "files": files,
+            "splits": {"train": [0, 1], "val": [], "test": []},
+            "classes": CLASSES,
+            "bytes": sum(row["bytes"] for row in sequences + files),
+        }
+    )
     write(f"{root}/dataset.json", manifest)
-    write(f"{root}/dataset.sha256", hashlib.sha256(manifest.encode()).hexdigest() + "  dataset.json\n")
+    write(
+        f"{root}/dataset.sha256", hashlib.sha256(manifest.encode()).hexdigest() + "  dataset.json\n"
+    )
     write(f"{root}/provenance.json", "{}\n")

@@ -1,0 +1,36 @@
+"""More rays must not change the mean level of a diffuse scene."""
+import numpy as np
+
+import physics
+from bench import Row, case
+
+
+def scene_level(bench, scene, settings):
+    """Level of the mean clean power of ping 0."""
+    arguments = ["--pings", "0:1"]
+    for setting in settings:
+        arguments += ["--set", setting]
+    sequence = bench.run_scene(scene, arguments=tuple(arguments))
+    surfaces = [i for i, instance in sequence.instances.items() if instance.kind == "surface"]
+    scatterers = sequence.scatterers(0)
+    scatterers = scatterers[np.isin(scatterers["instance"], surfaces)]
+    return float(10 * np.log10(physics.expected_power(scatterers, sequence.sonar).mean()) + 120)
+
+
+@case("convergence")
+def twice_the_rays(bench):
+    """The tank and the rippled seabed with twice the rays in either direction."""
+    rows = []
+    for scene in ("sonar_tank.yaml", "seabed_and_target.yaml"):
+        before = scene_level(bench, scene, ())
+        for direction, count in (("azimuth", 2), ("elevation", 228)):
+            rows.append(
+                Row(
+                    f"convergence.{scene.split('.', maxsplit=1)[0]}.{direction}",
+                    f"{scene}: mean clean level with twice the rays in {direction}",
+                    before,
+                    scene_level(bench, scene, (f"sonar.rays.{direction}={count}",)),
+                    0.1,
+                )
+            )
+    return rows
