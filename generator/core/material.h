@@ -18,7 +18,7 @@ struct Material {
   ScatteringLaw law = ScatteringLaw::lambert;
   double reflectivity = 0;      // mu, of lambert and lommel_seeliger
   double lambert_exponent = 1;  // n
-  BackscatterTable table;
+  BackscatterTable table{};
   CoherentModel coherent = CoherentModel::none;
   double rician_k = 0;         // K, power ratio of the constant part to the random one
   double reflection = 0;       // R of kirchhoff, -1 ... 1
