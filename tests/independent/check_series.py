@@ -23,6 +23,8 @@ from checklist import SKIPPED, run_main
 from sequence import DataSet
 
 SERIES_TOLERANCE = 1e-4
+# Of the loudest sample: what single precision may move before the converter.
+ROUNDING = 1e-6
 # A tenth of the record is judged where it holds this share of the record's norm.
 WEAK_TENTH = 1e-6
 STANDARD_ERRORS = 4.5
@@ -158,7 +160,7 @@ def check_converted(checklist, label, series, expected, adc):
     )
     # A sample that lies between two steps to within the series' own error may go either way.
     gap = np.abs(parts - np.stack([wanted.real, wanted.imag]) / step)
-    unsure = SERIES_TOLERANCE * np.abs(expected).max() / step
+    unsure = ROUNDING * np.abs(expected).max() / step
     away = np.abs(np.stack([expected.real, expected.imag]) / step % 1.0 - 0.5)
     wrong = np.count_nonzero((gap > 0.5) & ((away > unsure) | (gap > 1.5)))
     checklist.expect(wrong == 0, f"{label} samples at another step", wrong, f"0 of {parts.size}")

@@ -21,6 +21,7 @@ import pulses
 import random_numbers
 import ray_tracer
 import sonar_dataset
+import synthetic_burst
 import synthetic_files
 import synthetic_faults
 import synthetic_room
@@ -373,6 +374,7 @@ def main():
         test_ray_tracer(checklist)
         for world, checks, faults in (
             (synthetic_tank, CHECKS, synthetic_faults.FAULTS),
+            (synthetic_burst, synthetic_burst.CHECKS, synthetic_burst.FAULTS),
             (synthetic_room, ("check_trace",), synthetic_faults.ROOM_FAULTS),
         ):
             root = os.path.join(folder, world.__name__)

@@ -1,8 +1,11 @@
 """A tiny tank data set, ray by ray from closed forms, for the self-test of the checks.
 
-Two sequences of the same tank, the second with noise; 128 beams, 9 rays in elevation, one ping.
+Two sequences of the same tank, 128 beams, 9 rays in elevation, one ping: plain, and with noise. Or
+one, "burst", with all that these leave out: a burst through a window, a shaded array, a transmit
+pattern, a converter, a rician cylinder and noise by ratio.
 Written after the documented layout with this folder's own formulas and writers.
 """
+import dataclasses
 import hashlib
 import json
 import os
@@ -12,9 +15,11 @@ import numpy as np
 import labels
 import physics
 import random_numbers
+from beam_patterns import Shading, aperture_wavelengths
 from check_scatterers import FIELDS
 from pulses import Pulse
-from sequence import Grid, Sonar
+from sequence import Adc, Grid, Sonar
+from surface_laws import rician_share
 from synthetic_coco import annotation_line, coco_of
 from synthetic_files import exr_bytes, png_bytes
 
@@ -27,10 +32,12 @@ TANK_HALF_M = np.array([5.5, 5.5, 2.0])
 AXIS_M, RADIUS_M = 4.0, 0.2
 POSE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 CARTESIAN_HEIGHT = 120
+RICIAN_K = 0.5
 
 
-def make_sonar(noise_level_db):
-    return Sonar(
+def make_sonar(noise_level_db, **more):
+    """The common sonar; more replaces or adds fields."""
+    plain = Sonar(
         beams=128,
         spacing_rad=np.radians(90) / 128,
         width_rad=np.radians(1.0),
@@ -49,6 +56,26 @@ def make_sonar(noise_level_db):
         normalization="calibrated",
         noise_level_db=noise_level_db,
     )
+    return dataclasses.replace(plain, **more)
+
+
+def sonar_of(kind):
+    """The sonar of a plain, noisy or burst sequence."""
+    if kind != "burst":
+        return make_sonar(NOISE_LEVEL_DB if kind == "noisy" else None)
+    adc = Adc(16, 170.0, 10**2.5 / 2**15)
+    return make_sonar(
+        None,
+        pulse=Pulse("cw", 2e-4, window="hann"),
+        shading=Shading("taylor"),
+        transmit_width_rad=np.radians(80.0),
+        adc=adc,
+        snr_db=30.0,
+    )
+
+
+def coherent_part(kind, identity):
+    return {"model": "rician", "k": RICIAN_K} if (kind, identity) == ("burst", 2) else None
 
 
 def trace(sonar):
@@ -80,7 +107,7 @@ def trace(sonar):
     return range_m, cosine, np.where(struck, 2, 1), azimuth, elevation, direction
 
 
-def make_scatterers(sonar, sequence):
+def make_scatterers(sonar, sequence, kind):
     """The scatterer list of ping 0, sorted by beam and delay."""
     range_m, cosine, instance, azimuth, elevation, direction = trace(sonar)
     step = sonar.fan_rad / sonar.rays_elevation
@@ -92,7 +119,13 @@ def make_scatterers(sonar, sequence):
     out["azimuth_rad"], out["elevation_rad"] = azimuth, elevation
     out["variance"] = np.vectorize(MATERIALS.get)(instance) * cosine * range_m**2 * solid_angle
     key = random_numbers.stream_key(SEED, random_numbers.STREAM_SPECKLE, sequence)
+    for identity in MATERIALS:
+        mine, coherent = instance == identity, coherent_part(kind, identity)
+        share = rician_share(coherent)
+        out["mean_re"][mine] = np.sqrt((1.0 - share) * out["variance"][mine])
+        out["variance"][mine] *= share
     amplitude = random_numbers.complex_normals(key, 0, rays) * np.sqrt(out["variance"])
+    amplitude = amplitude + out["mean_re"]
     out["amp_re"], out["amp_im"] = amplitude.real, amplitude.imag
     out["gain"] = physics.propagation_gain(range_m, azimuth, elevation, sonar)
     out["cos_incidence"], out["instance"] = cosine, instance
@@ -197,7 +230,7 @@ def listing(folder, skip=()):
     return rows
 
 
-def description(sonar, number, limits_db):
+def description(sonar, number, limits_db, kind="plain"):
     """sequence.json without its list of files."""
     return {
         "ensonify_sequence": 1,
@@ -208,10 +241,10 @@ def description(sonar, number, limits_db):
         "sonar": {
             "frequency_hz": sonar.frequency_hz,
             "bandwidth_hz": sonar.bandwidth_hz,
-            "pulse": {"shape": "gaussian"},
-            "window": "none",
+            "pulse": {"shape": sonar.pulse.shape, "duration_s": sonar.pulse.duration_s},
+            "window": sonar.pulse.window,
             "processing_gain": 1.0,
-            "adc": None,
+            "adc": None if sonar.adc is None else dataclasses.asdict(sonar.adc),
             "source_level_db": 220.0,
             "range_min_m": 0.0,
             "range_max_m": 10.0,
@@ -220,8 +253,11 @@ def description(sonar, number, limits_db):
                 "count": sonar.beams,
                 "spacing_rad": sonar.spacing_rad,
                 "width_rad": sonar.width_rad,
-                "transmit_width_rad": None,
-                "shading": {"kind": "uniform", "aperture_wavelengths": 0.884 / sonar.width_rad},
+                "transmit_width_rad": sonar.transmit_width_rad,
+                "shading": {
+                    **dataclasses.asdict(sonar.shading),
+                    "aperture_wavelengths": aperture_wavelengths(sonar.shading, sonar.width_rad),
+                },
             },
             "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
             "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth},
@@ -229,16 +265,16 @@ def description(sonar, number, limits_db):
         "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
         "scattering": {"speckle": "per_ping"},
         "noise": None
-        if sonar.noise_level_db is None
+        if sonar.noise_power_pa2 is None
         else {
             "spectrum_level_db": sonar.noise_level_db,
-            "snr_db": None,
+            "snr_db": sonar.snr_db,
             "power_pa2": sonar.noise_power_pa2,
         },
         "record": {
             "samples": sonar.samples,
             "transform": len(sonar.spectrum),
-            "pulse_extent_s": 0.0,
+            "pulse_extent_s": sonar.pulse.duration_s,
         },
         "png": {"db": list(limits_db)},
         "classes": CLASSES,
@@ -252,23 +288,34 @@ def description(sonar, number, limits_db):
                 "law": {"model": "lambert", "reflectivity": MATERIALS[i], "exponent": 1.0},
                 "material": NAMES[i],
                 "vertex_reflectivity": False,
-                "coherent": None,
+                "coherent": coherent_part(kind, i),
             }
             for i in (1, 2)
         ],
     }
 
 
-def write_sequence(root, number, noise_level_db):
-    """One sequence folder; returns the masks for coco.json."""
-    folder, sonar = f"{root}/sequences/{number:06d}", make_sonar(noise_level_db)
-    scatterers = make_scatterers(sonar, number)
+def make_series(sonar, number, scatterers):
+    """Series of ping 0; sets the noise power where it is asked for by ratio."""
     series = physics.beam_series(scatterers, sonar)
-    if noise_level_db is not None:
+    if sonar.snr_db is not None:
+        echoes = labels.PixelLabels(scatterers, sonar.bandwidth_hz, sonar.beams, sonar.samples)
+        clean = physics.expected_power(scatterers, sonar)
+        sonar.stated_noise_pa2 = physics.snr_noise_power_pa2(sonar.snr_db, clean, echoes.has_echo)
+    if sonar.noise_power_pa2 is not None:
         series = series + random_numbers.sample_noise(
             SEED, number, 0, sonar.beams, sonar.samples, sonar.noise_power_pa2
         )
-    series = series.astype(np.complex64)
+    if sonar.adc is not None:
+        series = physics.converted(series, sonar.adc.bits, sonar.adc.full_scale_db)
+    return series.astype(np.complex64)
+
+
+def write_sequence(root, number, kind):
+    """One sequence folder; returns the masks for coco.json."""
+    folder, sonar = f"{root}/sequences/{number:06d}", sonar_of(kind)
+    scatterers = make_scatterers(sonar, number, kind)
+    series = make_series(sonar, number, scatterers)
     save_array(f"{folder}/azimuth_rad.npy", sonar.azimuths_rad)
     save_array(f"{folder}/range_m.npy", np.arange(sonar.samples) * sonar.range_step_m)
     save_array(f"{folder}/timeseries/000000.npy", series)
@@ -285,20 +332,22 @@ def write_sequence(root, number, noise_level_db):
         f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n",
     )
     write(f"{folder}/annotations.jsonl", annotation_line(masks) + "\n")
-    info = description(sonar, number, limits_db)
+    info = description(sonar, number, limits_db, kind)
     info["files"] = listing(folder)
     info["bytes"] = sum(row["bytes"] for row in info["files"])
     write(f"{folder}/sequence.json", json.dumps(info))
     return [(f"sequences/{number:06d}/png/000000_{kind}.png", mask) for kind, mask in masks]
 
 
-def write_data_set(root):
+def write_data_set(root, kinds=("plain", "noisy")):
     """The whole data set, manifests last."""
-    pictures = write_sequence(root, 0, None) + write_sequence(root, 1, NOISE_LEVEL_DB)
+    pictures = []
+    for number, kind in enumerate(kinds):
+        pictures += write_sequence(root, number, kind)
     write(f"{root}/coco.json", json.dumps(coco_of(pictures, CLASSES)))
     for name in ("README.md", "work.json", "scenario.yaml"):
         write(f"{root}/{name}", "{}\n")
-    stems = ["000000/000000", "000001/000000"]
+    stems = [f"{number:06d}/000000" for number in range(len(kinds))]
     write(
         f"{root}/index.csv",
         "sequence,ping,time_s,split,stem\n"
@@ -310,7 +359,7 @@ def write_data_set(root):
             "".join(stem + "\n" for stem in stems) if split == "train" else "",
         )
     sequences = []
-    for number in range(2):
+    for number in range(len(kinds)):
         folder = f"{root}/sequences/{number:06d}"
         own = next(row for row in listing(folder) if row["path"] == "sequence.json")
         total = sum(row["bytes"] for row in listing(folder))
@@ -331,7 +380,7 @@ def write_data_set(root):
             "seed": SEED,
             "sequences": sequences,
             "files": files,
-            "splits": {"train": [0, 1], "val": [], "test": []},
+            "splits": {"train": list(range(len(kinds))), "val": [], "test": []},
             "classes": CLASSES,
             "bytes": sum(row["bytes"] for row in sequences + files),
         }

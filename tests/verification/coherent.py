@@ -17,13 +17,10 @@ RADIUS_M, RANGE_M = 0.2, 5.0
 ROD_RADIUS_M, ROD_LENGTH_M = 0.1, 0.05
 
 
-def strength_db(
+def body_series(
     bench, shape, place_m, range_m, fan_deg, rays, coherent=None, rotation_deg=(0, 0, 0)
 ):
-    """TS from the interpolated peak of the sector straight ahead.
-
-    Fan and rays are (azimuth, elevation).
-    """
+    """Series of the sector straight ahead; fan and rays are (azimuth, elevation)."""
     part = {"model": "kirchhoff", "reflection": 1, "roughness_rms_m": 0, **(coherent or {})}
     sequence = bench.run(
         {
@@ -37,47 +34,48 @@ def strength_db(
             "objects": [diffuse("body", shape, place_m, rotation_deg)],
         }
     )
-    return peak_level(sequence.series(0)[1]) - (220.0 - 40.0 * math.log10(range_m))
+    return sequence.series(0)[1]
 
 
-def plate(bench, rays=(176, 176), coherent=None, tilt_deg=0.0):
+def strength_db(series, range_m):
+    """TS from the interpolated peak."""
+    return peak_level(series) - (220.0 - 40.0 * math.log10(range_m))
+
+
+def plate_series(bench, rays=(176, 176), coherent=None, tilt_deg=0.0):
     """A square plate that faces the sonar; it turns about the middle of its face."""
     turn = math.radians(tilt_deg)
     place = (PLATE_RANGE_M + 0.01 * math.cos(turn), 0.01 * math.sin(turn), 0)
-    return strength_db(
-        bench,
-        {"box": {"size_m": [0.02, SIDE_M, SIDE_M]}},
-        place,
-        PLATE_RANGE_M,
-        (0.4, 0.4),
-        rays,
-        coherent,
-        (0, 0, tilt_deg),
-    )
+    shape = {"box": {"size_m": [0.02, SIDE_M, SIDE_M]}}
+    fan = (0.4, 0.4)
+    return body_series(bench, shape, place, PLATE_RANGE_M, fan, rays, coherent, (0, 0, tilt_deg))
 
 
-def sphere(bench, rays=(172, 172), radius_m=RADIUS_M):
+def plate(bench, *arguments, **settings):
+    return strength_db(plate_series(bench, *arguments, **settings), PLATE_RANGE_M)
+
+
+def sphere_series(bench, rays=(172, 172), radius_m=RADIUS_M):
     """A sphere whose nearest point lies RANGE_M away; the fan is 5 degrees, 0.44 m there."""
-    return strength_db(
-        bench,
-        {"sphere": {"radius_m": radius_m}},
-        (RANGE_M + radius_m, 0, 0),
-        RANGE_M,
-        (5.0, 5.0),
-        rays,
-    )
+    shape, place = {"sphere": {"radius_m": radius_m}}, (RANGE_M + radius_m, 0, 0)
+    return body_series(bench, shape, place, RANGE_M, (5.0, 5.0), rays)
+
+
+def sphere(bench, *arguments, **settings):
+    return strength_db(sphere_series(bench, *arguments, **settings), RANGE_M)
 
 
 def rod(bench, rays=(90, 64)):
     """An upright cylinder, so short that it lies in one Fresnel zone."""
-    return strength_db(
-        bench,
-        {"cylinder": {"radius_m": ROD_RADIUS_M, "height_m": ROD_LENGTH_M}},
-        (RANGE_M + ROD_RADIUS_M, 0, 0),
-        RANGE_M,
-        (2.6, 0.7),
-        rays,
-    )
+    shape = {"cylinder": {"radius_m": ROD_RADIUS_M, "height_m": ROD_LENGTH_M}}
+    place = (RANGE_M + ROD_RADIUS_M, 0, 0)
+    return strength_db(body_series(bench, shape, place, RANGE_M, (2.6, 0.7), rays), RANGE_M)
+
+
+def phase_deg(series):
+    """Phase at the interpolated peak; at 5 and 10 m the way there and back is whole wavelengths."""
+    fine = measure.interpolated(series)
+    return float(np.degrees(np.angle(fine[np.argmax(np.abs(fine))])))
 
 
 PLATE_DB = 20 * math.log10(SIDE_M**2 / WAVELENGTH_M)
@@ -114,6 +112,18 @@ def square_plate(bench):
                 0.3,
             )
         )
+    # k rho^2 / r, averaged over the plate: its edges lie farther away than its middle.
+    lag = math.degrees(2 * math.pi / WAVELENGTH_M * (SIDE_M**2 / 6) / PLATE_RANGE_M)
+    rows.append(
+        Row(
+            "V18.phase",
+            "phase of the facing plate: +i, less the lag of its edges",
+            90.0 - lag,
+            phase_deg(plate_series(bench)),
+            2.0,
+            "deg",
+        )
+    )
     smooth = plate(bench)
     rough = 1e-4
     wanted = -2 * (2 * math.pi / WAVELENGTH_M) ** 2 * rough**2 * 20 / math.log(10)
@@ -151,6 +161,16 @@ def rigid_sphere(bench):
         )
         for radius in (0.2, 0.08)
     ]
+    rows.append(
+        Row(
+            "V19.phase",
+            "phase of the rigid sphere of 0.2 m",
+            0.0,
+            phase_deg(sphere_series(bench)),
+            5.0,
+            "deg",
+        )
+    )
     rows.append(
         Row(
             "V19.coarse",

@@ -7,17 +7,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-# Fixed ids and text as text: the same curves give the same small file.
-plt.rcParams.update(
-    {
-        "svg.hashsalt": "ensonify",
-        "svg.fonttype": "none",
-        "font.size": 8,
-        "axes.grid": True,
-        "grid.alpha": 0.3,
-        "lines.linewidth": 1.0,
-    }
-)
+plt.rcParams.update({"font.size": 8, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.0})
 MOST_POINTS = 240
 
 
@@ -124,6 +114,6 @@ def draw_all(curves, folder):
             figure = draw(curves[name])
             figure.tight_layout()
             figure.savefig(
-                os.path.join(folder, f"{name}.svg"), metadata={"Date": None, "Creator": None}
+                os.path.join(folder, f"{name}.png"), dpi=110, metadata={"Software": None}
             )
             plt.close(figure)

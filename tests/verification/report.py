@@ -84,7 +84,7 @@ def write(path, rows):
     lines += ["| " + " | ".join(cells(row)) + " |" for row in rows]
     lines.append("\n## Figures\n")
     for name, words in FIGURES:
-        lines += [f"{words}\n", f"![{words}](figures/{name}.svg)\n"]
+        lines += [f"{words}\n", f"![{words}](figures/{name}.png)\n"]
     with open(path, "w", encoding="utf-8") as stream:
         stream.write("\n".join(lines).rstrip() + "\n")
 

@@ -162,6 +162,17 @@ def shadow(bench):
         )
     )
     sequence, _ = volume_run(bench, {"output": {"polar": True}}, pings=1)
+    clean = sequence.image("polar", 0)["labels"].channels["clean_db"].T.astype(float)
+    level = measure.level(closed_form(sequence.sonar, Pulse()))
+    rows.append(
+        Row(
+            "volume_shadow.clean",
+            "open water: clean_db less its closed form, mean of 1.5 to 9 m",
+            0.0,
+            float((clean - level)[inner, before.start : behind.stop].mean()),
+            0.05,
+        )
+    )
     rows.append(
         Row(
             "volume_shadow.label",

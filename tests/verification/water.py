@@ -114,6 +114,72 @@ def francois_garrison(bench):
     ]
 
 
+def francois_garrison_formula(frequency_khz, temperature_c, salinity_psu, ph, depth_m):
+    """dB/m by Francois and Garrison, JASA 72 (1982) 1879: boric acid, magnesium sulphate, water."""
+    f, t, s, d = frequency_khz, temperature_c, salinity_psu, depth_m
+    kelvin, speed = 273.0 + t, 1412.0 + 3.21 * t + 1.19 * s + 0.0167 * d
+    boron = 2.8 * math.sqrt(s / 35.0) * 10.0 ** (4.0 - 1245.0 / kelvin)
+    acid = 8.86 / speed * 10.0 ** (0.78 * ph - 5.0) * boron / (f**2 + boron**2)
+    magnesium = 8.17 * 10.0 ** (8.0 - 1990.0 / kelvin) / (1.0 + 0.0018 * (s - 35.0))
+    pressure = 1.0 - 1.37e-4 * d + 6.2e-9 * d**2
+    sulphate = (
+        21.44 * s / speed * (1.0 + 0.025 * t) * pressure * magnesium / (f**2 + magnesium**2)
+    )
+    if t <= 20.0:
+        water = 4.937e-4 - 2.59e-5 * t + 9.11e-7 * t**2 - 1.50e-8 * t**3
+    else:
+        water = 3.964e-4 - 1.146e-5 * t + 1.45e-7 * t**2 - 6.5e-10 * t**3
+    water *= 1.0 - 3.83e-5 * d + 4.9e-10 * d**2
+    return (acid + sulphate + water) * f**2 / 1000.0
+
+
+# kHz, and deg C, psu, pH, m: each term of the formulas leads in one of them.
+STATES = (
+    (1, (10, 35, 8, 0)),
+    (1, (4, 34, 7.7, 2000)),
+    (20, (25, 38, 8.2, 10)),
+    (60, (2, 30, 8, 3000)),
+    (900, (28, 0.5, 7, 0)),
+    (900, (15, 35, 8, 3500)),
+)
+
+
+@case("formulas")
+def absorption_formulas(bench):
+    """Both formulas over all that they depend on, beside what the program states."""
+    rows = []
+    for khz, state in STATES:
+        for name, formula in (
+            ("francois_garrison", francois_garrison_formula),
+            ("ainslie_mccolm", ainslie_mccolm),
+        ):
+            sequence = bench.run(
+                {
+                    "sonar": {
+                        "frequency_hz": khz * 1e3,
+                        "bandwidth_hz": 500.0,
+                        "range_max_m": 10,
+                        "beams": {"count": 3},
+                    },
+                    "water": {"absorption": {"fixed_db_m": None, **conditions(name, *state)}},
+                    "point_targets": [point_target("target", STRENGTH_DB, (5, 0, 0))],
+                }
+            )
+            wanted = formula(khz, *state)
+            words = "{} deg C, {} psu, pH {}, {} m".format(*state)
+            rows.append(
+                Row(
+                    f"formulas.{name}.{khz}.{state[3]}",
+                    f"{name} at {khz} kHz, {words}: over the formula",
+                    1.0,
+                    sequence.sonar.absorption_db_m / wanted,
+                    1e-4,
+                    "",
+                )
+            )
+    return rows
+
+
 @case("absorption")
 def other_absorption(bench):
     """Ainslie and McColm's formula, its agreement with the other one, and a fixed number."""
