@@ -33,9 +33,9 @@ std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transfo
 bool pulse_is_heard(const Sonar& sonar, int transform);
 
 // T_p, by which a record is longer than its echoes: the duration of cw; of a table, and of an lfm
-// whose taper is below a tenth, the shortest interval that holds t = 0 and all |s(t)| above -90 dB of
-// the peak, looked for at t = k / (8b) and rounded outward to it (65,536 samples at most); 0 of the
-// others.
+// whose taper is below a tenth, the shortest interval that holds t = 0 and all |s(t)| above -90 dB
+// of the peak, looked for at t = k / (8b) and rounded outward to it (65,536 samples at most); 0 of
+// the others.
 double pulse_extent_s(const Sonar& sonar);
 
 // b duration of lfm, 1 of the others: noise power is divided by it.

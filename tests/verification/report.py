@@ -81,7 +81,9 @@ def console_line(row):
 def write(path, rows):
     """The whole page."""
     lines = [INTRODUCTION, "## Table\n", HEAD, RULE]
-    lines += ["| " + " | ".join(cells(row)) + " |" for row in rows]
+    for row in rows:
+        escaped = [text.replace("|", "\\|") for text in cells(row)]
+        lines.append("| " + " | ".join(escaped) + " |")
     lines.append("\n## Figures\n")
     for name, words in FIGURES:
         lines += [f"{words}\n", f"![{words}](figures/{name}.png)\n"]
