@@ -24,6 +24,7 @@ import pulse  # noqa: F401
 import noise  # noqa: F401
 import water  # noqa: F401
 import speckle  # noqa: F401
+import draws  # noqa: F401
 import series  # noqa: F401
 import tank  # noqa: F401
 import scattering  # noqa: F401
