@@ -114,6 +114,24 @@ def correlation_rows(slope):
     return rows
 
 
+def ping_row(slope):
+    """Speckle of a sonar at rest, drawn afresh for every ping: one knows nothing of the next."""
+    beams, samples = slope.pixels()
+    series = slope.series[:, beams, samples] / np.sqrt(slope.clean[beams, samples])
+    product = (series[1:] * np.conj(series[:-1])).real.mean(axis=1)
+    mean, error = measure.mean_and_error(product)
+    return Row(
+        "V4.pings",
+        "correlation of a pixel with itself one ping later",
+        0.0,
+        mean,
+        3 * error,
+        "",
+        standard_error=error,
+        draws=product.size,
+    )
+
+
 @case("V4")
 def speckle_statistics(bench):
     """Fully developed speckle of a diffuse wall, leaning away."""
@@ -160,6 +178,7 @@ def speckle_statistics(bench):
             "",
             draws=phase.size,
         ),
+        ping_row(slope),
         *correlation_rows(slope),
     ]
 
