@@ -42,6 +42,16 @@ def command(words, **options):
     )
 
 
+def copy_new(source, target):
+    """Copy what differs, as of now: a kept build must see that a fault was taken out again."""
+    target = pathlib.Path(target)
+    content = pathlib.Path(source).read_bytes()
+    if not target.exists() or target.read_bytes() != content:
+        target.write_bytes(content)
+        shutil.copymode(source, target)
+    return str(target)
+
+
 def build(tree, jobs):
     """Build the program; its output where that fails."""
     if not (tree / "build/release/build.ninja").exists():
@@ -123,7 +133,7 @@ def main():
     entries = read_list(options.list, options.only)
     with tempfile.TemporaryDirectory(prefix="ensonify-") as scratch:
         tree = pathlib.Path(options.keep or scratch) / "tree"
-        shutil.copytree(ROOT, tree, ignore=LEFT_OUT, dirs_exist_ok=True)
+        shutil.copytree(ROOT, tree, ignore=LEFT_OUT, dirs_exist_ok=True, copy_function=copy_new)
         trouble = sound_program(tree, entries, options.jobs)
         if trouble:
             print(trouble)
