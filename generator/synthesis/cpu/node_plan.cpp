@@ -1,0 +1,140 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/sonar.h"
+#include "synthesis/cpu/node_sums.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Transforming a sample of one plane costs about as much as this many products of the mixing.
+constexpr double kRowCost = 325;
+// Of the error, half goes to the kernel and half to the nodes.
+constexpr double kShare = 0.5;
+// Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
+constexpr double kPowerTolerance = 1e-5;
+
+// What the spreading kernel is judged by: the energy of an echo's spectrum at +-k, in all one. The
+// far tail of an echo comes from where the spectrum has corners, at the band's edges for one. A
+// tenth of a record that holds nothing but a tail may be wrong by ten times the tolerance, so the
+// corners, told by third differences, enter with three hundredths.
+std::vector<double> judged_energy(const std::vector<Complex>& spectrum, int first) {
+  const int count = static_cast<int>(spectrum.size());
+  const auto at = [&](int i) { return i >= 0 && i < count ? spectrum[i] : Complex(0); };
+  const int highest = std::max(std::abs(first), first + count - 1);
+  std::vector<double> energy(highest + 1), corners(highest + 1);
+  double total = 0, all_corners = 0;
+  for (int i = 0; i < count + 3; ++i) {
+    const double corner = std::norm(at(i) - 3.0 * at(i - 1) + 3.0 * at(i - 2) - at(i - 3));
+    const int k = std::min(highest, std::abs(first + i));
+    energy[k] += std::norm(at(i));
+    corners[k] += corner;
+    total += std::norm(at(i));
+    all_corners += corner;
+  }
+  for (int k = 0; k <= highest; ++k)
+    energy[k] = energy[k] / total + 0.03 * corners[k] / all_corners;
+  return energy;
+}
+
+// matrix [n/2][n/2] -> [blocks of kRowBlock rows][n/2][kRowBlock].
+std::vector<float> packed(const BeamNodes& nodes, double sign) {
+  const int n = nodes.nodes, half = n / 2;
+  const int blocks = (half + kRowBlock - 1) / kRowBlock;
+  std::vector<float> result(std::size_t(blocks) * kRowBlock * half);
+  for (int c = 0; c < half; ++c) {
+    for (int d = 0; d < half; ++d) {
+      const double* row = nodes.matrix.data() + std::size_t(c) * n;
+      const std::size_t block = std::size_t(c / kRowBlock) * half + d;
+      result[block * kRowBlock + c % kRowBlock] =
+          static_cast<float>((row[d] + sign * row[n - 1 - d]) / 2);
+    }
+  }
+  return result;
+}
+
+std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel spread,
+                                    BeamNodes nodes, const std::vector<double>& scale,
+                                    int segments) {
+  const int bins = setup.record.transform;
+  auto plan = std::make_unique<NodePlan>(
+      NodePlan{.nodes = {},
+               .spread = {},
+               .samples = setup.record.samples,
+               .transform = bins,
+               .rows = nodes.nodes * segments / 2,
+               .segments = segments,
+               .weight = {},
+               .out_weight = {},
+               .even = packed(nodes, 1),
+               .odd = packed(nodes, -1),
+               .filter = AlignedBuffer<Complex>(bins),
+               .upper_filter = AlignedBuffer<Complex>(bins),
+               .cell_filter = AlignedBuffer<Complex>(bins),
+               .grid_forward = ComplexFft(spread.points, FftDirection::forward),
+               .cell_forward = ComplexFft(bins, FftDirection::forward),
+               .backward = ComplexFft(bins, FftDirection::backward)});
+  for (int j = 0; j < nodes.beams; ++j) {
+    for (int a = 0; a < nodes.width; ++a) {
+      const double w = nodes.weight[std::size_t(j) * nodes.width + a];
+      plan->weight.push_back(static_cast<float>(w));
+      plan->out_weight.push_back(static_cast<float>(w * scale[j]));
+    }
+  }
+  plan->nodes = std::move(nodes);
+  plan->spread = std::move(spread);
+  return plan;
+}
+
+}  // namespace
+
+std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
+                                           const std::vector<Complex>& spectrum) {
+  const int bins = setup.record.transform, half = bins / 2;
+  SpreadKernel spread =
+      choose_spread_kernel(judged_energy(spectrum, -half), kShare * setup.tolerance);
+  if (spread.points == 0) return nullptr;
+  auto plan = make_plan(setup, std::move(spread),
+                        choose_beam_nodes(mixing.weight, kShare * setup.tolerance, 2 * kRowCost),
+                        mixing.scale, 2);
+  for (int k = -half; k < half; ++k) {
+    const int bin = k < 0 ? k + bins : k;
+    auto& filter = k < 0 ? plan->upper_filter : plan->filter;
+    filter[bin] = spectrum[k + half] * plan->spread.correction[std::abs(k)];
+    plan->cell_filter[bin] = spectrum[k + half];
+  }
+  return plan;
+}
+
+std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
+                                          const std::vector<Complex>& autospectrum) {
+  const int bins = setup.record.transform;
+  std::vector<double> squared, scale;
+  std::vector<Complex> both_sides(2 * bins - 1);
+  for (int k = 0; k < bins; ++k) {
+    both_sides[bins - 1 + k] = autospectrum[k];
+    both_sides[bins - 1 - k] = std::conj(autospectrum[k]);
+  }
+  for (const double w : mixing.weight) squared.push_back(w * w);
+  for (const double s : mixing.scale) scale.push_back(s * s);
+  SpreadKernel spread =
+      choose_spread_kernel(judged_energy(both_sides, 1 - bins), kShare * kPowerTolerance);
+  if (spread.points == 0) return nullptr;
+  auto plan =
+      make_plan(setup, std::move(spread),
+                choose_beam_nodes(squared, kShare * kPowerTolerance, 2 * kRowCost), scale, 1);
+  // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
+  for (int k = 0; k < bins; ++k) {
+    plan->filter[k] = autospectrum[k] * plan->spread.correction[k];
+    plan->cell_filter[k] = autospectrum[k];
+    if (k == 0) continue;
+    const Complex folded = std::conj(autospectrum[bins - k]);
+    plan->upper_filter[k] = folded * plan->spread.correction[bins - k];
+    plan->cell_filter[k] += folded;
+  }
+  return plan;
+}
+
+}  // namespace ensonify

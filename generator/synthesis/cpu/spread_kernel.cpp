@@ -1,0 +1,180 @@
+#include "synthesis/cpu/spread_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/sonar.h"
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kNarrowest = 4, kWidest = 14;
+constexpr double kFloatRounding = 6e-8;
+
+double window(double beta, double z) {
+  const double inside = 1.0 - z * z;
+  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
+}
+
+// Fourier transform of the window in grid steps, at x periods a step. With z = sin u the integrand
+// is smooth and all but vanishes at both ends: the trapezoid rule converges fast.
+class WindowTransform {
+ public:
+  WindowTransform(int width, double beta, int nodes) : node_(nodes), weight_(nodes) {
+    for (int i = 0; i < nodes; ++i) {
+      const double u = kPi / 2 * (i + 0.5) / nodes;
+      node_[i] = kPi * width * std::sin(u);
+      weight_[i] = window(beta, std::sin(u)) * std::cos(u) * (kPi / 2 / nodes) * width;
+    }
+  }
+  double operator()(double x) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < node_.size(); ++i) sum += weight_[i] * std::cos(node_[i] * x);
+    return sum;
+  }
+
+ private:
+  std::vector<double> node_, weight_;
+};
+
+// The energy in a few bands of |k|, each judged at its upper end, where the kernel is worst.
+struct Band {
+  double k, energy;
+};
+
+std::vector<Band> bands_of(const std::vector<double>& energy) {
+  constexpr int kBands = 32;
+  std::vector<Band> bands;
+  const std::size_t count = energy.size();
+  for (int i = 0; i < kBands; ++i) {
+    const std::size_t first = count * i / kBands, last = count * (i + 1) / kBands;
+    if (first == last) continue;
+    double sum = 0;
+    for (std::size_t k = first; k < last; ++k) sum += energy[k];
+    bands.push_back({static_cast<double>(last - 1), sum});
+  }
+  return bands;
+}
+
+void judge(const std::vector<Band>& bands, SpreadKernel& kernel) {
+  const WindowTransform transform(kernel.width, kernel.beta, 48);
+  double square = 0;
+  for (int l = 0; l < kernel.width; ++l) {
+    square += std::pow(window(kernel.beta, 2 * (l + 0.5) / kernel.width - 1), 2);
+  }
+  double alias = 0, noise = 0, total = 0;
+  for (const Band& band : bands) {
+    const double x = band.k / kernel.points;
+    const double own = transform(x);
+    double others = 0;
+    for (const double p : {-2, -1, 1, 2}) others += std::pow(transform(x + p), 2);
+    alias += band.energy * others / (own * own);
+    noise += band.energy * square / (own * own);
+    total += band.energy;
+  }
+  kernel.alias_error = total > 0 ? std::sqrt(alias / total) : 0;
+  kernel.rounding_gain = total > 0 ? std::sqrt(noise / total) : 0;
+}
+
+SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, int highest) {
+  SpreadKernel best;
+  // The usual beta is pi w (1 - 1/(2 sigma)); where the band's edge holds little, more is better.
+  const double usual = kPi * width * (1.0 - static_cast<double>(highest) / points);
+  for (const double factor : {0.85, 0.91, 0.97, 1.03, 1.1}) {
+    SpreadKernel kernel;
+    kernel.points = points;
+    kernel.width = width;
+    kernel.beta = factor * usual;
+    judge(bands, kernel);
+    if (best.points == 0 || kernel.alias_error < best.alias_error) best = kernel;
+  }
+  return best;
+}
+
+// Lengths that FFTW takes well, from the band to twice and a half of it.
+std::vector<int> grid_lengths(int highest) {
+  std::vector<int> lengths;
+  for (int n = 2 * highest + 2; n <= 5 * highest + 64; n = lengths.back() + 1) {
+    int length = smooth_even_length(n);
+    while (length % 16 != 0 && highest > 200) length = smooth_even_length(length + 1);
+    lengths.push_back(length);
+  }
+  return lengths;
+}
+
+// Solves the Vandermonde-like fit of one point by interpolation at Chebyshev nodes: exact to the
+// kernel's own smoothness, in monomials of t in [-1, 1].
+std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree) {
+  const int count = degree + 1;
+  std::vector<double> chebyshev(count);
+  for (int i = 0; i < count; ++i) {
+    const double t = std::cos(kPi * (i + 0.5) / count);
+    const double z = (2.0 * point + t + 1.0) / kernel.width - 1.0;
+    for (int n = 0; n < count; ++n) {
+      chebyshev[n] += window(kernel.beta, z) * std::cos(kPi * n * (i + 0.5) / count) *
+                      (n == 0 ? 1.0 : 2.0) / count;
+    }
+  }
+  // T_n by recurrence, as monomials.
+  std::vector<double> before(count), current(count), sum(count);
+  before[0] = 1;
+  if (count > 1) current[1] = 1;
+  for (int n = 0; n < count; ++n) {
+    const std::vector<double>& term = n == 0 ? before : current;
+    for (int i = 0; i < count; ++i) sum[i] += chebyshev[n] * term[i];
+    if (n == 0) continue;
+    std::vector<double> next(count);
+    for (int i = 0; i < count; ++i) next[i] = (i > 0 ? 2 * current[i - 1] : 0.0) - before[i];
+    before = current;
+    current = next;
+  }
+  return sum;
+}
+
+void finish(SpreadKernel& kernel, int highest) {
+  const WindowTransform transform(kernel.width, kernel.beta, 200);
+  kernel.correction.resize(highest + 1);
+  for (int k = 0; k <= highest; ++k) {
+    kernel.correction[k] = 1.0 / transform(static_cast<double>(k) / kernel.points);
+  }
+  kernel.degree = kernel.width + 3;
+  const int floats = (kernel.width + 7) / 8 * 16;
+  kernel.coefficient.assign(std::size_t(kernel.degree + 1) * floats, 0.0f);
+  for (int l = 0; l < kernel.width; ++l) {
+    const std::vector<double> monomial = fitted(kernel, l, kernel.degree);
+    for (int d = 0; d <= kernel.degree; ++d) {
+      float* at = kernel.coefficient.data() + std::size_t(kernel.degree - d) * floats + 2 * l;
+      at[0] = at[1] = static_cast<float>(monomial[d]);
+    }
+  }
+}
+
+}  // namespace
+
+SpreadKernel choose_spread_kernel(const std::vector<double>& energy, double tolerance) {
+  const int highest = static_cast<int>(energy.size()) - 1;
+  const std::vector<Band> bands = bands_of(energy);
+  const std::vector<int> lengths = grid_lengths(highest);
+  SpreadKernel best;
+  double least = 0;
+  for (int width = kNarrowest; width <= kWidest; ++width) {
+    const auto good = [&](int points) {
+      const SpreadKernel kernel = best_shape(bands, points, width, highest);
+      return kernel.alias_error <= tolerance && kernel.rounding_gain * kFloatRounding <= tolerance;
+    };
+    // The error falls as the grid grows.
+    const auto shortest = std::partition_point(lengths.begin(), lengths.end(),
+                                               [&](int points) { return !good(points); });
+    if (shortest == lengths.end()) continue;
+    // A second chunk of 8 points costs about as much as a grid longer by a sixth.
+    const double cost = *shortest * (1.0 + (width > 8 ? 0.17 : 0.0));
+    if (best.points != 0 && cost >= least) continue;
+    best = best_shape(bands, *shortest, width, highest);
+    least = cost;
+  }
+  if (best.points != 0) finish(best, highest);
+  return best;
+}
+
+}  // namespace ensonify
