@@ -16,29 +16,6 @@ constexpr double kShare = 0.5;
 // Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
 constexpr double kPowerTolerance = 1e-5;
 
-// What the spreading kernel is judged by: the energy of an echo's spectrum at +-k, in all one. The
-// far tail of an echo comes from where the spectrum has corners, at the band's edges for one. A
-// tenth of a record that holds nothing but a tail may be wrong by ten times the tolerance, so the
-// corners, told by third differences, enter with three hundredths.
-std::vector<double> judged_energy(const std::vector<Complex>& spectrum, int first) {
-  const int count = static_cast<int>(spectrum.size());
-  const auto at = [&](int i) { return i >= 0 && i < count ? spectrum[i] : Complex(0); };
-  const int highest = std::max(std::abs(first), first + count - 1);
-  std::vector<double> energy(highest + 1), corners(highest + 1);
-  double total = 0, all_corners = 0;
-  for (int i = 0; i < count + 3; ++i) {
-    const double corner = std::norm(at(i) - 3.0 * at(i - 1) + 3.0 * at(i - 2) - at(i - 3));
-    const int k = std::min(highest, std::abs(first + i));
-    energy[k] += std::norm(at(i));
-    corners[k] += corner;
-    total += std::norm(at(i));
-    all_corners += corner;
-  }
-  for (int k = 0; k <= highest; ++k)
-    energy[k] = energy[k] / total + 0.03 * corners[k] / all_corners;
-  return energy;
-}
-
 // matrix [n/2][n/2] -> [blocks of kRowBlock rows][n/2][kRowBlock].
 std::vector<float> packed(const BeamNodes& nodes, double sign) {
   const int n = nodes.nodes, half = n / 2;
@@ -93,8 +70,7 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                            const std::vector<Complex>& spectrum) {
   const int bins = setup.record.transform, half = bins / 2;
-  SpreadKernel spread =
-      choose_spread_kernel(judged_energy(spectrum, -half), kShare * setup.tolerance);
+  SpreadKernel spread = choose_spread_kernel(spectrum, -half, kShare * setup.tolerance);
   if (spread.points == 0) return nullptr;
   auto plan = make_plan(setup, std::move(spread),
                         choose_beam_nodes(mixing.weight, kShare * setup.tolerance, 2 * kRowCost),
@@ -119,8 +95,7 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
   }
   for (const double w : mixing.weight) squared.push_back(w * w);
   for (const double s : mixing.scale) scale.push_back(s * s);
-  SpreadKernel spread =
-      choose_spread_kernel(judged_energy(both_sides, 1 - bins), kShare * kPowerTolerance);
+  SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kShare * kPowerTolerance);
   if (spread.points == 0) return nullptr;
   auto plan =
       make_plan(setup, std::move(spread),

@@ -5,12 +5,17 @@
 
 #include "core/sonar.h"
 #include "core/units.h"
+#include "synthesis/cpu/fft.h"
 
 namespace ensonify {
 namespace {
 
 constexpr int kNarrowest = 4, kWidest = 14;
 constexpr double kFloatRounding = 6e-8;
+// Tails may be wrong by ten times what the whole may, and nothing else adds to them.
+constexpr double kTailShare = 16;
+
+using Complex = std::complex<double>;
 
 double window(double beta, double z) {
   const double inside = 1.0 - z * z;
@@ -36,6 +41,71 @@ class WindowTransform {
 
  private:
   std::vector<double> node_, weight_;
+};
+
+// The pulse that a spectrum makes, and what of it lies how far from its peak: in the mean over all
+// parts of a sample that an echo may be late by.
+class Tails {
+ public:
+  Tails(const std::vector<Complex>& spectrum, int first)
+      : spectrum_(spectrum),
+        first_(first),
+        backward_(smooth_even_length(2 * static_cast<int>(spectrum.size())),
+                  FftDirection::backward),
+        pulse_(backward_.length()),
+        own_(beyond([](int) { return 1.0; })) {}
+
+  // The worst ratio of the norm of error to that of pulse, beyond any lag.
+  double worst_ratio(const SpreadKernel& kernel) {
+    const WindowTransform transform(kernel.width, kernel.beta, 48);
+    const int highest = std::max(std::abs(first_), first_ + static_cast<int>(spectrum_.size()) - 1);
+    // Grid and band repeat at either side; each copy has a phase of its own with each echo.
+    constexpr int kSteps = 200;
+    std::vector<double> ratio(kSteps + 2);
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = static_cast<double>(highest) / kernel.points * (2.0 * i / kSteps - 1.0);
+      ratio[i] = transform(1.0 - x) / transform(x);
+    }
+    const auto ratio_at = [&](int k) {
+      const double at = (1.0 + k / static_cast<double>(highest)) * (kSteps / 2);
+      const int i = static_cast<int>(at);
+      return ratio[i] + (at - i) * (ratio[i + 1] - ratio[i]);
+    };
+    const std::vector<double> lower = beyond([&](int k) { return ratio_at(-k); });
+    const std::vector<double> upper = beyond([&](int k) { return ratio_at(k); });
+    double worst = 0;
+    for (std::size_t lag = 0; lag < own_.size(); ++lag) {
+      if (own_[lag] < kJudged * kJudged * own_[0]) break;
+      worst = std::max(worst, (lower[lag] + upper[lag]) / own_[lag]);
+    }
+    return std::sqrt(worst);
+  }
+
+ private:
+  static constexpr double kJudged = 1e-6;
+
+  // Energy at lags of at least 0, 1, 2 ... half samples to either side, of the pulse that the
+  // spectrum times factor(k) makes.
+  template <class Factor>
+  std::vector<double> beyond(Factor&& factor) {
+    const int length = backward_.length();
+    std::fill(pulse_.begin(), pulse_.end(), Complex(0));
+    for (int i = 0; i < static_cast<int>(spectrum_.size()); ++i) {
+      pulse_[(first_ + i + length) % length] = spectrum_[i] * factor(first_ + i);
+    }
+    backward_.run(pulse_.data());
+    std::vector<double> sum(length / 2 + 1);
+    for (int n = length / 2 - 1; n >= 0; --n) {
+      sum[n] = sum[n + 1] + std::norm(pulse_[n]) + (n > 0 ? std::norm(pulse_[length - n]) : 0.0);
+    }
+    return sum;
+  }
+
+  const std::vector<Complex>& spectrum_;
+  int first_;
+  ComplexFft backward_;
+  AlignedBuffer<Complex> pulse_;
+  std::vector<double> own_;
 };
 
 // The energy in a few bands of |k|, each judged at its upper end, where the kernel is worst.
@@ -92,13 +162,23 @@ SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, i
   return best;
 }
 
-// Lengths that FFTW takes well, from the band to twice and a half of it.
+// Short lengths: any smooth one. Long ones: those that FFTW is quick with, by measurement: many
+// fives and at most one three. A thousand points of others take up to twice the time.
+bool is_quick(int length) {
+  if (length < 1000) return length % 2 == 0;
+  int twos = 0, threes = 0, fives = 0, rest = length;
+  for (; rest % 2 == 0; rest /= 2) ++twos;
+  for (; rest % 3 == 0; rest /= 3) ++threes;
+  for (; rest % 5 == 0; rest /= 5) ++fives;
+  return twos >= 3 && fives >= 2 + threes && threes <= 1;
+}
+
+// From the band to three times it.
 std::vector<int> grid_lengths(int highest) {
   std::vector<int> lengths;
-  for (int n = 2 * highest + 2; n <= 5 * highest + 64; n = lengths.back() + 1) {
-    int length = smooth_even_length(n);
-    while (length % 16 != 0 && highest > 200) length = smooth_even_length(length + 1);
-    lengths.push_back(length);
+  for (int n = 2 * highest + 2; n <= 6 * highest + 64; ++n) {
+    n = smooth_even_length(n);
+    if (is_quick(n)) lengths.push_back(n);
   }
   return lengths;
 }
@@ -152,8 +232,13 @@ void finish(SpreadKernel& kernel, int highest) {
 
 }  // namespace
 
-SpreadKernel choose_spread_kernel(const std::vector<double>& energy, double tolerance) {
-  const int highest = static_cast<int>(energy.size()) - 1;
+SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int first,
+                                  double tolerance) {
+  const int count = static_cast<int>(spectrum.size());
+  const int highest = std::max(std::abs(first), first + count - 1);
+  std::vector<double> energy(highest + 1);
+  for (int i = 0; i < count; ++i) energy[std::abs(first + i)] += std::norm(spectrum[i]);
+  Tails tails(spectrum, first);
   const std::vector<Band> bands = bands_of(energy);
   const std::vector<int> lengths = grid_lengths(highest);
   SpreadKernel best;
@@ -166,12 +251,16 @@ SpreadKernel choose_spread_kernel(const std::vector<double>& energy, double tole
     // The error falls as the grid grows.
     const auto shortest = std::partition_point(lengths.begin(), lengths.end(),
                                                [&](int points) { return !good(points); });
-    if (shortest == lengths.end()) continue;
-    // A second chunk of 8 points costs about as much as a grid longer by a sixth.
-    const double cost = *shortest * (1.0 + (width > 8 ? 0.17 : 0.0));
-    if (best.points != 0 && cost >= least) continue;
-    best = best_shape(bands, *shortest, width, highest);
-    least = cost;
+    for (auto points = shortest; points != lengths.end(); ++points) {
+      // With a hundred echoes a beam, depositing them costs about as much as a transform of 3000.
+      const double cost = *points + (width > 8 ? 2500 : 0);
+      if (best.points != 0 && cost >= least) break;
+      const SpreadKernel kernel = best_shape(bands, *points, width, highest);
+      if (tails.worst_ratio(kernel) > kTailShare * tolerance) continue;
+      best = kernel;
+      least = cost;
+      break;
+    }
   }
   if (best.points != 0) finish(best, highest);
   return best;

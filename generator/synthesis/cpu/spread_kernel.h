@@ -2,6 +2,7 @@
 // short as an error allows.
 #pragma once
 
+#include <complex>
 #include <vector>
 
 #include "synthesis/cpu/kernels.h"
@@ -22,9 +23,11 @@ struct SpreadKernel {
   KernelPolynomial polynomial() const { return {coefficient.data(), degree, (width + 7) / 8}; }
 };
 
-// For sums at |k| <= energy.size() - 1, energy[k] being what an echo has at +-k after filtering:
-// what is filtered away may be wrong. The cheapest whose alias error is at most `tolerance` and
-// whose rounding stays under it; points = 0: there is none.
-SpreadKernel choose_spread_kernel(const std::vector<double>& energy, double tolerance);
+// For sums at k = first, first + 1 ... that are then multiplied by `spectrum`: what is filtered
+// away may be wrong. The cheapest kernel with which an echo's relative L2 error is at most
+// `tolerance`, and ten times that in any tail of it that holds 1e-6 of its norm; rounding stays
+// under it too. points = 0: there is none.
+SpreadKernel choose_spread_kernel(const std::vector<std::complex<double>>& spectrum, int first,
+                                  double tolerance);
 
 }  // namespace ensonify
