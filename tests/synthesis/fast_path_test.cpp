@@ -116,7 +116,7 @@ TEST_CASE("the spreading kernel gives phasors within its tolerance") {
       std::complex<double> sum = 0;
       for (int l = 0; l < kernel.width; ++l) {
         double value = 0;
-        const int floats = kernel.polynomial().chunks * 16;
+        const int floats = kernel.polynomial().chunks * 8;
         for (int d = 0; d <= kernel.degree; ++d) {
           value = value * t + kernel.coefficient[d * floats + 2 * l];
         }

@@ -25,11 +25,11 @@ struct EchoArrays {
 };
 
 // The spreading kernel as polynomials in `offset`, one a point, each coefficient twice (for re and
-// im): [degree + 1][chunks][16], highest degree first.
+// im): [degree + 1][chunks][8], highest degree first.
 struct KernelPolynomial {
   const float* coefficient;
   int degree;
-  int chunks;  // of 8 points
+  int chunks;  // of 4 points; at most 4
 };
 
 struct Kernels {
@@ -42,12 +42,12 @@ struct Kernels {
   // Where the kernels of echoes begin, delay_s times `rate` being in periods.
   void (*place)(double rate, int points, int width, const double* delay_s, int count,
                 std::int32_t* first, float* offset);
-  // rows[r][first ...] += weight[r] * value * kernel for echoes [begin, end); weight[r] is 16
-  // floats, alternating for re and im.
+  // rows[r][first ...] += weight[r] * value * kernel for echoes [begin, end); weight[r] is a pair,
+  // for re and for im.
   void (*deposit)(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
                   const KernelPolynomial* kernel, const float* weight, int row_count, float* rows,
                   std::int64_t stride);
-  // row[i] += weight[i % 16] * cells[i].
+  // row[i] += weight[i % 2] * cells[i].
   void (*add_scaled)(const float* weight, const float* cells, int count, float* row);
   // Complex floats with halos to complex doubles without, and back to two planes.
   void (*widen)(const float* row, int points, int halo, double* out);

@@ -1,31 +1,51 @@
 // Deposit on the time grid and what surrounds the transforms.
 
+// At most 8 floats: wider ones cross a cache line with every access, and gain nothing.
+constexpr int kSpreadLanes = kLanes < 8 ? kLanes : 8;
+typedef float SpreadVector __attribute__((vector_size(4 * kSpreadLanes), aligned(4), may_alias));
+
+// One complex number in all pairs of lanes.
+inline SpreadVector pairs(const float* p) {
+  typedef double Pair __attribute__((may_alias, aligned(4)));
+  typedef double PairVector __attribute__((vector_size(4 * kSpreadLanes)));
+  const double pair = *reinterpret_cast<const Pair*>(p);
+#if ENSONIFY_VECTOR_BYTES >= 32
+  const PairVector v = {pair, pair, pair, pair};
+#else
+  const PairVector v = {pair, pair};
+#endif
+  return reinterpret_cast<SpreadVector>(v);
+}
+
 template <int kChunks>
 inline void deposit_chunks(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
                            const KernelPolynomial* kernel, const float* weight, int row_count,
                            float* rows, std::int64_t stride) {
-  constexpr int kVectors = kChunks * 16 / kLanes;
+  constexpr int kVectors = kChunks * 8 / kSpreadLanes;
   const int degree = kernel->degree;
+  const auto at = [](const float* p, int v) {
+    return *reinterpret_cast<const SpreadVector*>(p + v * kSpreadLanes);
+  };
   for (std::int64_t i = begin; i < end; ++i) {
-    const Vector value = pairs(echoes->value + 2 * i);
+    const SpreadVector value = pairs(echoes->value + 2 * i);
     const float t = echoes->offset[i];
     const float* c = kernel->coefficient;
-    Vector sum[kVectors];
-#pragma GCC unroll 16
-    for (int v = 0; v < kVectors; ++v) sum[v] = load(c + v * kLanes);
+    SpreadVector sum[kVectors];
+#pragma GCC unroll 8
+    for (int v = 0; v < kVectors; ++v) sum[v] = at(c, v);
     for (int d = 0; d < degree; ++d) {
-      c += kVectors * kLanes;
-#pragma GCC unroll 16
-      for (int v = 0; v < kVectors; ++v) sum[v] = sum[v] * t + load(c + v * kLanes);
+      c += kVectors * kSpreadLanes;
+#pragma GCC unroll 8
+      for (int v = 0; v < kVectors; ++v) sum[v] = sum[v] * t + at(c, v);
     }
-#pragma GCC unroll 16
+#pragma GCC unroll 8
     for (int v = 0; v < kVectors; ++v) sum[v] *= value;
     float* row = rows + 2 * (echoes->first[i] + kHalo);
     for (int r = 0; r < row_count; ++r, row += stride) {
-#pragma GCC unroll 16
+      const SpreadVector w = pairs(weight + 2 * r);
+#pragma GCC unroll 8
       for (int v = 0; v < kVectors; ++v) {
-        const Vector w = load(weight + r * 16 + v * kLanes % 16);
-        store(row + v * kLanes, load(row + v * kLanes) + w * sum[v]);
+        *reinterpret_cast<SpreadVector*>(row + v * kSpreadLanes) = at(row, v) + w * sum[v];
       }
     }
   }
@@ -34,11 +54,11 @@ inline void deposit_chunks(const EchoArrays* echoes, std::int64_t begin, std::in
 void deposit(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
              const KernelPolynomial* kernel, const float* weight, int row_count, float* rows,
              std::int64_t stride) {
-  if (kernel->chunks == 1) {
-    deposit_chunks<1>(echoes, begin, end, kernel, weight, row_count, rows, stride);
-  } else {
-    deposit_chunks<2>(echoes, begin, end, kernel, weight, row_count, rows, stride);
-  }
+  const auto run = kernel->chunks == 1   ? deposit_chunks<1>
+                   : kernel->chunks == 2 ? deposit_chunks<2>
+                   : kernel->chunks == 3 ? deposit_chunks<3>
+                                         : deposit_chunks<4>;
+  run(echoes, begin, end, kernel, weight, row_count, rows, stride);
 }
 
 void add_scaled(const float* __restrict weight, const float* __restrict cells, int count,

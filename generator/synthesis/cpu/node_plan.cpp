@@ -11,8 +11,9 @@ using Complex = std::complex<double>;
 
 // Transforming a sample of one plane costs about as much as this many products of the mixing.
 constexpr double kRowCost = 325;
-// Of the error, half goes to the kernel and half to the nodes.
-constexpr double kShare = 0.5;
+// What kernel and nodes may take of the tolerance; they add by squares. The kernel is mostly held
+// tighter, for the sake of tails.
+constexpr double kKernelShare = 0.4, kNodeShare = 0.8;
 // Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
 constexpr double kPowerTolerance = 1e-5;
 
@@ -70,11 +71,12 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                            const std::vector<Complex>& spectrum) {
   const int bins = setup.record.transform, half = bins / 2;
-  SpreadKernel spread = choose_spread_kernel(spectrum, -half, kShare * setup.tolerance);
+  SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * setup.tolerance);
   if (spread.points == 0) return nullptr;
-  auto plan = make_plan(setup, std::move(spread),
-                        choose_beam_nodes(mixing.weight, kShare * setup.tolerance, 2 * kRowCost),
-                        mixing.scale, 2);
+  auto plan =
+      make_plan(setup, std::move(spread),
+                choose_beam_nodes(mixing.weight, kNodeShare * setup.tolerance, 2 * kRowCost),
+                mixing.scale, 2);
   for (int k = -half; k < half; ++k) {
     const int bin = k < 0 ? k + bins : k;
     auto& filter = k < 0 ? plan->upper_filter : plan->filter;
@@ -95,11 +97,11 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
   }
   for (const double w : mixing.weight) squared.push_back(w * w);
   for (const double s : mixing.scale) scale.push_back(s * s);
-  SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kShare * kPowerTolerance);
+  SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kKernelShare * kPowerTolerance);
   if (spread.points == 0) return nullptr;
   auto plan =
       make_plan(setup, std::move(spread),
-                choose_beam_nodes(squared, kShare * kPowerTolerance, 2 * kRowCost), scale, 1);
+                choose_beam_nodes(squared, kNodeShare * kPowerTolerance, 2 * kRowCost), scale, 1);
   // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
   for (int k = 0; k < bins; ++k) {
     plan->filter[k] = autospectrum[k] * plan->spread.correction[k];

@@ -13,7 +13,7 @@ constexpr int kGroup = 8;
 // The rows of a group that a beam reaches, with weights as deposit() wants them.
 struct Reach {
   int first = 0, count = 0;
-  alignas(64) float weight[kGroup * 16];
+  float weight[kGroup * 2];
 };
 
 void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach& reach) {
@@ -29,11 +29,8 @@ void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach
   };
   for (int r = 0; r < reach.count; ++r) {
     const int node = (begin + r) * per_row;
-    const float re = of(node), im = of(node + per_row - 1);
-    for (int l = 0; l < 16; l += 2) {
-      reach.weight[r * 16 + l] = re;
-      reach.weight[r * 16 + l + 1] = im;
-    }
+    reach.weight[2 * r] = of(node);
+    reach.weight[2 * r + 1] = of(node + per_row - 1);
   }
 }
 
@@ -67,7 +64,7 @@ void deposit_group(const NodePlan& plan, const Kernels& kernels, EchoBuffer& ech
     }
     for (int r = 0; echoes.has_cells && r < reach.count; ++r) {
       kernels.add_scaled(
-          reach.weight + r * 16, echoes.cells.data() + std::size_t(beam) * 2 * plan.samples,
+          reach.weight + 2 * r, echoes.cells.data() + std::size_t(beam) * 2 * plan.samples,
           2 * plan.samples, scratch.cell_rows.data() + (reach.first + r) * group.cell_stride);
     }
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr int kNarrowest = 4, kWidest = 14;
 constexpr double kFloatRounding = 6e-8;
 // Tails may be wrong by ten times what the whole may, and nothing else adds to them.
-constexpr double kTailShare = 16;
+constexpr double kTailShare = 20;
 
 using Complex = std::complex<double>;
 
@@ -219,7 +219,7 @@ void finish(SpreadKernel& kernel, int highest) {
     kernel.correction[k] = 1.0 / transform(static_cast<double>(k) / kernel.points);
   }
   kernel.degree = kernel.width + 3;
-  const int floats = (kernel.width + 7) / 8 * 16;
+  const int floats = kernel.polynomial().chunks * 8;
   kernel.coefficient.assign(std::size_t(kernel.degree + 1) * floats, 0.0f);
   for (int l = 0; l < kernel.width; ++l) {
     const std::vector<double> monomial = fitted(kernel, l, kernel.degree);
@@ -252,8 +252,8 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
     const auto shortest = std::partition_point(lengths.begin(), lengths.end(),
                                                [&](int points) { return !good(points); });
     for (auto points = shortest; points != lengths.end(); ++points) {
-      // With a hundred echoes a beam, depositing them costs about as much as a transform of 3000.
-      const double cost = *points + (width > 8 ? 2500 : 0);
+      // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
+      const double cost = *points + 1700.0 * ((width + 3) / 4);
       if (best.points != 0 && cost >= least) break;
       const SpreadKernel kernel = best_shape(bands, *points, width, highest);
       if (tails.worst_ratio(kernel) > kTailShare * tolerance) continue;

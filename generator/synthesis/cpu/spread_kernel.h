@@ -20,7 +20,7 @@ struct SpreadKernel {
   std::vector<float> coefficient;  // of its KernelPolynomial
   int degree = 0;
 
-  KernelPolynomial polynomial() const { return {coefficient.data(), degree, (width + 7) / 8}; }
+  KernelPolynomial polynomial() const { return {coefficient.data(), degree, (width + 3) / 4}; }
 };
 
 // For sums at k = first, first + 1 ... that are then multiplied by `spectrum`: what is filtered
