@@ -14,7 +14,7 @@ enum class SimdLevel;
 // them, so that no kernel has to wrap.
 constexpr int kHalo = 16;
 // Floats that one mixing tile holds of every node, and rows of a block of the packed matrix.
-constexpr int kTile = 64;
+constexpr int kTile = 256;
 constexpr int kRowBlock = 6;
 
 // Echoes ready to be deposited.

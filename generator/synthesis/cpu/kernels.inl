@@ -1,5 +1,9 @@
 // The table of one level: included by kernels_LEVEL.cpp with ENSONIFY_LEVEL (a namespace) and
 // ENSONIFY_VECTOR_BYTES set.
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 #include "synthesis/cpu/kernels.h"
 
 namespace ensonify::ENSONIFY_LEVEL {

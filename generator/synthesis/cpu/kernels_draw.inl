@@ -1,25 +1,48 @@
 // Random draws and phases: scalar code in loops that the compiler turns into vectors.
 
-// Philox 4x32-10 of core/random.h with the counter (ping, lo, hi, 0); its first two words.
-inline void philox(std::uint64_t key, std::uint32_t ping, std::uint32_t lo, std::uint32_t hi,
-                   std::uint32_t* first, std::uint32_t* second) {
+typedef std::uint64_t Words __attribute__((vector_size(ENSONIFY_VECTOR_BYTES)));
+typedef std::uint32_t HalfWords
+    __attribute__((vector_size(ENSONIFY_VECTOR_BYTES / 2), aligned(4), may_alias));
+constexpr int kWords = ENSONIFY_VECTOR_BYTES / 8;
+
+// Products of the lower halves; the compiler would multiply all 64 bits.
+inline Words multiply_low(Words a, Words b) {
+#if defined(__AVX512F__)
+  // Without a mask gcc 12 warns of its own header.
+  return reinterpret_cast<Words>(_mm512_maskz_mul_epu32(0xFF, reinterpret_cast<__m512i>(a),
+                                                        reinterpret_cast<__m512i>(b)));
+#elif defined(__AVX2__)
+  return reinterpret_cast<Words>(
+      _mm256_mul_epu32(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+#elif defined(__SSE2__)
+  return reinterpret_cast<Words>(
+      _mm_mul_epu32(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
+#else
+  return (a & 0xFFFFFFFFu) * b;
+#endif
+}
+
+// Philox 4x32-10 of core/random.h with counters (ping, lo, hi, 0): its first two words. A lane of 64
+// bits holds one word; what stands in its upper half does not matter.
+inline void philox(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo,
+                   const std::uint32_t* hi, std::uint32_t* first, std::uint32_t* second) {
   std::uint32_t k0 = static_cast<std::uint32_t>(key), k1 = static_cast<std::uint32_t>(key >> 32);
-  std::uint32_t c0 = ping, c1 = lo, c2 = hi, c3 = 0;
+  Words c0 = Words{} + ping, c3 = {};
+  Words c1 = __builtin_convertvector(*reinterpret_cast<const HalfWords*>(lo), Words);
+  Words c2 = __builtin_convertvector(*reinterpret_cast<const HalfWords*>(hi), Words);
+  const Words m0 = Words{} + 0xD2511F53u, m1 = Words{} + 0xCD9E8D57u;
 #pragma GCC unroll 10
   for (int round = 0; round < 10; ++round) {
-    const std::uint64_t p0 = std::uint64_t{0xD2511F53u} * c0;
-    const std::uint64_t p1 = std::uint64_t{0xCD9E8D57u} * c2;
-    const std::uint32_t next0 = static_cast<std::uint32_t>(p1 >> 32) ^ c1 ^ k0;
-    const std::uint32_t next2 = static_cast<std::uint32_t>(p0 >> 32) ^ c3 ^ k1;
-    c1 = static_cast<std::uint32_t>(p1);
-    c3 = static_cast<std::uint32_t>(p0);
-    c0 = next0;
-    c2 = next2;
+    const Words p0 = multiply_low(c0, m0), p1 = multiply_low(c2, m1);
+    c0 = (p1 >> 32) ^ c1 ^ (Words{} + k0);
+    c2 = (p0 >> 32) ^ c3 ^ (Words{} + k1);
+    c1 = p1;
+    c3 = p0;
     k0 += 0x9E3779B9u;
     k1 += 0xBB67AE85u;
   }
-  *first = c0;
-  *second = c1;
+  *reinterpret_cast<HalfWords*>(first) = __builtin_convertvector(c0, HalfWords);
+  *reinterpret_cast<HalfWords*>(second) = __builtin_convertvector(c1, HalfWords);
 }
 
 // -log((w + 1/2) / 2^32). The polynomial is that of Cephes' logf, on [sqrt(1/2), sqrt(2)).
@@ -65,20 +88,39 @@ inline void sine_cosine(std::int32_t quadrant, float x, float* sine, float* cosi
   *cosine = ((quadrant + 1) & 2) != 0 ? -w : w;
 }
 
-void draw_normals(std::uint64_t key, std::uint32_t ping, const std::uint32_t* __restrict lo,
-                  const std::uint32_t* __restrict hi, int count, float* __restrict re,
+void draw_normals(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo,
+                  const std::uint32_t* hi, int count, float* __restrict re,
                   float* __restrict im) {
-  for (int i = 0; i < count; ++i) {
-    std::uint32_t w0, w1;
-    philox(key, ping, lo[i], hi[i], &w0, &w1);
-    const float radius = __builtin_sqrtf(minus_log(w0));
-    const std::uint32_t quadrant = (w1 + 0x20000000u) >> 30;
-    const std::int32_t rest = static_cast<std::int32_t>(w1 - (quadrant << 30));
-    const float angle = (static_cast<float>(rest) + 0.5f) * 1.4629180792671596e-9f;  // 2 pi / 2^32
-    float sine, cosine;
-    sine_cosine(static_cast<std::int32_t>(quadrant), angle, &sine, &cosine);
-    re[i] = radius * cosine;
-    im[i] = radius * sine;
+  constexpr int kBlock = 64;
+  alignas(64) std::uint32_t words[2][kBlock] = {}, items[2][kBlock] = {};
+  alignas(64) float part[2][kBlock];
+  for (int at = 0; at < count; at += kBlock) {
+    const int size = count - at < kBlock ? count - at : kBlock;
+    const bool whole = size == kBlock;
+    for (int i = 0; !whole && i < size; ++i) {
+      items[0][i] = lo[at + i];
+      items[1][i] = hi[at + i];
+    }
+    const std::uint32_t* low = whole ? lo + at : items[0];
+    const std::uint32_t* high = whole ? hi + at : items[1];
+    for (int i = 0; i < size; i += kWords) {
+      philox(key, ping, low + i, high + i, words[0] + i, words[1] + i);
+    }
+    for (int i = 0; i < kBlock; ++i) {
+      const float radius = __builtin_sqrtf(minus_log(words[0][i]));
+      const std::uint32_t w = words[1][i];
+      const std::uint32_t quadrant = (w + 0x20000000u) >> 30;
+      const std::int32_t rest = static_cast<std::int32_t>(w - (quadrant << 30));
+      const float angle = (static_cast<float>(rest) + 0.5f) * 1.4629180792671596e-9f;  // 2 pi / 2^32
+      float sine, cosine;
+      sine_cosine(static_cast<std::int32_t>(quadrant), angle, &sine, &cosine);
+      part[0][i] = radius * cosine;
+      part[1][i] = radius * sine;
+    }
+    for (int i = 0; i < size; ++i) {
+      re[at + i] = part[0][i];
+      im[at + i] = part[1][i];
+    }
   }
 }
 
