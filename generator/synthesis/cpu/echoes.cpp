@@ -14,7 +14,8 @@ void need(EchoBuffer& echoes, std::size_t count) {
   echoes.first.need(count);
 }
 
-void gather(std::span<const Scatterer> items, EchoScratch& s) {
+void gather(std::span<const Scatterer> items, EchoScratch& s, EchoBuffer& echoes) {
+  bool has_means = false, has_diffuse = false;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Scatterer& item = items[i];
     s.delay_s[i] = item.delay_s;
@@ -24,7 +25,11 @@ void gather(std::span<const Scatterer> items, EchoScratch& s) {
     s.mean_im[i] = item.mean.imag();
     s.deviation[i] = item.standard_deviation;
     s.gain[i] = item.gain;
+    has_means |= item.mean != 0.0f;
+    has_diffuse |= item.standard_deviation != 0;
   }
+  if (has_means) echoes.has_means.store(true, std::memory_order_relaxed);
+  if (has_diffuse) echoes.has_diffuse.store(true, std::memory_order_relaxed);
 }
 
 // body(first, count, scratch) for every chunk of the list, and the places of its echoes.
@@ -35,12 +40,13 @@ void for_each_chunk(const NodePlan& plan, const Kernels& kernels, const Sonar& s
   const std::size_t count = list.size();
   need(echoes, count);
   echoes.has_echoes = count > 0;
+  echoes.has_means = echoes.has_diffuse = false;
   const double rate = sonar.bandwidth_hz / plan.transform;
   workers.for_each((count + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     auto scratch = pool.take();
     const std::size_t first = chunk * kChunk;
     const int size = static_cast<int>(std::min<std::size_t>(kChunk, count - first));
-    gather({list.items.data() + first, static_cast<std::size_t>(size)}, *scratch);
+    gather({list.items.data() + first, static_cast<std::size_t>(size)}, *scratch, echoes);
     kernels.place(rate, plan.spread.points, plan.spread.width, scratch->delay_s, size,
                   echoes.first.data() + first, echoes.offset.data() + first);
     body(first, size, *scratch);

@@ -9,6 +9,9 @@
 namespace ensonify {
 namespace {
 
+// Of the mean in the expected power, where twice as much comes of it.
+constexpr double kMeanTolerance = 3e-5;
+
 // What one ping in work needs beside its workers' scratch.
 struct PingScratch {
   EchoBuffer echoes;
@@ -46,12 +49,13 @@ class TileNoise {
 
 class FastSynthesis final : public PingSynthesis {
  public:
-  FastSynthesis(const SynthesisTables& tables, std::unique_ptr<const NodePlan> series,
-                std::unique_ptr<const NodePlan> power)
+  FastSynthesis(const SynthesisTables& tables, std::shared_ptr<const NodePlan> series,
+                std::shared_ptr<const NodePlan> mean, std::shared_ptr<const NodePlan> power)
       : sonar_(tables.setup.sonar),
         samples_(tables.setup.record.samples),
         kernels_(kernels_of(tables.setup.simd)),
         series_(std::move(series)),
+        mean_(std::move(mean)),
         power_(std::move(power)) {}
 
   void run(const PingTask& task, PingSeries& result, const Workers& workers) const override {
@@ -67,6 +71,7 @@ class FastSynthesis final : public PingSynthesis {
  private:
   void series(const PingTask& task, PingScratch& scratch, PingSeries& result,
               const Workers& workers) const;
+  // After series() of the same ping, which finds out what there is.
   void clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
                    const Workers& workers) const;
   void add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
@@ -79,7 +84,7 @@ class FastSynthesis final : public PingSynthesis {
   Sonar sonar_;
   int samples_;
   const Kernels& kernels_;
-  std::unique_ptr<const NodePlan> series_, power_;
+  std::shared_ptr<const NodePlan> series_, mean_, power_;
   mutable Pool<PingScratch> ping_pool_;
   mutable Pool<NodeScratch> node_pool_;
   mutable Pool<EchoScratch> echo_pool_;
@@ -122,11 +127,9 @@ void FastSynthesis::series(const PingTask& task, PingScratch& scratch, PingSerie
 
 void FastSynthesis::clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
                                 const Workers& workers) const {
-  const auto& items = task.scatterers->items;
-  const auto any = [&](auto&& has) { return std::any_of(items.begin(), items.end(), has); };
-  const bool is_diffuse = any([](const Scatterer& s) { return s.standard_deviation != 0; });
+  const bool has_means = scratch.echoes.has_means;
   result.clean_power_pa2.resize(std::size_t(sonar_.beam_count) * samples_);
-  if (is_diffuse || !task.volumes.empty()) {
+  if (scratch.echoes.has_diffuse || !task.volumes.empty()) {
     power_echoes(*power_, kernels_, sonar_, task, echo_pool_, workers, scratch.echoes);
     transform_nodes(*power_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
                     workers, scratch.planes);
@@ -137,18 +140,16 @@ void FastSynthesis::clean_power(const PingTask& task, PingScratch& scratch, Ping
   } else {
     std::fill(result.clean_power_pa2.begin(), result.clean_power_pa2.end(), 0.0f);
   }
-  if (any([](const Scatterer& s) { return s.mean != 0.0f; })) {
-    add_mean(task, scratch, result, workers);
-  }
+  if (has_means) add_mean(task, scratch, result, workers);
 }
 
 void FastSynthesis::add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
                              const Workers& workers) const {
-  series_echoes(*series_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
+  series_echoes(*mean_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
                 scratch.echoes);
-  transform_nodes(*series_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
+  transform_nodes(*mean_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
                   workers, scratch.planes);
-  mix(*series_, scratch, workers, [&](int beam, int first, int count, const float* values) {
+  mix(*mean_, scratch, workers, [&](int beam, int first, int count, const float* values) {
     kernels_.add_square(values, count,
                         result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
   });
@@ -157,10 +158,18 @@ void FastSynthesis::add_mean(const PingTask& task, PingScratch& scratch, PingSer
 }  // namespace
 
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
-  auto series = make_series_plan(tables.setup, tables.mixing, tables.spectrum);
-  auto power = make_power_plan(tables.setup, tables.mixing, tables.autospectrum);
-  if (!series || !power) return nullptr;
-  return std::make_unique<FastSynthesis>(tables, std::move(series), std::move(power));
+  const SynthesisSetup& setup = tables.setup;
+  std::shared_ptr<const NodePlan> series =
+      make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
+  std::shared_ptr<const NodePlan> mean = series;
+  if (setup.tolerance > kMeanTolerance) {
+    mean = make_series_plan(setup, tables.mixing, tables.spectrum, kMeanTolerance);
+  }
+  std::shared_ptr<const NodePlan> power =
+      make_power_plan(setup, tables.mixing, tables.autospectrum);
+  if (!series || !mean || !power) return nullptr;
+  return std::make_unique<FastSynthesis>(tables, std::move(series), std::move(mean),
+                                         std::move(power));
 }
 
 }  // namespace ensonify

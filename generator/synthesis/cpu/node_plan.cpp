@@ -69,14 +69,13 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
 }  // namespace
 
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
-                                           const std::vector<Complex>& spectrum) {
+                                           const std::vector<Complex>& spectrum, double tolerance) {
   const int bins = setup.record.transform, half = bins / 2;
-  SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * setup.tolerance);
+  SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * tolerance);
   if (spread.points == 0) return nullptr;
-  auto plan =
-      make_plan(setup, std::move(spread),
-                choose_beam_nodes(mixing.weight, kNodeShare * setup.tolerance, 2 * kRowCost),
-                mixing.scale, 2);
+  auto plan = make_plan(setup, std::move(spread),
+                        choose_beam_nodes(mixing.weight, kNodeShare * tolerance, 2 * kRowCost),
+                        mixing.scale, 2);
   for (int k = -half; k < half; ++k) {
     const int bin = k < 0 ? k + bins : k;
     auto& filter = k < 0 ? plan->upper_filter : plan->filter;

@@ -9,6 +9,7 @@
 //   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
 #pragma once
 
+#include <atomic>
 #include <complex>
 #include <cstdint>
 #include <span>
@@ -47,9 +48,10 @@ struct NodePlan {
   int tile_samples() const { return kTile / segments; }
 };
 
-// None where no kernel stays within the tolerance.
+// None where no kernel stays within the tolerance; that of powers is fixed.
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
-                                           const std::vector<std::complex<double>>& spectrum);
+                                           const std::vector<std::complex<double>>& spectrum,
+                                           double tolerance);
 std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                           const std::vector<std::complex<double>>& autospectrum);
 
@@ -59,6 +61,8 @@ struct EchoBuffer {
   AlignedBuffer<std::int32_t> first;
   AlignedBuffer<float> cells;  // [beams][samples] complex
   bool has_echoes = false, has_cells = false;
+  // Whether any scatterer has a mean or a diffuse part: found on the way.
+  std::atomic<bool> has_means = false, has_diffuse = false;
 
   EchoArrays arrays() { return {value.data(), first.data(), offset.data()}; }
 };

@@ -15,6 +15,9 @@ constexpr double kFloatRounding = 6e-8;
 // Tails may be wrong by ten times what the whole may, and nothing else adds to them.
 constexpr double kTailShare = 20;
 
+// What the kernel's polynomials may take of its tolerance.
+constexpr double kFitShare = 0.25;
+
 using Complex = std::complex<double>;
 
 double window(double beta, double z) {
@@ -212,21 +215,45 @@ std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree) {
   return sum;
 }
 
-void finish(SpreadKernel& kernel, int highest) {
+// The largest difference of the polynomials from the window.
+double misfit(const SpreadKernel& kernel) {
+  const int floats = kernel.polynomial().chunks * 8;
+  double worst = 0;
+  for (int l = 0; l < kernel.width; ++l) {
+    for (double t = -1; t <= 1; t += 1.0 / 16) {
+      double value = 0;
+      for (int d = 0; d <= kernel.degree; ++d) {
+        value = value * t + kernel.coefficient[std::size_t(d) * floats + 2 * l];
+      }
+      const double exact = window(kernel.beta, (2.0 * l + t + 1.0) / kernel.width - 1.0);
+      worst = std::max(worst, std::abs(value - exact));
+    }
+  }
+  return worst;
+}
+
+void fit(SpreadKernel& kernel, int degree) {
+  kernel.degree = degree;
+  const int floats = kernel.polynomial().chunks * 8;
+  kernel.coefficient.assign(std::size_t(degree + 1) * floats, 0.0f);
+  for (int l = 0; l < kernel.width; ++l) {
+    const std::vector<double> monomial = fitted(kernel, l, degree);
+    for (int d = 0; d <= degree; ++d) {
+      float* at = kernel.coefficient.data() + std::size_t(degree - d) * floats + 2 * l;
+      at[0] = at[1] = static_cast<float>(monomial[d]);
+    }
+  }
+}
+
+void finish(SpreadKernel& kernel, int highest, double tolerance) {
   const WindowTransform transform(kernel.width, kernel.beta, 200);
   kernel.correction.resize(highest + 1);
   for (int k = 0; k <= highest; ++k) {
     kernel.correction[k] = 1.0 / transform(static_cast<double>(k) / kernel.points);
   }
-  kernel.degree = kernel.width + 3;
-  const int floats = kernel.polynomial().chunks * 8;
-  kernel.coefficient.assign(std::size_t(kernel.degree + 1) * floats, 0.0f);
-  for (int l = 0; l < kernel.width; ++l) {
-    const std::vector<double> monomial = fitted(kernel, l, kernel.degree);
-    for (int d = 0; d <= kernel.degree; ++d) {
-      float* at = kernel.coefficient.data() + std::size_t(kernel.degree - d) * floats + 2 * l;
-      at[0] = at[1] = static_cast<float>(monomial[d]);
-    }
+  for (int degree = 4; degree <= kernel.width + 4; ++degree) {
+    fit(kernel, degree);
+    if (misfit(kernel) * kernel.rounding_gain <= kFitShare * tolerance) return;
   }
 }
 
@@ -262,7 +289,7 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
       break;
     }
   }
-  if (best.points != 0) finish(best, highest);
+  if (best.points != 0) finish(best, highest, tolerance);
   return best;
 }
 
