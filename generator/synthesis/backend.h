@@ -19,6 +19,7 @@
 
 #include "core/parallel.h"
 #include "core/scatterers.h"
+#include "core/simd.h"
 #include "core/sonar.h"
 #include "core/volume_echo.h"
 
@@ -28,6 +29,10 @@ struct SynthesisSetup {
   Sonar sonar;
   Water water;
   Record record;
+  // Relative L2 error of a record that the CPU backend may make, and tenfold within any tenth of
+  // the record, against the reference; 1e-3 to 1e-7. Under 1e-6 it works in double precision.
+  double tolerance = 1e-5;
+  SimdLevel simd = best_simd_level();
 };
 
 // Where the receiver was when. Receivers that stand still while the sound travels have one entry.
@@ -50,6 +55,7 @@ struct PingTask {
   RandomKeys keys;
   double noise_power_pa2 = 0;  // E|p|^2 of the noise in every sample; 0: none
   std::span<const VolumeEcho> volumes;
+  bool wants_clean = true;  // without, clean_power_pa2 stays empty
 };
 
 struct PingSeries {
@@ -76,8 +82,9 @@ class Backend {
 // Double precision, term by term: what every other backend is measured against. Seconds a ping.
 std::unique_ptr<Backend> make_reference_backend(const SynthesisSetup& setup);
 
-// Deposit on an oversampled time grid, FFT, and mixing as a convolution over beams, in double
-// precision; within 1e-7 of the reference (relative L2), the rounding of the float result.
+// Deposit on a time grid, FFT, and mixing in as few sums as the tolerance allows. May be called
+// from several threads at once. Series that are handed in again keep their memory: then nothing is
+// allocated.
 std::unique_ptr<Backend> make_cpu_backend(const SynthesisSetup& setup);
 
 }  // namespace ensonify

@@ -1,31 +1,18 @@
-// The CPU backend, in double precision throughout: a strong echo at 1.5 m stands 100 dB over one
-// at 60 m, which single-precision transforms would drown.
-//
-//   sector series   deposit a gain e^(-i 2 pi f_c tau) at tau, FFT, times S(f), inverse FFT
-//   sector power    deposit variance gain^2 at tau, FFT, times the spectrum of |s|^2, inverse FFT
-//   volumes         lie on whole samples: a plain FFT of the record in place of the deposit
-//   beams           both convolved over beams with the pattern (power: its square)
+// Which of the CPU's two ways a setup takes.
 #include <algorithm>
-#include <cmath>
-#include <complex>
-#include <vector>
 
-#include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
 #include "core/error.h"
-#include "core/units.h"
-#include "synthesis/backend.h"
-#include "synthesis/cpu/beam_mixer.h"
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cpu/gridding.h"
-#include "synthesis/draw.h"
-#include "synthesis/mixing.h"
+#include "synthesis/cpu/ping_synthesis.h"
 
 namespace ensonify {
 namespace {
 
 using Complex = std::complex<double>;
-enum class Amplitude { drawn, mean };
+
+// Below this, single precision would show.
+constexpr double kFinestFast = 1e-6;
 
 // pulse_autospectrum by FFT: the Fourier coefficients of |s|^2 from twice as many samples of it.
 std::vector<Complex> fast_autospectrum(const std::vector<Complex>& spectrum) {
@@ -40,203 +27,36 @@ std::vector<Complex> fast_autospectrum(const std::vector<Complex>& spectrum) {
   return autospectrum;
 }
 
+std::unique_ptr<PingSynthesis> make_synthesis(const SynthesisSetup& setup) {
+  SynthesisTables tables{
+      setup, make_mixing(setup.sonar), pulse_spectrum(setup.sonar, setup.record.transform), {}};
+  tables.autospectrum = fast_autospectrum(tables.spectrum);
+  std::unique_ptr<PingSynthesis> fast;
+  if (setup.tolerance >= kFinestFast) fast = make_fast_synthesis(tables);
+  return fast ? std::move(fast) : make_double_synthesis(tables);
+}
+
 class CpuBackend final : public Backend {
  public:
   explicit CpuBackend(const SynthesisSetup& setup)
-      : setup_(setup),
-        stride_((setup.record.transform + 3) / 4 * 4),
-        source_pa_m_(source_pressure_pa_m(setup.sonar)),
-        spectrum_(pulse_spectrum(setup.sonar, setup.record.transform)),
-        autospectrum_(fast_autospectrum(spectrum_)),
-        series_kernel_(
-            make_gridding_kernel(2 * setup.record.transform, setup.record.transform / 2)),
-        power_kernel_(make_gridding_kernel(4 * setup.record.transform, setup.record.transform)),
-        series_forward_(series_kernel_.grid, FftDirection::forward),
-        series_backward_(setup.record.transform, FftDirection::backward),
-        power_forward_(power_kernel_.grid, FftDirection::forward),
-        power_backward_(setup.record.transform, FftDirection::backward),
-        volume_forward_(setup.record.transform, FftDirection::forward),
-        volume_power_forward_(setup.record.transform, FftDirection::forward),
-        mixer_(make_mixing(setup.sonar)) {}
+      : cells_(std::size_t(setup.sonar.beam_count) * setup.record.samples),
+        synthesis_(make_synthesis(setup)) {}
 
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
-    for (std::size_t i = 0; i < tasks.size(); ++i) series[i] = one_ping(tasks[i], workers);
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      for (const VolumeEcho& volume : tasks[i].volumes) {
+        ENSONIFY_ASSERT(volume.energy.size() == cells_);
+      }
+      synthesis_->run(tasks[i], series[i], workers);
+    }
   }
 
  private:
-  int beams() const { return setup_.sonar.beam_count; }
-  int samples() const { return setup_.record.samples; }
-  int transform() const { return setup_.record.transform; }
-  double position(double delay_s) const {
-    return delay_s * setup_.sonar.bandwidth_hz / transform();
-  }
-
-  bool has_scatterers(const PingTask& task, std::size_t beam) const {
-    return task.scatterers->beam_offset[beam] != task.scatterers->beam_offset[beam + 1];
-  }
-
-  AlignedBuffer<Complex> series(const PingTask& task, Amplitude which,
-                                const Workers& workers) const;
-  AlignedBuffer<double> diffuse_power(const PingTask& task, const Workers& workers) const;
-  void scatterer_spectrum(const PingTask& task, Amplitude which, int beam, Complex* row) const;
-  void add_volume_spectrum(const PingTask& task, int beam, Complex* row) const;
-  void scatterer_power(const PingTask& task, int beam, Complex* folded) const;
-  void add_volume_power(const PingTask& task, int beam, Complex* folded) const;
-  PingSeries one_ping(const PingTask& task, const Workers& workers) const;
-
-  SynthesisSetup setup_;
-  int stride_;  // elements from beam to beam: rows on 64-byte boundaries
-  double source_pa_m_;
-  std::vector<Complex> spectrum_, autospectrum_;
-  GriddingKernel series_kernel_, power_kernel_;
-  ComplexFft series_forward_, series_backward_;
-  RealFft power_forward_, power_backward_;
-  ComplexFft volume_forward_;
-  RealFft volume_power_forward_;
-  BeamMixer mixer_;
+  std::size_t cells_;
+  std::unique_ptr<PingSynthesis> synthesis_;
 };
-
-// Writes the transform() bins of one ideal sector, f_c first.
-void CpuBackend::scatterer_spectrum(const PingTask& task, Amplitude which, int beam,
-                                    Complex* row) const {
-  const ScattererList& list = *task.scatterers;
-  AlignedBuffer<Complex> grid(series_kernel_.grid);
-  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-    const Scatterer& s = list.items[i];
-    const std::complex<float> a = which == Amplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
-    const double turns = carrier_turns(setup_.sonar.frequency_hz, s.delay_s);
-    const Complex echo =
-        Complex(a) * static_cast<double>(s.gain) * std::polar(source_pa_m_, -2.0 * kPi * turns);
-    spread(series_kernel_, position(s.delay_s), echo, grid.data());
-  }
-  series_forward_.run(grid.data());
-  // Bin m of the band stands for k = m - M/2; the inverse transform wants k = 0 first.
-  const int half = transform() / 2;
-  for (int k = -half; k < half; ++k) {
-    const int source = k < 0 ? k + series_kernel_.grid : k;
-    const int target = k < 0 ? k + transform() : k;
-    row[target] = spectrum_[k + half] * series_kernel_.correction[std::abs(k)] * grid[source];
-  }
-}
-
-void CpuBackend::add_volume_spectrum(const PingTask& task, int beam, Complex* row) const {
-  AlignedBuffer<Complex> cells(transform());
-  for (int n = 0; n < samples(); ++n) {
-    const double energy = total_energy(task.volumes, std::size_t(beam) * samples() + n);
-    cells[n] = source_pa_m_ * draw_volume(task.keys, beam, n, energy);
-  }
-  volume_forward_.run(cells.data());
-  const int half = transform() / 2;
-  for (int bin = 0; bin < transform(); ++bin) {
-    row[bin] += spectrum_[bin < half ? bin + half : bin - half] * cells[bin];
-  }
-}
-
-AlignedBuffer<Complex> CpuBackend::series(const PingTask& task, Amplitude which,
-                                          const Workers& workers) const {
-  AlignedBuffer<Complex> rows(std::size_t(beams()) * stride_);
-  const bool has_volumes = which == Amplitude::drawn && !task.volumes.empty();
-  workers.for_each(beams(), [&](std::size_t beam) {
-    const bool heard = has_scatterers(task, beam);
-    if (!heard && !has_volumes) return;
-    Complex* row = rows.data() + beam * stride_;
-    if (heard) scatterer_spectrum(task, which, static_cast<int>(beam), row);
-    if (has_volumes) add_volume_spectrum(task, static_cast<int>(beam), row);
-    series_backward_.run(row);
-  });
-  mixer_.mix_amplitude(rows.data(), samples(), stride_, workers);
-  return rows;
-}
-
-// Writes the Fourier coefficients k = 0 .. M/2 of one ideal sector's power at the samples.
-void CpuBackend::scatterer_power(const PingTask& task, int beam, Complex* folded) const {
-  const ScattererList& list = *task.scatterers;
-  AlignedBuffer<double> grid(power_kernel_.grid);
-  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-    const Scatterer& s = list.items[i];
-    const double amplitude = source_pa_m_ * s.standard_deviation * s.gain;
-    spread(power_kernel_, position(s.delay_s), amplitude * amplitude, grid.data());
-  }
-  AlignedBuffer<Complex> half(power_kernel_.grid / 2 + 1);
-  power_forward_.run(grid.data(), half.data());
-  // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
-  const int bins = transform();
-  const auto term = [&](int k) {
-    return k < bins ? autospectrum_[k] * power_kernel_.correction[k] * half[k] : Complex(0);
-  };
-  for (int k = 0; k <= bins / 2; ++k) folded[k] = term(k) + std::conj(term(bins - k));
-}
-
-void CpuBackend::add_volume_power(const PingTask& task, int beam, Complex* folded) const {
-  const int bins = transform();
-  AlignedBuffer<double> cells(bins);
-  for (int n = 0; n < samples(); ++n) {
-    cells[n] =
-        source_pa_m_ * source_pa_m_ * total_energy(task.volumes, std::size_t(beam) * samples() + n);
-  }
-  AlignedBuffer<Complex> half(bins / 2 + 1);
-  volume_power_forward_.run(cells.data(), half.data());
-  // The spectrum of whole samples has the period M, so that the two folded bins share one value.
-  folded[0] += autospectrum_[0] * half[0];
-  for (int k = 1; k <= bins / 2; ++k) {
-    folded[k] += (autospectrum_[k] + std::conj(autospectrum_[bins - k])) * half[k];
-  }
-}
-
-AlignedBuffer<double> CpuBackend::diffuse_power(const PingTask& task,
-                                                const Workers& workers) const {
-  const std::size_t stride = (transform() + 7) / 8 * 8;
-  AlignedBuffer<double> rows(beams() * stride);
-  const bool has_volumes = !task.volumes.empty();
-  workers.for_each(beams(), [&](std::size_t beam) {
-    const bool heard = has_scatterers(task, beam);
-    if (!heard && !has_volumes) return;
-    AlignedBuffer<Complex> folded(transform() / 2 + 1);
-    if (heard) scatterer_power(task, static_cast<int>(beam), folded.data());
-    if (has_volumes) add_volume_power(task, static_cast<int>(beam), folded.data());
-    power_backward_.run(rows.data() + beam * stride, folded.data());
-  });
-  mixer_.mix_power(rows.data(), samples(), static_cast<int>(stride), workers);
-  return rows;
-}
-
-PingSeries CpuBackend::one_ping(const PingTask& task, const Workers& workers) const {
-  const std::size_t count = std::size_t(beams()) * samples();
-  for (const VolumeEcho& volume : task.volumes) ENSONIFY_ASSERT(volume.energy.size() == count);
-  PingSeries result;
-  result.pressure_pa.resize(count);
-  result.clean_power_pa2.resize(count);
-  {
-    const AlignedBuffer<Complex> drawn = series(task, Amplitude::drawn, workers);
-    workers.for_each(beams(), [&](std::size_t j) {
-      for (int n = 0; n < samples(); ++n) {
-        Complex p = drawn[j * stride_ + n];
-        if (task.noise_power_pa2 > 0) {
-          p += draw_noise(task.keys, static_cast<int>(j), n, task.noise_power_pa2);
-        }
-        result.pressure_pa[j * samples() + n] = std::complex<float>(p);
-      }
-    });
-  }
-  const AlignedBuffer<double> diffuse = diffuse_power(task, workers);
-  const std::size_t diffuse_stride = diffuse.size() / beams();
-  const auto& items = task.scatterers->items;
-  const bool has_means =
-      std::any_of(items.begin(), items.end(), [](const Scatterer& s) { return s.mean != 0.0f; });
-  const AlignedBuffer<Complex> mean =
-      has_means ? series(task, Amplitude::mean, workers) : AlignedBuffer<Complex>(0);
-  workers.for_each(beams(), [&](std::size_t j) {
-    for (int n = 0; n < samples(); ++n) {
-      const double coherent = has_means ? std::norm(mean[j * stride_ + n]) : 0.0;
-      // The transforms leave rounding of either sign where there is nothing.
-      const double power = std::max(0.0, diffuse[j * diffuse_stride + n] + coherent);
-      result.clean_power_pa2[j * samples() + n] = static_cast<float>(power);
-    }
-  });
-  return result;
-}
 
 }  // namespace
 

@@ -22,8 +22,13 @@ struct FreeAligned {
 template <class T>
 class AlignedBuffer {
  public:
+  AlignedBuffer() : size_(0) {}
   explicit AlignedBuffer(std::size_t n)
       : size_(n), data_(static_cast<T*>(allocate_zeroed(n * sizeof(T)))) {}
+  // At least n elements; what was there is lost where there were fewer.
+  void need(std::size_t n) {
+    if (size_ < n) *this = AlignedBuffer(n);
+  }
   T* data() { return data_.get(); }
   const T* data() const { return data_.get(); }
   std::size_t size() const { return size_; }

@@ -49,6 +49,7 @@ class ReferenceBackend final : public Backend {
 
   PingSeries one_ping(const PingTask& task, const Workers& workers) const;
   Echoes drawn_echoes(const PingTask& task) const;
+  std::vector<float> clean_power(const PingTask& task, const Workers& workers) const;
   std::vector<Complex> coherent_series(const Echoes& echoes, const Workers& workers) const;
   std::vector<double> diffuse_power(const PingTask& task, const Workers& workers) const;
   Complex sector_spectrum(const Echoes& echoes, int beam, int m) const;
@@ -184,26 +185,32 @@ PingSeries ReferenceBackend::one_ping(const PingTask& task, const Workers& worke
   for (const VolumeEcho& volume : task.volumes) {
     ENSONIFY_ASSERT(volume.energy.size() == std::size_t(beams()) * samples());
   }
-  Echoes means{*task.scatterers, {}, {}};
-  for (const Scatterer& s : means.list.items) means.scatterer.emplace_back(s.mean);
   const std::vector<Complex> pressure = coherent_series(drawn_echoes(task), workers);
-  const std::vector<Complex> mean_pressure = coherent_series(means, workers);
-  const std::vector<double> diffuse = diffuse_power(task, workers);
-
   PingSeries series;
   series.pressure_pa.resize(pressure.size());
-  series.clean_power_pa2.resize(pressure.size());
   for (int j = 0; j < beams(); ++j) {
     for (int n = 0; n < samples(); ++n) {
       const std::size_t at = std::size_t(j) * samples() + n;
       Complex p = pressure[at];
       if (task.noise_power_pa2 > 0) p += draw_noise(task.keys, j, n, task.noise_power_pa2);
       series.pressure_pa[at] = std::complex<float>(p);
-      series.clean_power_pa2[at] =
-          static_cast<float>(std::max(0.0, std::norm(mean_pressure[at]) + diffuse[at]));
     }
   }
+  if (task.wants_clean) series.clean_power_pa2 = clean_power(task, workers);
   return series;
+}
+
+std::vector<float> ReferenceBackend::clean_power(const PingTask& task,
+                                                 const Workers& workers) const {
+  Echoes means{*task.scatterers, {}, {}};
+  for (const Scatterer& s : means.list.items) means.scatterer.emplace_back(s.mean);
+  const std::vector<Complex> mean_pressure = coherent_series(means, workers);
+  const std::vector<double> diffuse = diffuse_power(task, workers);
+  std::vector<float> power;
+  for (std::size_t i = 0; i < diffuse.size(); ++i) {
+    power.push_back(static_cast<float>(std::max(0.0, std::norm(mean_pressure[i]) + diffuse[i])));
+  }
+  return power;
 }
 
 }  // namespace

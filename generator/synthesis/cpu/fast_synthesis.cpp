@@ -1,0 +1,175 @@
+// The fast path: the stages of node_sums.h for series, expected power and mean.
+#include <algorithm>
+#include <cmath>
+
+#include "synthesis/cpu/echoes.h"
+#include "synthesis/cpu/node_sums.h"
+#include "synthesis/cpu/ping_synthesis.h"
+
+namespace ensonify {
+namespace {
+
+// Of the mean in the expected power, where twice as much comes of it.
+constexpr double kMeanTolerance = 3e-5;
+
+// What one ping in work needs beside its workers' scratch.
+struct PingScratch {
+  EchoBuffer echoes;
+  AlignedBuffer<float> planes;
+};
+
+// Noise of one beam over one tile, re and im apart.
+class TileNoise {
+ public:
+  TileNoise(const Kernels& kernels, const PingTask& task)
+      : kernels_(kernels),
+        keys_(task.keys),
+        rms_pa_(static_cast<float>(std::sqrt(task.noise_power_pa2))) {}
+
+  const float* draw(int beam, int first_sample) {
+    if (rms_pa_ == 0) return nullptr;
+    constexpr int kSamples = kTile / 2;
+    for (int i = 0; i < kSamples; ++i) {
+      sample_[i] = static_cast<std::uint32_t>(first_sample + i);
+      beam_[i] = static_cast<std::uint32_t>(beam);
+    }
+    kernels_.draw_normals(keys_.noise, keys_.noise_ping, sample_, beam_, kSamples, tile_,
+                          tile_ + kSamples);
+    for (float& value : tile_) value *= rms_pa_;
+    return tile_;
+  }
+
+ private:
+  const Kernels& kernels_;
+  const RandomKeys& keys_;
+  float rms_pa_;
+  alignas(64) std::uint32_t sample_[kTile / 2], beam_[kTile / 2];
+  alignas(64) float tile_[kTile];
+};
+
+class FastSynthesis final : public PingSynthesis {
+ public:
+  FastSynthesis(const SynthesisTables& tables, std::shared_ptr<const NodePlan> series,
+                std::shared_ptr<const NodePlan> mean, std::shared_ptr<const NodePlan> power)
+      : sonar_(tables.setup.sonar),
+        samples_(tables.setup.record.samples),
+        kernels_(kernels_of(tables.setup.simd)),
+        series_(std::move(series)),
+        mean_(std::move(mean)),
+        power_(std::move(power)) {}
+
+  void run(const PingTask& task, PingSeries& result, const Workers& workers) const override {
+    auto scratch = ping_pool_.take();
+    series(task, *scratch, result, workers);
+    if (task.wants_clean) {
+      clean_power(task, *scratch, result, workers);
+    } else {
+      result.clean_power_pa2.clear();
+    }
+  }
+
+ private:
+  void series(const PingTask& task, PingScratch& scratch, PingSeries& result,
+              const Workers& workers) const;
+  // After series() of the same ping, which finds out what there is.
+  void clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+                   const Workers& workers) const;
+  void add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
+                const Workers& workers) const;
+
+  template <class Write>
+  void mix(const NodePlan& plan, const PingScratch& scratch, const Workers& workers,
+           Write&& write) const;
+
+  Sonar sonar_;
+  int samples_;
+  const Kernels& kernels_;
+  std::shared_ptr<const NodePlan> series_, mean_, power_;
+  mutable Pool<PingScratch> ping_pool_;
+  mutable Pool<NodeScratch> node_pool_;
+  mutable Pool<EchoScratch> echo_pool_;
+};
+
+// write(beam, first sample, samples, values of the tile) for all beams and times; one work item
+// calls it for all beams of one stretch of time.
+template <class Write>
+void FastSynthesis::mix(const NodePlan& plan, const PingScratch& scratch, const Workers& workers,
+                        Write&& write) const {
+  const int step = plan.tile_samples();
+  workers.for_each((samples_ + step - 1) / step, [&](std::size_t item) {
+    auto node_scratch = node_pool_.take();
+    const int tile = static_cast<int>(item), first = tile * step;
+    const float* mixed = mix_tile(plan, kernels_, scratch.planes.data(), tile, *node_scratch);
+    const int width = plan.nodes.width;
+    alignas(64) float values[kTile];
+    for (int beam = 0; beam < plan.nodes.beams; ++beam) {
+      kernels_.combine(plan.out_weight.data() + std::size_t(beam) * width, width,
+                       mixed + std::size_t(plan.nodes.first[beam]) * kTile, values);
+      write(beam, first, std::min(step, samples_ - first), values);
+    }
+  });
+}
+
+void FastSynthesis::series(const PingTask& task, PingScratch& scratch, PingSeries& result,
+                           const Workers& workers) const {
+  series_echoes(*series_, kernels_, sonar_, task, EchoAmplitude::drawn, echo_pool_, workers,
+                scratch.echoes);
+  transform_nodes(*series_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
+                  workers, scratch.planes);
+  result.pressure_pa.resize(std::size_t(sonar_.beam_count) * samples_);
+  auto* out = reinterpret_cast<float*>(result.pressure_pa.data());
+  mix(*series_, scratch, workers, [&](int beam, int first, int count, const float* values) {
+    TileNoise noise(kernels_, task);
+    kernels_.store_complex(values, noise.draw(beam, first), count,
+                           out + 2 * (std::size_t(beam) * samples_ + first));
+  });
+}
+
+void FastSynthesis::clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+                                const Workers& workers) const {
+  const bool has_means = scratch.echoes.has_means;
+  result.clean_power_pa2.resize(std::size_t(sonar_.beam_count) * samples_);
+  if (scratch.echoes.has_diffuse || !task.volumes.empty()) {
+    power_echoes(*power_, kernels_, sonar_, task, echo_pool_, workers, scratch.echoes);
+    transform_nodes(*power_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
+                    workers, scratch.planes);
+    mix(*power_, scratch, workers, [&](int beam, int first, int count, const float* values) {
+      kernels_.store_power(values, count,
+                           result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
+    });
+  } else {
+    std::fill(result.clean_power_pa2.begin(), result.clean_power_pa2.end(), 0.0f);
+  }
+  if (has_means) add_mean(task, scratch, result, workers);
+}
+
+void FastSynthesis::add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
+                             const Workers& workers) const {
+  series_echoes(*mean_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
+                scratch.echoes);
+  transform_nodes(*mean_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
+                  workers, scratch.planes);
+  mix(*mean_, scratch, workers, [&](int beam, int first, int count, const float* values) {
+    kernels_.add_square(values, count,
+                        result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
+  const SynthesisSetup& setup = tables.setup;
+  std::shared_ptr<const NodePlan> series =
+      make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
+  std::shared_ptr<const NodePlan> mean = series;
+  if (setup.tolerance > kMeanTolerance) {
+    mean = make_series_plan(setup, tables.mixing, tables.spectrum, kMeanTolerance);
+  }
+  std::shared_ptr<const NodePlan> power =
+      make_power_plan(setup, tables.mixing, tables.autospectrum);
+  if (!series || !mean || !power) return nullptr;
+  return std::make_unique<FastSynthesis>(tables, std::move(series), std::move(mean),
+                                         std::move(power));
+}
+
+}  // namespace ensonify

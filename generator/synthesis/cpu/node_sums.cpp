@@ -1,0 +1,159 @@
+#include "synthesis/cpu/node_sums.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace ensonify {
+namespace {
+
+// Rows that one work item owns: their grids stay in a core's own cache, and an echo's kernel serves
+// them all.
+constexpr int kGroup = 8;
+
+// The rows of a group that a beam reaches, with weights as deposit() wants them.
+struct Reach {
+  int first = 0, count = 0;
+  float weight[kGroup * 2];
+};
+
+void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach& reach) {
+  const int first_node = plan.nodes.first[beam], last_node = first_node + plan.nodes.width;
+  const int per_row = 2 / plan.segments;  // nodes of one row
+  const int begin = std::max(first_row, first_node / per_row);
+  const int end = std::min(last_row, (last_node + per_row - 1) / per_row);
+  reach.first = begin - first_row;
+  reach.count = std::max(0, end - begin);
+  const float* weight = plan.weight.data() + std::size_t(beam) * plan.nodes.width;
+  const auto of = [&](int node) {
+    return node >= first_node && node < last_node ? weight[node - first_node] : 0.0f;
+  };
+  for (int r = 0; r < reach.count; ++r) {
+    const int node = (begin + r) * per_row;
+    reach.weight[2 * r] = of(node);
+    reach.weight[2 * r + 1] = of(node + per_row - 1);
+  }
+}
+
+struct Group {
+  int first, last;  // rows
+  std::int64_t grid_stride, cell_stride;
+  bool has_echoes = false;
+};
+
+void deposit_group(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
+                   std::span<const std::uint32_t> beam_offset, NodeScratch& scratch, Group& group) {
+  const EchoArrays arrays = echoes.arrays();
+  const KernelPolynomial kernel = plan.spread.polynomial();
+  Reach reach;
+  scratch.grid.need(kGroup * group.grid_stride);
+  if (echoes.has_cells) {
+    scratch.cell_rows.need(kGroup * group.cell_stride);
+    std::memset(scratch.cell_rows.data(), 0, kGroup * group.cell_stride * sizeof(float));
+  }
+  for (int beam = 0; beam < plan.nodes.beams; ++beam) {
+    reach_of(plan, beam, group.first, group.last, reach);
+    if (reach.count == 0) continue;
+    const std::uint32_t begin = beam_offset[beam], end = beam_offset[beam + 1];
+    if (echoes.has_echoes && begin < end) {
+      if (!group.has_echoes) {
+        std::memset(scratch.grid.data(), 0, kGroup * group.grid_stride * sizeof(float));
+      }
+      group.has_echoes = true;
+      kernels.deposit(&arrays, begin, end, &kernel, reach.weight, reach.count,
+                      scratch.grid.data() + reach.first * group.grid_stride, group.grid_stride);
+    }
+    for (int r = 0; echoes.has_cells && r < reach.count; ++r) {
+      kernels.add_scaled(
+          reach.weight + 2 * r, echoes.cells.data() + std::size_t(beam) * 2 * plan.samples,
+          2 * plan.samples, scratch.cell_rows.data() + (reach.first + r) * group.cell_stride);
+    }
+  }
+}
+
+double* as_doubles(std::complex<double>* p) { return reinterpret_cast<double*>(p); }
+const double* as_doubles(const std::complex<double>* p) {
+  return reinterpret_cast<const double*>(p);
+}
+
+// One row's record into scratch.record.
+void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& group, bool has_cells,
+                   int row, NodeScratch& scratch) {
+  const int bins = plan.transform, points = plan.spread.points;
+  double* record = as_doubles(scratch.record.data());
+  if (group.has_echoes) {
+    double* spectrum = as_doubles(scratch.spectrum.data());
+    kernels.widen(scratch.grid.data() + row * group.grid_stride, points, kHalo, spectrum);
+    plan.grid_forward.run(scratch.spectrum.data());
+    const bool series = plan.segments == 2;
+    const int lower = series ? bins / 2 : bins;
+    kernels.multiply(spectrum, as_doubles(plan.filter.data()), lower, record);
+    const double* upper = spectrum + 2 * (points - bins);
+    const double* upper_filter = as_doubles(plan.upper_filter.data());
+    if (series) {
+      kernels.multiply(upper + bins, upper_filter + bins, bins / 2, record + bins);
+    } else {
+      kernels.multiply_add(upper, upper_filter, bins, record);
+    }
+  } else {
+    std::memset(record, 0, 2 * sizeof(double) * bins);
+  }
+  if (has_cells) {
+    double* spectrum = as_doubles(scratch.cell_spectrum.data());
+    kernels.widen(scratch.cell_rows.data() + row * group.cell_stride, plan.samples, 0, spectrum);
+    std::memset(spectrum + 2 * plan.samples, 0, 2 * sizeof(double) * (bins - plan.samples));
+    plan.cell_forward.run(scratch.cell_spectrum.data());
+    kernels.multiply_add(spectrum, as_doubles(plan.cell_filter.data()), bins, record);
+  }
+  plan.backward.run(scratch.record.data());
+}
+
+}  // namespace
+
+void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
+                     std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
+                     const Workers& workers, AlignedBuffer<float>& planes) {
+  const std::int64_t stride = plan.plane_stride();
+  planes.need(2 * plan.rows * stride);
+  workers.for_each((plan.rows + kGroup - 1) / kGroup, [&](std::size_t item) {
+    auto scratch = pool.take();
+    Group group;
+    group.first = static_cast<int>(item) * kGroup;
+    group.last = std::min(group.first + kGroup, plan.rows);
+    group.grid_stride = 2 * (plan.spread.points + 2 * kHalo);
+    group.cell_stride = 2 * plan.samples;
+    deposit_group(plan, kernels, echoes, beam_offset, *scratch, group);
+    scratch->spectrum.need(plan.spread.points);
+    scratch->record.need(plan.transform);
+    if (echoes.has_cells) scratch->cell_spectrum.need(plan.transform);
+    for (int row = group.first; row < group.last; ++row) {
+      float* out = planes.data() + 2 * row * stride;
+      if (!group.has_echoes && !echoes.has_cells) {
+        std::memset(out, 0, 2 * stride * sizeof(float));
+        continue;
+      }
+      transform_row(plan, kernels, group, echoes.has_cells, row - group.first, *scratch);
+      kernels.narrow(as_doubles(scratch->record.data()), plan.samples, out, out + stride);
+    }
+  });
+}
+
+const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
+                      NodeScratch& scratch) {
+  const int nodes = plan.nodes.nodes, half = nodes / 2;
+  const int padded = (half + kRowBlock - 1) / kRowBlock * kRowBlock;
+  const std::size_t part = std::size_t(padded) * kTile;
+  scratch.tile.need(6 * part);
+  float* even = scratch.tile.data();
+  float* odd = even + part;
+  float* mixed_even = odd + part;
+  float* mixed_odd = mixed_even + part;
+  float* mixed = mixed_odd + part;
+  kernels.fold(planes + std::int64_t{tile} * plan.tile_samples(), plan.plane_stride(),
+               plan.segments, nodes, even, odd);
+  kernels.product(plan.even.data(), half, half, even, mixed_even);
+  kernels.product(plan.odd.data(), half, half, odd, mixed_odd);
+  kernels.unfold(mixed_even, mixed_odd, nodes, mixed);
+  return mixed;
+}
+
+}  // namespace ensonify

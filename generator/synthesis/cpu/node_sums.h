@@ -1,0 +1,85 @@
+// The fast path: echoes are spread over a few nodes across the fan and over a time grid, each
+// node's record is transformed and filtered, and beams are sums of a few nodes.
+//
+//   NodePlan           what series (or expected powers) of one setup share
+//   make_series_plan   make_power_plan
+//   EchoBuffer         what one ping deposits
+//   NodeScratch        memory of one worker
+//   transform_nodes    echoes -> records of nodes
+//   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
+#pragma once
+
+#include <atomic>
+#include <complex>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/parallel.h"
+#include "synthesis/backend.h"
+#include "synthesis/cpu/beam_nodes.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/kernels.h"
+#include "synthesis/cpu/pool.h"
+#include "synthesis/cpu/spread_kernel.h"
+#include "synthesis/mixing.h"
+
+namespace ensonify {
+
+// A row is one complex record: that of a node (series) or of two (power, whose values are real).
+// Its two planes are re and im of the node, or the two nodes.
+struct NodePlan {
+  BeamNodes nodes;
+  SpreadKernel spread;
+  int samples = 0, transform = 0;
+  int rows = 0;
+  int segments = 0;               // planes of one node in a tile: 2 (series) or 1 (power)
+  std::vector<float> weight;      // [beams][width]: P, for the deposit
+  std::vector<float> out_weight;  // the same with each beam's 1 / N_j (power: squared)
+  std::vector<float> even, odd;   // K folded about the fan's middle, packed for product()
+  AlignedBuffer<std::complex<double>> filter;        // [M] of the lower part of a grid's spectrum
+  AlignedBuffer<std::complex<double>> upper_filter;  // [M] of the upper part
+  AlignedBuffer<std::complex<double>> cell_filter;   // [M] of echoes on whole samples
+  ComplexFft grid_forward, cell_forward, backward;
+
+  // Floats from plane to plane: whole tiles.
+  std::int64_t plane_stride() const { return (samples + kTile - 1) / kTile * std::int64_t{kTile}; }
+  // Samples that one tile holds of a beam.
+  int tile_samples() const { return kTile / segments; }
+};
+
+// None where no kernel stays within the tolerance; that of powers is fixed.
+std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
+                                           const std::vector<std::complex<double>>& spectrum,
+                                           double tolerance);
+std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
+                                          const std::vector<std::complex<double>>& autospectrum);
+
+// Echoes in the order of the scatterers, and cells: complex numbers on whole samples.
+struct EchoBuffer {
+  AlignedBuffer<float> value, offset;  // complex, real
+  AlignedBuffer<std::int32_t> first;
+  AlignedBuffer<float> cells;  // [beams][samples] complex
+  bool has_echoes = false, has_cells = false;
+  // Whether any scatterer has a mean or a diffuse part: found on the way.
+  std::atomic<bool> has_means = false, has_diffuse = false;
+
+  EchoArrays arrays() { return {value.data(), first.data(), offset.data()}; }
+};
+
+struct NodeScratch {
+  AlignedBuffer<float> grid, cell_rows, tile;
+  AlignedBuffer<std::complex<double>> spectrum, cell_spectrum, record;
+};
+
+// planes [2 rows][plane_stride] of a plan; they keep zeros beyond the last sample.
+void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
+                     std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
+                     const Workers& workers, AlignedBuffer<float>& planes);
+
+// The mixed nodes of samples [tile * tile_samples ...): [nodes][kTile], valid until the scratch is
+// used again. Then beam j is combine(out_weight of j, width, nodes from first[j] on).
+const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
+                      NodeScratch& scratch);
+
+}  // namespace ensonify

@@ -1,0 +1,296 @@
+#include "synthesis/cpu/spread_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/sonar.h"
+#include "core/units.h"
+#include "synthesis/cpu/fft.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kNarrowest = 4, kWidest = 14;
+constexpr double kFloatRounding = 6e-8;
+// Tails may be wrong by ten times what the whole may, and nothing else adds to them.
+constexpr double kTailShare = 20;
+
+// What the kernel's polynomials may take of its tolerance.
+constexpr double kFitShare = 0.25;
+
+using Complex = std::complex<double>;
+
+double window(double beta, double z) {
+  const double inside = 1.0 - z * z;
+  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
+}
+
+// Fourier transform of the window in grid steps, at x periods a step. With z = sin u the integrand
+// is smooth and all but vanishes at both ends: the trapezoid rule converges fast.
+class WindowTransform {
+ public:
+  WindowTransform(int width, double beta, int nodes) : node_(nodes), weight_(nodes) {
+    for (int i = 0; i < nodes; ++i) {
+      const double u = kPi / 2 * (i + 0.5) / nodes;
+      node_[i] = kPi * width * std::sin(u);
+      weight_[i] = window(beta, std::sin(u)) * std::cos(u) * (kPi / 2 / nodes) * width;
+    }
+  }
+  double operator()(double x) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < node_.size(); ++i) sum += weight_[i] * std::cos(node_[i] * x);
+    return sum;
+  }
+
+ private:
+  std::vector<double> node_, weight_;
+};
+
+// The pulse that a spectrum makes, and what of it lies how far from its peak: in the mean over all
+// parts of a sample that an echo may be late by.
+class Tails {
+ public:
+  Tails(const std::vector<Complex>& spectrum, int first)
+      : spectrum_(spectrum),
+        first_(first),
+        backward_(smooth_even_length(2 * static_cast<int>(spectrum.size())),
+                  FftDirection::backward),
+        pulse_(backward_.length()),
+        own_(beyond([](int) { return 1.0; })) {}
+
+  // The worst ratio of the norm of error to that of pulse, beyond any lag.
+  double worst_ratio(const SpreadKernel& kernel) {
+    const WindowTransform transform(kernel.width, kernel.beta, 48);
+    const int highest = std::max(std::abs(first_), first_ + static_cast<int>(spectrum_.size()) - 1);
+    // Grid and band repeat at either side; each copy has a phase of its own with each echo.
+    constexpr int kSteps = 200;
+    std::vector<double> ratio(kSteps + 2);
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = static_cast<double>(highest) / kernel.points * (2.0 * i / kSteps - 1.0);
+      ratio[i] = transform(1.0 - x) / transform(x);
+    }
+    const auto ratio_at = [&](int k) {
+      const double at = (1.0 + k / static_cast<double>(highest)) * (kSteps / 2);
+      const int i = static_cast<int>(at);
+      return ratio[i] + (at - i) * (ratio[i + 1] - ratio[i]);
+    };
+    const std::vector<double> lower = beyond([&](int k) { return ratio_at(-k); });
+    const std::vector<double> upper = beyond([&](int k) { return ratio_at(k); });
+    double worst = 0;
+    for (std::size_t lag = 0; lag < own_.size(); ++lag) {
+      if (own_[lag] < kJudged * kJudged * own_[0]) break;
+      worst = std::max(worst, (lower[lag] + upper[lag]) / own_[lag]);
+    }
+    return std::sqrt(worst);
+  }
+
+ private:
+  static constexpr double kJudged = 1e-6;
+
+  // Energy at lags of at least 0, 1, 2 ... half samples to either side, of the pulse that the
+  // spectrum times factor(k) makes.
+  template <class Factor>
+  std::vector<double> beyond(Factor&& factor) {
+    const int length = backward_.length();
+    std::fill(pulse_.begin(), pulse_.end(), Complex(0));
+    for (int i = 0; i < static_cast<int>(spectrum_.size()); ++i) {
+      pulse_[(first_ + i + length) % length] = spectrum_[i] * factor(first_ + i);
+    }
+    backward_.run(pulse_.data());
+    std::vector<double> sum(length / 2 + 1);
+    for (int n = length / 2 - 1; n >= 0; --n) {
+      sum[n] = sum[n + 1] + std::norm(pulse_[n]) + (n > 0 ? std::norm(pulse_[length - n]) : 0.0);
+    }
+    return sum;
+  }
+
+  const std::vector<Complex>& spectrum_;
+  int first_;
+  ComplexFft backward_;
+  AlignedBuffer<Complex> pulse_;
+  std::vector<double> own_;
+};
+
+// The energy in a few bands of |k|, each judged at its upper end, where the kernel is worst.
+struct Band {
+  double k, energy;
+};
+
+std::vector<Band> bands_of(const std::vector<double>& energy) {
+  constexpr int kBands = 32;
+  std::vector<Band> bands;
+  const std::size_t count = energy.size();
+  for (int i = 0; i < kBands; ++i) {
+    const std::size_t first = count * i / kBands, last = count * (i + 1) / kBands;
+    if (first == last) continue;
+    double sum = 0;
+    for (std::size_t k = first; k < last; ++k) sum += energy[k];
+    bands.push_back({static_cast<double>(last - 1), sum});
+  }
+  return bands;
+}
+
+void judge(const std::vector<Band>& bands, SpreadKernel& kernel) {
+  const WindowTransform transform(kernel.width, kernel.beta, 48);
+  double square = 0;
+  for (int l = 0; l < kernel.width; ++l) {
+    square += std::pow(window(kernel.beta, 2 * (l + 0.5) / kernel.width - 1), 2);
+  }
+  double alias = 0, noise = 0, total = 0;
+  for (const Band& band : bands) {
+    const double x = band.k / kernel.points;
+    const double own = transform(x);
+    double others = 0;
+    for (const double p : {-2, -1, 1, 2}) others += std::pow(transform(x + p), 2);
+    alias += band.energy * others / (own * own);
+    noise += band.energy * square / (own * own);
+    total += band.energy;
+  }
+  kernel.alias_error = total > 0 ? std::sqrt(alias / total) : 0;
+  kernel.rounding_gain = total > 0 ? std::sqrt(noise / total) : 0;
+}
+
+SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, int highest) {
+  SpreadKernel best;
+  // The usual beta is pi w (1 - 1/(2 sigma)); where the band's edge holds little, more is better.
+  const double usual = kPi * width * (1.0 - static_cast<double>(highest) / points);
+  for (const double factor : {0.85, 0.91, 0.97, 1.03, 1.1}) {
+    SpreadKernel kernel;
+    kernel.points = points;
+    kernel.width = width;
+    kernel.beta = factor * usual;
+    judge(bands, kernel);
+    if (best.points == 0 || kernel.alias_error < best.alias_error) best = kernel;
+  }
+  return best;
+}
+
+// Short lengths: any smooth one. Long ones: those that FFTW is quick with, by measurement: many
+// fives and at most one three. A thousand points of others take up to twice the time.
+bool is_quick(int length) {
+  if (length < 1000) return length % 2 == 0;
+  int twos = 0, threes = 0, fives = 0, rest = length;
+  for (; rest % 2 == 0; rest /= 2) ++twos;
+  for (; rest % 3 == 0; rest /= 3) ++threes;
+  for (; rest % 5 == 0; rest /= 5) ++fives;
+  return twos >= 3 && fives >= 2 + threes && threes <= 1;
+}
+
+// From the band to three times it.
+std::vector<int> grid_lengths(int highest) {
+  std::vector<int> lengths;
+  for (int n = 2 * highest + 2; n <= 6 * highest + 64; ++n) {
+    n = smooth_even_length(n);
+    if (is_quick(n)) lengths.push_back(n);
+  }
+  return lengths;
+}
+
+// Solves the Vandermonde-like fit of one point by interpolation at Chebyshev nodes: exact to the
+// kernel's own smoothness, in monomials of t in [-1, 1].
+std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree) {
+  const int count = degree + 1;
+  std::vector<double> chebyshev(count);
+  for (int i = 0; i < count; ++i) {
+    const double t = std::cos(kPi * (i + 0.5) / count);
+    const double z = (2.0 * point + t + 1.0) / kernel.width - 1.0;
+    for (int n = 0; n < count; ++n) {
+      chebyshev[n] += window(kernel.beta, z) * std::cos(kPi * n * (i + 0.5) / count) *
+                      (n == 0 ? 1.0 : 2.0) / count;
+    }
+  }
+  // T_n by recurrence, as monomials.
+  std::vector<double> before(count), current(count), sum(count);
+  before[0] = 1;
+  if (count > 1) current[1] = 1;
+  for (int n = 0; n < count; ++n) {
+    const std::vector<double>& term = n == 0 ? before : current;
+    for (int i = 0; i < count; ++i) sum[i] += chebyshev[n] * term[i];
+    if (n == 0) continue;
+    std::vector<double> next(count);
+    for (int i = 0; i < count; ++i) next[i] = (i > 0 ? 2 * current[i - 1] : 0.0) - before[i];
+    before = current;
+    current = next;
+  }
+  return sum;
+}
+
+// The largest difference of the polynomials from the window.
+double misfit(const SpreadKernel& kernel) {
+  const int floats = kernel.polynomial().chunks * 8;
+  double worst = 0;
+  for (int l = 0; l < kernel.width; ++l) {
+    for (double t = -1; t <= 1; t += 1.0 / 16) {
+      double value = 0;
+      for (int d = 0; d <= kernel.degree; ++d) {
+        value = value * t + kernel.coefficient[std::size_t(d) * floats + 2 * l];
+      }
+      const double exact = window(kernel.beta, (2.0 * l + t + 1.0) / kernel.width - 1.0);
+      worst = std::max(worst, std::abs(value - exact));
+    }
+  }
+  return worst;
+}
+
+void fit(SpreadKernel& kernel, int degree) {
+  kernel.degree = degree;
+  const int floats = kernel.polynomial().chunks * 8;
+  kernel.coefficient.assign(std::size_t(degree + 1) * floats, 0.0f);
+  for (int l = 0; l < kernel.width; ++l) {
+    const std::vector<double> monomial = fitted(kernel, l, degree);
+    for (int d = 0; d <= degree; ++d) {
+      float* at = kernel.coefficient.data() + std::size_t(degree - d) * floats + 2 * l;
+      at[0] = at[1] = static_cast<float>(monomial[d]);
+    }
+  }
+}
+
+void finish(SpreadKernel& kernel, int highest, double tolerance) {
+  const WindowTransform transform(kernel.width, kernel.beta, 200);
+  kernel.correction.resize(highest + 1);
+  for (int k = 0; k <= highest; ++k) {
+    kernel.correction[k] = 1.0 / transform(static_cast<double>(k) / kernel.points);
+  }
+  for (int degree = 4; degree <= kernel.width + 4; ++degree) {
+    fit(kernel, degree);
+    if (misfit(kernel) * kernel.rounding_gain <= kFitShare * tolerance) return;
+  }
+}
+
+}  // namespace
+
+SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int first,
+                                  double tolerance) {
+  const int count = static_cast<int>(spectrum.size());
+  const int highest = std::max(std::abs(first), first + count - 1);
+  std::vector<double> energy(highest + 1);
+  for (int i = 0; i < count; ++i) energy[std::abs(first + i)] += std::norm(spectrum[i]);
+  Tails tails(spectrum, first);
+  const std::vector<Band> bands = bands_of(energy);
+  const std::vector<int> lengths = grid_lengths(highest);
+  SpreadKernel best;
+  double least = 0;
+  for (int width = kNarrowest; width <= kWidest; ++width) {
+    const auto good = [&](int points) {
+      const SpreadKernel kernel = best_shape(bands, points, width, highest);
+      return kernel.alias_error <= tolerance && kernel.rounding_gain * kFloatRounding <= tolerance;
+    };
+    // The error falls as the grid grows.
+    const auto shortest = std::partition_point(lengths.begin(), lengths.end(),
+                                               [&](int points) { return !good(points); });
+    for (auto points = shortest; points != lengths.end(); ++points) {
+      // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
+      const double cost = *points + 1700.0 * ((width + 3) / 4);
+      if (best.points != 0 && cost >= least) break;
+      const SpreadKernel kernel = best_shape(bands, *points, width, highest);
+      if (tails.worst_ratio(kernel) > kTailShare * tolerance) continue;
+      best = kernel;
+      least = cost;
+      break;
+    }
+  }
+  if (best.points != 0) finish(best, highest, tolerance);
+  return best;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,33 @@
+// The kernel with which the fast path spreads echoes over the time grid, as narrow and the grid as
+// short as an error allows.
+#pragma once
+
+#include <complex>
+#include <vector>
+
+#include "synthesis/cpu/kernels.h"
+
+namespace ensonify {
+
+// ES kernel exp(beta (sqrt(1 - z^2) - 1)) on |z| <= 1, `width` points of a grid of `points` across.
+struct SpreadKernel {
+  int points = 0;
+  int width = 0;
+  double beta = 0;
+  double alias_error = 0;          // relative L2 of an echo, worked out from the kernel's transform
+  double rounding_gain = 0;        // by which a grid point's relative rounding grows in an echo
+  std::vector<double> correction;  // [k = 0 .. highest]: 1 / transform of the kernel; even in k
+  std::vector<float> coefficient;  // of its KernelPolynomial
+  int degree = 0;
+
+  KernelPolynomial polynomial() const { return {coefficient.data(), degree, (width + 3) / 4}; }
+};
+
+// For sums at k = first, first + 1 ... that are then multiplied by `spectrum`: what is filtered
+// away may be wrong. The cheapest kernel with which an echo's relative L2 error is at most
+// `tolerance`, and ten times that in any tail of it that holds 1e-6 of its norm; rounding stays
+// under it too. points = 0: there is none.
+SpreadKernel choose_spread_kernel(const std::vector<std::complex<double>>& spectrum, int first,
+                                  double tolerance);
+
+}  // namespace ensonify
