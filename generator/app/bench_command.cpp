@@ -21,6 +21,12 @@ Status bench(const BenchCommandOptions& options) {
                    fmt::format("--case {}: accepted is one of {}", *options.case_name, names)};
     }
   }
+  // Opened before minutes are spent.
+  std::ofstream file;
+  if (!options.json.empty()) {
+    file.open(options.json, std::ios::binary);
+    if (!file) return write_error(options.json, errno);
+  }
   run.threads = options.threads;
   run.seconds = options.seconds;
   run.disk = options.disk;
@@ -29,7 +35,6 @@ Status bench(const BenchCommandOptions& options) {
   if (!report) return report.error();
   fmt::print("{}", bench_text(*report));
   if (options.json.empty()) return {};
-  std::ofstream file(options.json, std::ios::binary);
   file << bench_json(*report);
   file.close();
   return file ? Status() : Status(write_error(options.json, errno));

@@ -1,5 +1,6 @@
 #include "bench/cases.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -32,11 +33,15 @@ BenchCase case_of(std::string name, double bandwidth_hz, double range_max_m, int
   return c;
 }
 
-// Falls away under the sonar, rises to its depth at the end of the range, and rolls.
+// A basin: seen from the sonar, the floor rises in angle as it goes away, from 20 degrees under the
+// level at 6 m to the level at 57 m, so that rays at equal steps of angle meet it at about equal
+// steps of range; and it rolls.
 double floor_z(double x, double y) {
-  const double roll = 0.25 * std::sin(0.9 * x + 0.3 * y) + 0.15 * std::sin(1.7 * y - 0.4 * x) +
+  const double distance = std::max(6.0, std::hypot(x, y));
+  const double depression_rad = radians(20) * (57 - distance) / 51;
+  const double roll = 0.15 * std::sin(0.9 * x + 0.3 * y) + 0.1 * std::sin(1.7 * y - 0.4 * x) +
                       0.05 * std::sin(5.3 * x + 4.1 * y);
-  return -2.2 + 0.035 * x + roll;
+  return roll - distance * std::tan(depression_rad);
 }
 
 std::shared_ptr<const Mesh> floor_mesh(double scale) {

@@ -109,12 +109,7 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const Pin
   const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);
   const auto samples = static_cast<std::uint64_t>(bench.setup.record.samples);
   std::string npy;
-  const double npy_ms = stages.add("encode_npy", [&] {
-    npy = encode_npy(series.pressure_pa, {beams, samples});
-  });
-  // Every byte is read once and written once.
-  stages.set_share(2.0 * static_cast<double>(npy.size()) / npy_ms * 1e-6, bench.machine.copy_gb_s,
-                   "copy");
+  stages.add("encode_npy", [&] { npy = encode_npy(series.pressure_pa, {beams, samples}); });
   Status status;
   const auto keep_error = [&](const Result<std::string>& encoded) {
     if (!encoded) status = encoded.error();

@@ -1,5 +1,3 @@
-#include <numeric>
-
 #include "bench/stages.h"
 #include "bench/timing.h"
 #include "core/random.h"
@@ -38,8 +36,8 @@ FrontTimes time_front(const Bench& bench, const Workers& workers) {
 
 double one_ray_at_a_time_ms(const Bench& bench) {
   const Fan& fan = bench.fan;
-  std::vector<Hit> hits(fan.size());
   return median_ms(bench.options.seconds, [&] {
+    std::vector<Hit> hits(fan.size());
     std::size_t ray = 0;
     for (const double azimuth : fan.azimuth_rad) {
       for (const double elevation : fan.elevation_rad) {

@@ -53,7 +53,7 @@ PlainTimes time_plain_methods(const Bench& bench, const ScattererList& list,
     plain.ray_sum(method, list, amplitude, sectors, workers);
     const double all_ms =
         watch.ms() * list.size() / std::max<std::size_t>(1, scatterers_in(list, sectors));
-    const double runs = 3 * all_ms / (1000 * seconds);
+    const double runs = 3 * all_ms / std::max(1.0, 1000 * seconds);
     const int step =
         std::clamp(static_cast<int>(std::lround(runs / 2)), 1, std::max(1, beams / 16));
     sectors = every_nth_sector(beams, step);
