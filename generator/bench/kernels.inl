@@ -133,25 +133,14 @@ void recurrence(const PhasorSum& sum) {
 }
 
 void shape(const ConjugateProduct& product) {
-  Ints low, high;
-  for (int i = 0; i < kLanes; ++i) {
-    low[i] = i / 2 + i % 2 * kLanes;
-    high[i] = low[i] + kLanes / 2;
-  }
-  int m = 0;
-  for (; m + kLanes <= product.count; m += kLanes) {
-    const Floats re = load<Floats>(product.re + m), im = load<Floats>(product.im + m);
-    const Floats pulse_re = load<Floats>(product.pulse_re + m);
-    const Floats pulse_im = load<Floats>(product.pulse_im + m);
-    const Floats out_re = re * pulse_re + im * pulse_im;
-    const Floats out_im = re * pulse_im - im * pulse_re;
-    store(product.out + 2 * m, __builtin_shuffle(out_re, out_im, low));
-    store(product.out + 2 * m + kLanes, __builtin_shuffle(out_re, out_im, high));
-  }
-  for (; m < product.count; ++m) {
-    const float re = product.re[m], im = product.im[m];
-    product.out[2 * m] = re * product.pulse_re[m] + im * product.pulse_im[m];
-    product.out[2 * m + 1] = re * product.pulse_im[m] - im * product.pulse_re[m];
+  const float* __restrict re = product.re;
+  const float* __restrict im = product.im;
+  const float* __restrict pulse_re = product.pulse_re;
+  const float* __restrict pulse_im = product.pulse_im;
+  float* __restrict out = product.out;
+  for (int m = 0; m < product.count; ++m) {
+    out[2 * m] = re[m] * pulse_re[m] + im[m] * pulse_im[m];
+    out[2 * m + 1] = re[m] * pulse_im[m] - im[m] * pulse_re[m];
   }
 }
 
