@@ -19,6 +19,7 @@ struct Arguments {
   std::vector<std::string> sets;
   std::optional<std::string> seed, preset;
   int threads = 0;
+  BenchCommandOptions bench;
   bool overwrite = false, export_scatterers = false, quiet = false;
 };
 
@@ -104,11 +105,27 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
+void add_bench(CLI::App& app, BenchCommandOptions& options) {
+  CLI::App& command = *app.add_subcommand(
+      "bench", "stage by stage speed of this machine, each next to its plain reference");
+  command.add_option("--json", options.json, "write the numbers to this file as well");
+  command.add_option("--case", options.case_name, "only this case: full, table1, reduced or dense");
+  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+      ->check(CLI::Range(0, 4096));
+  command
+      .add_option("--seconds", options.seconds,
+                  fmt::format("repeat each thing for so long; {} by default", options.seconds))
+      ->check(CLI::Range(0.0, 3600.0));
+  command.add_option("--disk", options.disk,
+                     "folder for files that are written and removed; a temporary one by default");
+}
+
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
 Status dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("generate")) return run_generate(arguments);
   if (app.got_subcommand("check")) return run_check(arguments);
   if (app.got_subcommand("verify")) return verify(arguments.folder, arguments.threads);
+  if (app.got_subcommand("bench")) return bench(arguments.bench);
   return presets(arguments.preset);
 }
 
@@ -134,6 +151,7 @@ int run_command_line(int argc, const char* const* argv) {
   verify_command.add_option("DIR", arguments.folder, "the data set")->required();
   verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
       ->check(CLI::Range(0, 4096));
+  add_bench(app, arguments.bench);
   app.add_subcommand("presets", "sonar presets with their numbers and sources")
       ->add_option("NAME", arguments.preset, "print this one");
   try {

@@ -1,7 +1,7 @@
 // The program's commands. Each returns nothing or the error that the process ends with; messages
 // for people go to stderr, what was asked for (`check`, `presets`) to stdout.
 //
-//   generate check verify presets
+//   generate check verify presets bench
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,14 @@ struct GenerateOptions {
   bool quiet = false;
 };
 
+struct BenchCommandOptions {
+  std::filesystem::path json;  // empty: not written
+  std::optional<std::string> case_name;
+  int threads = 0;
+  double seconds = 0.3;
+  std::filesystem::path disk;
+};
+
 // Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
 Status generate(const GenerateOptions& options);
 
@@ -40,6 +48,9 @@ Status check(const ScenarioOptions& options);
 
 // Error kind damage when anything of the data set is not as its manifest says.
 Status verify(const std::filesystem::path& folder, int threads);
+
+// Prints the speed of this machine stage by stage. Error kinds: usage, io.
+Status bench(const BenchCommandOptions& options);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

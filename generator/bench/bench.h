@@ -1,0 +1,71 @@
+// How fast this machine is, stage by stage, each beside its plain reference, in one run.
+//
+//   BenchOptions  BenchReport  run_bench
+//   bench_text    the table that people read
+//   bench_json    the same numbers for programs
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/cases.h"
+#include "core/error.h"
+
+namespace ensonify {
+
+struct BenchOptions {
+  std::vector<BenchCase> cases = bench_cases();
+  int threads = 0;             // 0: as many as the machine has
+  double seconds = 0.3;        // that each thing is repeated for; three times at least
+  std::filesystem::path disk;  // where files are written; empty: the system's temporary folder
+  bool gentle_peaks = false;   // machine peaks from small work: for tests
+  std::function<void(const std::string&)> on_progress;
+};
+
+// The median time of one thing, on one thread unless its name says otherwise.
+struct Timing {
+  std::string name;
+  double ms = 0;
+  double part = 1;   // of the work that was timed; `ms` is scaled up to the whole
+  double share = 0;  // of the machine's peak in the same run; 0: not meaningful
+  std::string share_of = {};
+};
+
+struct CaseReport {
+  std::string name;
+  int beams = 0, rays_per_beam = 0, samples = 0, transform = 0;
+  std::size_t scatterers = 0;
+  // From trace to series and expected power in memory, one ping at a time on all threads, on one.
+  double pings_per_s = 0, pings_per_s_1_thread = 0;
+  // The plain methods' on all threads: their sums of stages, with our trace, scatterers and draws.
+  double direct_pings_per_s = 0, recurrence_pings_per_s = 0;
+  double error = 0, worst_tenth_error = 0;        // of the backend's series against the exact one
+  double direct_error = 0, recurrence_error = 0;  // of the plain methods' spectra
+  std::vector<Timing> stages, references;
+};
+
+struct MachineReport {
+  int threads = 0;
+  std::string simd;
+  double fma_gflops = 0;  // of one core, single precision, a multiply-add counted as two
+  double copy_gb_s = 0;   // of one core, bytes read and bytes written both counted
+  double disk_mb_s = 0;   // past the page cache, in one stream
+  bool disk_is_memory = false;
+  bool disk_is_direct =
+      true;  // false: the file system has no O_DIRECT, so written and synchronised
+};
+
+struct BenchReport {
+  MachineReport machine;
+  std::vector<CaseReport> cases;
+};
+
+// Errors (io): the folder of `disk` cannot be written.
+Result<BenchReport> run_bench(const BenchOptions& options);
+
+std::string bench_text(const BenchReport& report);
+std::string bench_json(const BenchReport& report);
+
+}  // namespace ensonify

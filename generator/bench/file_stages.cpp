@@ -1,0 +1,131 @@
+#include <cstring>
+
+#include "bench/stages.h"
+#include "bench/timing.h"
+#include "dataset/exr.h"
+#include "dataset/files.h"
+#include "dataset/npy.h"
+#include "dataset/png.h"
+#include "dataset/sha256.h"
+#include "labels/annotations.h"
+#include "labels/cartesian.h"
+#include "labels/grey.h"
+#include "labels/polar.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kCartesianHeight_px = 1000;
+
+struct Stages {
+  const Bench& bench;
+  CaseReport& report;
+
+  template <class Body, class After>
+  double add(const char* name, Body&& body, After&& after) const {
+    const double ms = median_ms(bench.options.seconds, body, after);
+    report.stages.push_back({name, ms});
+    return ms;
+  }
+  template <class Body>
+  double add(const char* name, Body&& body) const {
+    return add(name, body, [] {});
+  }
+  void set_share(double rate, double peak, const char* of) const {
+    report.stages.back().share = rate / peak;
+    report.stages.back().share_of = of;
+  }
+};
+
+PolarInput polar_input(const Bench& bench, const ScattererList& list, const PingSeries& series,
+                       const std::vector<std::uint8_t>& class_of_instance) {
+  PolarInput input;
+  input.scatterers = &list;
+  input.pressure_pa = series.pressure_pa;
+  input.clean_power_pa2 = series.clean_power_pa2;
+  input.bandwidth_hz = bench.setup.sonar.bandwidth_hz;
+  input.beams = bench.setup.sonar.beam_count;
+  input.samples = bench.setup.record.samples;
+  input.class_of_instance = class_of_instance;
+  return input;
+}
+
+LabelledImage time_images(const Stages& stages, const ScattererList& list,
+                          const PingSeries& series) {
+  const Bench& bench = stages.bench;
+  const Workers one(1);
+  std::vector<std::uint8_t> class_of_instance = {0};
+  for (const Instance& i : bench.world.instances) class_of_instance.push_back(i.class_id);
+  const PolarInput input = polar_input(bench, list, series, class_of_instance);
+  LabelledImage polar, cartesian;
+  stages.add("labels", [&] { polar = polar_image(input, one); });
+  std::vector<Annotation> boxes;
+  stages.add("annotations", [&] { boxes = annotations(polar); });
+  const CartesianGrid grid = cartesian_grid(bench.setup.sonar, kCartesianHeight_px);
+  const std::vector<std::int32_t> map =
+      cartesian_map(grid, bench.setup.sonar, bench.setup.water, bench.setup.record);
+  stages.add("cartesian", [&] { cartesian = resample(polar, grid, map); });
+  return polar;
+}
+
+// The buffered file is written as data sets are: hashed, under a temporary name, then renamed.
+Status time_writing(const Stages& stages, const std::string& bytes,
+                    const std::filesystem::path& folder) {
+  const MachineReport& machine = stages.bench.machine;
+  Status status;
+  const std::string name = "ping.npy";
+  // Every run writes a new file.
+  const auto remove = [&] {
+    std::error_code ignored;
+    std::filesystem::remove(folder / name, ignored);
+  };
+  const auto write_buffered = [&] {
+    const auto entry = write_file_atomically(folder, name, bytes);
+    if (!entry) status = entry.error();
+  };
+  stages.add("write_buffered", write_buffered, remove);
+  const PageBuffer pages(bytes.size());
+  std::memcpy(pages.data(), bytes.data(), bytes.size());
+  bool direct = true;
+  const auto write_through = [&] {
+    const Status written = write_to_disk(folder / name, pages.data(), bytes.size(), direct);
+    if (!written) status = written;
+  };
+  const double ms = stages.add("write_to_disk", write_through, remove);
+  stages.set_share(static_cast<double>(bytes.size()) / ms * 1e-3, machine.disk_mb_s, "disk");
+  return status;
+}
+
+}  // namespace
+
+Status time_file_stages(const Bench& bench, const ScattererList& list, const PingSeries& series,
+                        const std::filesystem::path& folder, CaseReport& report) {
+  const Stages stages{bench, report};
+  const LabelledImage polar = time_images(stages, list, series);
+  const std::array<double, 2> limits = db_limits_from_clean(polar);
+  GreyImage grey;
+  stages.add("grey", [&] { grey = grey_image(polar, limits); });
+
+  const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);
+  const auto samples = static_cast<std::uint64_t>(bench.setup.record.samples);
+  std::string npy;
+  stages.add("encode_npy", [&] { npy = encode_npy(series.pressure_pa, {beams, samples}); });
+  Status status;
+  const auto keep_error = [&](const Result<std::string>& encoded) {
+    if (!encoded) status = encoded.error();
+  };
+  stages.add("encode_exr", [&] { keep_error(encode_exr(polar, {})); });
+  stages.add("encode_png", [&] {
+    keep_error(encode_png(grey.pixels, grey.rows, grey.columns, PngContent::speckle));
+  });
+  stages.add("encode_masks", [&] {
+    keep_error(encode_png(polar.instance, polar.rows, polar.columns, PngContent::mask));
+    keep_error(encode_png(polar.semantic, polar.rows, polar.columns, PngContent::mask));
+  });
+  std::string hash;
+  stages.add("sha256", [&] { hash = sha256_hex(npy); });
+  if (!status) return status;
+  return time_writing(stages, npy, folder);
+}
+
+}  // namespace ensonify
