@@ -1,77 +1,66 @@
 // The one place that looks inside the CPU backend.
 #include <algorithm>
-#include <cmath>
 
-#include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
 #include "bench/stages.h"
 #include "bench/timing.h"
-#include "core/units.h"
-#include "synthesis/cpu/beam_mixer.h"
-#include "synthesis/cpu/fft.h"
-#include "synthesis/cpu/gridding.h"
+#include "synthesis/cpu/echoes.h"
+#include "synthesis/cpu/node_sums.h"
 #include "synthesis/draw.h"
 #include "synthesis/mixing.h"
 
 namespace ensonify {
 namespace {
 
-using Complex = std::complex<double>;
-
+// The fast path's stages for the series alone. `plan` is none where the setup asks for an error
+// that only the path in double precision holds.
 class BackendStages {
  public:
   explicit BackendStages(const SynthesisSetup& setup)
       : setup_(setup),
-        stride_((setup.record.transform + 3) / 4 * 4),
-        source_pa_m_(source_pressure_pa_m(setup.sonar)),
-        pulse_(pulse_spectrum(setup.sonar, setup.record.transform)),
-        kernel_(make_gridding_kernel(2 * setup.record.transform, setup.record.transform / 2)),
-        forward_(kernel_.grid, FftDirection::forward),
-        backward_(setup.record.transform, FftDirection::backward),
-        mixer_(make_mixing(setup.sonar)),
-        rows_(std::size_t(setup.sonar.beam_count) * stride_) {}
+        kernels_(kernels_of(setup.simd)),
+        plan_(make_series_plan(setup, make_mixing(setup.sonar),
+                               pulse_spectrum(setup.sonar, setup.record.transform))),
+        series_(std::size_t(setup.sonar.beam_count) * setup.record.samples) {}
 
-  void ray_sum(const ScattererList& list, const std::vector<std::complex<float>>& amplitude) {
-    const int half = setup_.record.transform / 2;
-    for (int beam = 0; beam < setup_.sonar.beam_count; ++beam) {
-      AlignedBuffer<Complex> grid(kernel_.grid);
-      for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-        const Scatterer& s = list.items[i];
-        const double turns = carrier_turns(setup_.sonar.frequency_hz, s.delay_s);
-        const Complex echo = Complex(amplitude[i]) * static_cast<double>(s.gain) *
-                             std::polar(source_pa_m_, -2.0 * kPi * turns);
-        const double x = s.delay_s * setup_.sonar.bandwidth_hz / setup_.record.transform;
-        spread(kernel_, x, echo, grid.data());
-      }
-      forward_.run(grid.data());
-      Complex* row = rows_.data() + std::size_t(beam) * stride_;
-      for (int k = -half; k < half; ++k) {
-        const Complex sum = grid[k < 0 ? k + kernel_.grid : k];
-        row[k < 0 ? k + 2 * half : k] = pulse_[k + half] * kernel_.correction[std::abs(k)] * sum;
-      }
-    }
+  bool has_plan() const { return plan_ != nullptr; }
+
+  void draw_and_place(const PingTask& task) {
+    series_echoes(*plan_, kernels_, setup_.sonar, task, EchoAmplitude::drawn, echo_pool_, one_,
+                  echoes_);
   }
 
-  // In place: the rows grow from run to run, which costs nothing while they are numbers.
-  void transform() {
-    for (int beam = 0; beam < setup_.sonar.beam_count; ++beam) {
-      backward_.run(rows_.data() + std::size_t(beam) * stride_);
-    }
+  void sum_and_transform(const ScattererList& list) {
+    transform_nodes(*plan_, kernels_, echoes_, list.beam_offset, node_pool_, one_, planes_);
   }
 
-  void mix(const Workers& workers) {
-    mixer_.mix_amplitude(rows_.data(), setup_.record.samples, stride_, workers);
+  void mix() {
+    const int step = plan_->tile_samples(), samples = setup_.record.samples;
+    auto scratch = node_pool_.take();
+    auto* out = reinterpret_cast<float*>(series_.data());
+    for (int first = 0; first < samples; first += step) {
+      const float* mixed = mix_tile(*plan_, kernels_, planes_.data(), first / step, *scratch);
+      const int width = plan_->nodes.width;
+      alignas(64) float values[kTile];
+      for (int beam = 0; beam < plan_->nodes.beams; ++beam) {
+        kernels_.combine(plan_->out_weight.data() + std::size_t(beam) * width, width,
+                         mixed + std::size_t(plan_->nodes.first[beam]) * kTile, values);
+        kernels_.store_complex(values, nullptr, std::min(step, samples - first),
+                               out + 2 * (std::size_t(beam) * samples + first));
+      }
+    }
   }
 
  private:
   SynthesisSetup setup_;
-  int stride_;
-  double source_pa_m_;
-  std::vector<Complex> pulse_;
-  GriddingKernel kernel_;
-  ComplexFft forward_, backward_;
-  BeamMixer mixer_;
-  AlignedBuffer<Complex> rows_;
+  const Kernels& kernels_;
+  std::unique_ptr<const NodePlan> plan_;
+  std::vector<std::complex<float>> series_;
+  Workers one_{1};
+  Pool<EchoScratch> echo_pool_;
+  Pool<NodeScratch> node_pool_;
+  EchoBuffer echoes_;
+  AlignedBuffer<float> planes_{0};
 };
 
 }  // namespace
@@ -84,17 +73,14 @@ std::vector<std::complex<float>> drawn_amplitudes(const ScattererList& list,
 }
 
 void time_backend_stages(const Bench& bench, const ScattererList& list, CaseReport& report) {
-  const Workers one(1);
   const double seconds = bench.options.seconds;
-  const auto add = [&](const char* name, double ms) { report.stages.push_back({name, ms}); };
-
-  std::vector<std::complex<float>> amplitude;
-  add("speckle", median_ms(seconds, [&] { amplitude = drawn_amplitudes(list, bench.keys); }));
   BackendStages stages(bench.setup);
-  add("ray_sum", median_ms(seconds, [&] { stages.ray_sum(list, amplitude); }));
-  add("fft", median_ms(seconds, [&] { stages.transform(); }));
-  stages.ray_sum(list, amplitude);
-  add("mixing", median_ms(seconds, [&] { stages.mix(one); }));
+  if (!stages.has_plan()) return;
+  const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
+  const auto add = [&](const char* name, double ms) { report.stages.push_back({name, ms}); };
+  add("speckle", median_ms(seconds, [&] { stages.draw_and_place(task); }));
+  add("ray_sum_and_fft", median_ms(seconds, [&] { stages.sum_and_transform(list); }));
+  add("mixing", median_ms(seconds, [&] { stages.mix(); }));
 }
 
 }  // namespace ensonify

@@ -16,9 +16,8 @@ struct Beside {
 
 const Beside kBeside[] = {{"trace", {"trace_one_ray"}},
                           {"speckle", {"speckle_scalar"}},
-                          {"ray_sum", {"ray_sum_direct", "ray_sum_recurrence"}},
-                          {"mixing", {"mixing_full"}},
-                          {"fft", {"fft_rows"}}};
+                          {"ray_sum_and_fft", {"ray_sum_direct", "ray_sum_recurrence", "fft_rows"}},
+                          {"mixing", {"mixing_full"}}};
 
 std::string number(double value) {
   return value >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);

@@ -27,10 +27,11 @@ BenchOptions tiny_options() {
   return options;
 }
 
-const char* const kStages[] = {
-    "trace",      "scatterers", "speckle",      "ray_sum",   "mixing",         "fft",
-    "synthesis",  "labels",     "annotations",  "cartesian", "grey",           "encode_npy",
-    "encode_exr", "encode_png", "encode_masks", "sha256",    "write_buffered", "write_to_disk"};
+const char* const kStages[] = {"trace",        "scatterers",   "speckle",    "ray_sum_and_fft",
+                               "mixing",       "synthesis",    "labels",     "annotations",
+                               "cartesian",    "grey",         "encode_npy", "encode_exr",
+                               "encode_png",   "encode_masks", "sha256",     "write_buffered",
+                               "write_to_disk"};
 const char* const kReferences[] = {"trace_one_ray",      "speckle_scalar", "ray_sum_direct",
                                    "ray_sum_recurrence", "mixing_full",    "fft_rows"};
 
