@@ -56,6 +56,29 @@ TEST_CASE("a streamed file holds its pieces in order") {
   CHECK(entry->sha256 == sha256_hex(expected));
 }
 
+// Protects files that go past the page cache: sizes around whole blocks, and pieces that come after
+// a front of any length, arrive byte for byte.
+TEST_CASE("long files arrive whole whatever their length") {
+  const sample::TemporaryFolder folder;
+  for (const std::size_t front : {0u, 1u, 4096u}) {
+    for (const std::size_t size :
+         {(1u << 20) - 1, 1u << 20, (1u << 20) + 1, (1u << 20) + 4095, (3u << 20) + 4097}) {
+      std::string bytes(front + size, '\0');
+      for (std::size_t i = 0; i < bytes.size(); ++i) {
+        bytes[i] = static_cast<char>((i * 2654435761u) >> 13);
+      }
+      StreamedFile file(folder.path(), "long");
+      file.append(std::string_view(bytes).substr(0, front));
+      file.append(std::string_view(bytes).substr(front));
+      const auto entry = file.commit();
+      REQUIRE(entry);
+      CHECK(entry->bytes == bytes.size());
+      CHECK(entry->sha256 == sha256_hex(bytes));
+      CHECK((sample::read(folder.path() / "long") == bytes));
+    }
+  }
+}
+
 // Protects "a file appears under its final name only when it is whole": before commit there is no
 // such name, and without commit nothing stays.
 TEST_CASE("a streamed file has no name before it is whole") {
