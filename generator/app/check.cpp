@@ -22,7 +22,8 @@ Status check(const ScenarioOptions& options) {
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario));
   if (!session) return session.error();
-  const Cost cost = estimate_cost(*session);
+  const int threads = Workers().threads();
+  const Cost cost = estimate_cost(*session, threads);
   fmt::print("{}", to_yaml(session->scenario,
                            [](const std::filesystem::path& file) { return file.string(); }));
   fmt::print("# {} sequences x {} pings: {} beams x {} samples, {} rays a ping\n",
@@ -30,8 +31,8 @@ Status check(const ScenarioOptions& options) {
              session->record.samples,
              std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
                  session->sonar.rays_elevation);
-  fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {}\n", cost.files,
-             bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes));
+  fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {} with {} threads\n", cost.files,
+             bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), threads);
   return {};
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 // Everything that the command line can hold; each command reads its own part.
 struct Arguments {
-  std::string scenario, folder, pings, backend = "auto";
+  std::string scenario, folder, pings, backend = "auto", simd = "auto";
   std::vector<std::string> sets;
   std::optional<std::string> seed, preset;
   int threads = 0;
@@ -67,6 +67,16 @@ Status run_generate(const Arguments& arguments) {
   options.threads = arguments.threads;
   options.backend =
       arguments.backend == "reference" ? BackendChoice::reference : BackendChoice::cpu;
+  if (arguments.simd != "auto") {
+    const SimdLevel level = *parse_simd_level(arguments.simd);
+    if (level > best_simd_level()) {
+      return usage(
+          fmt::format("--simd {}: this processor has not got it; accepted is auto, or up to "
+                      "{}",
+                      arguments.simd, simd_level_name(best_simd_level())));
+    }
+    options.simd = level;
+  }
   options.overwrite = arguments.overwrite;
   options.quiet = arguments.quiet;
   return generate(options);
@@ -97,6 +107,10 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
       .add_option("--backend", arguments.backend,
                   "auto, cpu, or reference (term by term in double precision, seconds a ping)")
       ->check(CLI::IsMember({"auto", "cpu", "reference"}));
+  command
+      .add_option("--simd", arguments.simd,
+                  "auto (what the processor has), sse4, avx2 or avx512: vectors of the inner loops")
+      ->check(CLI::IsMember({"auto", "sse4", "avx2", "avx512"}));
   command.add_flag("--overwrite", arguments.overwrite,
                    "replace another data set; removes only files that its manifest lists");
   command.add_flag("--export-scatterers", arguments.export_scatterers,

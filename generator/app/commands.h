@@ -13,6 +13,7 @@
 
 #include "app/pipeline.h"
 #include "core/error.h"
+#include "core/simd.h"
 #include "scenario/scenario.h"
 
 namespace ensonify {
@@ -28,6 +29,7 @@ struct GenerateOptions {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;  // [first, last)
   int threads = 0;
   BackendChoice backend = BackendChoice::cpu;
+  SimdLevel simd = best_simd_level();
   bool overwrite = false;
   bool quiet = false;
 };

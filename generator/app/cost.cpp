@@ -1,5 +1,7 @@
 #include "app/cost.h"
 
+#include <algorithm>
+
 #include "labels/cartesian.h"
 #include "trace/tracer.h"
 
@@ -44,7 +46,7 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ray
 
 }  // namespace
 
-Cost estimate_cost(const Session& session) {
+Cost estimate_cost(const Session& session, int threads) {
   const Sonar& sonar = session.sonar;
   const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
   const std::uint64_t rays =
@@ -74,9 +76,12 @@ Cost estimate_cost(const Session& session) {
       mesh_bytes += shape->mesh->triangles.size() * 200;  // arrays, their copy and the hierarchy
     }
   }
-  cost.peak_bytes = kProcessBytes + transform * 24 + pixels * 12 +
-                    (pixels + cartesian_pixels) * 28 + session.world.volumes.size() * pixels * 12 +
-                    rays * (sizeof(Hit) + sizeof(Scatterer)) + mesh_bytes;
+  const std::uint64_t ping_bytes = transform * 24 + pixels * 12 + (pixels + cartesian_pixels) * 28 +
+                                   session.world.volumes.size() * pixels * 12 +
+                                   rays * (sizeof(Hit) + sizeof(Scatterer));
+  const std::uint64_t at_once =
+      std::min<std::uint64_t>(std::max(threads, 1), session.ping_times_s.size());
+  cost.peak_bytes = kProcessBytes + mesh_bytes + at_once * ping_bytes;
   return cost;
 }
 

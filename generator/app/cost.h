@@ -11,9 +11,9 @@ struct Cost {
   std::uint64_t pings = 0;
   std::uint64_t files = 0;       // exact
   std::uint64_t disk_bytes = 0;  // compressed parts estimated from typical images
-  std::uint64_t peak_bytes = 0;  // memory of the process
+  std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as threads
 };
 
-Cost estimate_cost(const Session& session);
+Cost estimate_cost(const Session& session, int threads);
 
 }  // namespace ensonify

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 
@@ -54,7 +56,7 @@ std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& as
 }
 
 WorkIdentity identity_of(const Session& session, const std::vector<Asset>& assets, PingRange pings,
-                         BackendChoice backend, const Tracer& tracer) {
+                         BackendChoice backend, SimdLevel simd, const Tracer& tracer) {
   // More sequences are the same work grown: the first ones stay as they are.
   Scenario without_count = session.scenario;
   without_count.sequences = 1;
@@ -67,7 +69,7 @@ WorkIdentity identity_of(const Session& session, const std::vector<Asset>& asset
   identity.program_version = program_version();
   identity.program_commit = program_commit();
   identity.backend = backend == BackendChoice::reference ? "reference" : "cpu";
-  identity.simd = simd_level();
+  identity.simd = numerics_name(simd);
   identity.embree_isa = tracer.instruction_set();
   return identity;
 }
@@ -95,19 +97,38 @@ struct Run {
   const Workers& workers;
 };
 
-Status make_pings(const Run& run, Pipeline& pipeline, const std::vector<std::uint32_t>& missing,
-                  Progress& progress) {
-  for (const std::uint32_t ping : missing) {
-    if (interrupted()) {
-      return Error{ErrorKind::interrupted,
-                   "interrupted: what is finished is kept; the same command goes on from there"};
+Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
+                 const Workers& workers) {
+  if (interrupted()) {
+    return Error{ErrorKind::interrupted,
+                 "interrupted: what is finished is kept; the same command goes on from there"};
+  }
+  const PingResult result = pipeline.run(ping, workers);
+  return write_ping(run.options.output, pipeline.info(), result, workers);
+}
+
+// Whole pings side by side while there are enough of them, so that the writing of one goes on
+// beside the computing of another, in their order; threads beyond that work within each ping.
+Status make_pings(const Run& run, const Pipeline& pipeline,
+                  const std::vector<std::uint32_t>& missing, Progress& progress) {
+  const int threads = run.workers.threads();
+  const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, missing.size()));
+  if (side_by_side == 0) return {};
+  std::vector<Status> statuses(side_by_side);
+  std::atomic<std::size_t> next = 0;
+  Workers(side_by_side).for_each(side_by_side, [&](std::size_t lane) {
+    const Workers within(threads / side_by_side);
+    for (std::size_t i; (i = next.fetch_add(1)) < missing.size();) {
+      statuses[lane] = make_ping(run, pipeline, missing[i], within);
+      if (!statuses[lane]) {
+        next = missing.size();
+        return;
+      }
+      progress.ping_done();
     }
-    const PingResult result = pipeline.run(ping, run.workers);
-    if (Status written = write_ping(run.options.output, pipeline.info(), result, run.workers);
-        !written) {
-      return written;
-    }
-    progress.ping_done();
+  });
+  for (const Status& status : statuses) {
+    if (!status) return status;
   }
   return {};
 }
@@ -142,7 +163,9 @@ Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings
   for (std::uint32_t s = 0; s < count; ++s) {
     infos.push_back(info_of(s));
     if (sequence_is_finished(run.options.output, infos.back())) continue;
-    if (!pipeline) pipeline.emplace(run.session, run.tracer, infos.back(), run.options.backend);
+    if (!pipeline)
+      pipeline.emplace(run.session, run.tracer, infos.back(),
+                       Numerics{run.options.backend, run.options.simd});
     if (Status started = pipeline->start_sequence(infos.back(), run.workers); !started) {
       return started.error();
     }
@@ -179,12 +202,12 @@ Status generate(const GenerateOptions& options) {
   const Workers workers(options.threads);
   const Tracer tracer(session->world);
   DatasetInfo dataset;
-  dataset.identity = identity_of(*session, *assets, *pings, options.backend, tracer);
+  dataset.identity = identity_of(*session, *assets, *pings, options.backend, options.simd, tracer);
   // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
   std::optional<Pipeline> pipeline;
   if (session->scenario.noise_snr_db) {
     const SequenceInfo info = sequence_info(*session, 0, pings->first, pings->last);
-    pipeline.emplace(*session, tracer, info, options.backend);
+    pipeline.emplace(*session, tracer, info, Numerics{options.backend, options.simd});
     if (Status started = pipeline->start_sequence(info, workers); !started) return started;
   }
   Result<FolderState> state =

@@ -2,14 +2,12 @@
 
 namespace ensonify {
 
-std::string simd_level() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f")) return "avx512";
-  if (__builtin_cpu_supports("avx2")) return "avx2";
-  return "sse2";
-#else
-  return "generic";
-#endif
+std::string numerics_name(SimdLevel used) {
+  std::string name(simd_level_name(used));
+  if (used != best_simd_level()) {
+    name += " on " + std::string(simd_level_name(best_simd_level()));
+  }
+  return name;
 }
 
 }  // namespace ensonify

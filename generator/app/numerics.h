@@ -3,10 +3,12 @@
 
 #include <string>
 
+#include "core/simd.h"
+
 namespace ensonify {
 
-// The widest vector instructions that the processor offers ("avx512", "avx2", "sse2"): FFTW and
-// the mathematical library choose their code by it.
-std::string simd_level();
+// The level that the program's own loops use and, where it is another, what the processor offers:
+// FFTW and the mathematical library choose their code by that ("avx512", "sse4 on avx512").
+std::string numerics_name(SimdLevel used);
 
 }  // namespace ensonify

@@ -16,15 +16,16 @@
 namespace ensonify {
 
 Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
-                   BackendChoice backend)
+                   const Numerics& numerics)
     : session_(session),
       tracer_(tracer),
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const SynthesisSetup setup{session.sonar, session.water, session.record};
-  backend_ =
-      backend == BackendChoice::reference ? make_reference_backend(setup) : make_cpu_backend(setup);
+  const SynthesisSetup setup{session.sonar, session.water, session.record,
+                             session.scenario.synthesis_tolerance, numerics.simd};
+  backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
+                                                          : make_cpu_backend(setup);
   if (info_.cartesian) {
     cartesian_map_ = cartesian_map(*info_.cartesian, session.sonar, session.water, session.record);
   }
@@ -60,9 +61,9 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
 }
 
 PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose,
-                               const Workers& workers) const {
-  const PingTask task{
-      &echoes.scatterers, {{0.0, pose}}, keys_of(ping), info_.noise_power_pa2, echoes.volumes};
+                               bool wants_clean, const Workers& workers) const {
+  const PingTask task{&echoes.scatterers,    {{0.0, pose}},  keys_of(ping),
+                      info_.noise_power_pa2, echoes.volumes, wants_clean};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
   if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
@@ -87,7 +88,7 @@ LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
   const Echoes echoes = echoes_of(pose, workers);
-  const PingSeries series = series_of(echoes, 0, pose, workers);
+  const PingSeries series = series_of(echoes, 0, pose, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
                  session_.sonar.beam_count, session_.record.samples);
@@ -120,6 +121,21 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   return {};
 }
 
+void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
+                            const Workers& workers) const {
+  const OutputSelection& output = info_.output;
+  LabelledImage polar = image_of(echoes, series, workers);
+  if (output.png || output.polar) result.polar_annotations = annotations(polar);
+  if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
+  if (output.cartesian) {
+    LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
+    result.cartesian_annotations = annotations(cartesian);
+    if (output.png) result.cartesian_grey = grey_image(cartesian, info_.png_db_limits);
+    result.cartesian = std::move(cartesian);
+  }
+  if (output.polar) result.polar = std::move(polar);
+}
+
 PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   const OutputSelection& output = info_.output;
   PingResult result;
@@ -140,19 +156,10 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = series_of(echoes, ping, result.sonar_in_world, workers);
-
-  LabelledImage polar = image_of(echoes, series, workers);
+  const bool pictures = output.polar || output.cartesian || output.png;
+  PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
+  if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
-  if (output.png || output.polar) result.polar_annotations = annotations(polar);
-  if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
-  if (output.cartesian) {
-    LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
-    result.cartesian_annotations = annotations(cartesian);
-    if (output.png) result.cartesian_grey = grey_image(cartesian, info_.png_db_limits);
-    result.cartesian = std::move(cartesian);
-  }
-  if (output.polar) result.polar = std::move(polar);
   if (output.timeseries) result.series = std::move(series.pressure_pa);
   return result;
 }

@@ -10,6 +10,7 @@
 #include "app/session.h"
 #include "core/parallel.h"
 #include "core/ping.h"
+#include "core/simd.h"
 #include "synthesis/backend.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
@@ -18,12 +19,19 @@ namespace ensonify {
 
 enum class BackendChoice { cpu, reference };
 
+struct Numerics {
+  BackendChoice backend = BackendChoice::cpu;
+  SimdLevel simd = best_simd_level();
+};
+
 class Pipeline {
  public:
   // `session` and `tracer` must outlive the pipeline; `info` is of the sequence to run.
-  Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info, BackendChoice backend);
+  Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
+           const Numerics& numerics);
 
-  // Everything that the sequence's output selection asks for.
+  // Everything that the sequence's output selection asks for. May be called from several threads at
+  // once, for different pings.
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
   // From here on pings are those of this sequence. What follows from the clean image of ping 0,
@@ -48,8 +56,10 @@ class Pipeline {
   FromPingZero look_at_ping_zero(const Workers& workers) const;
   Echoes echoes_of(const Pose& sonar_in_world, const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose,
+  PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose, bool wants_clean,
                        const Workers& workers) const;
+  void add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
+                    const Workers& workers) const;
   LabelledImage image_of(const Echoes& echoes, const PingSeries& series,
                          const Workers& workers) const;
 

@@ -52,6 +52,7 @@ Progress::~Progress() {
 }
 
 void Progress::ping_done() {
+  const std::lock_guard lock(mutex_);
   ++made_;
   if (style_ == ProgressStyle::quiet) return;
   const auto wait =

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 namespace ensonify {
@@ -24,14 +25,16 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  // From any thread.
   void ping_done();
 
  private:
-  void show();
+  void show();  // with the mutex held
   using Clock = std::chrono::steady_clock;
   ProgressStyle style_;
   std::uint64_t total_, found_, made_ = 0;
   Clock::time_point start_, shown_;
+  std::mutex mutex_;
   bool bar_open_ = false;
 };
 

@@ -20,7 +20,8 @@ class BackendStages {
       : setup_(setup),
         kernels_(kernels_of(setup.simd)),
         plan_(make_series_plan(setup, make_mixing(setup.sonar),
-                               pulse_spectrum(setup.sonar, setup.record.transform))),
+                               pulse_spectrum(setup.sonar, setup.record.transform),
+                               setup.tolerance)),
         series_(std::size_t(setup.sonar.beam_count) * setup.record.samples) {}
 
   bool has_plan() const { return plan_ != nullptr; }

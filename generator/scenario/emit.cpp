@@ -312,6 +312,7 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   text += volumes_text(scenario.volumes);
   text += trajectory_text(scenario.trajectory, name_file);
   text += noise_text(scenario);
+  text += fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance));
   text += output_text(scenario.output);
   text += fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
                       number(scenario.splits.val), number(scenario.splits.test));

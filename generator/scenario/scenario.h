@@ -202,6 +202,7 @@ struct Scenario {
   TrajectorySpec trajectory;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;
+  double synthesis_tolerance = 1e-5;  // relative L2 of the series
   OutputSpec output;
   SplitsSpec splits;
 };

@@ -15,8 +15,8 @@ class SceneRun {
  public:
   explicit SceneRun(const std::string& name, const std::vector<Override>& overrides = {})
       : session_(load(name, overrides)), tracer_(session_.world) {
-    pipeline_ = std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1),
-                                           BackendChoice::cpu);
+    pipeline_ =
+        std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1), Numerics{});
     if (Status s = pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2)); !s) {
       throw std::runtime_error(s.error().message);
     }

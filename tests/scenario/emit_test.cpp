@@ -51,6 +51,7 @@ trajectory:
   ping_rate_hz: 0.3
   pings: 12
 noise: {spectrum_level_db: -30.5}
+synthesis: {tolerance: 3.0e-6}
 output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, scatterers: true}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
@@ -162,6 +163,7 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK(s.trajectory.ping_rate_hz == 0.3);
     CHECK(s.trajectory.pings == 12);
     CHECK(s.noise_spectrum_level_db == -30.5);
+    CHECK(s.synthesis_tolerance == 3e-6);
     CHECK_FALSE(s.output.selection.timeseries);
     CHECK_FALSE(s.output.selection.polar);
     CHECK(s.output.cartesian_height_px == 77);

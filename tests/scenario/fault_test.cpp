@@ -89,6 +89,8 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
       {"objects: [1]", "4:11: objects.0:", "accepted is a map with name"},
       {"materials: [1]", "4:12: materials:", "accepted is a map of names"},
       {"noise: {}", "4:8: noise:", "missing, accepted is either alone: spectrum_level_db"},
+      {"synthesis: {tolerance: 1e-2}", "4:24: synthesis.tolerance:", "1.0e-2"},
+      {"synthesis: {tolerance: 1e-8}", "4:24: synthesis.tolerance:", "at least 1e-07"},
       {"noise:", "4:1: noise:", "nothing stands here"},
       {"splits: {train: 0, val: 0}", "4:9: splits:", "a sum above zero"},
       {"splits: {train: -0.1, val: 1}", "4:17: splits.train:", "from 0 to"},
