@@ -13,10 +13,10 @@ namespace {
 constexpr int kNarrowest = 4, kWidest = 14;
 constexpr double kFloatRounding = 6e-8;
 // Tails may be wrong by ten times what the whole may, and nothing else adds to them.
-constexpr double kTailShare = 20;
+constexpr double kTailShare = 12;
 
 // What the kernel's polynomials may take of its tolerance.
-constexpr double kFitShare = 0.25;
+constexpr double kFitShare = 0.1;
 
 using Complex = std::complex<double>;
 
