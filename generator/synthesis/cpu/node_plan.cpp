@@ -17,6 +17,14 @@ constexpr double kKernelShare = 0.4, kNodeShare = 0.8;
 // Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
 constexpr double kPowerTolerance = 1e-5;
 
+// A band that ends with a step leaves no tail of an echo that lies on a sample, but one of what
+// single precision rounds off.
+bool has_sharp_edges(const std::vector<Complex>& spectrum) {
+  double largest = 0;
+  for (const Complex& s : spectrum) largest = std::max(largest, std::abs(s));
+  return std::max(std::abs(spectrum.front()), std::abs(spectrum.back())) > 0.1 * largest;
+}
+
 // matrix [n/2][n/2] -> [blocks of kRowBlock rows][n/2][kRowBlock].
 std::vector<float> packed(const BeamNodes& nodes, double sign) {
   const int n = nodes.nodes, half = n / 2;
@@ -71,6 +79,7 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                            const std::vector<Complex>& spectrum, double tolerance) {
   const int bins = setup.record.transform, half = bins / 2;
+  if (has_sharp_edges(spectrum)) return nullptr;
   SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * tolerance);
   if (spread.points == 0) return nullptr;
   auto plan = make_plan(setup, std::move(spread),

@@ -10,7 +10,6 @@
 namespace ensonify {
 namespace {
 
-constexpr int kNarrowest = 4, kWidest = 14;
 constexpr double kFloatRounding = 6e-8;
 // Tails may be wrong by ten times what the whole may, and nothing else adds to them.
 constexpr double kTailShare = 12;
@@ -46,17 +45,17 @@ class WindowTransform {
   std::vector<double> node_, weight_;
 };
 
-// The pulse that a spectrum makes, and what of it lies how far from its peak: in the mean over all
-// parts of a sample that an echo may be late by.
+// The pulse that a spectrum makes, and what of it lies how far from its peak, for several parts of
+// a sample that an echo may be late by: with sharp edges of the band the tail hangs on that.
 class Tails {
  public:
   Tails(const std::vector<Complex>& spectrum, int first)
       : spectrum_(spectrum),
         first_(first),
-        backward_(smooth_even_length(2 * static_cast<int>(spectrum.size())),
-                  FftDirection::backward),
+        lags_((smooth_even_length(static_cast<int>(spectrum.size())) + 1) / 2),
+        backward_(2 * lags_ * kPhases, FftDirection::backward),
         pulse_(backward_.length()),
-        own_(beyond([](int) { return 1.0; })) {}
+        own_(beyond(magnitudes([](int) { return 1.0; }))) {}
 
   // The worst ratio of the norm of error to that of pulse, beyond any lag.
   double worst_ratio(const SpreadKernel& kernel) {
@@ -74,38 +73,56 @@ class Tails {
       const int i = static_cast<int>(at);
       return ratio[i] + (at - i) * (ratio[i + 1] - ratio[i]);
     };
-    const std::vector<double> lower = beyond([&](int k) { return ratio_at(-k); });
-    const std::vector<double> upper = beyond([&](int k) { return ratio_at(k); });
+    std::vector<double> error = magnitudes([&](int k) { return ratio_at(-k); });
+    const std::vector<double> upper = magnitudes([&](int k) { return ratio_at(k); });
+    for (std::size_t i = 0; i < error.size(); ++i) error[i] += upper[i];
+    const std::vector<double> wrong = beyond(error);
     double worst = 0;
-    for (std::size_t lag = 0; lag < own_.size(); ++lag) {
-      if (own_[lag] < kJudged * kJudged * own_[0]) break;
-      worst = std::max(worst, (lower[lag] + upper[lag]) / own_[lag]);
+    for (std::size_t at = 0; at < own_.size(); ++at) {
+      if (own_[at] < kJudged * kJudged * own_[at % kPhases]) continue;
+      worst = std::max(worst, wrong[at] / own_[at]);
     }
     return std::sqrt(worst);
   }
 
  private:
   static constexpr double kJudged = 1e-6;
+  static constexpr int kPhases = 4;
 
-  // Energy at lags of at least 0, 1, 2 ... half samples to either side, of the pulse that the
-  // spectrum times factor(k) makes.
+  // Of the pulse that the spectrum times factor(k) makes, kPhases to a sample, from an odd half of
+  // that step on: an echo right on a sample has no tail at all where the band's edges are sharp.
   template <class Factor>
-  std::vector<double> beyond(Factor&& factor) {
+  std::vector<double> magnitudes(Factor&& factor) {
     const int length = backward_.length();
     std::fill(pulse_.begin(), pulse_.end(), Complex(0));
     for (int i = 0; i < static_cast<int>(spectrum_.size()); ++i) {
-      pulse_[(first_ + i + length) % length] = spectrum_[i] * factor(first_ + i);
+      const int k = first_ + i;
+      pulse_[(k + length) % length] =
+          spectrum_[i] * factor(k) * std::polar(1.0, kPi * k / static_cast<double>(length));
     }
     backward_.run(pulse_.data());
-    std::vector<double> sum(length / 2 + 1);
-    for (int n = length / 2 - 1; n >= 0; --n) {
-      sum[n] = sum[n + 1] + std::norm(pulse_[n]) + (n > 0 ? std::norm(pulse_[length - n]) : 0.0);
+    std::vector<double> magnitude(length);
+    for (int i = 0; i < length; ++i) magnitude[i] = std::abs(pulse_[i]);
+    return magnitude;
+  }
+
+  // [lag][phase]: energies of samples that many and more from the peak.
+  std::vector<double> beyond(const std::vector<double>& magnitude) const {
+    const int length = backward_.length();
+    std::vector<double> sum(std::size_t(lags_) * kPhases);
+    for (int n = lags_ - 1; n >= 0; --n) {
+      for (int phase = 0; phase < kPhases; ++phase) {
+        const int at = n * kPhases + phase;
+        const double after = magnitude[at];
+        const double before = n > 0 ? magnitude[length - n * kPhases + phase] : 0.0;
+        sum[at] = after * after + before * before + (n + 1 < lags_ ? sum[at + kPhases] : 0.0);
+      }
     }
     return sum;
   }
 
   const std::vector<Complex>& spectrum_;
-  int first_;
+  int first_, lags_;
   ComplexFft backward_;
   AlignedBuffer<Complex> pulse_;
   std::vector<double> own_;
@@ -269,25 +286,22 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
   const std::vector<Band> bands = bands_of(energy);
   const std::vector<int> lengths = grid_lengths(highest);
   SpreadKernel best;
-  double least = 0;
-  for (int width = kNarrowest; width <= kWidest; ++width) {
-    const auto good = [&](int points) {
-      const SpreadKernel kernel = best_shape(bands, points, width, highest);
-      return kernel.alias_error <= tolerance && kernel.rounding_gain * kFloatRounding <= tolerance;
-    };
+  double least = 1e300;
+  // The likely widths first: what costs more is then not tried.
+  for (const int width : {8, 12, 10, 14, 11, 9, 7, 6, 5, 4}) {
+    // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
+    const double spreading = 1700.0 * ((width + 3) / 4);
+    const auto end = std::partition_point(lengths.begin(), lengths.end(),
+                                          [&](int points) { return points + spreading < least; });
     // The error falls as the grid grows.
-    const auto shortest = std::partition_point(lengths.begin(), lengths.end(),
-                                               [&](int points) { return !good(points); });
-    for (auto points = shortest; points != lengths.end(); ++points) {
-      // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
-      const double cost = *points + 1700.0 * ((width + 3) / 4);
-      if (best.points != 0 && cost >= least) break;
-      const SpreadKernel kernel = best_shape(bands, *points, width, highest);
-      if (tails.worst_ratio(kernel) > kTailShare * tolerance) continue;
-      best = kernel;
-      least = cost;
-      break;
-    }
+    const auto shortest = std::partition_point(lengths.begin(), end, [&](int points) {
+      const SpreadKernel kernel = best_shape(bands, points, width, highest);
+      return kernel.alias_error > tolerance || kernel.rounding_gain * kFloatRounding > tolerance ||
+             tails.worst_ratio(kernel) > kTailShare * tolerance;
+    });
+    if (shortest == end) continue;
+    best = best_shape(bands, *shortest, width, highest);
+    least = *shortest + spreading;
   }
   if (best.points != 0) finish(best, highest, tolerance);
   return best;
