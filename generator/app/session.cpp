@@ -97,6 +97,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.sonar = session.sonar;
   info.water = session.water;
   info.record = session.record;
+  info.synthesis_tolerance = scenario.synthesis_tolerance;
   info.speckle = scenario.scattering.speckle;
   info.receive_aperture_wavelengths =
       make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;

@@ -109,6 +109,7 @@ struct SequenceInfo {
   double pulse_extent_s = 0;                // T_p
   Water water;
   Record record;
+  double synthesis_tolerance = 1e-5;
   SpeckleMode speckle = SpeckleMode::per_ping;
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0

@@ -66,6 +66,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
           {"record", record_json(info)},
           {"scattering", {{"speckle", name_of(info.speckle)}}},
           {"noise", noise_json(info)},
+          {"synthesis", {{"tolerance", info.synthesis_tolerance}}},
           {"model", model_json(info)},
           {"png",
            info.output.png ? Json({{"scale", "db"}, {"db", info.png_db_limits}}) : Json(nullptr)},

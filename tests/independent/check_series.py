@@ -145,7 +145,7 @@ def check_axes(checklist, sequence):
         )
 
 
-def check_converted(checklist, label, series, expected, adc):
+def check_converted(checklist, label, series, expected, adc, tolerance):
     """Whole steps of the converter, each the nearest to what came in, clipped at its ends."""
     wanted = physics.converted(expected, adc.bits, adc.full_scale_db)
     step = 10.0 ** ((adc.full_scale_db - 120.0) / 20.0) / 2.0 ** (adc.bits - 1)
@@ -160,7 +160,7 @@ def check_converted(checklist, label, series, expected, adc):
     )
     # A sample that lies between two steps to within the series' own error may go either way.
     gap = np.abs(parts - np.stack([wanted.real, wanted.imag]) / step)
-    unsure = ROUNDING * np.abs(expected).max() / step
+    unsure = max(ROUNDING, 10 * tolerance) * np.abs(expected).max() / step
     away = np.abs(np.stack([expected.real, expected.imag]) / step % 1.0 - 0.5)
     wrong = np.count_nonzero((gap > 0.5) & ((away > unsure) | (gap > 1.5)))
     checklist.expect(wrong == 0, f"{label} samples at another step", wrong, f"0 of {parts.size}")
@@ -197,7 +197,7 @@ def check_ping(checklist, sequence, ping, series):
             sequence.seed, sequence.number, ping, sonar.beams, sonar.samples, power
         )
     if sonar.adc is not None:
-        check_converted(checklist, label, series, expected, sonar.adc)
+        check_converted(checklist, label, series, expected, sonar.adc, sonar.tolerance)
     else:
         check_values(checklist, label, series, expected)
 

@@ -100,6 +100,7 @@ class Sonar:
     transmit_width_rad: float | None = None
     adc: Adc | None = None
     snr_db: float | None = None
+    tolerance: float = 1e-5
     stated_noise_pa2: float | None = None
     unsupported: list = field(default_factory=list)
 
@@ -181,6 +182,7 @@ def sonar_from_json(info):
         transmit_width_rad=beams["transmit_width_rad"],
         adc=None if adc is None else Adc(adc["bits"], adc["full_scale_db"], adc["step_pa"]),
         snr_db=noise.get("snr_db"),
+        tolerance=info["synthesis"]["tolerance"],
         stated_noise_pa2=noise.get("power_pa2"),
         unsupported=unsupported,
     )

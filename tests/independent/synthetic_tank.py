@@ -264,6 +264,7 @@ def description(sonar, number, limits_db, kind="plain"):
         },
         "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},
         "scattering": {"speckle": "per_ping"},
+        "synthesis": {"tolerance": 1e-7},
         "noise": None
         if sonar.noise_power_pa2 is None
         else {

@@ -15,7 +15,7 @@ constexpr double kRowCost = 325;
 // tighter, for the sake of tails.
 constexpr double kKernelShare = 0.4, kNodeShare = 0.8;
 // Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
-constexpr double kPowerTolerance = 1e-5;
+constexpr double kPowerTolerance = 3e-6;
 
 // A band that ends with a step leaves no tail of an echo that lies on a sample, but one of what
 // single precision rounds off.
