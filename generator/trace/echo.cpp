@@ -13,7 +13,8 @@ EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Son
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water) {
   Scatterer s;
-  set_echo(range_m, echo_direction(azimuth_rad, elevation_rad, sonar), beam, water, s);
+  set_echo(range_m, echo_direction(azimuth_rad, elevation_rad, sonar),
+           static_cast<std::uint32_t>(beam), water, s);
   return s;
 }
 

@@ -25,8 +25,8 @@ EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Son
 
 // Delay 2r/c, place, directions, sector, and the gain r^-2 10^(-absorption 2r/20) B_el(elevation)
 // B_tx(azimuth). Amplitude, instance and key are the caller's.
-inline void set_echo(double range_m, const EchoDirection& direction, int beam, const Water& water,
-                     Scatterer& s) {
+inline void set_echo(double range_m, const EchoDirection& direction, std::uint32_t beam,
+                     const Water& water, Scatterer& s) {
   s.delay_s = two_way_delay_s(range_m, water.sound_speed_m_s);
   s.position_m = range_m * direction.unit;
   s.arrival = {static_cast<float>(direction.azimuth_rad),
@@ -34,7 +34,7 @@ inline void set_echo(double range_m, const EchoDirection& direction, int beam, c
   s.departure = s.arrival;
   s.gain = static_cast<float>(two_way_loss(range_m, water.absorption_db_m) *
                               direction.elevation_pattern * direction.transmit_pattern);
-  s.beam = static_cast<std::uint32_t>(beam);
+  s.beam = beam;
 }
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);

@@ -63,21 +63,22 @@ struct SurfaceEchoes {
   FanDirections directions = directions_of(fan, scattering.sonar);
 
   // False for a hit that is none.
-  bool moments(std::size_t ray, ScattererMoments& moments) const {
-    const Hit& hit = hits[ray];
+  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
     if (!is_usable(hit, scattering.sonar)) return false;
     ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    moments =
-        scatterer_moments(scattering.material[hit.instance], hit.reflectivity, hit.cos_incidence,
-                          hit.range_m, fan.solid_angle_sr[ray % fan.rays_elevation]);
+    moments = scatterer_moments(scattering.material[hit.instance], hit.reflectivity,
+                                hit.cos_incidence, hit.range_m, fan.solid_angle_sr[e]);
     return is_an_echo(moments);
   }
 
-  void set(std::size_t ray, const ScattererMoments& moments, Scatterer& s) const {
+  // `i` counts the rays of a sector.
+  void set(std::uint32_t beam, std::uint32_t i, const ScattererMoments& moments,
+           Scatterer& s) const {
+    const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);
+    const std::size_t ray = beam * fan.rays_per_beam() + i;
     const Hit& hit = hits[ray];
-    const std::size_t column = ray / fan.rays_elevation;
-    set_echo(hit.range_m, directions.at(column, ray % fan.rays_elevation),
-             static_cast<int>(column / fan.rays_azimuth), scattering.water, s);
+    set_echo(hit.range_m, directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows),
+             beam, scattering.water, s);
     s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
     s.mean = static_cast<float>(moments.mean_m);
     s.cos_incidence = hit.cos_incidence;
@@ -135,8 +136,11 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
   std::vector<Scatterer> scatterers;
   scatterers.reserve(hits.size());
   ScattererMoments moments;
+  const std::size_t rays = fan.rays_per_beam();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    if (echoes.moments(ray, moments)) echoes.set(ray, moments, scatterers.emplace_back());
+    if (!echoes.moments(hits[ray], ray % fan.rays_elevation, moments)) continue;
+    echoes.set(static_cast<std::uint32_t>(ray / rays), static_cast<std::uint32_t>(ray % rays),
+               moments, scatterers.emplace_back());
   }
   return scatterers;
 }
@@ -159,15 +163,20 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
   for_each_block(beams, workers, [&](std::size_t beam, SectorWork& work) {
     work.order.clear();
     work.moments.resize(rays);
-    for (std::size_t i = 0; i < rays; ++i) {
-      const std::size_t ray = beam * rays + i;
-      if (!echoes.moments(ray, work.moments[i])) continue;
-      work.order.push_back({two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s),
-                            ray, static_cast<std::uint32_t>(i)});
+    std::size_t ray = beam * rays;
+    std::uint32_t i = 0;
+    for (int a = 0; a < fan.rays_azimuth; ++a) {
+      for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
+        if (!echoes.moments(hits[ray], e, work.moments[i])) continue;
+        const double delay = two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
+        work.order.push_back({delay, ray, i});
+      }
     }
     sort_keys(work.order);
     Scatterer* next = list.items.data() + room[beam];
-    for (const SortKey& k : work.order) echoes.set(k.key, work.moments[k.index], *next++);
+    for (const SortKey& k : work.order) {
+      echoes.set(static_cast<std::uint32_t>(beam), k.index, work.moments[k.index], *next++);
+    }
     count[beam] = static_cast<std::uint32_t>(work.order.size());
   });
   close_up(room, count, list);
