@@ -7,8 +7,10 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/vec.h"
 
 namespace ensonify {
@@ -54,5 +56,20 @@ struct ScattererList {
 
 // Sorts scatterers into a list. Throws away none; every beam must be below `beams`.
 ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int beams);
+ScattererList sorted_by_beam_and_delay(std::span<const Scatterer> scatterers, int beams,
+                                       const Workers& workers);
+
+// A list with more scatterers put where they belong.
+ScattererList with_more(ScattererList list, std::span<const Scatterer> more,
+                        const Workers& workers);
+
+// What one sector's scatterers are sorted by, and where they are: moving these is cheaper.
+struct SortKey {
+  double delay_s = 0;
+  std::uint64_t key = 0;
+  std::uint32_t index = 0;
+};
+// By delay, then key.
+void sort_keys(std::vector<SortKey>& keys);
 
 }  // namespace ensonify

@@ -1,16 +1,41 @@
 // What of an echo follows from its place alone.
 #pragma once
 
+#include <cmath>
+
+#include "acoustics/propagation.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 
 namespace ensonify {
 
 // A finite number above zero within [range_min, range_max].
-bool in_range(double range_m, const Sonar& sonar);
+inline bool in_range(double range_m, const Sonar& sonar) {
+  return std::isfinite(range_m) && range_m > 0 && range_m >= sonar.range_min_m &&
+         range_m <= sonar.range_max_m;
+}
+
+// What an echo's direction brings: worked out once where many echoes share it.
+struct EchoDirection {
+  double azimuth_rad = 0, elevation_rad = 0;
+  Vec3 unit;
+  double elevation_pattern = 1, transmit_pattern = 1;
+};
+EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar);
 
 // Delay 2r/c, place, directions, sector, and the gain r^-2 10^(-absorption 2r/20) B_el(elevation)
 // B_tx(azimuth). Amplitude, instance and key are the caller's.
+inline void set_echo(double range_m, const EchoDirection& direction, std::uint32_t beam,
+                     const Water& water, Scatterer& s) {
+  s.delay_s = two_way_delay_s(range_m, water.sound_speed_m_s);
+  s.position_m = range_m * direction.unit;
+  s.arrival = {static_cast<float>(direction.azimuth_rad),
+               static_cast<float>(direction.elevation_rad)};
+  s.departure = s.arrival;
+  s.gain = static_cast<float>(two_way_loss(range_m, water.absorption_db_m) *
+                              direction.elevation_pattern * direction.transmit_pattern);
+  s.beam = beam;
+}
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);
 

@@ -281,6 +281,10 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
                                             const SurfaceScattering& scattering,
                                             const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
+  const bool any = std::any_of(
+      scattering.material.begin(), scattering.material.end(),
+      [](const Material& material) { return material.coherent == CoherentModel::kirchhoff; });
+  if (!any) return {};
   const Sonar& sonar = scattering.sonar;
   const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;

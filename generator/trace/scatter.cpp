@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "acoustics/scattering.h"
 #include "core/error.h"
@@ -19,6 +20,103 @@ bool is_an_echo(const ScattererMoments& moments) {
          moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
 }
 
+bool is_usable(const Hit& hit, const Sonar& sonar) {
+  return hit.instance != 0 && in_range(hit.range_m, sonar) && hit.cos_incidence >= 0 &&
+         hit.cos_incidence <= 1;
+}
+
+// The directions of a fan from what its rows and columns share.
+struct FanDirections {
+  struct Part {
+    double angle_rad = 0, cosine = 1, sine = 0, pattern = 1;
+  };
+  std::vector<Part> elevation, azimuth;
+
+  EchoDirection at(std::size_t column, std::size_t e) const {
+    const Part &up = elevation[e], &along = azimuth[column];
+    return {along.angle_rad,
+            up.angle_rad,
+            {up.cosine * along.cosine, up.cosine * along.sine, up.sine},
+            up.pattern,
+            along.pattern};
+  }
+};
+
+FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
+  FanDirections directions;
+  for (const double x : fan.elevation_rad) {
+    directions.elevation.push_back(
+        {x, std::cos(x), std::sin(x), echo_direction(0, x, sonar).elevation_pattern});
+  }
+  for (const double x : fan.azimuth_rad) {
+    directions.azimuth.push_back(
+        {x, std::cos(x), std::sin(x), echo_direction(x, 0, sonar).transmit_pattern});
+  }
+  return directions;
+}
+
+// The scatterers of one sector's rays, one by one, into what is all zero before.
+struct SurfaceEchoes {
+  const Fan& fan;
+  std::span<const Hit> hits;
+  const SurfaceScattering& scattering;
+  FanDirections directions = directions_of(fan, scattering.sonar);
+
+  // False for a hit that is none.
+  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
+    if (!is_usable(hit, scattering.sonar)) return false;
+    ENSONIFY_ASSERT(hit.instance < scattering.material.size());
+    moments = scatterer_moments(scattering.material[hit.instance], hit.reflectivity,
+                                hit.cos_incidence, hit.range_m, fan.solid_angle_sr[e]);
+    return is_an_echo(moments);
+  }
+
+  // `i` counts the rays of a sector.
+  void set(std::uint32_t beam, std::uint32_t i, const ScattererMoments& moments,
+           Scatterer& s) const {
+    const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);
+    const std::size_t ray = beam * fan.rays_per_beam() + i;
+    const Hit& hit = hits[ray];
+    set_echo(hit.range_m, directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows),
+             beam, scattering.water, s);
+    s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
+    s.mean = static_cast<float>(moments.mean_m);
+    s.cos_incidence = hit.cos_incidence;
+    s.key = ray;
+    s.instance = hit.instance;
+  }
+};
+
+// What sorting a sector needs, kept from one to the next.
+struct SectorWork {
+  std::vector<SortKey> order;
+  std::vector<ScattererMoments> moments;
+};
+
+// Calls body(beam, work) for all beams, those of a block one after the other.
+template <class Body>
+void for_each_block(std::size_t beams, const Workers& workers, const Body& body) {
+  constexpr std::size_t kBlock = 16;
+  workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {
+    SectorWork work;
+    const std::size_t end = std::min((block + 1) * kBlock, beams);
+    for (std::size_t beam = block * kBlock; beam < end; ++beam) body(beam, work);
+  });
+}
+
+// Those of beam j are the first count[j] from room[j] on: moves all together.
+void close_up(const std::vector<std::uint32_t>& room, const std::vector<std::uint32_t>& count,
+              ScattererList& list) {
+  list.beam_offset.assign(1, 0);
+  for (std::size_t j = 0; j < count.size(); ++j) {
+    const auto first = list.items.begin() + room[j];
+    const std::uint32_t offset = list.beam_offset.back();
+    if (offset != room[j]) std::copy(first, first + count[j], list.items.begin() + offset);
+    list.beam_offset.push_back(offset + count[j]);
+  }
+  list.items.resize(list.beam_offset.back());
+}
+
 }  // namespace
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
@@ -34,30 +132,55 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
+  const SurfaceEchoes echoes{fan, hits, scattering};
   std::vector<Scatterer> scatterers;
   scatterers.reserve(hits.size());
+  ScattererMoments moments;
+  const std::size_t rays = fan.rays_per_beam();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    const Hit& hit = hits[ray];
-    if (hit.instance == 0 || !in_range(hit.range_m, scattering.sonar)) continue;
-    if (!(hit.cos_incidence >= 0 && hit.cos_incidence <= 1)) continue;
-    const std::size_t column = ray / fan.rays_elevation;
-    const std::size_t e = ray % fan.rays_elevation;
-    ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    const ScattererMoments moments =
-        scatterer_moments(scattering.material[hit.instance], hit.reflectivity, hit.cos_incidence,
-                          hit.range_m, fan.solid_angle_sr[e]);
-    if (!is_an_echo(moments)) continue;
-    Scatterer s =
-        echo_from(hit.range_m, fan.azimuth_rad[column], fan.elevation_rad[e],
-                  static_cast<int>(column / fan.rays_azimuth), scattering.sonar, scattering.water);
-    s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
-    s.mean = static_cast<float>(moments.mean_m);
-    s.cos_incidence = hit.cos_incidence;
-    s.key = ray;
-    s.instance = hit.instance;
-    scatterers.push_back(s);
+    if (!echoes.moments(hits[ray], ray % fan.rays_elevation, moments)) continue;
+    echoes.set(static_cast<std::uint32_t>(ray / rays), static_cast<std::uint32_t>(ray % rays),
+               moments, scatterers.emplace_back());
   }
   return scatterers;
+}
+
+ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
+                                     const SurfaceScattering& scattering, const Workers& workers) {
+  ENSONIFY_ASSERT(hits.size() == fan.size());
+  const SurfaceEchoes echoes{fan, hits, scattering};
+  const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
+  // Room for every usable hit. Few of them make no echo; their room is closed up at the end.
+  std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
+  for_each_block(beams, workers, [&](std::size_t beam, auto&) {
+    for (const Hit& hit : hits.subspan(beam * rays, rays)) {
+      room[beam + 1] += is_usable(hit, scattering.sonar);
+    }
+  });
+  std::partial_sum(room.begin(), room.end(), room.begin());
+  ScattererList list;
+  list.items.resize(room.back());
+  for_each_block(beams, workers, [&](std::size_t beam, SectorWork& work) {
+    work.order.clear();
+    work.moments.resize(rays);
+    std::size_t ray = beam * rays;
+    std::uint32_t i = 0;
+    for (int a = 0; a < fan.rays_azimuth; ++a) {
+      for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
+        if (!echoes.moments(hits[ray], e, work.moments[i])) continue;
+        const double delay = two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
+        work.order.push_back({delay, ray, i});
+      }
+    }
+    sort_keys(work.order);
+    Scatterer* next = list.items.data() + room[beam];
+    for (const SortKey& k : work.order) {
+      echoes.set(static_cast<std::uint32_t>(beam), k.index, work.moments[k.index], *next++);
+    }
+    count[beam] = static_cast<std::uint32_t>(work.order.size());
+  });
+  close_up(room, count, list);
+  return list;
 }
 
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,

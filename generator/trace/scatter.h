@@ -2,12 +2,14 @@
 //
 //   SurfaceScattering      what a sequence fixes
 //   surface_scatterers     one scatterer for each ray that found something
+//   surface_scatterer_list the same, sorted
 //   point_target_scatterers
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "trace/fan.h"
@@ -31,6 +33,10 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
 // finite number in [range_min, range_max] above zero, or when its incidence is not one in [0, 1].
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering);
+
+// The same as a list, as sorted_by_beam_and_delay would make it; beams are shared out.
+ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
+                                     const SurfaceScattering& scattering, const Workers& workers);
 
 // Point targets inside the fan and its ranges with no surface before them; amplitude 10^(TS/20).
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,

@@ -5,6 +5,7 @@
 
 #include "acoustics/pattern.h"
 #include "catch.h"
+#include "core/random.h"
 #include "core/units.h"
 #include "synthesis/backend.h"
 
@@ -127,6 +128,55 @@ TEST_CASE("bad rays poison nobody") {
     REQUIRE(std::isfinite(a.pressure_pa[i].real()));
     REQUIRE(a.pressure_pa[i] == b.pressure_pa[i]);
     REQUIRE(a.clean_power_pa2[i] == b.clean_power_pa2[i]);
+  }
+}
+
+// Protects the list that is made at once: the same scatterers as one by one, sorted; for any number
+// of threads, with several columns a sector, with rays left out and with hits that make no echo.
+TEST_CASE("the list of surface scatterers is the sorted scatterers") {
+  Sonar sonar = small_sonar();
+  sonar.transmit_width_rad = radians(30);
+  sonar.rays_azimuth = GENERATE(1, 3);
+  sonar.rays_elevation = GENERATE(1, 40);
+  const Fan fan = make_fan(sonar);
+  Material constant = diffuse(2e-3, 2);
+  constant.coherent = CoherentModel::rician;
+  constant.rician_k = 3;
+  const SurfaceScattering scattering{sonar, kWater, {{}, diffuse(1e-3, 1), constant}};
+  std::vector<Hit> hits(fan.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const auto draw = [&](unsigned k) { return uniform(3, 0, i, k); };
+    // From within and without the ranges, in steps so that some are alike.
+    hits[i] = {0.125 * static_cast<int>(80 * draw(0)),
+               static_cast<float>(draw(1)),
+               static_cast<std::uint32_t>(3 * draw(2)),
+               1,
+               {}};
+    if (draw(3) < 0.1) hits[i].reflectivity = 0;
+    if (draw(4) < 0.1) hits[i].cos_incidence = std::numeric_limits<float>::quiet_NaN();
+  }
+  const ScattererList expected =
+      sorted_by_beam_and_delay(surface_scatterers(fan, hits, scattering), sonar.beam_count);
+  CHECK(expected.size() < 0.6 * static_cast<double>(hits.size()));
+  CHECK(expected.size() > 0);
+  for (const int threads : {1, 3}) {
+    const ScattererList list = surface_scatterer_list(fan, hits, scattering, Workers(threads));
+    REQUIRE(list.beam_offset == expected.beam_offset);
+    REQUIRE(list.size() == expected.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Scatterer &a = list.items[i], &b = expected.items[i];
+      REQUIRE(a.key == b.key);
+      REQUIRE(a.delay_s == b.delay_s);
+      REQUIRE(a.position_m == b.position_m);
+      REQUIRE(a.arrival.azimuth_rad == b.arrival.azimuth_rad);
+      REQUIRE(a.departure.elevation_rad == b.departure.elevation_rad);
+      REQUIRE(a.gain == b.gain);
+      REQUIRE(a.mean == b.mean);
+      REQUIRE(a.standard_deviation == b.standard_deviation);
+      REQUIRE(a.cos_incidence == b.cos_incidence);
+      REQUIRE(a.beam == b.beam);
+      REQUIRE(a.instance == b.instance);
+    }
   }
 }
 
