@@ -30,6 +30,8 @@ double per_cross_section(const Material& material, double cos_incidence) {
     case ScatteringLaw::lambert:
       break;
   }
+  // Lambert's own law needs no power, and is what most rays meet.
+  if (material.lambert_exponent == 1) return material.reflectivity * cos_incidence;
   return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent);
 }
 

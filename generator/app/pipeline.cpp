@@ -38,14 +38,12 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
 Pipeline::Echoes Pipeline::echoes_of(const Pose& sonar_in_world, const Workers& workers) const {
   const std::vector<Hit> hits =
       tracer_.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
-  std::vector<Scatterer> scatterers = surface_scatterers(fan_, hits, scattering_);
-  const auto add = [&](const std::vector<Scatterer>& more) {
-    scatterers.insert(scatterers.end(), more.begin(), more.end());
-  };
-  add(kirchhoff_scatterers(fan_, hits, tracer_, sonar_in_world, scattering_, workers));
-  add(point_target_scatterers(session_.world, tracer_, sonar_in_world, session_.sonar,
-                              session_.water));
-  return {sorted_by_beam_and_delay(std::move(scatterers), session_.sonar.beam_count),
+  std::vector<Scatterer> more =
+      kirchhoff_scatterers(fan_, hits, tracer_, sonar_in_world, scattering_, workers);
+  const std::vector<Scatterer> targets = point_target_scatterers(
+      session_.world, tracer_, sonar_in_world, session_.sonar, session_.water);
+  more.insert(more.end(), targets.begin(), targets.end());
+  return {with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers),
           volume_echoes(fan_, hits, session_.world.volumes, session_.sonar, session_.water,
                         session_.record, workers)};
 }

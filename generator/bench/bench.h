@@ -37,8 +37,8 @@ struct CaseReport {
   std::string name;
   int beams = 0, rays_per_beam = 0, samples = 0, transform = 0;
   std::size_t scatterers = 0;
-  // From trace to series and expected power in memory, one ping at a time on all threads, on one.
-  double pings_per_s = 0, pings_per_s_1_thread = 0;
+  // From trace to series in memory, a ping on each thread; on one thread; with expected power.
+  double pings_per_s = 0, pings_per_s_1_thread = 0, clean_pings_per_s = 0;
   // The plain methods' on all threads: their sums of stages, with our trace, scatterers and draws.
   double direct_pings_per_s = 0, recurrence_pings_per_s = 0;
   double error = 0, worst_tenth_error = 0;        // of the backend's series against the exact one

@@ -30,7 +30,7 @@ FrontTimes time_front(const Bench& bench, const Workers& workers) {
   FrontTimes times;
   const double seconds = bench.options.seconds;
   times.trace_ms = median_ms(seconds, [&] { hits = trace_ping(bench, workers); });
-  times.scatterers_ms = median_ms(seconds, [&] { list = scatterers_of(bench, hits); });
+  times.scatterers_ms = median_ms(seconds, [&] { list = scatterers_of(bench, hits, workers); });
   return times;
 }
 
@@ -49,14 +49,23 @@ double one_ray_at_a_time_ms(const Bench& bench) {
   });
 }
 
-// Trace to series and power in memory.
-double ping_ms(const Bench& bench, const Backend& backend, const Workers& workers) {
-  PingSeries series;
-  return median_ms(bench.options.seconds, [&] {
-    const ScattererList list = scatterers_of(bench, trace_ping(bench, workers));
-    const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
-    backend.synthesize({&task, 1}, {&series, 1}, workers);
+// From trace to series in memory, whole pings side by side on their own threads, as `generate`
+// makes them.
+double pings_per_s(const Bench& bench, const Backend& backend, int threads, bool wants_clean) {
+  constexpr int kPingsEach = 4;
+  std::vector<PingSeries> series(threads);
+  const Workers side_by_side(threads);
+  const double ms = median_ms(bench.options.seconds, [&] {
+    side_by_side.for_each(threads, [&](std::size_t lane) {
+      const Workers one(1);
+      for (int i = 0; i < kPingsEach; ++i) {
+        const ScattererList list = scatterers_of(bench, trace_ping(bench, one), one);
+        const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}, wants_clean};
+        backend.synthesize({&task, 1}, {&series[lane], 1}, one);
+      }
+    });
   });
+  return 1000 * threads * kPingsEach / ms;
 }
 
 MachineReport measure_machine(const BenchOptions& options, const Workers& workers) {
@@ -72,10 +81,9 @@ MachineReport measure_machine(const BenchOptions& options, const Workers& worker
 void compare_whole_pings(const Bench& bench, const Backend& backend, const ScattererList& list,
                          const std::vector<std::complex<float>>& amplitude, const Workers& all,
                          CaseReport& report) {
-  const Workers one(1);
-  report.pings_per_s_1_thread = 1000 / ping_ms(bench, backend, one);
-  report.pings_per_s =
-      all.threads() == 1 ? report.pings_per_s_1_thread : 1000 / ping_ms(bench, backend, all);
+  report.pings_per_s_1_thread = pings_per_s(bench, backend, 1, false);
+  report.pings_per_s = pings_per_s(bench, backend, all.threads(), false);
+  report.clean_pings_per_s = pings_per_s(bench, backend, all.threads(), true);
   const FrontTimes front = time_front(bench, all);
   const double speckle_ms =
       median_ms(bench.options.seconds, [&] { drawn_amplitudes(list, bench.keys); });
@@ -99,7 +107,7 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
   report.samples = bench.setup.record.samples;
   report.transform = bench.setup.record.transform;
 
-  const ScattererList list = scatterers_of(bench, trace_ping(bench, all));
+  const ScattererList list = scatterers_of(bench, trace_ping(bench, all), all);
   const std::vector<std::complex<float>> amplitude = drawn_amplitudes(list, bench.keys);
   report.scatterers = list.size();
   const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
@@ -147,9 +155,9 @@ std::vector<Hit> trace_ping(const Bench& bench, const Workers& workers) {
   return bench.tracer.trace_fan(bench.fan, bench.pose, bench.setup.sonar.range_max_m, workers);
 }
 
-ScattererList scatterers_of(const Bench& bench, const std::vector<Hit>& hits) {
-  return sorted_by_beam_and_delay(surface_scatterers(bench.fan, hits, bench.scattering),
-                                  bench.setup.sonar.beam_count);
+ScattererList scatterers_of(const Bench& bench, const std::vector<Hit>& hits,
+                            const Workers& workers) {
+  return surface_scatterer_list(bench.fan, hits, bench.scattering, workers);
 }
 
 Result<BenchReport> run_bench(const BenchOptions& options) {

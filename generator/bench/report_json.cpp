@@ -39,6 +39,7 @@ Json json_of(const CaseReport& c) {
           {"scatterers", c.scatterers},
           {"pings_per_s", c.pings_per_s},
           {"pings_per_s_1_thread", c.pings_per_s_1_thread},
+          {"pings_per_s_with_clean", c.clean_pings_per_s},
           {"error", c.error},
           {"error_worst_tenth", c.worst_tenth_error},
           {"speedup_over_direct", c.pings_per_s / c.direct_pings_per_s},

@@ -36,7 +36,8 @@ struct Bench {
 
 // The first stages of a ping, as the pipeline calls them.
 std::vector<Hit> trace_ping(const Bench& bench, const Workers& workers);
-ScattererList scatterers_of(const Bench& bench, const std::vector<Hit>& hits);
+ScattererList scatterers_of(const Bench& bench, const std::vector<Hit>& hits,
+                            const Workers& workers);
 
 std::vector<std::complex<float>> drawn_amplitudes(const ScattererList& list,
                                                   const RandomKeys& keys);
