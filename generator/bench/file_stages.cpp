@@ -79,11 +79,11 @@ Status time_writing(const Stages& stages, const std::string& bytes,
     std::error_code ignored;
     std::filesystem::remove(folder / name, ignored);
   };
-  const auto write_buffered = [&] {
+  const auto write_data_set = [&] {
     const auto entry = write_file_atomically(folder, name, bytes);
     if (!entry) status = entry.error();
   };
-  stages.add("write_buffered", write_buffered, remove);
+  stages.add("write_data_set", write_data_set, remove);
   const PageBuffer pages(bytes.size());
   std::memcpy(pages.data(), bytes.data(), bytes.size());
   bool direct = true;
