@@ -52,6 +52,9 @@ struct Part {
   Imf::Compression compression;
 };
 
+// Longer ones need another flag in the file's version.
+constexpr std::size_t kMaxNameLength = 31;
+
 // Rows that stand together in one chunk, as the format says.
 int chunk_rows(const Part& part) { return part.compression == Imf::ZIP_COMPRESSION ? 16 : 1; }
 
@@ -74,8 +77,12 @@ Imf::Header part_header(const Part& part, const LabelledImage& image,
   header.setChunkCount(chunk_count(part, image));
   header.compression() = part.compression;
   header.insert("units", Imf::StringAttribute(part.units));
-  for (const auto& [key, text] : attributes.texts) header.insert(key, Imf::StringAttribute(text));
+  for (const auto& [key, text] : attributes.texts) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
+    header.insert(key, Imf::StringAttribute(text));
+  }
   for (const auto& [key, number] : attributes.numbers) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
     header.insert(key, Imf::DoubleAttribute(number));
   }
   for (const Channel& channel : part.channels) {
