@@ -71,8 +71,8 @@ TEST_CASE("noise inflates to what it was") {
   check(bytes);
 }
 
-// Protects the limit of 15 bits to a code: with these counts the best code has 19, since each is more
-// than the two before it together.
+// Protects the limit of 15 bits to a code: with these counts the best code has 19, since each is
+// more than the two before it together.
 TEST_CASE("very uneven counts of bytes inflate to what they were") {
   Bytes bytes;
   std::size_t count = 1, next = 2;
