@@ -3,47 +3,41 @@
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
 #include <ImfDoubleAttribute.h>
-#include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfMultiPartInputFile.h>
-#include <ImfMultiPartOutputFile.h>
-#include <ImfOutputPart.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
-#include <half.h>
+#include <ImfVersion.h>
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 #include <cstring>
 #include <span>
 
 #include "core/units.h"
+#include "dataset/deflate.h"
 #include "dataset/files.h"
+
+static_assert(std::endian::native == std::endian::little,
+              "pixels are written as they lie in memory");
 
 namespace ensonify {
 namespace {
 
-// Where OpenEXR writes to: it goes back at the end to fill in its tables of offsets.
+// Where OpenEXR writes headers to.
 class MemoryStream : public Imf::OStream {
  public:
-  MemoryStream() : Imf::OStream("memory") {}
+  explicit MemoryStream(std::string& bytes) : Imf::OStream("memory"), bytes_(bytes) {}
 
   void write(const char* data, int size) override {
-    const std::size_t end = position_ + static_cast<std::size_t>(size);
-    if (end > bytes_.size()) bytes_.resize(end);
-    std::memcpy(bytes_.data() + position_, data, static_cast<std::size_t>(size));
-    position_ = end;
+    bytes_.append(data, static_cast<std::size_t>(size));
   }
-  std::uint64_t tellp() override { return position_; }
-  void seekp(std::uint64_t position) override { position_ = position; }
-
-  void reserve(std::size_t size) { bytes_.reserve(size); }
-  std::string take() { return std::move(bytes_); }
+  std::uint64_t tellp() override { return bytes_.size(); }
+  void seekp(std::uint64_t) override { ENSONIFY_ASSERT(false); }
 
  private:
-  std::string bytes_;
-  std::size_t position_ = 0;
+  std::string& bytes_;
 };
 
 struct Channel {
@@ -51,82 +45,180 @@ struct Channel {
   std::span<const float> values;
 };
 
-half to_half(float value) {
-  if (std::isnan(value)) return half::qNan();
-  return half(std::clamp(value, -65504.0f, 65504.0f));
+struct Part {
+  const char* name;
+  const char* units;
+  std::vector<Channel> channels;  // sorted by name, as the file holds them
+  Imf::Compression compression;
+};
+
+// Longer ones need another flag in the file's version.
+constexpr std::size_t kMaxNameLength = 31;
+
+// Rows that stand together in one chunk, as the format says.
+int chunk_rows(const Part& part) { return part.compression == Imf::ZIP_COMPRESSION ? 16 : 1; }
+
+int chunk_count(const Part& part, const LabelledImage& image) {
+  return (image.rows + chunk_rows(part) - 1) / chunk_rows(part);
 }
 
-Imf::Header part_header(const char* name, const char* units, std::span<const Channel> channels,
-                        const LabelledImage& image, const ExrAttributes& attributes) {
+template <class T>
+void put(std::string& bytes, T value) {
+  char raw[sizeof value];
+  std::memcpy(raw, &value, sizeof value);
+  bytes.append(raw, sizeof raw);
+}
+
+Imf::Header part_header(const Part& part, const LabelledImage& image,
+                        const ExrAttributes& attributes) {
   Imf::Header header(image.columns, image.rows);
-  header.setName(name);
+  header.setName(part.name);
   header.setType(Imf::SCANLINEIMAGE);
-  header.insert("units", Imf::StringAttribute(units));
-  for (const auto& [key, text] : attributes.texts) header.insert(key, Imf::StringAttribute(text));
+  header.setChunkCount(chunk_count(part, image));
+  header.compression() = part.compression;
+  header.insert("units", Imf::StringAttribute(part.units));
+  for (const auto& [key, text] : attributes.texts) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
+    header.insert(key, Imf::StringAttribute(text));
+  }
   for (const auto& [key, number] : attributes.numbers) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
     header.insert(key, Imf::DoubleAttribute(number));
   }
-  for (const Channel& channel : channels) {
+  for (const Channel& channel : part.channels) {
     header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
   }
   return header;
 }
 
-void write_part(Imf::MultiPartOutputFile& file, int part, std::span<const Channel> channels,
-                const LabelledImage& image) {
-  const std::size_t pixels = channels.front().values.size();
-  std::vector<half> halves(pixels * channels.size());
-  Imf::FrameBuffer frame;
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    half* first = halves.data() + c * pixels;
-    std::transform(channels[c].values.begin(), channels[c].values.end(), first, to_half);
-    frame.insert(channels[c].name,
-                 Imf::Slice::Make(
-                     Imf::HALF, first, Imath::Box2i({0, 0}, {image.columns - 1, image.rows - 1}),
-                     sizeof(half), sizeof(half) * static_cast<std::size_t>(image.columns)));
+// What ZIP makes of a chunk before it is deflated: bytes of even places, then those of odd ones,
+// each as its difference from the one before.
+void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& planes,
+             std::vector<std::uint8_t>& differences) {
+  const std::size_t n = halves.size();
+  planes.resize(2 * n);
+  differences.resize(2 * n);
+  for (std::size_t i = 0; i < n; ++i) planes[i] = static_cast<std::uint8_t>(halves[i]);
+  for (std::size_t i = 0; i < n; ++i) planes[n + i] = static_cast<std::uint8_t>(halves[i] >> 8);
+  differences[0] = planes[0];
+  for (std::size_t i = 1; i < 2 * n; ++i) {
+    differences[i] = static_cast<std::uint8_t>(planes[i] - planes[i - 1] + 128);
   }
-  Imf::OutputPart output(file, part);
-  output.setFrameBuffer(frame);
-  output.writePixels(image.rows);
 }
+
+class ChunkWriter {
+ public:
+  ChunkWriter(const LabelledImage& image, std::string& bytes) : image_(image), bytes_(bytes) {}
+
+  // The chunks of a part, and where each begins into the table at `offsets`.
+  void write_part(const Part& part, int number, std::size_t offsets) {
+    for (int row = 0; row < image_.rows; row += chunk_rows(part), offsets += 8) {
+      const std::uint64_t here = bytes_.size();
+      std::memcpy(bytes_.data() + offsets, &here, sizeof here);
+      put(bytes_, std::int32_t{number});
+      put(bytes_, std::int32_t{row});
+      gather(part, row, std::min(image_.rows, row + chunk_rows(part)));
+      put_pixels(part.compression);
+    }
+  }
+
+ private:
+  void gather(const Part& part, int begin, int end) {
+    const auto columns = static_cast<std::size_t>(image_.columns);
+    halves_.resize(static_cast<std::size_t>(end - begin) * columns * part.channels.size());
+    std::span<std::uint16_t> left = halves_;
+    for (int row = begin; row < end; ++row) {
+      for (const Channel& channel : part.channels) {
+        to_halves(channel.values.subspan(static_cast<std::size_t>(row) * columns, columns),
+                  left.first(columns));
+        left = left.subspan(columns);
+      }
+    }
+  }
+  void put_pixels(Imf::Compression compression) {
+    const std::size_t plain_size = halves_.size() * sizeof(std::uint16_t);
+    put(bytes_, static_cast<std::int32_t>(plain_size));
+    const std::size_t start = bytes_.size();
+    if (compression == Imf::ZIP_COMPRESSION) {
+      predict(halves_, planes_, differences_);
+      append_zlib(differences_, bytes_);
+      const std::size_t size = bytes_.size() - start;
+      if (size < plain_size) {
+        const auto stored = static_cast<std::int32_t>(size);
+        std::memcpy(bytes_.data() + start - sizeof stored, &stored, sizeof stored);
+        return;
+      }
+    }
+    // Readers tell by its size that a chunk is not compressed.
+    bytes_.resize(start + plain_size);
+    std::memcpy(bytes_.data() + start, halves_.data(), plain_size);
+  }
+
+  const LabelledImage& image_;
+  std::string& bytes_;
+  std::vector<std::uint16_t> halves_;
+  std::vector<std::uint8_t> planes_, differences_;
+};
 
 }  // namespace
 
+void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
+  ENSONIFY_ASSERT(values.size() == halves.size());
+  constexpr std::int32_t kLargest = 0x477fe000, kSmallestNormal = 0x38800000,
+                         kInfinity = 0x7f800000;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(values[i]);
+    const auto magnitude = static_cast<std::int32_t>(bits & 0x7fffffffu);
+    const std::int32_t clamped = magnitude > kLargest ? kLargest : magnitude;
+    const std::int32_t normal = (clamped - 0x38000000 + 0xfff + (clamped >> 13 & 1)) >> 13;
+    // The last bit of a float just above 1/2 is worth what the last one of a subnormal half is: the
+    // sum is rounded there, half to even.
+    const float sum = std::bit_cast<float>(clamped) + 0.5f;
+    const std::int32_t subnormal = std::bit_cast<std::int32_t>(sum) - 0x3f000000;
+    const std::int32_t number = (clamped < kSmallestNormal ? subnormal : normal) |
+                                static_cast<std::int32_t>(bits >> 16 & 0x8000u);
+    halves[i] = static_cast<std::uint16_t>(magnitude > kInfinity ? 0x7fff : number);
+  }
+}
+
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
-  const Channel level[] = {{"Y", image.level_db}};
-  const Channel labels[] = {{"clean_db", image.clean_db},
-                            {"elevation_rad", image.elevation_rad},
-                            {"elevation_std_rad", image.elevation_std_rad},
-                            {"instance_fraction", image.instance_fraction}};
+  const Part parts[] = {
+      {"level", "dB re 1 uPa", {{"Y", image.level_db}}, Imf::NO_COMPRESSION},
+      {"labels",
+       "clean_db: dB re 1 uPa; elevation_rad, elevation_std_rad: rad; instance_fraction: 1",
+       {{"clean_db", image.clean_db},
+        {"elevation_rad", image.elevation_rad},
+        {"elevation_std_rad", image.elevation_std_rad},
+        {"instance_fraction", image.instance_fraction}},
+       Imf::ZIP_COMPRESSION}};
   ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
   const auto pixels =
       static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
-  ENSONIFY_ASSERT(image.level_db.size() == pixels);
-  for (const Channel& channel : labels) ENSONIFY_ASSERT(channel.values.size() == pixels);
+  for (const Part& part : parts) {
+    for (const Channel& channel : part.channels) ENSONIFY_ASSERT(channel.values.size() == pixels);
+  }
 
   return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
-    Imf::Header headers[] = {
-        part_header("level", "dB re 1 uPa", level, image, common),
-        part_header("labels",
-                    "clean_db: dB re 1 uPa; elevation_rad, elevation_std_rad: rad; "
-                    "instance_fraction: 1",
-                    labels, image, common)};
-    headers[0].compression() = Imf::NO_COMPRESSION;
-    headers[1].compression() = Imf::ZIP_COMPRESSION;
-    // Half the time of the default for 1.5 % more bytes.
-    headers[1].zipCompressionLevel() = 1;
+    std::string bytes;
+    bytes.reserve(pixels * sizeof(std::uint16_t) * 5 / 2);
+    put(bytes, std::int32_t{Imf::MAGIC});
+    put(bytes, std::int32_t{Imf::EXR_VERSION | Imf::MULTI_PART_FILE_FLAG});
+    MemoryStream stream(bytes);
+    for (const Part& part : parts) part_header(part, image, common).writeTo(stream);
+    bytes += '\0';
 
-    MemoryStream stream;
-    stream.reserve(pixels * sizeof(half) * 2);
-    {
-      // No threads of OpenEXR's own: the caller has its workers.
-      Imf::MultiPartOutputFile file(stream, headers, 2, false, 0);
-      write_part(file, 0, level, image);
-      write_part(file, 1, labels, image);
+    std::size_t offsets = bytes.size();
+    for (const Part& part : parts) {
+      bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, image)));
     }
-    return stream.take();
+    ChunkWriter writer(image, bytes);
+    for (int i = 0; i < 2; ++i) {
+      writer.write_part(parts[i], i, offsets);
+      offsets += 8 * static_cast<std::size_t>(chunk_count(parts[i], image));
+    }
+    return bytes;
   });
 }
 

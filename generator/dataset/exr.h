@@ -1,13 +1,17 @@
 // OpenEXR pictures of two parts, in memory:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
 //   `labels`  clean_db, elevation_rad, elevation_std_rad, instance_fraction, half, ZIP
-// No date, host or path is in the headers: equal pictures give equal bytes.
+// No date, host or path is in the headers: equal pictures give equal bytes. OpenEXR writes the
+// headers; the chunks are put together here, since deflating is most of the work.
 //
+//   to_halves        floats as the pixels hold them
 //   encode_exr       a labelled image with its header attributes
 //   read_exr_parts   what the headers of a file say
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +27,12 @@ struct ExrAttributes {
   std::vector<std::pair<std::string, double>> numbers;
 };
 
-// Row 0 on top. Values beyond the range of a half stop at its ends (+-65504); every NaN becomes the
-// same one. Needs all five float layers at rows * columns, both positive.
+// The bits of the nearest halves, half to even. Values beyond the range stop at its ends (+-65504);
+// every NaN becomes the same one. Needs spans of one size.
+void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
+
+// Row 0 on top. Needs all five float layers at rows * columns, both positive, and names of
+// attributes of at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
 struct ExrPart {

@@ -37,9 +37,8 @@ template <class T>
 std::string encode(std::span<const T> data, std::string_view descr, const NpyShape& shape) {
   ENSONIFY_ASSERT(data.size() == element_count(shape));
   std::string bytes = npy_header(descr, shape);
-  const std::size_t header = bytes.size();
-  bytes.resize(header + data.size_bytes());
-  if (!data.empty()) std::memcpy(bytes.data() + header, data.data(), data.size_bytes());
+  bytes.reserve(bytes.size() + data.size_bytes());
+  bytes.append(static_cast<const char*>(static_cast<const void*>(data.data())), data.size_bytes());
   return bytes;
 }
 

@@ -1,82 +1,84 @@
 #include "dataset/png.h"
 
-#include <png.h>
 #include <zlib.h>
 
-#include <bit>
-#include <csetjmp>
-#include <new>
+#include <algorithm>
+#include <vector>
+
+#include "dataset/deflate.h"
+#include "dataset/files.h"
 
 namespace ensonify {
 namespace {
 
-struct GreyView {
-  const png_byte* pixels;
-  std::size_t row_bytes;
-  int rows, columns, bit_depth;
-  PngContent content;
-};
+constexpr std::string_view kStart{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16};
+constexpr std::size_t kMaxChunkBytes = 0x7fffffff;
 
-// libpng is C: no exception may cross it, so a failed allocation leaves by its own way.
-void append_bytes(png_structp png, png_bytep data, std::size_t size) {
-  auto* out = static_cast<std::string*>(png_get_io_ptr(png));
-  bool whole = true;
-  try {
-    out->append(static_cast<const char*>(static_cast<const void*>(data)), size);
-  } catch (const std::bad_alloc&) {
-    whole = false;
-  }
-  if (!whole) png_error(png, "out of memory");
+void put_big_endian(std::string& bytes, std::uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255);
 }
 
-void flush_nothing(png_structp) {}
-
-void say_nothing(png_structp, png_const_charp) {}
-
-// setjmp lives in a function of its own with nothing in it that has a destructor.
-bool write_image(png_structp png, png_infop info, const GreyView& image) {
-  if (setjmp(png_jmpbuf(png))) return false;
-  const bool mask = image.content == PngContent::mask;
-  png_set_compression_level(png, mask ? 6 : 1);
-  // Speckle does not repeat but in dark runs: the search for matches triples the time and gains
-  // nothing.
-  if (!mask) png_set_compression_strategy(png, Z_RLE);
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, mask ? PNG_FILTER_UP : PNG_FILTER_NONE);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(image.columns),
-               static_cast<png_uint_32>(image.rows), image.bit_depth, PNG_COLOR_TYPE_GRAY,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_write_info(png, info);
-  if (image.bit_depth == 16 && std::endian::native == std::endian::little) png_set_swap(png);
-  for (int row = 0; row < image.rows; ++row) {
-    png_write_row(png, image.pixels + static_cast<std::size_t>(row) * image.row_bytes);
-  }
-  png_write_end(png, nullptr);
-  return true;
+// Fills in the length of the chunk whose length field is at `start`, and adds its checksum.
+void end_chunk(std::string& bytes, std::size_t start) {
+  const std::size_t size = bytes.size() - start - 8;
+  ENSONIFY_ASSERT(size <= kMaxChunkBytes);
+  std::string length;
+  put_big_endian(length, static_cast<std::uint32_t>(size));
+  bytes.replace(start, 4, length);
+  const auto* type = static_cast<const Bytef*>(static_cast<const void*>(bytes.data() + start + 4));
+  put_big_endian(bytes, static_cast<std::uint32_t>(crc32_z(0, type, size + 4)));
 }
 
-Result<std::string> encode(const GreyView& image) {
-  std::string bytes;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, say_nothing);
-  png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-  bool written = false;
-  if (info != nullptr) {
-    png_set_write_fn(png, &bytes, append_bytes, flush_nothing);
-    written = write_image(png, info, image);
+std::size_t begin_chunk(std::string& bytes, std::string_view type) {
+  const std::size_t start = bytes.size();
+  bytes.append(4, '\0').append(type);
+  return start;
+}
+
+void put_row(std::span<const std::uint8_t> row, std::uint8_t* out) {
+  std::copy(row.begin(), row.end(), out);
+}
+
+void put_row(std::span<const std::uint16_t> row, std::uint8_t* out) {
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    out[2 * i] = static_cast<std::uint8_t>(row[i] >> 8);
+    out[2 * i + 1] = static_cast<std::uint8_t>(row[i]);
   }
-  png_destroy_write_struct(&png, &info);
-  if (!written) return Error{ErrorKind::device, "out of memory while encoding a PNG picture"};
+}
+
+// Rows without a filter: speckle gains nothing by one, and in masks a change of value would be
+// written twice.
+template <class Pixel>
+std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t columns) {
+  const std::size_t rows = pixels.size() / columns;
+  const std::size_t row_bytes = 1 + columns * sizeof(Pixel);
+  std::vector<std::uint8_t> bytes(rows * row_bytes);
+  for (std::size_t row = 0; row < rows; ++row) {
+    put_row(pixels.subspan(row * columns, columns), bytes.data() + row * row_bytes + 1);
+  }
   return bytes;
 }
 
 template <class Pixel>
-Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns,
-                                  PngContent content) {
+Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns) {
   ENSONIFY_ASSERT(rows > 0 && columns > 0);
-  const auto width = static_cast<std::size_t>(columns);
-  ENSONIFY_ASSERT(pixels.size() == static_cast<std::size_t>(rows) * width);
-  return encode({static_cast<const png_byte*>(static_cast<const void*>(pixels.data())),
-                 width * sizeof(Pixel), rows, columns, static_cast<int>(8 * sizeof(Pixel)),
-                 content});
+  ENSONIFY_ASSERT(pixels.size() ==
+                  static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
+  return without_exceptions("encoding a PNG picture", [&]() -> Result<std::string> {
+    std::string bytes(kStart.substr(0, 8));
+    std::size_t chunk = begin_chunk(bytes, "IHDR");
+    put_big_endian(bytes, static_cast<std::uint32_t>(columns));
+    put_big_endian(bytes, static_cast<std::uint32_t>(rows));
+    bytes += static_cast<char>(8 * sizeof(Pixel));
+    bytes.append(4, '\0');  // grey; the only compression and filters there are; not interlaced
+    end_chunk(bytes, chunk);
+    chunk = begin_chunk(bytes, "IDAT");
+    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), bytes);
+    end_chunk(bytes, chunk);
+    chunk = begin_chunk(bytes, "IEND");
+    end_chunk(bytes, chunk);
+    return bytes;
+  });
 }
 
 std::uint32_t big_endian(std::string_view bytes) {
@@ -88,17 +90,16 @@ std::uint32_t big_endian(std::string_view bytes) {
 }  // namespace
 
 Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
-                               PngContent content) {
-  return encode_pixels(pixels, rows, columns, content);
+                               PngContent) {
+  return encode_pixels(pixels, rows, columns);
 }
 
 Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
-                               PngContent content) {
-  return encode_pixels(pixels, rows, columns, content);
+                               PngContent) {
+  return encode_pixels(pixels, rows, columns);
 }
 
 std::optional<PngHeader> parse_png_header(std::string_view bytes) {
-  constexpr std::string_view kStart{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16};
   if (bytes.size() < 33 || bytes.substr(0, kStart.size()) != kStart) return std::nullopt;
   return PngHeader{big_endian(bytes.substr(16)), big_endian(bytes.substr(20)),
                    static_cast<unsigned char>(bytes[24]), static_cast<unsigned char>(bytes[25])};

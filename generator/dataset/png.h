@@ -14,7 +14,7 @@
 
 namespace ensonify {
 
-// Speckle hardly compresses, so little time is spent on it; masks shrink a hundredfold.
+// What the pixels are. Both are encoded alike now: runs and Huffman codes suit both.
 enum class PngContent { speckle, mask };
 
 // Row-major [rows x columns], one channel. Needs pixels.size() == rows * columns, both positive.

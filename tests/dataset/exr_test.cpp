@@ -12,8 +12,12 @@
 #include <half.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <random>
+#include <span>
 #include <vector>
 
 #include "catch.h"
@@ -33,14 +37,27 @@ std::string encode(const LabelledImage& image) {
 }
 
 std::vector<half> read_channel(Imf::MultiPartInputFile& file, int part, const char* channel) {
-  std::vector<half> pixels(kRows * kColumns);
+  const auto window = file.header(part).dataWindow();
+  const auto columns = static_cast<std::size_t>(window.max.x + 1);
+  std::vector<half> pixels(columns * static_cast<std::size_t>(window.max.y + 1));
   Imf::FrameBuffer frame;
-  frame.insert(channel, Imf::Slice::Make(Imf::HALF, pixels.data(),
-                                         Imath::Box2i({0, 0}, {kColumns - 1, kRows - 1})));
+  frame.insert(channel, Imf::Slice::Make(Imf::HALF, pixels.data(), window));
   Imf::InputPart input(file, part);
   input.setFrameBuffer(frame);
-  input.readPixels(0, kRows - 1);
+  input.readPixels(0, window.max.y);
   return pixels;
+}
+
+std::uint16_t to_half(float value) {
+  std::uint16_t bits = 0;
+  to_halves(std::span(&value, 1), std::span(&bits, 1));
+  return bits;
+}
+
+// By Imath, which knows nothing of our limits.
+std::uint16_t expected_half(float value) {
+  if (std::isnan(value)) return half::qNan().bits();
+  return half(std::clamp(value, -65504.0f, 65504.0f)).bits();
 }
 
 }  // namespace
@@ -107,6 +124,79 @@ TEST_CASE("EXR levels do not overflow to infinity") {
   const auto level = read_channel(file, 0, "Y");
   CHECK(level[1] == 65504);
   CHECK(level[2] == -65504);
+}
+
+// Protects every value that a half can have, what lies between two of them and beside that middle.
+TEST_CASE("halves are the nearest ones, half to even") {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  int wrong = 0;
+  for (unsigned bits = 0; bits < 65536; ++bits) {
+    half exact;
+    exact.setBits(static_cast<std::uint16_t>(bits));
+    half next;
+    next.setBits(static_cast<std::uint16_t>(bits + 1));
+    const float value = exact;
+    if (exact.isFinite()) wrong += to_half(value) != bits;
+    const float middle = (value + static_cast<float>(next)) / 2;
+    for (const float x :
+         {value, middle, std::nextafter(middle, kInfinity), std::nextafter(middle, -kInfinity)}) {
+      wrong += to_half(x) != expected_half(x);
+    }
+  }
+  CHECK(wrong == 0);
+}
+
+// Protects the rest of the floats: a million of all bit patterns, NaN and beyond the range
+// included.
+TEST_CASE("random floats become the halves that Imath makes of them") {
+  std::mt19937 random(1);
+  int wrong = 0;
+  for (int i = 0; i < 1000000; ++i) {
+    const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    wrong += to_half(value) != expected_half(value);
+  }
+  CHECK(wrong == 0);
+}
+
+// Protects chunks: the last one has fewer rows than the others; noise does not compress and is
+// stored as it is; constants and noise stand side by side.
+TEST_CASE("EXR pixels read back from several chunks") {
+  constexpr int kTall = 37, kWide = 129;
+  LabelledImage image = sample::image(kTall, kWide, 1);
+  std::mt19937 random(2);
+  const auto fill = [&](std::vector<float>& layer) {
+    for (float& x : layer) {
+      half h;
+      h.setBits(static_cast<std::uint16_t>(random()));
+      x = h.isFinite() ? static_cast<float>(h) : -99;
+    }
+  };
+  fill(image.level_db);
+  fill(image.clean_db);
+  SECTION("all noise") {
+    fill(image.elevation_rad);
+    fill(image.elevation_std_rad);
+    fill(image.instance_fraction);
+  }
+  SECTION("noise and constants") {
+    image.elevation_rad.assign(kTall * kWide, std::numeric_limits<float>::quiet_NaN());
+    image.instance_fraction.assign(kTall * kWide, 1);
+  }
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const auto wrong = [&](int part, const char* name, const std::vector<float>& layer) {
+    const auto got = read_channel(file, part, name);
+    REQUIRE(got.size() == layer.size());
+    int count = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) count += got[i].bits() != expected_half(layer[i]);
+    return count;
+  };
+  CHECK(wrong(0, "Y", image.level_db) == 0);
+  CHECK(wrong(1, "clean_db", image.clean_db) == 0);
+  CHECK(wrong(1, "elevation_rad", image.elevation_rad) == 0);
+  CHECK(wrong(1, "elevation_std_rad", image.elevation_std_rad) == 0);
+  CHECK(wrong(1, "instance_fraction", image.instance_fraction) == 0);
 }
 
 // Protects the units and scales in the headers, and that nothing of the machine or the clock is

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <numeric>
+#include <random>
 #include <vector>
 
 #include "catch.h"
@@ -82,6 +83,33 @@ TEST_CASE("an 8-bit picture reads back exactly") {
     CHECK(image.bit_depth == 8);
     CHECK(image.pixels == std::vector<std::uint16_t>(pixels.begin(), pixels.end()));
   }
+}
+
+// Protects masks of any content and several blocks: noise, one value, every id, objects on nothing.
+TEST_CASE("large masks read back exactly") {
+  constexpr int kRows = 300, kColumns = 257;
+  std::vector<std::uint16_t> ids(kRows * kColumns);
+  std::mt19937 random(1);
+  SECTION("noise") {
+    for (auto& id : ids) id = static_cast<std::uint16_t>(random());
+  }
+  SECTION("nothing") {}
+  SECTION("one id, two different bytes") { ids.assign(ids.size(), 0x1234); }
+  SECTION("largest id") { ids.assign(ids.size(), 65535); }
+  SECTION("every id") { std::iota(ids.begin(), ids.end(), std::uint16_t{0}); }
+  SECTION("objects") {
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      ids[i] = i % kColumns / 50 == 2 ? static_cast<std::uint16_t>(300 + i / 9000) : 0;
+    }
+  }
+  const auto bytes = encode_png(ids, kRows, kColumns, PngContent::mask);
+  REQUIRE(bytes);
+  CHECK((decode(*bytes).pixels == ids));
+
+  const std::vector<std::uint8_t> low(ids.begin(), ids.end());
+  const auto low_bytes = encode_png(low, kRows, kColumns, PngContent::mask);
+  REQUIRE(low_bytes);
+  CHECK((decode(*low_bytes).pixels == std::vector<std::uint16_t>(low.begin(), low.end())));
 }
 
 // Protects the promise of equal bytes: no time stamp or other text chunk is in the file.
