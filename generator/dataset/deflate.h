@@ -1,6 +1,4 @@
-// DEFLATE for the bytes that pictures are made of: long runs of one value, or speckle. Only such
-// runs are searched for, the rest goes through Huffman codes alone. That is two to three times as
-// fast as zlib's Z_RLE, and sizes are within 4 % of its.
+// DEFLATE, as pictures want it: fast.
 //
 //   append_zlib   a whole stream in zlib's format (RFC 1950), which any inflate reads
 #pragma once
@@ -11,6 +9,7 @@
 
 namespace ensonify {
 
+// By libdeflate, which takes a third of zlib's time for the same sizes. Throws std::bad_alloc.
 void append_zlib(std::span<const std::uint8_t> bytes, std::string& out);
 
 }  // namespace ensonify

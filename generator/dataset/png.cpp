@@ -1,6 +1,6 @@
 #include "dataset/png.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <vector>
@@ -26,7 +26,7 @@ void end_chunk(std::string& bytes, std::size_t start) {
   put_big_endian(length, static_cast<std::uint32_t>(size));
   bytes.replace(start, 4, length);
   const auto* type = static_cast<const Bytef*>(static_cast<const void*>(bytes.data() + start + 4));
-  put_big_endian(bytes, static_cast<std::uint32_t>(crc32_z(0, type, size + 4)));
+  put_big_endian(bytes, static_cast<std::uint32_t>(libdeflate_crc32(0, type, size + 4)));
 }
 
 std::size_t begin_chunk(std::string& bytes, std::string_view type) {
