@@ -1,11 +1,13 @@
 #include "labels/polar.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
 #include "core/units.h"
+#include "labels/levels.h"
 
 namespace ensonify {
 namespace {
@@ -24,6 +26,25 @@ struct Echo {
   double energy, elevation_rad, elevation_variance_rad2;
 };
 
+// The echoes of one sector's scatterers that have any energy, by delay.
+struct SectorEchoes {
+  std::vector<Echo> echoes;
+  std::vector<double> samples;  // their delays in samples
+};
+
+void gather_sector(const PolarInput& input, std::size_t beam, SectorEchoes& sector) {
+  const ScattererList& list = *input.scatterers;
+  sector.echoes.clear();
+  sector.samples.clear();
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const double energy = expected_energy(s);
+    if (!(energy > 0)) continue;
+    sector.echoes.push_back({s.instance, energy, s.arrival.elevation_rad, 0});
+    sector.samples.push_back(s.delay_s * input.bandwidth_hz);
+  }
+}
+
 // Echoes of the volumes in one pixel: its own cell and half of the two beside it, since a cell
 // reaches c/4b and the pixel c/2b to either side.
 void add_volumes(const PolarInput& input, int beam, int sample, std::vector<Echo>& echoes) {
@@ -39,28 +60,35 @@ void add_volumes(const PolarInput& input, int beam, int sample, std::vector<Echo
   }
 }
 
-// Calls visit(sample, echoes) for every pixel of a beam that hears an echo of its own sector within
-// c/2b of its sample.
+struct Samples {
+  int first = 0, end = 0;
+};
+
+// Calls visit(sample, echoes) for every one of the samples in which a beam hears an echo of its own
+// sector within c/2b.
 template <class Visit>
-void for_each_hearing_pixel(const PolarInput& input, int beam, Visit&& visit) {
-  const ScattererList& list = *input.scatterers;
-  const std::size_t end = list.beam_offset[beam + 1];
-  std::size_t low = list.beam_offset[beam], high = low;
-  std::vector<Echo> echoes;
-  for (int n = 0; n < input.samples; ++n) {
-    const auto sample_of = [&](std::size_t i) {
-      return list.items[i].delay_s * input.bandwidth_hz;
-    };
-    while (high < end && sample_of(high) <= n + 1.0) ++high;
-    while (low < high && sample_of(low) < n - 1.0) ++low;
-    echoes.clear();
-    for (std::size_t i = low; i < high; ++i) {
-      const Scatterer& s = list.items[i];
-      const double energy = expected_energy(s);
-      if (energy > 0) echoes.push_back({s.instance, energy, s.arrival.elevation_rad, 0});
+void for_each_hearing_pixel(const PolarInput& input, int beam, const SectorEchoes& sector,
+                            const Samples& samples, Visit&& visit) {
+  const std::vector<double>& at = sector.samples;
+  const std::size_t count = at.size();
+  std::vector<Echo> with_volumes;
+  std::size_t low = std::lower_bound(at.begin(), at.end(), samples.first - 1.0) - at.begin();
+  std::size_t high = low;
+  for (int n = samples.first; n < samples.end; ++n) {
+    while (high < count && at[high] <= n + 1.0) ++high;
+    while (low < high && at[low] < n - 1.0) ++low;
+    std::span<const Echo> heard(sector.echoes.data() + low, high - low);
+    if (!input.volumes.empty()) {
+      with_volumes.assign(heard.begin(), heard.end());
+      add_volumes(input, beam, n, with_volumes);
+      heard = with_volumes;
+    } else if (heard.empty()) {
+      // Silence lasts until a sample before the next echo.
+      if (high == count || at[high] > samples.end) return;
+      n = std::max(n, static_cast<int>(at[high]) - 2);
+      continue;
     }
-    add_volumes(input, beam, n, echoes);
-    if (!echoes.empty()) visit(n, echoes);
+    if (!heard.empty()) visit(n, heard);
   }
 }
 
@@ -72,16 +100,13 @@ struct Share {
 // What the echoes of one pixel amount to.
 struct PixelLabel {
   std::uint32_t instance = 0;
-  double fraction = 0, elevation_rad = kNaN, elevation_std_rad = kNaN;
+  double fraction = 0, elevation_rad = 0, elevation_std_rad = 0;
 };
 
-// `echoes` holds at least one, each with energy.
-PixelLabel label_of(const std::vector<Echo>& echoes, std::vector<Share>& shares) {
+// The instance with the most energy, and that energy.
+Share winner_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
   shares.clear();
-  double energy = 0, first_moment = 0;
   for (const Echo& echo : echoes) {
-    energy += echo.energy;
-    first_moment += echo.energy * echo.elevation_rad;
     const auto same = std::find_if(shares.begin(), shares.end(),
                                    [&](const Share& x) { return x.instance == echo.instance; });
     if (same != shares.end()) {
@@ -90,14 +115,26 @@ PixelLabel label_of(const std::vector<Echo>& echoes, std::vector<Share>& shares)
       shares.push_back({echo.instance, echo.energy});
     }
   }
-  const auto winner =
-      std::min_element(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
-        return a.energy != b.energy ? a.energy > b.energy : a.instance < b.instance;
-      });
-  PixelLabel label;
-  label.instance = winner->instance;
-  label.fraction = winner->energy / energy;
-  label.elevation_rad = first_moment / energy;
+  return *std::min_element(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
+    return a.energy != b.energy ? a.energy > b.energy : a.instance < b.instance;
+  });
+}
+
+// `echoes` holds at least one, each with energy.
+PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
+  double energy = 0, first_moment = 0;
+  bool alone = true;
+  for (const Echo& echo : echoes) {
+    energy += echo.energy;
+    first_moment += echo.energy * echo.elevation_rad;
+    alone = alone && echo.instance == echoes[0].instance;
+  }
+  PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0};
+  if (!alone) {
+    const Share winner = winner_of(echoes, shares);
+    label.instance = winner.instance;
+    label.fraction = winner.energy / energy;
+  }
   double second_moment = 0;
   for (const Echo& echo : echoes) {
     const double off = echo.elevation_rad - label.elevation_rad;
@@ -114,15 +151,46 @@ LabelledImage blank_image(int rows, int columns) {
   image.clean_db.resize(count);
   image.elevation_rad.assign(count, kNaN);
   image.elevation_std_rad.assign(count, kNaN);
-  image.instance_fraction.assign(count, 0);
-  image.instance.assign(count, 0);
-  image.semantic.assign(count, 0);
+  image.instance_fraction.resize(count);
+  image.instance.resize(count);
+  image.semantic.resize(count);
   return image;
 }
 
-void label_beam(const PolarInput& input, int beam, LabelledImage& image) {
-  std::vector<Share> shares;
-  for_each_hearing_pixel(input, beam, [&](int n, const std::vector<Echo>& echoes) {
+// A piece of the image that stays in the first cache: inputs run along samples, the image along
+// beams.
+constexpr int kBlockBeams = 16, kBlockSamples = 128;
+struct Block {
+  int first_beam = 0, beams = 0;
+  Samples samples;
+};
+
+// Writes the block of `image` [samples x beams] from power(cell), cell in [beams x samples].
+template <class Power>
+void write_levels(const PolarInput& input, const Block& block, Power&& power,
+                  std::vector<float>& image) {
+  float levels[kBlockBeams][kBlockSamples];
+  const int samples = block.samples.end - block.samples.first;
+  for (int j = 0; j < block.beams; ++j) {
+    const std::size_t from =
+        std::size_t(block.first_beam + j) * input.samples + block.samples.first;
+    for (int i = 0; i < samples; ++i) levels[j][i] = image_level_db(power(from + i));
+  }
+  for (int i = 0; i < samples; ++i) {
+    const std::size_t to = std::size_t(block.samples.first + i) * input.beams + block.first_beam;
+    float* row = image.data() + to;
+    if (block.beams == kBlockBeams) {
+      // A count that the compiler knows: a few wide stores instead of a loop.
+      for (int j = 0; j < kBlockBeams; ++j) row[j] = levels[j][i];
+    } else {
+      for (int j = 0; j < block.beams; ++j) row[j] = levels[j][i];
+    }
+  }
+}
+
+void write_labels(const PolarInput& input, int beam, const SectorEchoes& sector,
+                  const Samples& samples, std::vector<Share>& shares, LabelledImage& image) {
+  for_each_hearing_pixel(input, beam, sector, samples, [&](int n, std::span<const Echo> echoes) {
     const PixelLabel label = label_of(echoes, shares);
     const std::size_t at = std::size_t(n) * input.beams + beam;
     image.elevation_rad[at] = static_cast<float>(label.elevation_rad);
@@ -135,6 +203,27 @@ void label_beam(const PolarInput& input, int beam, LabelledImage& image) {
     ENSONIFY_ASSERT(label.instance < input.class_of_instance.size());
     image.semantic[at] = input.class_of_instance[label.instance];
   });
+}
+
+// Rows of the image, whose memory is one piece.
+void write_rows(const PolarInput& input, const std::vector<SectorEchoes>& sectors,
+                const Samples& samples, LabelledImage& image) {
+  const std::complex<float>* pressure = input.pressure_pa.data();
+  const float* clean = input.clean_power_pa2.data();
+  const auto square = [=](std::size_t cell) {
+    const std::complex<float> p = pressure[cell];
+    return p.real() * p.real() + p.imag() * p.imag();
+  };
+  std::vector<Share> shares;
+  for (int first = 0; first < input.beams; first += kBlockBeams) {
+    const Block block{first, std::min(kBlockBeams, input.beams - first), samples};
+    write_levels(input, block, square, image.level_db);
+    write_levels(
+        input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
+    for (int beam = first; beam < first + block.beams; ++beam) {
+      write_labels(input, beam, sectors[beam], samples, shares, image);
+    }
+  }
 }
 
 void check_volumes(const PolarInput& input) {
@@ -152,14 +241,13 @@ LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   ENSONIFY_ASSERT(input.pressure_pa.size() == count && input.clean_power_pa2.size() == count);
   check_volumes(input);
   LabelledImage image = blank_image(input.samples, input.beams);
-  workers.for_each(input.beams, [&](std::size_t beam) {
-    for (int n = 0; n < input.samples; ++n) {
-      const std::size_t from = beam * input.samples + n;
-      const std::size_t to = std::size_t(n) * input.beams + beam;
-      image.level_db[to] = level_db(std::norm(std::complex<double>(input.pressure_pa[from])));
-      image.clean_db[to] = level_db(input.clean_power_pa2[from]);
-    }
-    label_beam(input, static_cast<int>(beam), image);
+  std::vector<SectorEchoes> sectors(input.beams);
+  workers.for_each(input.beams,
+                   [&](std::size_t beam) { gather_sector(input, beam, sectors[beam]); });
+  const int bands = (input.samples + kBlockSamples - 1) / kBlockSamples;
+  workers.for_each(bands, [&](std::size_t band) {
+    const int first = static_cast<int>(band) * kBlockSamples;
+    write_rows(input, sectors, {first, std::min(first + kBlockSamples, input.samples)}, image);
   });
   return image;
 }
@@ -175,10 +263,12 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
   input.samples = samples;
   check_volumes(input);
   std::vector<std::uint8_t> hears(std::size_t(beams) * samples, 0);
+  SectorEchoes sector;
   for (int beam = 0; beam < beams; ++beam) {
-    for_each_hearing_pixel(input, beam, [&](int n, const std::vector<Echo>&) {
-      hears[std::size_t(beam) * samples + n] = 1;
-    });
+    gather_sector(input, beam, sector);
+    const std::size_t row = std::size_t(beam) * samples;
+    for_each_hearing_pixel(input, beam, sector, {0, samples},
+                           [&](int n, std::span<const Echo>) { hears[row + n] = 1; });
   }
   return hears;
 }

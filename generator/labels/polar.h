@@ -33,7 +33,7 @@ struct PolarInput {
 // where noise is given and the pixel's clean power lies under it; then the fraction is 0.
 // Elevation: energy-weighted mean and standard deviation over all echoes of the pixel, NaN where
 // there is none. A volume counts with its energy of the pixel's own sample and half that of the two
-// beside it.
+// beside it. Levels are those of labels/levels.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // [beams x samples]: 1 where the pixel hears an echo, as above; noise does not matter.
