@@ -25,8 +25,8 @@ void end_chunk(std::string& bytes, std::size_t start) {
   std::string length;
   put_big_endian(length, static_cast<std::uint32_t>(size));
   bytes.replace(start, 4, length);
-  const auto* type = static_cast<const Bytef*>(static_cast<const void*>(bytes.data() + start + 4));
-  put_big_endian(bytes, static_cast<std::uint32_t>(libdeflate_crc32(0, type, size + 4)));
+  // Over type and content.
+  put_big_endian(bytes, libdeflate_crc32(0, bytes.data() + start + 4, size + 4));
 }
 
 std::size_t begin_chunk(std::string& bytes, std::string_view type) {
