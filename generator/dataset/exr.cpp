@@ -18,6 +18,7 @@
 #include "core/units.h"
 #include "dataset/deflate.h"
 #include "dataset/files.h"
+#include "dataset/half_floats.h"
 
 static_assert(std::endian::native == std::endian::little,
               "pixels are written as they lie in memory");
@@ -161,25 +162,6 @@ class ChunkWriter {
 };
 
 }  // namespace
-
-void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
-  ENSONIFY_ASSERT(values.size() == halves.size());
-  constexpr std::int32_t kLargest = 0x477fe000, kSmallestNormal = 0x38800000,
-                         kInfinity = 0x7f800000;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto bits = std::bit_cast<std::uint32_t>(values[i]);
-    const auto magnitude = static_cast<std::int32_t>(bits & 0x7fffffffu);
-    const std::int32_t clamped = magnitude > kLargest ? kLargest : magnitude;
-    const std::int32_t normal = (clamped - 0x38000000 + 0xfff + (clamped >> 13 & 1)) >> 13;
-    // The last bit of a float just above 1/2 is worth what the last one of a subnormal half is: the
-    // sum is rounded there, half to even.
-    const float sum = std::bit_cast<float>(clamped) + 0.5f;
-    const std::int32_t subnormal = std::bit_cast<std::int32_t>(sum) - 0x3f000000;
-    const std::int32_t number = (clamped < kSmallestNormal ? subnormal : normal) |
-                                static_cast<std::int32_t>(bits >> 16 & 0x8000u);
-    halves[i] = static_cast<std::uint16_t>(magnitude > kInfinity ? 0x7fff : number);
-  }
-}
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const Part parts[] = {

@@ -4,7 +4,6 @@
 // No date, host or path is in the headers: equal pictures give equal bytes. OpenEXR writes the
 // headers; the chunks are put together here, since deflating is most of the work.
 //
-//   to_halves        floats as the pixels hold them
 //   encode_exr       a labelled image with its header attributes
 //   read_exr_parts   what the headers of a file say
 #pragma once
@@ -26,10 +25,6 @@ struct ExrAttributes {
   std::vector<std::pair<std::string, std::string>> texts;
   std::vector<std::pair<std::string, double>> numbers;
 };
-
-// The bits of the nearest halves, half to even. Values beyond the range stop at its ends (+-65504);
-// every NaN becomes the same one. Needs spans of one size.
-void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
 
 // Row 0 on top. Needs all five float layers at rows * columns, both positive, and names of
 // attributes of at most 31 characters.

@@ -1,0 +1,13 @@
+// Floats as the pixels of EXR pictures hold them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace ensonify {
+
+// The bits of the nearest halves, half to even. Values beyond the range stop at its ends (+-65504);
+// every NaN becomes the same one, 0x7fff. Needs spans of one size.
+void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
+
+}  // namespace ensonify
