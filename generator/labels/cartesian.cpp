@@ -3,20 +3,83 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "core/units.h"
 
 namespace ensonify {
 namespace {
 
-template <class T>
-std::vector<T> gather(const std::vector<T>& source, const std::vector<std::int32_t>& map,
-                      T outside) {
-  std::vector<T> result(map.size(), outside);
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (map[i] >= 0) result[i] = source[map[i]];
+// Neighbours in the picture lie far apart in the polar image, whose rows it crosses; a tile of it
+// needs no more polar rows than the processor keeps at hand.
+constexpr int kTile_px = 64;
+struct Tile {
+  int first_row = 0, end_row = 0, first_column = 0, end_column = 0;
+};
+
+struct Pixel {
+  std::int32_t to = 0, from = 0;
+};
+
+// Adds `count` pixels outside the fan.
+void add_blank(std::size_t count, LabelledImage& image) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::size_t size = image.level_db.size() + count;
+  image.level_db.resize(size, kNoEnergyDb);
+  image.clean_db.resize(size, kNoEnergyDb);
+  image.elevation_rad.resize(size, nan);
+  image.elevation_std_rad.resize(size, nan);
+  image.instance_fraction.resize(size);
+  image.instance.resize(size);
+  image.semantic.resize(size);
+}
+
+void reserve(std::size_t count, LabelledImage& image) {
+  image.level_db.reserve(count);
+  image.clean_db.reserve(count);
+  image.elevation_rad.reserve(count);
+  image.elevation_std_rad.reserve(count);
+  image.instance_fraction.reserve(count);
+  image.instance.reserve(count);
+  image.semantic.reserve(count);
+}
+
+// The pixels of a tile that lie in the fan.
+void list_pixels(const std::vector<std::int32_t>& map, int columns, const Tile& tile,
+                 std::vector<Pixel>& pixels) {
+  pixels.resize(kTile_px * kTile_px);
+  std::size_t count = 0;
+  for (int row = tile.first_row; row < tile.end_row; ++row) {
+    for (int column = tile.first_column; column < tile.end_column; ++column) {
+      const int to = row * columns + column;
+      pixels[count] = {to, map[to]};
+      count += map[to] >= 0;
+    }
   }
-  return result;
+  pixels.resize(count);
+}
+
+template <class T>
+void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std::vector<T>& to) {
+  for (const Pixel& pixel : pixels) to[pixel.to] = from[pixel.from];
+}
+
+// Copies `pixels` into a blank image and leaves those of them in the list that hold an echo.
+void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
+                 std::vector<Pixel>& pixels, LabelledImage& image) {
+  copy_pixels(pixels, polar.level_db, image.level_db);
+  copy_pixels(pixels, polar.clean_db, image.clean_db);
+  std::size_t count = 0;
+  for (const Pixel pixel : pixels) {
+    pixels[count] = pixel;
+    count += holds_echo[pixel.from];
+  }
+  pixels.resize(count);
+  copy_pixels(pixels, polar.elevation_rad, image.elevation_rad);
+  copy_pixels(pixels, polar.elevation_std_rad, image.elevation_std_rad);
+  copy_pixels(pixels, polar.instance_fraction, image.instance_fraction);
+  copy_pixels(pixels, polar.instance, image.instance);
+  copy_pixels(pixels, polar.semantic, image.semantic);
 }
 
 }  // namespace
@@ -56,17 +119,24 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map) {
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;
-  image.level_db = gather(polar.level_db, map, kNoEnergyDb);
-  image.clean_db = gather(polar.clean_db, map, kNoEnergyDb);
-  image.elevation_rad = gather(polar.elevation_rad, map, nan);
-  image.elevation_std_rad = gather(polar.elevation_std_rad, map, nan);
-  image.instance_fraction = gather(polar.instance_fraction, map, 0.0f);
-  image.instance = gather(polar.instance, map, std::uint16_t{0});
-  image.semantic = gather(polar.semantic, map, std::uint8_t{0});
+  reserve(map.size(), image);
+  // Most pixels hold none, and a map of bytes is looked up faster than an image of floats.
+  std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
+  std::transform(polar.elevation_rad.begin(), polar.elevation_rad.end(), holds_echo.begin(),
+                 [](float elevation) { return std::uint8_t{!std::isnan(elevation)}; });
+  std::vector<Pixel> pixels;
+  for (int row = 0; row < grid.height_px; row += kTile_px) {
+    const int end_row = std::min(row + kTile_px, grid.height_px);
+    add_blank(std::size_t(end_row - row) * grid.width_px, image);
+    for (int column = 0; column < grid.width_px; column += kTile_px) {
+      const Tile tile{row, end_row, column, std::min(column + kTile_px, grid.width_px)};
+      list_pixels(map, grid.width_px, tile, pixels);
+      copy_pixels(polar, holds_echo, pixels, image);
+    }
+  }
   return image;
 }
 

@@ -21,7 +21,8 @@ CartesianGrid cartesian_grid(const Sonar& sonar, int height_px);
 std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& sonar,
                                         const Water& water, const Record& record);
 
-// Outside the fan: kNoEnergyDb, NaN angles, instance 0.
+// Outside the fan: kNoEnergyDb, NaN angles, instance 0. A polar pixel without an elevation holds no
+// label (labels/polar.h).
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map);
 

@@ -9,11 +9,14 @@ namespace ensonify {
 
 GreyImage grey_image(const LabelledImage& image, const std::array<double, 2>& db_limits) {
   GreyImage grey{image.rows, image.columns, {}};
-  grey.pixels.reserve(image.level_db.size());
-  const double scale = 255.0 / (db_limits[1] - db_limits[0]);
-  for (const float level : image.level_db) {
-    const double value = std::clamp((level - db_limits[0]) * scale, 0.0, 255.0);
-    grey.pixels.push_back(static_cast<std::uint8_t>(std::lround(value)));
+  grey.pixels.resize(image.level_db.size());
+  const double black = db_limits[0];
+  const double scale = 255.0 / (db_limits[1] - black);
+  const float* level = image.level_db.data();
+  std::uint8_t* pixel = grey.pixels.data();
+  for (std::size_t i = 0, count = grey.pixels.size(); i < count; ++i) {
+    const double value = std::min(std::max(0.0, (level[i] - black) * scale), 255.0);
+    pixel[i] = static_cast<std::uint8_t>(static_cast<int>(value + 0.5));
   }
   return grey;
 }
@@ -26,8 +29,11 @@ std::array<double, 2> db_limits_from_clean(const LabelledImage& polar) {
     }
   }
   if (levels.empty()) return {60, 120};
-  std::sort(levels.begin(), levels.end());
-  const auto percentile = [&](double p) { return levels[std::size_t(p * (levels.size() - 1))]; };
+  const auto percentile = [&](double p) {
+    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(p * (levels.size() - 1));
+    std::nth_element(levels.begin(), nth, levels.end());
+    return *nth;
+  };
   const double white = std::ceil(percentile(0.99) + 6.0);
   const double black = std::floor(percentile(0.05) - 10.0);
   return {std::clamp(black, white - 80.0, white - 40.0), white};
