@@ -13,7 +13,7 @@ using Complex = std::complex<double>;
 constexpr double kRowCost = 325;
 // What kernel and nodes may take of the tolerance; they add by squares. The kernel is mostly held
 // tighter, for the sake of tails.
-constexpr double kKernelShare = 0.4, kNodeShare = 0.8;
+constexpr double kKernelShare = 0.4, kNodeShare = 0.3;
 // Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
 constexpr double kPowerTolerance = 3e-6;
 
