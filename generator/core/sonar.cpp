@@ -12,6 +12,50 @@ constexpr int kPaddingSamples = 64;
 
 }  // namespace
 
+const char* name_of(PulseShape shape) {
+  switch (shape) {
+    case PulseShape::gaussian:
+      return "gaussian";
+    case PulseShape::flat:
+      return "flat";
+    case PulseShape::lfm:
+      return "lfm";
+    case PulseShape::cw:
+      return "cw";
+    case PulseShape::table:
+      return "table";
+  }
+  return "";
+}
+
+const char* name_of(Window window) {
+  switch (window) {
+    case Window::none:
+      return "none";
+    case Window::hann:
+      return "hann";
+    case Window::hamming:
+      return "hamming";
+    case Window::blackman:
+      return "blackman";
+  }
+  return "";
+}
+
+const char* name_of(Shading shading) {
+  switch (shading) {
+    case Shading::uniform:
+      return "uniform";
+    case Shading::hann:
+      return "hann";
+    case Shading::taylor:
+      return "taylor";
+    case Shading::chebyshev:
+      return "chebyshev";
+  }
+  return "";
+}
+
 double beam_azimuth_rad(const Sonar& sonar, int beam) {
   return (beam - (sonar.beam_count - 1) / 2.0) * sonar.beam_spacing_rad;
 }
@@ -32,9 +76,9 @@ Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s
   Record record;
   record.samples = static_cast<int>(
       std::ceil(sonar.bandwidth_hz * 2.0 * sonar.range_max_m / water.sound_speed_m_s));
-  record.transform = smooth_even_length(
-      record.samples + kPaddingSamples +
-      static_cast<int>(std::ceil(sonar.bandwidth_hz * pulse_extent_s)));
+  record.transform =
+      smooth_even_length(record.samples + kPaddingSamples +
+                         static_cast<int>(std::ceil(sonar.bandwidth_hz * pulse_extent_s)));
   record.sample_interval_s = 1.0 / sonar.bandwidth_hz;
   return record;
 }

@@ -1,6 +1,6 @@
 // What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
 //
-//   Pulse  BeamShading  Adc   parts of it
+//   Pulse  Window  BeamShading  Adc   parts of it       name_of: their words in scenarios and files
 //   Sonar    the instrument                 beam_azimuth_rad  sector_of
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
@@ -77,6 +77,11 @@ struct Water {
   double sound_speed_m_s = 1500;
   double absorption_db_m = 0;  // at the carrier
 };
+
+// As scenarios and sequence.json spell them.
+const char* name_of(PulseShape shape);
+const char* name_of(Window window);
+const char* name_of(Shading shading);
 
 // The length of a stored record and of the transforms behind it (Eq 10-13).
 struct Record {

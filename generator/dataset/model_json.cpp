@@ -7,50 +7,6 @@
 namespace ensonify {
 namespace {
 
-const char* name_of(PulseShape shape) {
-  switch (shape) {
-    case PulseShape::gaussian:
-      return "gaussian";
-    case PulseShape::flat:
-      return "flat";
-    case PulseShape::lfm:
-      return "lfm";
-    case PulseShape::cw:
-      return "cw";
-    case PulseShape::table:
-      return "table";
-  }
-  return "";
-}
-
-const char* name_of(Window window) {
-  switch (window) {
-    case Window::none:
-      return "none";
-    case Window::hann:
-      return "hann";
-    case Window::hamming:
-      return "hamming";
-    case Window::blackman:
-      return "blackman";
-  }
-  return "";
-}
-
-const char* name_of(Shading shading) {
-  switch (shading) {
-    case Shading::uniform:
-      return "uniform";
-    case Shading::hann:
-      return "hann";
-    case Shading::taylor:
-      return "taylor";
-    case Shading::chebyshev:
-      return "chebyshev";
-  }
-  return "";
-}
-
 const char* name_of(Normalization normalization) {
   return normalization == Normalization::calibrated ? "calibrated" : "mean_square";
 }

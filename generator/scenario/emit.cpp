@@ -62,9 +62,8 @@ std::string pose_keys(const PoseSpec& pose) {
 std::string pulse_text(const PulseSpec& pulse, const NameFile& name_file) {
   switch (pulse.shape) {
     case PulseShape::gaussian:
-      return "gaussian";
     case PulseShape::flat:
-      return "flat";
+      break;
     case PulseShape::lfm:
       return fmt::format("{{lfm: {{duration_s: {}, taper: {}}}}}", number(pulse.duration_s),
                          number(pulse.taper));
@@ -73,36 +72,21 @@ std::string pulse_text(const PulseSpec& pulse, const NameFile& name_file) {
     case PulseShape::table:
       return fmt::format("{{table: {{file: {}}}}}", quoted_if_needed(name_file(pulse.file)));
   }
-  return "";
-}
-
-std::string window_text(Window window) {
-  switch (window) {
-    case Window::none:
-      return "none";
-    case Window::hann:
-      return "hann";
-    case Window::hamming:
-      return "hamming";
-    case Window::blackman:
-      return "blackman";
-  }
-  return "";
+  return name_of(pulse.shape);
 }
 
 std::string shading_text(const BeamShading& shading) {
   switch (shading.kind) {
     case Shading::uniform:
-      return "uniform";
     case Shading::hann:
-      return "hann";
+      break;
     case Shading::taylor:
       return fmt::format("{{taylor: {{side_lobe_db: {}, nbar: {}}}}}", number(shading.side_lobe_db),
                          shading.nbar);
     case Shading::chebyshev:
       return fmt::format("{{chebyshev: {{side_lobe_db: {}}}}}", number(shading.side_lobe_db));
   }
-  return "";
+  return name_of(shading.kind);
 }
 
 std::string beams_text(const SonarSpec& sonar) {
@@ -123,7 +107,7 @@ std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   line("frequency_hz", number(sonar.frequency_hz));
   line("bandwidth_hz", number(sonar.bandwidth_hz));
   line("pulse", pulse_text(sonar.pulse, name_file));
-  line("window", window_text(sonar.window));
+  line("window", name_of(sonar.window));
   line("source_level_db", number(sonar.source_level_db));
   line("range_min_m", number(sonar.range_min_m));
   line("range_max_m", number(sonar.range_max_m));
