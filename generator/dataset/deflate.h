@@ -9,7 +9,7 @@
 
 namespace ensonify {
 
-// By libdeflate, which takes a third of zlib's time for the same sizes. Throws std::bad_alloc.
+// By libdeflate. Throws std::bad_alloc.
 void append_zlib(std::span<const std::uint8_t> bytes, std::string& out);
 
 }  // namespace ensonify

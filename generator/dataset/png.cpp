@@ -89,13 +89,11 @@ std::uint32_t big_endian(std::string_view bytes) {
 
 }  // namespace
 
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
-                               PngContent) {
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns) {
   return encode_pixels(pixels, rows, columns);
 }
 
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
-                               PngContent) {
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns) {
   return encode_pixels(pixels, rows, columns);
 }
 

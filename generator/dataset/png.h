@@ -14,14 +14,9 @@
 
 namespace ensonify {
 
-// What the pixels are. Both are encoded alike now: runs and Huffman codes suit both.
-enum class PngContent { speckle, mask };
-
 // Row-major [rows x columns], one channel. Needs pixels.size() == rows * columns, both positive.
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
-                               PngContent content);
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
-                               PngContent content);
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns);
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns);
 
 struct PngHeader {
   std::uint32_t width = 0, height = 0;

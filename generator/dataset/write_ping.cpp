@@ -87,20 +87,17 @@ void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
                     const ExrAttributes& attributes, const char* exr, const char* instance,
                     const char* semantic) {
   jobs.push_back({exr, [&image, attributes] { return encode_exr(image, attributes); }});
-  jobs.push_back({instance, [&image] {
-                    return encode_png(image.instance, image.rows, image.columns, PngContent::mask);
-                  }});
-  jobs.push_back({semantic, [&image] {
-                    return encode_png(image.semantic, image.rows, image.columns, PngContent::mask);
-                  }});
+  jobs.push_back(
+      {instance, [&image] { return encode_png(image.instance, image.rows, image.columns); }});
+  jobs.push_back(
+      {semantic, [&image] { return encode_png(image.semantic, image.rows, image.columns); }});
 }
 
 void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& grey,
                   const char* name) {
   if (!grey) return;
-  jobs.push_back({name, [&image = *grey] {
-                    return encode_png(image.pixels, image.rows, image.columns, PngContent::speckle);
-                  }});
+  jobs.push_back(
+      {name, [&image = *grey] { return encode_png(image.pixels, image.rows, image.columns); }});
 }
 
 // Long jobs first, so that no worker starts one when the others are done.

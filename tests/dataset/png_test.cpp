@@ -62,7 +62,7 @@ TEST_CASE("a 16-bit mask reads back exactly") {
   std::iota(ids.begin(), ids.end(), std::uint16_t{64034});
   ids[7] = 65534;
   ids[8] = 0;
-  const auto bytes = encode_png(ids, 5, 300, PngContent::mask);
+  const auto bytes = encode_png(ids, 5, 300);
   REQUIRE(bytes);
   const Decoded image = decode(*bytes);
   CHECK(image.width == 300);
@@ -72,17 +72,15 @@ TEST_CASE("a 16-bit mask reads back exactly") {
   CHECK(image.pixels == ids);
 }
 
-// Protects the 8-bit pictures in either way of compressing them.
+// Protects the 8-bit pictures.
 TEST_CASE("an 8-bit picture reads back exactly") {
   std::vector<std::uint8_t> pixels(40 * 11);
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i * 89);
-  for (const auto content : {PngContent::speckle, PngContent::mask}) {
-    const auto bytes = encode_png(pixels, 40, 11, content);
-    REQUIRE(bytes);
-    const Decoded image = decode(*bytes);
-    CHECK(image.bit_depth == 8);
-    CHECK(image.pixels == std::vector<std::uint16_t>(pixels.begin(), pixels.end()));
-  }
+  const auto bytes = encode_png(pixels, 40, 11);
+  REQUIRE(bytes);
+  const Decoded image = decode(*bytes);
+  CHECK(image.bit_depth == 8);
+  CHECK(image.pixels == std::vector<std::uint16_t>(pixels.begin(), pixels.end()));
 }
 
 // Protects masks of any content and several blocks: noise, one value, every id, objects on nothing.
@@ -102,19 +100,19 @@ TEST_CASE("large masks read back exactly") {
       ids[i] = i % kColumns / 50 == 2 ? static_cast<std::uint16_t>(300 + i / 9000) : 0;
     }
   }
-  const auto bytes = encode_png(ids, kRows, kColumns, PngContent::mask);
+  const auto bytes = encode_png(ids, kRows, kColumns);
   REQUIRE(bytes);
   CHECK((decode(*bytes).pixels == ids));
 
   const std::vector<std::uint8_t> low(ids.begin(), ids.end());
-  const auto low_bytes = encode_png(low, kRows, kColumns, PngContent::mask);
+  const auto low_bytes = encode_png(low, kRows, kColumns);
   REQUIRE(low_bytes);
   CHECK((decode(*low_bytes).pixels == std::vector<std::uint16_t>(low.begin(), low.end())));
 }
 
 // Protects the promise of equal bytes: no time stamp or other text chunk is in the file.
 TEST_CASE("a PNG file holds the picture and nothing else") {
-  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4, PngContent::mask);
+  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4);
   REQUIRE(bytes);
   std::string chunks;
   for (std::size_t at = 8; at + 12 <= bytes->size();) {
@@ -128,7 +126,7 @@ TEST_CASE("a PNG file holds the picture and nothing else") {
 
 // Protects verify's look at sizes and bit depths.
 TEST_CASE("a PNG header reads back") {
-  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4, PngContent::mask);
+  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4);
   REQUIRE(bytes);
   const auto header = parse_png_header(*bytes);
   REQUIRE(header);
