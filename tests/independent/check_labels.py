@@ -210,25 +210,17 @@ def check_clean(checklist, ping):
     expected, obtained = physics.power_level_db(ping.clean_pa2), ping.channel("clean_db")
     strongest = expected.max()
     strong = expected > max(strongest - CLEAN_DEPTH_DB, physics.SILENCE_DB)
-    gap = np.where(strong, half_gap(obtained, expected), 0.0)
-    gap = np.where(np.isnan(gap), np.inf, gap)
+    exact = ping.sequence.sonar.tolerance < SINGLE_PRECISION_TOLERANCE
+    gap = half_gap(obtained, expected) if exact else np.abs(obtained - expected)
+    allowed, unit = (0.52, "half steps") if exact else (CLEAN_TOLERANCE_DB, "dB")
+    gap = np.where(strong, np.where(np.isnan(gap), np.inf, gap), 0.0)
     where = np.unravel_index(np.argmax(gap), gap.shape)
-    if ping.sequence.sonar.tolerance >= SINGLE_PRECISION_TOLERANCE:
-        gap_db = np.where(strong, np.abs(obtained - expected), 0.0)
-        worst = np.where(np.isnan(gap_db), np.inf, gap_db).max()
-        checklist.expect(
-            worst <= CLEAN_TOLERANCE_DB,
-            f"{ping.label} clean_db, largest difference",
-            f"{worst:.3f} dB",
-            f"<= {CLEAN_TOLERANCE_DB} dB",
-        )
-    else:
-        checklist.expect(
-            gap.max() <= 0.52,
-            f"{ping.label} clean_db, largest difference in half steps",
-            f"{gap.max():.3f} at beam {where[0]} sample {where[1]} ({obtained[where]:.3f} dB)",
-            f"<= 0.52 ({expected[where]:.3f} dB; {np.count_nonzero(strong)} pixels)",
-        )
+    checklist.expect(
+        gap.max() <= allowed,
+        f"{ping.label} clean_db, largest difference in {unit}",
+        f"{gap.max():.3f} at beam {where[0]} sample {where[1]} ({obtained[where]:.3f} dB)",
+        f"<= {allowed} ({expected[where]:.3f} dB; {np.count_nonzero(strong)} pixels)",
+    )
     high = np.count_nonzero(
         ~strong & ~(obtained <= np.maximum(strongest - CLEAN_DEPTH_DB + 1, physics.SILENCE_DB))
     )
