@@ -46,6 +46,11 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ray
 
 }  // namespace
 
+int pings_under_way(int threads, std::uint64_t pings) {
+  const int lanes = threads + 1 + threads / 4;
+  return static_cast<int>(std::min<std::uint64_t>(lanes, pings));
+}
+
 Cost estimate_cost(const Session& session, int threads) {
   const Sonar& sonar = session.sonar;
   const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;

@@ -11,8 +11,12 @@ struct Cost {
   std::uint64_t pings = 0;
   std::uint64_t files = 0;       // exact
   std::uint64_t disk_bytes = 0;  // compressed parts estimated from typical images
-  std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as threads
+  std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as are under way
 };
+
+// How many pings `generate` has in hand at once: one being computed for each thread, and some whose
+// files the disk is taking.
+int pings_under_way(int threads, std::uint64_t pings);
 
 Cost estimate_cost(const Session& session, int threads);
 

@@ -5,8 +5,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <semaphore>
 
 #include "app/commands.h"
+#include "app/cost.h"
 #include "app/interrupt.h"
 #include "app/numerics.h"
 #include "app/progress.h"
@@ -97,29 +99,48 @@ struct Run {
   const Workers& workers;
 };
 
+using Turns = std::counting_semaphore<>;
+
+struct Turn {
+  explicit Turn(Turns& all) : turns(all) { turns.acquire(); }
+  ~Turn() { turns.release(); }
+  Turns& turns;
+};
+
+// The processor's part of a ping, when it is its turn.
+Result<EncodedPing> encoded_ping(const Pipeline& pipeline, std::uint32_t ping,
+                                 const Workers& workers, Turns& turns) {
+  const Turn turn(turns);
+  return encode_ping(pipeline.info(), pipeline.run(ping, workers), workers);
+}
+
 Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
-                 const Workers& workers) {
+                 const Workers& workers, Turns& turns) {
   if (interrupted()) {
     return Error{ErrorKind::interrupted,
                  "interrupted: what is finished is kept; the same command goes on from there"};
   }
-  const PingResult result = pipeline.run(ping, workers);
-  return write_ping(run.options.output, pipeline.info(), result, workers);
+  const Result<EncodedPing> encoded = encoded_ping(pipeline, ping, workers, turns);
+  return encoded ? store_ping(run.options.output, pipeline.info(), *encoded)
+                 : Status(encoded.error());
 }
 
-// Whole pings side by side while there are enough of them, so that the writing of one goes on
-// beside the computing of another, in their order; threads beyond that work within each ping.
+// Whole pings side by side while there are enough of them, in their order; threads beyond that work
+// within each ping. A few pings more than threads are under way: the disk writes those while
+// others are computed.
 Status make_pings(const Run& run, const Pipeline& pipeline,
                   const std::vector<std::uint32_t>& missing, Progress& progress) {
   const int threads = run.workers.threads();
   const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, missing.size()));
   if (side_by_side == 0) return {};
-  std::vector<Status> statuses(side_by_side);
+  const int lanes = pings_under_way(threads, missing.size());
+  Turns turns(side_by_side);
+  std::vector<Status> statuses(lanes);
   std::atomic<std::size_t> next = 0;
-  Workers(side_by_side).for_each(side_by_side, [&](std::size_t lane) {
+  Workers(lanes).for_each(lanes, [&](std::size_t lane) {
     const Workers within(threads / side_by_side);
     for (std::size_t i; (i = next.fetch_add(1)) < missing.size();) {
-      statuses[lane] = make_ping(run, pipeline, missing[i], within);
+      statuses[lane] = make_ping(run, pipeline, missing[i], within, turns);
       if (!statuses[lane]) {
         next = missing.size();
         return;

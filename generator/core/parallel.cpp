@@ -26,11 +26,14 @@ int thread_count(int asked) {
 
 #if defined(ENSONIFY_HAVE_TBB)
 
+int most_threads() { return std::max(256, 4 * thread_count(0)); }
+
 struct Workers::Impl {
   explicit Impl(int n)
       : threads(n),
-        // TBB grants no more threads than the machine has cores unless it is told to.
-        limit(tbb::global_control::max_allowed_parallelism, std::max(n, thread_count(0))),
+        // TBB grants no more threads than the machine has cores unless it is told to, and the least
+        // of all limits that are alive holds for all.
+        limit(tbb::global_control::max_allowed_parallelism, most_threads()),
         arena(n) {}
   int threads;
   tbb::global_control limit;

@@ -1,9 +1,12 @@
 #include "dataset/deflate.h"
 
 #include <libdeflate.h>
+#include <zlib.h>
 
 #include <memory>
 #include <new>
+
+#include "core/error.h"
 
 namespace ensonify {
 namespace {
@@ -18,9 +21,7 @@ struct FreeCompressor {
   }
 };
 
-}  // namespace
-
-void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
+void append_noise(std::span<const std::uint8_t> bytes, std::string& out) {
   // Its tables are 100 kB and more: one for each thread, made once.
   thread_local const std::unique_ptr<libdeflate_compressor, FreeCompressor> compressor(
       libdeflate_alloc_compressor(kLevel));
@@ -30,6 +31,46 @@ void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
   const std::size_t size = libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(),
                                                     out.data() + before, out.size() - before);
   out.resize(before + size);
+}
+
+struct EndDeflate {
+  void operator()(z_stream* stream) const {
+    deflateEnd(stream);
+    delete stream;
+  }
+};
+
+using Zlib = std::unique_ptr<z_stream, EndDeflate>;
+
+Zlib make_zlib() {
+  constexpr int kLargestWindow = 15, kMemory = 8;
+  Zlib stream(new z_stream{});
+  if (deflateInit2(stream.get(), kLevel, Z_DEFLATED, kLargestWindow, kMemory, Z_RLE) != Z_OK) {
+    throw std::bad_alloc();
+  }
+  return stream;
+}
+
+void append_runs(std::span<const std::uint8_t> bytes, std::string& out) {
+  thread_local const Zlib stream = make_zlib();
+  const std::size_t before = out.size();
+  out.resize(before + deflateBound(stream.get(), bytes.size()));
+  deflateReset(stream.get());
+  // It reads through a pointer that is not const.
+  stream->next_in = const_cast<std::uint8_t*>(bytes.data());
+  stream->avail_in = static_cast<uInt>(bytes.size());
+  stream->next_out = reinterpret_cast<Bytef*>(out.data() + before);
+  stream->avail_out = static_cast<uInt>(out.size() - before);
+  ENSONIFY_ASSERT(stream->avail_in == bytes.size() && stream->avail_out == out.size() - before);
+  const int code = deflate(stream.get(), Z_FINISH);
+  ENSONIFY_ASSERT(code == Z_STREAM_END);
+  out.resize(before + stream->total_out);
+}
+
+}  // namespace
+
+void append_zlib(std::span<const std::uint8_t> bytes, Content content, std::string& out) {
+  content == Content::runs ? append_runs(bytes, out) : append_noise(bytes, out);
 }
 
 }  // namespace ensonify

@@ -71,8 +71,8 @@ Error write_error(const fs::path& path, int error_number) {
                                      advice(error_number))};
 }
 
-StreamedFile::StreamedFile(fs::path dir, std::string relative)
-    : dir_(std::move(dir)), relative_(std::move(relative)) {
+StreamedFile::StreamedFile(fs::path dir, std::string relative, bool hashed)
+    : dir_(std::move(dir)), relative_(std::move(relative)), hashed_(hashed) {
   open_temporary();
 }
 
@@ -125,7 +125,7 @@ bool StreamedFile::write_all(std::string_view bytes) {
 void StreamedFile::append(std::string_view bytes) {
   if (error_number_ != 0) return;
   bytes_ += bytes.size();
-  hash_.update(bytes);
+  if (hashed_) hash_.update(bytes);
   if (buffer_.size() + bytes.size() <= kBufferBytes) {
     buffer_ += bytes;
     return;
@@ -186,7 +186,7 @@ Result<FileEntry> StreamedFile::commit() {
   ::close(spare);
   if (!renamed) return failed();
   temporary_.clear();
-  return FileEntry{relative_, bytes_, hash_.finish()};
+  return FileEntry{relative_, bytes_, hashed_ ? hash_.finish() : ""};
 }
 
 Result<FileEntry> write_file_atomically(const fs::path& dir, const std::string& relative,
@@ -194,6 +194,13 @@ Result<FileEntry> write_file_atomically(const fs::path& dir, const std::string& 
   StreamedFile file(dir, relative);
   file.append(bytes);
   return file.commit();
+}
+
+Status write_hashed_file(const fs::path& dir, const std::string& relative, std::string_view bytes) {
+  StreamedFile file(dir, relative, false);
+  file.append(bytes);
+  const auto entry = file.commit();
+  return entry ? Status() : Status(entry.error());
 }
 
 Result<std::string> read_file(const fs::path& path) {

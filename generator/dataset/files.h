@@ -1,6 +1,7 @@
 // Files that appear whole or not at all, and the folder they stand in.
 //
-//   write_file_atomically  StreamedFile   temporary name in DIR/.work/tmp, then a rename
+//   write_file_atomically  write_hashed_file  StreamedFile   temporary name in DIR/.work/tmp, then
+//                                         a rename
 //   read_file                             a whole file
 //   is_safe_relative_path                 stays inside the folder, as written
 //   listed_file_size                      ... and as found on disk: no link on the way
@@ -42,10 +43,15 @@ Error write_error(const std::filesystem::path& path, int error_number);
 Result<FileEntry> write_file_atomically(const std::filesystem::path& dir,
                                         const std::string& relative, std::string_view bytes);
 
+// The same where size and hash of the bytes are known already.
+Status write_hashed_file(const std::filesystem::path& dir, const std::string& relative,
+                         std::string_view bytes);
+
 // The same for a file too long to hold in memory.
 class StreamedFile {
  public:
-  StreamedFile(std::filesystem::path dir, std::string relative);
+  // With `hashed` false commit() gives no hash.
+  StreamedFile(std::filesystem::path dir, std::string relative, bool hashed = true);
   ~StreamedFile();  // drops what was not committed
   StreamedFile(const StreamedFile&) = delete;
   StreamedFile& operator=(const StreamedFile&) = delete;
@@ -63,6 +69,7 @@ class StreamedFile {
 
   std::filesystem::path dir_;
   std::string relative_;
+  bool hashed_;
   std::filesystem::path temporary_;
   int descriptor_ = -1;
   int error_number_ = 0;

@@ -100,8 +100,7 @@ PingRecord record_of(const PingResult& result, std::vector<FileEntry> files) {
   return record;
 }
 
-Status write_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
-                         const PingRecord& record) {
+std::string to_line(const PingRecord& record) {
   Json objects = Json::array();
   for (const Pose& pose : record.object_in_world) objects.push_back(json_of(pose));
   Json first = Json::array();
@@ -115,9 +114,7 @@ Status write_ping_record(const std::filesystem::path& dir, std::uint32_t sequenc
                      {"first_return_m", std::move(first)},
                      {"images", record.images},
                      {"files", std::move(files)}};
-  const auto written = write_file_atomically(dir, layout::record_path(sequence, record.ping),
-                                             json_line(json) + "\n");
-  return written ? Status() : Status(written.error());
+  return json_line(json) + "\n";
 }
 
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,

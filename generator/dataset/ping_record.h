@@ -1,11 +1,12 @@
 // The record of a finished ping in .work: all that the finishing step needs to know of it, so that
 // it never opens the ping's own files. Private to dataset/.
 //
-//   record_of  write_ping_record  read_ping_record  files_are_there
+//   record_of  to_line  read_ping_record  files_are_there
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/error.h"
@@ -27,8 +28,8 @@ struct PingRecord {
 
 PingRecord record_of(const PingResult& result, std::vector<FileEntry> files);
 
-Status write_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
-                         const PingRecord& record);
+// The content of its file.
+std::string to_line(const PingRecord& record);
 
 // Error (io): it cannot be read; (damage): it is not a record of that ping.
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,

@@ -60,7 +60,8 @@ std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t col
 }
 
 template <class Pixel>
-Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns) {
+Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns,
+                                  Content content) {
   ENSONIFY_ASSERT(rows > 0 && columns > 0);
   ENSONIFY_ASSERT(pixels.size() ==
                   static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
@@ -73,7 +74,7 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
     bytes.append(4, '\0');  // grey; the only compression and filters there are; not interlaced
     end_chunk(bytes, chunk);
     chunk = begin_chunk(bytes, "IDAT");
-    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), bytes);
+    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), content, bytes);
     end_chunk(bytes, chunk);
     chunk = begin_chunk(bytes, "IEND");
     end_chunk(bytes, chunk);
@@ -89,12 +90,14 @@ std::uint32_t big_endian(std::string_view bytes) {
 
 }  // namespace
 
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns) {
-  return encode_pixels(pixels, rows, columns);
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
+                               Content content) {
+  return encode_pixels(pixels, rows, columns, content);
 }
 
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns) {
-  return encode_pixels(pixels, rows, columns);
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
+                               Content content) {
+  return encode_pixels(pixels, rows, columns, content);
 }
 
 std::optional<PngHeader> parse_png_header(std::string_view bytes) {

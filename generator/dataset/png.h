@@ -11,12 +11,15 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "dataset/deflate.h"
 
 namespace ensonify {
 
 // Row-major [rows x columns], one channel. Needs pixels.size() == rows * columns, both positive.
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns);
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns);
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
+                               Content content);
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
+                               Content content);
 
 struct PngHeader {
   std::uint32_t width = 0, height = 0;

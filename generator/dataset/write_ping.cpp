@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "dataset/exr.h"
-#include "dataset/files.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/overwrite.h"
 #include "dataset/ping_record.h"
 #include "dataset/png.h"
+#include "dataset/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -87,17 +87,20 @@ void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
                     const ExrAttributes& attributes, const char* exr, const char* instance,
                     const char* semantic) {
   jobs.push_back({exr, [&image, attributes] { return encode_exr(image, attributes); }});
-  jobs.push_back(
-      {instance, [&image] { return encode_png(image.instance, image.rows, image.columns); }});
-  jobs.push_back(
-      {semantic, [&image] { return encode_png(image.semantic, image.rows, image.columns); }});
+  jobs.push_back({instance, [&image] {
+                    return encode_png(image.instance, image.rows, image.columns, Content::runs);
+                  }});
+  jobs.push_back({semantic, [&image] {
+                    return encode_png(image.semantic, image.rows, image.columns, Content::runs);
+                  }});
 }
 
 void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& grey,
                   const char* name) {
   if (!grey) return;
-  jobs.push_back(
-      {name, [&image = *grey] { return encode_png(image.pixels, image.rows, image.columns); }});
+  jobs.push_back({name, [&image = *grey] {
+                    return encode_png(image.pixels, image.rows, image.columns, Content::noise);
+                  }});
 }
 
 // Long jobs first, so that no worker starts one when the others are done.
@@ -132,36 +135,47 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
   return jobs;
 }
 
-Result<FileEntry> do_job(const std::filesystem::path& dir, std::uint32_t sequence,
-                         std::uint32_t ping, const FileJob& job) {
-  const std::string name = layout::ping_file(job.name_template, ping);
-  const std::string relative = layout::in_sequence(sequence, name);
-  return without_exceptions("writing " + (dir / relative).string(), [&]() -> Result<FileEntry> {
-    const auto bytes = job.encode();
+Result<EncodedFile> do_job(std::uint32_t ping, const FileJob& job) {
+  EncodedFile file;
+  file.name_template = job.name_template;
+  file.entry.path = layout::ping_file(job.name_template, ping);
+  return without_exceptions("encoding " + file.entry.path, [&]() -> Result<EncodedFile> {
+    Result<std::string> bytes = job.encode();
     if (!bytes) return bytes.error();
-    auto entry = write_file_atomically(dir, relative, *bytes);
-    if (entry) entry->path = name;
-    return entry;
+    file.bytes = std::move(*bytes);
+    file.entry.bytes = file.bytes.size();
+    file.entry.sha256 = sha256_hex(file.bytes);
+    return std::move(file);
   });
 }
 
-Status write_all(const std::filesystem::path& dir, const SequenceInfo& info,
-                 const PingResult& result, const Workers& workers) {
+Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& result,
+                               const Workers& workers) {
   const auto jobs = jobs_of(info, result);
-  std::vector<std::string> templates;
-  for (const FileJob& job : jobs) templates.emplace_back(job.name_template);
-  if (const auto planned = plan_sequence(dir, info, templates); !planned) return planned;
-
-  std::vector<std::optional<Result<FileEntry>>> done(jobs.size());
-  workers.for_each(jobs.size(), [&](std::size_t i) {
-    done[i] = do_job(dir, info.sequence, result.ping, jobs[i]);
-  });
+  std::vector<std::optional<Result<EncodedFile>>> done(jobs.size());
+  workers.for_each(jobs.size(), [&](std::size_t i) { done[i] = do_job(result.ping, jobs[i]); });
+  EncodedPing encoded;
+  encoded.ping = result.ping;
   std::vector<FileEntry> entries;
-  for (const auto& entry : done) {
-    if (!entry->ok()) return entry->error();
-    entries.push_back(**entry);
+  for (auto& file : done) {
+    if (!file->ok()) return file->error();
+    entries.push_back((*file)->entry);
+    encoded.files.push_back(std::move(**file));
   }
-  return write_ping_record(dir, info.sequence, record_of(result, std::move(entries)));
+  encoded.record = to_line(record_of(result, std::move(entries)));
+  return encoded;
+}
+
+Status store_all(const std::filesystem::path& dir, const SequenceInfo& info,
+                 const EncodedPing& encoded) {
+  std::vector<std::string> templates;
+  for (const EncodedFile& file : encoded.files) templates.push_back(file.name_template);
+  if (const auto planned = plan_sequence(dir, info, templates); !planned) return planned;
+  for (const EncodedFile& file : encoded.files) {
+    const std::string relative = layout::in_sequence(info.sequence, file.entry.path);
+    if (Status written = write_hashed_file(dir, relative, file.bytes); !written) return written;
+  }
+  return write_hashed_file(dir, layout::record_path(info.sequence, encoded.ping), encoded.record);
 }
 
 }  // namespace
@@ -175,17 +189,30 @@ bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, 
   return record && files_are_there(dir, sequence, *record);
 }
 
-Status write_ping(const std::filesystem::path& dir, const SequenceInfo& info,
-                  const PingResult& result, const Workers& workers) {
+Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
+                                const Workers& workers) {
   if (const std::string what = misfit(info, result); !what.empty()) {
     return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not fit what the "
                                              "sequence says of it; please report this",
                                              info.sequence, result.ping, what)};
   }
-  if (ping_is_finished(dir, info.sequence, result.ping, info)) return {};
   return without_exceptions(
-      fmt::format("writing ping {} of sequence {}", result.ping, info.sequence),
-      [&] { return write_all(dir, info, result, workers); });
+      fmt::format("encoding ping {} of sequence {}", result.ping, info.sequence),
+      [&] { return encode_all(info, result, workers); });
+}
+
+Status store_ping(const std::filesystem::path& dir, const SequenceInfo& info,
+                  const EncodedPing& encoded) {
+  if (ping_is_finished(dir, info.sequence, encoded.ping, info)) return {};
+  return without_exceptions(
+      fmt::format("writing ping {} of sequence {}", encoded.ping, info.sequence),
+      [&] { return store_all(dir, info, encoded); });
+}
+
+Status write_ping(const std::filesystem::path& dir, const SequenceInfo& info,
+                  const PingResult& result, const Workers& workers) {
+  const Result<EncodedPing> encoded = encode_ping(info, result, workers);
+  return encoded ? store_ping(dir, info, *encoded) : Status(encoded.error());
 }
 
 }  // namespace ensonify

@@ -1,15 +1,19 @@
 // One ping on disk: its pictures, arrays and labels, then the record that says it is done.
 //
 //   ping_is_finished
-//   write_ping
+//   encode_ping  store_ping   the work of the processor and that of the disk
+//   write_ping                both
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/ping.h"
+#include "dataset/files.h"
 
 namespace ensonify {
 
@@ -19,14 +23,31 @@ namespace ensonify {
 bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, std::uint32_t ping,
                       const SequenceInfo& info);
 
-// Encodes, hashes and writes the files of a ping, each under a temporary name first, and its record
-// last. Does nothing if the ping is finished: another copy of the same work was faster. May be
-// called for several pings at once.
-//
+struct EncodedFile {
+  std::string name_template;  // see layout.h
+  FileEntry entry;            // its path relative to the sequence's folder
+  std::string bytes;
+};
+
+// All that goes to the disk of one ping, hashed.
+struct EncodedPing {
+  std::uint32_t ping = 0;
+  std::vector<EncodedFile> files;
+  std::string record;
+};
+
 // Which files: `info.output` says it for timeseries, polar, cartesian and scatterers; with
 // `info.output.png` the grey pictures that `result` holds. A result that lacks what it says, or
-// whose sizes do not fit `info`, is an Error (bug). Error (io): a file cannot be written; what
-// stands under a final name is whole.
+// whose sizes do not fit `info`, is an Error (bug).
+Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
+                                const Workers& workers);
+
+// Writes the files, each under a temporary name first, and the record last. Does nothing if the
+// ping is finished: another copy of the same work was faster. May be called for several pings at
+// once. Error (io): a file cannot be written; what stands under a final name is whole.
+Status store_ping(const std::filesystem::path& dir, const SequenceInfo& info,
+                  const EncodedPing& encoded);
+
 Status write_ping(const std::filesystem::path& dir, const SequenceInfo& info,
                   const PingResult& result, const Workers& workers);
 

@@ -21,6 +21,7 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(fmt REQUIRED)
   find_package(nlohmann_json REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+  find_package(ZLIB REQUIRED)
   pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 endif()
 

@@ -59,11 +59,11 @@ TEST_CASE("a ping's files hold what their names say") {
   CHECK(png("polar/000001_instance.png").width == sample::kBeams);
   CHECK(png("polar/000001_semantic.png").bit_depth == 8);
   CHECK(png("cartesian/000001_instance.png").height == 7);
-  CHECK(*encode_png(result.polar->semantic, sample::kSamples, sample::kBeams) ==
+  CHECK(*encode_png(result.polar->semantic, sample::kSamples, sample::kBeams, Content::runs) ==
         sample::read(dir / "polar/000001_semantic.png"));
-  CHECK(*encode_png(result.polar_grey->pixels, sample::kSamples, sample::kBeams) ==
+  CHECK(*encode_png(result.polar_grey->pixels, sample::kSamples, sample::kBeams, Content::noise) ==
         sample::read(dir / "png/000001_polar.png"));
-  CHECK(*encode_png(result.cartesian_grey->pixels, 7, 8) ==
+  CHECK(*encode_png(result.cartesian_grey->pixels, 7, 8, Content::noise) ==
         sample::read(dir / "png/000001_cartesian.png"));
 }
 
