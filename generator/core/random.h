@@ -17,7 +17,17 @@
 namespace ensonify {
 
 // The values are part of every data set's identity: never renumber.
-enum class Stream : std::uint32_t { speckle = 1, noise = 2, split = 3, volume = 4 };
+enum class Stream : std::uint32_t {
+  speckle = 1,
+  noise = 2,
+  split = 3,
+  volume = 4,   // echoes of volumes
+  terrain = 5,  // procedural seabed
+  motion = 6,   // jitter of paths
+  world = 7,    // values of a scenario that are drawn
+  place = 8,    // where objects come to lie
+  bubbles = 9,  // procedural volumes
+};
 
 struct Philox4 {
   std::uint32_t v[4];

@@ -2,62 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "scenario/scenario.h"
-#include "scenario/text.h"
+#include "scenario/emit.h"
 
 namespace ensonify {
 namespace {
-
-using NameFile = std::function<std::string(const std::filesystem::path&)>;
-
-// The shortest digits that read back the same. YAML 1.1 knows no exponent without a point: 1e-05
-// would be text to some readers.
-std::string number(double value) {
-  std::string text = fmt::format("{}", value);
-  const std::size_t exponent = text.find('e');
-  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
-    text.insert(exponent, ".0");
-  }
-  return text;
-}
-
-template <std::size_t N>
-std::string numbers(const std::array<double, N>& values) {
-  std::string text = "[";
-  for (const double value : values) text += (text.size() > 1 ? ", " : "") + number(value);
-  return text + "]";
-}
-
-// Plain only if no reader could take it for anything else.
-std::string quoted_if_needed(const std::string& text) {
-  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
-  constexpr std::string_view kOthers = "0123456789.-/";
-  const auto one_of = [](char c, std::string_view set) {
-    return set.find(c) != std::string_view::npos;
-  };
-  bool plain = !text.empty() && one_of(text[0], kLetters);
-  for (const char c : text) plain = plain && (one_of(c, kLetters) || one_of(c, kOthers));
-  for (const char* word : {"null", "y", "n"}) plain = plain && !equals_ignoring_case(text, word);
-  if (plain && classify_plain(text) == PlainKind::text) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
-std::string rotation(const RotationSpec& spec) {
-  if (const auto* angles = std::get_if<std::array<double, 3>>(&spec)) {
-    return "rotation_deg: " + numbers(*angles);
-  }
-  const Quat& q = std::get<Quat>(spec);
-  return "quaternion_wxyz: " + numbers(std::array<double, 4>{q.w, q.x, q.y, q.z});
-}
-
-std::string pose_keys(const PoseSpec& pose) {
-  return fmt::format("position_m: {}, {}", numbers(pose.position_m), rotation(pose.rotation));
-}
 
 std::string pulse_text(const PulseSpec& pulse, const NameFile& name_file) {
   switch (pulse.shape) {
@@ -184,29 +132,6 @@ std::string materials_text(const std::vector<MaterialSpec>& materials, const Nam
   return text;
 }
 
-std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
-  return std::visit(
-      [&](const auto& s) -> std::string {
-        using S = std::decay_t<decltype(s)>;
-        if constexpr (std::is_same_v<S, BoxSpec>) {
-          return fmt::format("box: {{size_m: {}, inside: {}}}", numbers(s.size_m), s.inside);
-        } else if constexpr (std::is_same_v<S, SphereSpec>) {
-          return fmt::format("sphere: {{radius_m: {}, inside: {}}}", number(s.radius_m), s.inside);
-        } else if constexpr (std::is_same_v<S, CylinderSpec>) {
-          return fmt::format("cylinder: {{radius_m: {}, height_m: {}}}", number(s.radius_m),
-                             number(s.height_m));
-        } else if constexpr (std::is_same_v<S, PlaneSpec>) {
-          return "plane: {}";
-        } else {
-          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}}}",
-                             quoted_if_needed(name_file(s.file)), number(s.scale),
-                             s.smooth_normals ? "smooth" : "face",
-                             s.vertex_reflectivity ? "vertex_color" : "material");
-        }
-      },
-      shape);
-}
-
 std::string objects_text(const std::vector<ObjectSpec>& objects, const NameFile& name_file) {
   if (objects.empty()) return "objects: []\n";
   std::string text = "objects:\n";
@@ -230,17 +155,6 @@ std::string point_targets_text(const std::vector<PointTargetSpec>& targets) {
   return text;
 }
 
-std::string volumes_text(const std::vector<VolumeSpec>& volumes) {
-  if (volumes.empty()) return "volumes: []\n";
-  std::string text = "volumes:\n";
-  for (const VolumeSpec& volume : volumes) {
-    text += fmt::format("  - {{name: {}, class: {}, uniform: {{strength_db: {}}}}}\n",
-                        quoted_if_needed(volume.name), quoted_if_needed(volume.class_name),
-                        number(volume.strength_db));
-  }
-  return text;
-}
-
 std::string noise_text(const Scenario& scenario) {
   if (const auto level = scenario.noise_spectrum_level_db) {
     return fmt::format("noise: {{spectrum_level_db: {}}}\n", number(*level));
@@ -249,21 +163,6 @@ std::string noise_text(const Scenario& scenario) {
     return fmt::format("noise: {{snr_db: {}}}\n", number(*ratio));
   }
   return "";
-}
-
-std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file) {
-  std::string text = "trajectory:\n";
-  if (const auto* path = std::get_if<PathFileSpec>(&trajectory.path)) {
-    text += fmt::format("  file: {}\n", quoted_if_needed(name_file(path->file)));
-  } else {
-    text += "  poses:\n";
-    for (const TimedPoseSpec& pose : std::get<std::vector<TimedPoseSpec>>(trajectory.path)) {
-      text += fmt::format("    - {{time_s: {}, {}}}\n", number(pose.time_s), pose_keys(pose.pose));
-    }
-  }
-  text += fmt::format("  ping_rate_hz: {}\n", number(trajectory.ping_rate_hz));
-  if (trajectory.pings) text += fmt::format("  pings: {}\n", *trajectory.pings);
-  return text;
 }
 
 std::string output_text(const OutputSpec& output) {

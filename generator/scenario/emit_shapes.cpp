@@ -1,0 +1,32 @@
+#include <type_traits>
+
+#include <fmt/format.h>
+
+#include "scenario/emit.h"
+
+namespace ensonify {
+
+std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
+  return std::visit(
+      [&](const auto& s) -> std::string {
+        using S = std::decay_t<decltype(s)>;
+        if constexpr (std::is_same_v<S, BoxSpec>) {
+          return fmt::format("box: {{size_m: {}, inside: {}}}", numbers(s.size_m), s.inside);
+        } else if constexpr (std::is_same_v<S, SphereSpec>) {
+          return fmt::format("sphere: {{radius_m: {}, inside: {}}}", number(s.radius_m), s.inside);
+        } else if constexpr (std::is_same_v<S, CylinderSpec>) {
+          return fmt::format("cylinder: {{radius_m: {}, height_m: {}}}", number(s.radius_m),
+                             number(s.height_m));
+        } else if constexpr (std::is_same_v<S, PlaneSpec>) {
+          return "plane: {}";
+        } else {
+          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}}}",
+                             quoted_if_needed(name_file(s.file)), number(s.scale),
+                             s.smooth_normals ? "smooth" : "face",
+                             s.vertex_reflectivity ? "vertex_color" : "material");
+        }
+      },
+      shape);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,61 @@
+#include "scenario/parse.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
+
+void parse_box(Faults& faults, const Value& map, ShapeSpec& shape) {
+  BoxSpec box;
+  if (!open_map(faults, map, {"size_m", "inside"})) return;
+  read_numbers(faults, map, "size_m", kLength, box.size_m, Need::required);
+  read_boolean(faults, map, "inside", box.inside);
+  shape = box;
+}
+
+void parse_sphere(Faults& faults, const Value& map, ShapeSpec& shape) {
+  SphereSpec sphere;
+  if (!open_map(faults, map, {"radius_m", "inside"})) return;
+  read_number(faults, map, "radius_m", kLength, sphere.radius_m, Need::required);
+  read_boolean(faults, map, "inside", sphere.inside);
+  shape = sphere;
+}
+
+void parse_cylinder(Faults& faults, const Value& map, ShapeSpec& shape) {
+  CylinderSpec cylinder;
+  if (!open_map(faults, map, {"radius_m", "height_m"})) return;
+  read_number(faults, map, "radius_m", kLength, cylinder.radius_m, Need::required);
+  read_number(faults, map, "height_m", kLength, cylinder.height_m, Need::required);
+  shape = cylinder;
+}
+
+void parse_mesh(const InputFolder& input, const Value& map, ShapeSpec& shape) {
+  MeshSpec mesh;
+  if (!open_map(input.faults, map, {"file", "scale", "normals", "reflectivity"})) return;
+  parse_input_file(input, map, "file", {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"},
+                   mesh.file);
+  read_number(input.faults, map, "scale", kLength, mesh.scale);
+  read_choice<bool>(input.faults, map, "normals", {{"face", false}, {"smooth", true}},
+                    mesh.smooth_normals);
+  read_choice<bool>(input.faults, map, "reflectivity",
+                    {{"material", false}, {"vertex_color", true}}, mesh.vertex_reflectivity);
+  shape = mesh;
+}
+
+}  // namespace
+
+void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape) {
+  const std::vector<std::string_view> kinds = {"box", "sphere", "cylinder", "plane", "mesh"};
+  if (!open_map(input.faults, map, kinds)) return;
+  const auto kind = only_key_of(input.faults, map, kinds, "one of " + joined(kinds));
+  if (!kind) return;
+  const Value value = *child(map, *kind);
+  if (*kind == "box") parse_box(input.faults, value, shape);
+  if (*kind == "sphere") parse_sphere(input.faults, value, shape);
+  if (*kind == "cylinder") parse_cylinder(input.faults, value, shape);
+  if (*kind == "mesh") parse_mesh(input, value, shape);
+  if (*kind == "plane" && open_map(input.faults, value, {})) shape = PlaneSpec{};
+}
+
+}  // namespace ensonify
