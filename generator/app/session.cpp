@@ -139,4 +139,10 @@ Pose sonar_pose(const Session& session, std::uint32_t ping) {
   return compose(pose_at(session.path, session.ping_times_s[ping]), session.mount);
 }
 
+std::vector<Pose> object_poses(const Session& session, std::uint32_t) {
+  std::vector<Pose> poses;
+  for (const WorldObject& object : session.world.objects) poses.push_back(object.pose);
+  return poses;
+}
+
 }  // namespace ensonify

@@ -43,7 +43,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
 // A draw keyed by seed and sequence: the same whatever else is run.
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence);
 
-// Where the sonar is at a ping.
+// Where the sonar is at a ping, and each of World::objects.
 Pose sonar_pose(const Session& session, std::uint32_t ping);
+std::vector<Pose> object_poses(const Session& session, std::uint32_t ping);
 
 }  // namespace ensonify
