@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "scenario/tables.h"
+#include "world/place.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -112,7 +113,7 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
 
 }  // namespace
 
-Result<World> build_world(const Scenario& scenario) {
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
@@ -120,6 +121,7 @@ Result<World> build_world(const Scenario& scenario) {
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
+  if (Status placed = place_objects(scenario, sequence, world); !placed) return placed.error();
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;
