@@ -117,6 +117,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (scenario.noise_spectrum_level_db) {
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
+  info.draws = scenario.draws;
   info.instances = session.world.instances;
   info.classes = session.world.classes;
   if (scenario.output.selection.cartesian) {

@@ -102,8 +102,9 @@ struct OutputSelection {
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came
 // out, as YAML.
 struct DrawnValue {
-  std::string path;
+  std::string path;  // objects.rock_3.pose.position_m.0
   std::string value;
+  friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
 };
 
 struct SequenceInfo {

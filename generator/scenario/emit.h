@@ -1,6 +1,6 @@
 // Parts of the resolved text. Private to scenario/.
 //
-//   number  numbers  quoted_if_needed  pose_keys    single values
+//   number  numbers  quoted_if_needed  pose_keys  place_keys   single values
 //   shape_text  volumes_text  trajectory_text       in emit_shapes.cpp, emit_volumes.cpp, ...
 #pragma once
 
@@ -31,6 +31,8 @@ std::string quoted_if_needed(const std::string& text);
 
 // position_m and the rotation as it was given.
 std::string pose_keys(const PoseSpec& pose);
+
+std::string place_keys(const PlaceSpec& place);
 
 // One key with its options: "box: {...}".
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);

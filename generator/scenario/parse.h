@@ -6,6 +6,7 @@
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
+//   parse_place  check_places        in parse_place.cpp
 //   parse_pose  parse_input_file     shared by several
 #pragma once
 
@@ -70,6 +71,11 @@ void check_instances(Faults& faults, const Value& root);
 
 inline const std::vector<std::string_view> kPoseKeys = {"position_m", "rotation_deg",
                                                         "quaternion_wxyz"};
+
+void parse_place(Faults& faults, const Value& map, PlaceSpec& place);
+
+// What objects are placed on: objects that stand before them.
+void check_places(Faults& faults, const Value& objects);
 
 // The pose keys of a map that may hold others as well.
 void parse_pose(Faults& faults, const Value& map, PoseSpec& pose);

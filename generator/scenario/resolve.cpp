@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/units.h"
+#include "scenario/drawn_sections.h"
 #include "scenario/scenario.h"
 
 namespace ensonify {
@@ -72,14 +73,28 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   const auto add = [&](const std::filesystem::path& file) {
     if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
   };
-  if (!scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
-  for (const MaterialSpec& material : scenario.materials) {
-    if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
+  // A section that is drawn names more than this sequence uses.
+  const auto add_drawn = [&](std::string_view key) {
+    const Node* drawn = drawn_section(scenario, key);
+    if (drawn == nullptr) return false;
+    for (const std::filesystem::path& file : section_files(*drawn)) add(file);
+    return true;
+  };
+  if (!add_drawn("sonar") && !scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
+  if (!add_drawn("materials")) {
+    for (const MaterialSpec& material : scenario.materials) {
+      if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
+    }
   }
-  for (const ObjectSpec& object : scenario.objects) {
-    if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+  if (!add_drawn("objects")) {
+    for (const ObjectSpec& object : scenario.objects) {
+      if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+    }
   }
-  if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
+  add_drawn("volumes");
+  if (!add_drawn("trajectory")) {
+    if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
+  }
   return files;
 }
 

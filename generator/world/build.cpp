@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "scenario/tables.h"
+#include "world/place.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -123,7 +124,7 @@ World empty_world(const Scenario& scenario) {
   return world;
 }
 
-Result<World> build_world(const Scenario& scenario, [[maybe_unused]] std::uint32_t sequence) {
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   world.classes = scenario.class_names;
   Faults faults;
@@ -132,6 +133,7 @@ Result<World> build_world(const Scenario& scenario, [[maybe_unused]] std::uint32
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
+  if (Status placed = place_objects(scenario, sequence, world); !placed) return placed.error();
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;
