@@ -35,6 +35,8 @@ std::string pose_keys(const PoseSpec& pose);
 // One key with its options: "box: {...}".
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);
 
+std::string heightfield_text(const HeightfieldSpec& field, const NameFile& name_file);
+
 // Whole sections.
 std::string volumes_text(const std::vector<VolumeSpec>& volumes);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);

@@ -76,6 +76,10 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   }
   for (const ObjectSpec& object : scenario.objects) {
     if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+    if (const auto* field = std::get_if<HeightfieldSpec>(&object.shape)) {
+      if (!field->file.empty()) add(field->file);
+      if (!field->reflectivity_map.empty()) add(field->reflectivity_map);
+    }
   }
   if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
   return files;
