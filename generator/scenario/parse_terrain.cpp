@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 
 #include "scenario/parse.h"
@@ -11,8 +8,10 @@ namespace {
 
 constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
 
-// Vertices of a procedural terrain: its waves are summed on up to four times as many.
-constexpr double kMaxVertices = 16e6;
+constexpr double kMaxVertices = 64e6;
+
+// 1 GiB while the waves are summed.
+constexpr double kMaxPeriodCells = 1 << 26;
 
 // Coarser ones would be drawn as zigzags.
 constexpr double kMinCellsPerRipple = 4;
@@ -54,23 +53,34 @@ void parse_ripple(Faults& faults, const Value& map, double cell_m, RippleSpec& r
   }
 }
 
+void check_size(Faults& faults, const Value& map, const HeightfieldSpec& field) {
+  const auto refuse = [&](const std::string& trouble) {
+    const Value value = *child(map, "cell_m");
+    add_fault(faults, value.place, value.path, trouble + "; take larger cells or a smaller size_m");
+  };
+  const auto [size_x, size_y] = field.size_m;
+  const double vertices = (size_x / field.cell_m + 1) * (size_y / field.cell_m + 1);
+  if (vertices > kMaxVertices) {
+    refuse(fmt::format("{} m over {} m x {} m makes {:.4g} vertices, accepted are {:.0f} at most",
+                       field.cell_m, size_x, size_y, vertices, kMaxVertices));
+    return;
+  }
+  if (!field.roughness) return;
+  const auto [period_x, period_y] = roughness_period(field);
+  if (static_cast<double>(period_x) * static_cast<double>(period_y) > kMaxPeriodCells) {
+    refuse(
+        fmt::format("{} m for roughness over {} m x {} m makes {} x {} waves, accepted are "
+                    "{:.0f} at most",
+                    field.cell_m, size_x, size_y, period_x, period_y, kMaxPeriodCells));
+  }
+}
+
 void parse_procedural(Faults& faults, const Value& map, HeightfieldSpec& field) {
   refuse_useless(faults, map, {"height_scale", "height_offset_m"}, "without a file");
   const bool has_size = read_numbers(faults, map, "size_m", kLength, field.size_m, Need::required);
   const bool has_cell = read_number(faults, map, "cell_m", kLength, field.cell_m, Need::required);
-  if (has_size && has_cell) {
-    const double vertices =
-        (field.size_m[0] / field.cell_m + 1) * (field.size_m[1] / field.cell_m + 1);
-    if (vertices > kMaxVertices) {
-      const Value value = *child(map, "cell_m");
-      add_fault(
-          faults, value.place, value.path,
-          fmt::format("{} m over {} m x {} m makes {:.0f} vertices, accepted are {:.0f} at "
-                      "most; take larger cells",
-                      field.cell_m, field.size_m[0], field.size_m[1], vertices, kMaxVertices));
-    }
-  }
   if (const auto roughness = child(map, "roughness")) parse_roughness(faults, *roughness, field);
+  if (has_size && has_cell) check_size(faults, map, field);
   const auto ripples = child(map, "ripples");
   if (!ripples || !open_list(faults, *ripples)) return;
   field.ripples.resize(ripples->node->items.size());
@@ -95,10 +105,6 @@ void parse_height_file(const InputFolder& input, const Value& map, HeightfieldSp
 }
 
 }  // namespace
-
-int cells_along(double size_m, double cell_m) {
-  return std::max(1, static_cast<int>(std::lround(size_m / cell_m)));
-}
 
 void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field) {
   Faults& faults = input.faults;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -40,7 +41,11 @@ struct HeightfieldSpec {
   friend bool operator==(const HeightfieldSpec&, const HeightfieldSpec&) = default;
 };
 
-// Whole cells along a side of a procedural one, one at least.
-int cells_along(double size_m, double cell_m);
+// Vertices of a procedural one along x and y: its sides in whole cells, one at least, and one more.
+std::array<int, 2> vertices_along(const HeightfieldSpec& field);
+
+// Period of its roughness along x and y, in cells: powers of two that hold the terrain and, as far
+// as the terrain's longer side does, the outer scale, without which the long waves come out wrong.
+std::array<std::int64_t, 2> roughness_period(const HeightfieldSpec& field);
 
 }  // namespace ensonify
