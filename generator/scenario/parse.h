@@ -7,6 +7,7 @@
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
 //   parse_place  check_places        in parse_place.cpp
+//   parse_heightfield                in parse_terrain.cpp
 //   parse_pose  parse_input_file     shared by several
 #pragma once
 
@@ -59,6 +60,7 @@ void parse_materials(const InputFolder& input, const Value& value,
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
+void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
 void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
 

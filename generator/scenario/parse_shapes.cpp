@@ -46,7 +46,8 @@ void parse_mesh(const InputFolder& input, const Value& map, ShapeSpec& shape) {
 }  // namespace
 
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape) {
-  const std::vector<std::string_view> kinds = {"box", "sphere", "cylinder", "plane", "mesh"};
+  const std::vector<std::string_view> kinds = {"box",   "sphere", "cylinder",
+                                               "plane", "mesh",   "heightfield"};
   if (!open_map(input.faults, map, kinds)) return;
   const auto kind = only_key_of(input.faults, map, kinds, "one of " + joined(kinds));
   if (!kind) return;
@@ -55,6 +56,7 @@ void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape) {
   if (*kind == "sphere") parse_sphere(input.faults, value, shape);
   if (*kind == "cylinder") parse_cylinder(input.faults, value, shape);
   if (*kind == "mesh") parse_mesh(input, value, shape);
+  if (*kind == "heightfield") parse_heightfield(input, value, shape.emplace<HeightfieldSpec>());
   if (*kind == "plane" && open_map(input.faults, value, {})) shape = PlaneSpec{};
 }
 

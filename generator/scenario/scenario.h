@@ -24,6 +24,7 @@
 #include "core/sonar.h"
 #include "core/vec.h"
 #include "scenario/place_spec.h"
+#include "scenario/terrain_spec.h"
 
 namespace ensonify {
 
@@ -129,7 +130,8 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
-using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
+using ShapeSpec =
+    std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec, HeightfieldSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {
