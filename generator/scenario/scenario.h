@@ -22,6 +22,7 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/model_spec.h"
 
 namespace ensonify {
 
@@ -136,7 +137,7 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
-using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
+using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec, ModelSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {
