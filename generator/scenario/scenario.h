@@ -23,6 +23,7 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/model_spec.h"
 #include "scenario/place_spec.h"
 #include "scenario/terrain_spec.h"
 
@@ -130,8 +131,8 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
-using ShapeSpec =
-    std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec, HeightfieldSpec>;
+using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
+                               HeightfieldSpec, ModelSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {

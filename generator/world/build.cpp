@@ -7,8 +7,9 @@
 #include <tuple>
 
 #include "scenario/tables.h"
-#include "world/place.h"
 #include "world/heightfield.h"
+#include "world/models/models.h"
+#include "world/place.h"
 #include "world/seabed.h"
 #include "world/world.h"
 
@@ -53,6 +54,12 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
     }
+    return Shape(MeshShape{cached});
+  }
+  if (const auto* model = std::get_if<ModelSpec>(&spec)) {
+    // No file is called so: mesh files have an ending.
+    auto& cached = meshes[{std::string(word_of(model->kind)), model->size_m, false, false}];
+    if (!cached) cached = std::make_shared<const Mesh>(model_mesh(model->kind, model->size_m));
     return Shape(MeshShape{cached});
   }
   return Shape(PlaneShape{});
