@@ -60,15 +60,16 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
 
 }  // namespace
 
-Result<Session> prepare_session(Scenario scenario) {
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
-  Result<World> world = build_world(scenario);
-  Result<Path> path = load_path(scenario.trajectory);
+  Result<World> world = build_world(scenario, sequence);
+  Result<Path> path =
+      load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, sequence));
   if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));

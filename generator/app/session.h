@@ -29,9 +29,9 @@ struct Session {
   std::vector<double> ping_times_s;  // of all pings, whatever range is run
 };
 
-// Loads meshes, tables and paths. Errors (usage): those of load_pulse_table, build_world, load_path
-// and ping_times, all at once.
-Result<Session> prepare_session(Scenario scenario);
+// Loads meshes, tables and paths of a sequence. Errors (usage): those of load_pulse_table,
+// build_world, load_path and ping_times, all at once.
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence = 0);
 
 // Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,

@@ -136,10 +136,13 @@ std::string objects_text(const std::vector<ObjectSpec>& objects, const NameFile&
   if (objects.empty()) return "objects: []\n";
   std::string text = "objects:\n";
   for (const ObjectSpec& object : objects) {
-    text += fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, pose: {{{}}}}}\n",
-                        quoted_if_needed(object.name), quoted_if_needed(object.class_name),
-                        quoted_if_needed(object.material), shape_text(object.shape, name_file),
-                        pose_keys(object.pose));
+    const std::string place = object.trajectory
+                                  ? object_trajectory_text(*object.trajectory, name_file)
+                                  : fmt::format("pose: {{{}}}", pose_keys(object.pose));
+    text +=
+        fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, {}}}\n",
+                    quoted_if_needed(object.name), quoted_if_needed(object.class_name),
+                    quoted_if_needed(object.material), shape_text(object.shape, name_file), place);
   }
   return text;
 }

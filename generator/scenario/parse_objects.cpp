@@ -36,7 +36,7 @@ void parse_material_name(Faults& faults, const Value& map, const MaterialNames& 
 void parse_object(const InputFolder& input, const Value& map, const MaterialNames& names,
                   ObjectSpec& object) {
   Faults& faults = input.faults;
-  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose"})) return;
+  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose", "trajectory"})) return;
   read_text(faults, map, "name", object.name, Need::required);
   read_text(faults, map, "class", object.class_name);
   parse_material_name(faults, map, names, object.material);
@@ -48,6 +48,10 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
   }
   if (const auto pose = child(map, "pose"); pose && open_map(faults, *pose, kPoseKeys)) {
     parse_pose(faults, *pose, object.pose);
+  }
+  if (const auto trajectory = child(map, "trajectory")) {
+    parse_object_trajectory(input, *trajectory, object.trajectory.emplace());
+    refuse_useless(faults, map, {"pose"}, "beside trajectory, whose poses take its place");
   }
 }
 

@@ -70,14 +70,18 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   const auto add = [&](const std::filesystem::path& file) {
     if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
   };
+  const auto add_path = [&](const TrajectorySpec& trajectory) {
+    if (const auto* path = std::get_if<PathFileSpec>(&trajectory.path)) add(path->file);
+  };
   if (!scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
   for (const MaterialSpec& material : scenario.materials) {
     if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
   }
   for (const ObjectSpec& object : scenario.objects) {
     if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+    if (object.trajectory) add_path(*object.trajectory);
   }
-  if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
+  add_path(scenario.trajectory);
   return files;
 }
 

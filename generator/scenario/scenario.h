@@ -22,17 +22,9 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/path_spec.h"
 
 namespace ensonify {
-
-// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a quaternion w x y z of
-// any length but zero, which pose_of normalises.
-using RotationSpec = std::variant<std::array<double, 3>, Quat>;
-
-struct PoseSpec {
-  std::array<double, 3> position_m{};
-  RotationSpec rotation = std::array<double, 3>{};
-};
 
 // `duration_s` of lfm and cw, `file` of table must be given.
 struct PulseSpec {
@@ -145,6 +137,7 @@ struct ObjectSpec {
   std::string material;
   ShapeSpec shape;
   PoseSpec pose;
+  std::optional<TrajectorySpec> trajectory = std::nullopt;  // in place of the pose
 };
 
 // Name, strength and position must be given.
@@ -160,21 +153,6 @@ struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
   double strength_db = 0;  // dB re 1/m
-};
-
-struct TimedPoseSpec {
-  double time_s = 0;
-  PoseSpec pose;
-};
-struct PathFileSpec {
-  std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
-};
-
-// Left out: at rest at the origin. Times increase strictly; a single pose needs none.
-struct TrajectorySpec {
-  std::variant<std::vector<TimedPoseSpec>, PathFileSpec> path;
-  double ping_rate_hz = 1;
-  std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };
 
 struct OutputSpec {

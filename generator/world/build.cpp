@@ -6,6 +6,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "core/random.h"
 #include "scenario/tables.h"
 #include "world/world.h"
 
@@ -89,8 +90,22 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, Faults&
   return materials;
 }
 
-void add_objects(const Scenario& scenario, const std::map<std::string, Material>& materials,
-                 World& world, Faults& faults) {
+// Moves with a jitter of its own, keyed by its name: objects added beside it change nothing.
+void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
+              const std::string& key, WorldObject& object, Faults& faults) {
+  if (!spec.trajectory) return;
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, sequence);
+  Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
+  if (!path) {
+    faults.add(key + ".trajectory.file", path.error());
+    return;
+  }
+  object.path = std::make_shared<const Path>(std::move(*path));
+  object.pose = pose_at(*object.path, span_of(*object.path).start_s);
+}
+
+void add_objects(const Scenario& scenario, std::uint32_t sequence,
+                 const std::map<std::string, Material>& materials, World& world, Faults& faults) {
   MeshCache meshes;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
@@ -107,16 +122,21 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
     }
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
+    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), world.objects.back(), faults);
   }
 }
 
 }  // namespace
 
-Result<World> build_world(const Scenario& scenario) {
+Pose object_pose(const WorldObject& object, double time_s) {
+  return object.path ? pose_at(*object.path, time_s) : object.pose;
+}
+
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
-  add_objects(scenario, materials, world, faults);
+  add_objects(scenario, sequence, materials, world, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }

@@ -2,6 +2,7 @@
 //
 //   World        objects, point targets, and their ids as instances
 //   build_world  scenario -> World
+//   object_pose  where an object is at a time
 #pragma once
 
 #include <memory>
@@ -15,6 +16,7 @@
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/mesh.h"
+#include "world/path.h"
 #include "world/shapes.h"
 
 namespace ensonify {
@@ -27,8 +29,9 @@ using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, Mes
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
-  Pose pose;  // in the world
+  Pose pose;  // in the world; of an object that moves: at its start
   Material material;
+  std::shared_ptr<const Path> path = nullptr;  // null: at rest
 };
 
 struct PointTarget {
@@ -51,9 +54,12 @@ struct World {
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
-// materials and objects at once, each line behind the key that names the file; usage, or io where
-// nothing is wrong but the reading.
-Result<World> build_world(const Scenario& scenario);
+// Reads every mesh and table once. Errors: those of load_mesh, load_backscatter_table and
+// load_path, of all materials and objects at once, each line behind the key that names the file;
+// usage, or io where nothing is wrong but the reading.
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
+
+// By the clock of the pings.
+Pose object_pose(const WorldObject& object, double time_s);
 
 }  // namespace ensonify
