@@ -1,5 +1,6 @@
 #include "world/path_jitter.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/random.h"
@@ -16,17 +17,18 @@ double normal_below(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 double cut_normal(double probability) {
   const double low_tail = normal_below(-kCut);
   const double wanted = low_tail + probability * (1 - 2 * low_tail);
-  double low = -kCut, high = kCut;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (normal_below(middle) < wanted ? low : high) = middle;
+  // On either side of zero the curve bends one way, so that Newton's rule never overshoots.
+  double z = 0;
+  for (int i = 0; i < 12; ++i) {
+    z += (wanted - normal_below(z)) * std::sqrt(2 * kPi) * std::exp(0.5 * z * z);
   }
-  return 0.5 * (low + high);
+  return std::clamp(z, -kCut, kCut);
 }
 
 Jitter::Axis make_axis(const JitterSpec& spec, double rms, std::uint64_t key, std::uint32_t axis) {
   Jitter::Axis made;
   made.rms = rms;
+  if (rms == 0) return made;
   for (int i = 0; i < Jitter::kTerms; ++i) {
     const Philox4 words = random_words(key, axis, static_cast<std::uint64_t>(i), 0);
     const double stratum = (i + uniform_from_word(words.v[0])) / Jitter::kTerms;
