@@ -137,8 +137,9 @@ std::string objects_text(const std::vector<ObjectSpec>& objects, const NameFile&
   if (objects.empty()) return "objects: []\n";
   std::string text = "objects:\n";
   for (const ObjectSpec& object : objects) {
-    const std::string where = object.place ? fmt::format("place: {{{}}}", place_keys(*object.place))
-                                           : fmt::format("pose: {{{}}}", pose_keys(object.pose));
+    std::string where = fmt::format("pose: {{{}}}", pose_keys(object.pose));
+    if (object.place) where = fmt::format("place: {{{}}}", place_keys(*object.place));
+    if (object.trajectory) where = object_trajectory_text(*object.trajectory, name_file);
     text +=
         fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, {}}}\n",
                     quoted_if_needed(object.name), quoted_if_needed(object.class_name),

@@ -1,7 +1,7 @@
 // Parts of the resolved text. Private to scenario/.
 //
 //   number  numbers  quoted_if_needed  pose_keys  place_keys   single values
-//   shape_text  volumes_text  trajectory_text       in emit_shapes.cpp, emit_volumes.cpp, ...
+//   shape_text  volumes_text  ..trajectory_text     in emit_shapes.cpp, emit_volumes.cpp, ...
 #pragma once
 
 #include <array>
@@ -41,6 +41,8 @@ std::string heightfield_text(const HeightfieldSpec& field, const NameFile& name_
 
 // Whole sections.
 std::string volumes_text(const std::vector<VolumeSpec>& volumes);
+// The path of an object in one line: "trajectory: {...}".
+std::string object_trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
 
 }  // namespace ensonify

@@ -52,6 +52,8 @@ void check_burst_length(Faults& faults, const Value& root, const Scenario& scena
 
 void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scattering);
 void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySpec& trajectory);
+void parse_object_trajectory(const InputFolder& input, const Value& value,
+                             TrajectorySpec& trajectory);  // without pings
 void parse_output(Faults& faults, const Value& value, OutputSpec& output);
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 

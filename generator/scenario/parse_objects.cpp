@@ -36,7 +36,8 @@ void parse_material_name(Faults& faults, const Value& map, const MaterialNames& 
 void parse_object(const InputFolder& input, const Value& map, const MaterialNames& names,
                   ObjectSpec& object) {
   Faults& faults = input.faults;
-  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose", "place"})) return;
+  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose", "place", "trajectory"}))
+    return;
   read_text(faults, map, "name", object.name, Need::required);
   read_text(faults, map, "class", object.class_name);
   parse_material_name(faults, map, names, object.material);
@@ -51,7 +52,11 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
   }
   if (const auto place = child(map, "place")) {
     parse_place(faults, *place, object.place.emplace());
-    refuse_useless(faults, map, {"pose"}, "beside a place, accepted is either alone");
+    refuse_useless(faults, map, {"pose", "trajectory"}, "beside a place, accepted is either alone");
+  }
+  if (const auto trajectory = child(map, "trajectory")) {
+    parse_object_trajectory(input, *trajectory, object.trajectory.emplace());
+    refuse_useless(faults, map, {"pose"}, "beside trajectory, whose poses take its place");
   }
 }
 

@@ -1,22 +1,12 @@
-// Where things stand: given as poses, or left to be placed.
+// Objects that are left to be placed.
 #pragma once
 
 #include <array>
 #include <string>
-#include <variant>
 
-#include "core/vec.h"
+#include "scenario/path_spec.h"
 
 namespace ensonify {
-
-// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a quaternion w x y z of
-// any length but zero, which pose_of normalises.
-using RotationSpec = std::variant<std::array<double, 3>, Quat>;
-
-struct PoseSpec {
-  std::array<double, 3> position_m{};
-  RotationSpec rotation = std::array<double, 3>{};
-};
 
 // Somewhere in an area, standing on an object. `on` and `area_m` must be given.
 struct PlaceSpec {

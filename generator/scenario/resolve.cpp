@@ -69,9 +69,10 @@ Pose pose_of(const PoseSpec& spec) {
 bool varies_by_sequence(const Scenario& scenario) {
   const auto is_drawn = [](const ObjectSpec& object) {
     const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
-    return field != nullptr && field->file.empty();
+    return (field != nullptr && field->file.empty()) ||
+           (object.trajectory && object.trajectory->jitter);
   };
-  return scenario.has_draws ||
+  return scenario.has_draws || scenario.trajectory.jitter ||
          std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
 }
 
@@ -93,6 +94,9 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
       if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
     }
   }
+  const auto add_path = [&](const TrajectorySpec& trajectory) {
+    if (const auto* path = std::get_if<PathFileSpec>(&trajectory.path)) add(path->file);
+  };
   if (!add_drawn("objects")) {
     for (const ObjectSpec& object : scenario.objects) {
       if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
@@ -100,12 +104,11 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
         if (!field->file.empty()) add(field->file);
         if (!field->reflectivity_map.empty()) add(field->reflectivity_map);
       }
+      if (object.trajectory) add_path(*object.trajectory);
     }
   }
   add_drawn("volumes");
-  if (!add_drawn("trajectory")) {
-    if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
-  }
+  if (!add_drawn("trajectory")) add_path(scenario.trajectory);
   return files;
 }
 

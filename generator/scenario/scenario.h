@@ -24,6 +24,7 @@
 #include "core/sonar.h"
 #include "core/vec.h"
 #include "scenario/model_spec.h"
+#include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
 #include "scenario/terrain_spec.h"
 
@@ -141,7 +142,8 @@ struct ObjectSpec {
   std::string material;
   ShapeSpec shape;
   PoseSpec pose;
-  std::optional<PlaceSpec> place = {};  // given: in place of `pose`
+  std::optional<PlaceSpec> place = {};                      // given: in place of `pose`
+  std::optional<TrajectorySpec> trajectory = std::nullopt;  // in place of the pose
 };
 
 // Name, strength and position must be given.
@@ -157,21 +159,6 @@ struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
   double strength_db = 0;  // dB re 1/m
-};
-
-struct TimedPoseSpec {
-  double time_s = 0;
-  PoseSpec pose;
-};
-struct PathFileSpec {
-  std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
-};
-
-// Left out: at rest at the origin. Times increase strictly; a single pose needs none.
-struct TrajectorySpec {
-  std::variant<std::vector<TimedPoseSpec>, PathFileSpec> path;
-  double ping_rate_hz = 1;
-  std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };
 
 struct OutputSpec {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "core/random.h"
 #include "scenario/tables.h"
 #include "world/heightfield.h"
 #include "world/models/models.h"
@@ -129,6 +130,20 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, Faults&
   return materials;
 }
 
+// Moves with a jitter of its own, keyed by its name: objects added beside it change nothing.
+void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
+              const std::string& key, WorldObject& object, Faults& faults) {
+  if (!spec.trajectory) return;
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, sequence);
+  Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
+  if (!path) {
+    faults.add(key + ".trajectory.file", path.error());
+    return;
+  }
+  object.path = std::make_shared<const Path>(std::move(*path));
+  object.pose = pose_at(*object.path, span_of(*object.path).start_s);
+}
+
 void add_objects(const Scenario& scenario, std::uint32_t sequence,
                  const std::map<std::string, Material>& materials, World& world, Faults& faults) {
   MeshCache meshes;
@@ -154,6 +169,7 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     if (field != nullptr) instance.vertex_reflectivity = !field->reflectivity_map.empty();
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
+    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), world.objects.back(), faults);
   }
 }
 

@@ -2,6 +2,7 @@
 //
 //   World        objects, point targets, and their ids as instances
 //   build_world  empty_world   scenario -> World
+//   object_pose  where an object is at a time
 #pragma once
 
 #include <memory>
@@ -15,6 +16,7 @@
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/mesh.h"
+#include "world/path.h"
 #include "world/shapes.h"
 
 namespace ensonify {
@@ -27,8 +29,9 @@ using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, Mes
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
-  Pose pose;  // in the world
+  Pose pose;  // in the world; of an object that moves: at its start
   Material material;
+  std::shared_ptr<const Path> path = nullptr;  // null: at rest
 };
 
 struct PointTarget {
@@ -52,13 +55,16 @@ struct World {
 };
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
-// vertex_reflectivity and load_backscatter_table, of all materials and objects at once, each line
+// vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once, each line
 // behind the key that names the file; usage, or io where nothing is wrong but the reading.
-// Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be placed is placed for `sequence`;
-// usage where there is no room.
+// Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be placed is
+// placed for `sequence`; usage where there is no room.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
 
 // Its instances and classes alone, without materials; reads no file.
 World empty_world(const Scenario& scenario);
+
+// By the clock of the pings.
+Pose object_pose(const WorldObject& object, double time_s);
 
 }  // namespace ensonify
