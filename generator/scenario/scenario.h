@@ -182,7 +182,8 @@ struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
 
-// A value of this sequence that the file gives as a distribution.
+// A value of this sequence that the file gives as a distribution. Of a choice among maps, lists or
+// files: the path with `.choice` behind it and the number of the alternative, from 0.
 struct DrawnValue {
   std::string
       path;  // of keys; list items with a name stand by it: objects.rock_3.pose.position_m.0
@@ -210,7 +211,7 @@ struct Scenario {
   OutputSpec output;
   SplitsSpec splits;
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
-  std::vector<DrawnValue> draws;  // of this sequence, in the order of the file
+  std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
 };
 
