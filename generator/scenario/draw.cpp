@@ -95,35 +95,44 @@ class Drawer {
     const bool head = way.path == "ensonify" || way.path == "seed" || way.path == "sequences";
     if ((!head && key != "name") || !is_distribution(node)) return true;
     refuse(node, way.path, "may not be drawn, accepted is a plain value: the draws hang on it");
-    wrong_.push_back(node.place);
+    leave_wrong(node);
     return false;
   }
 
  private:
+  // Readers blame the map or its key.
+  void leave_wrong(const Node& node) {
+    wrong_.push_back(node.place);
+    wrong_.push_back(node.keys[0].place);
+  }
+
   double uniform_of(const Way& way) const { return uniform(key_, 0, way.key, 0); }
 
   void refuse(const Node& node, const std::string& path, std::string text) {
     add_fault(faults_, node.place, path, std::move(text));
   }
 
-  void record(std::size_t at, const Way& way, const Node& node) {
+  // Names of files differ from one copy of a scenario to the next, and a preset's keys may lie
+  // under a map: of these the record is the alternative's number, which stays.
+  void record(std::size_t at, const Way& way, const Node& node, std::size_t index = 0) {
+    const bool nested = node.kind == NodeKind::map || node.kind == NodeKind::list;
+    const std::size_t dot = way.named.rfind('.');
+    const bool file =
+        names_file(std::string_view(way.named).substr(dot == std::string::npos ? 0 : dot + 1));
+    DrawnValue value{way.named, flow_text(node)};
+    if (nested || file) value = {way.named + ".choice", std::to_string(index)};
+    // An alternative's own draw of the same value is no other.
     const auto from = draws_.begin() + static_cast<std::ptrdiff_t>(at);
-    // The alternatives' own draws of the same value are no others.
     draws_.erase(std::remove_if(from, draws_.end(),
-                                [&](const DrawnValue& drawn) { return drawn.path == way.named; }),
+                                [&](const DrawnValue& drawn) { return drawn.path == value.path; }),
                  draws_.end());
-    draws_.insert(draws_.begin() + static_cast<std::ptrdiff_t>(at), {way.named, flow_text(node)});
+    draws_.insert(draws_.begin() + static_cast<std::ptrdiff_t>(at), std::move(value));
   }
 
   void draw_distribution(Node& node, const Way& way) {
-    const std::size_t at = draws_.size();
     const bool drawn =
         node.keys[0].text == "choice" ? draw_choice(node, way) : draw_number(node, way);
-    if (drawn) {
-      record(at, way, node);
-    } else {
-      wrong_.push_back(node.place);
-    }
+    if (!drawn) leave_wrong(node);
   }
 
   // The index of the alternative; nothing where there is none.
@@ -141,9 +150,11 @@ class Drawer {
   bool draw_choice(Node& node, const Way& way) {
     const auto index = pick(node, way);
     if (!index) return false;
+    const std::size_t at = draws_.size();
     Node chosen = std::move(node.items[0].items[*index]);
     draw(chosen, alternative(way, *index));
     node = std::move(chosen);
+    record(at, way, node, *index);
     return true;
   }
 
@@ -168,6 +179,7 @@ class Drawer {
     value.text =
         kind == "uniform" ? uniform_text(list, given, way) : number(drawn_number(kind, given, way));
     node = std::move(value);
+    record(draws_.size(), way, node);
     return true;
   }
 
@@ -239,15 +251,14 @@ class Drawer {
     const std::size_t first = out.size();
     const auto index = pick(entry, unnamed);
     if (!index) {
-      wrong_.push_back(entry.place);
+      leave_wrong(entry);
       out.push_back(std::move(entry));
       return;
     }
     draw_entry(std::move(entry.items[0].items[*index]), list, alternative(unnamed, *index), out);
-    Node all;
-    all.kind = NodeKind::list;
-    all.items.assign(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
-    record(at, unnamed, all.items.size() == 1 ? all.items[0] : all);
+    // What stands for no single scalar is told by its number.
+    const bool single = out.size() == first + 1;
+    record(at, unnamed, single ? out.back() : entry, *index);
   }
 
   // An entry with a count stands for name_0, name_1, ... with draws of their own.
@@ -319,6 +330,8 @@ void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults&
       drawer.draw(root.items[i], way);
     }
   }
+  std::sort(draws.begin(), draws.end(),
+            [](const DrawnValue& a, const DrawnValue& b) { return a.path < b.path; });
 }
 
 }  // namespace ensonify

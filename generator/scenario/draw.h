@@ -23,7 +23,7 @@ bool holds_distribution(const Node& node);
 bool has_counts(std::string_view section, const Node& node);
 
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its
-// place is added to `wrong`, so that what is said about it later can be left out.
+// places are added to `wrong`, so that what is said about it later can be left out.
 void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
                  std::vector<Place>& wrong, std::vector<DrawnValue>& draws);
 

@@ -12,8 +12,6 @@
 namespace ensonify {
 namespace {
 
-bool names_file(std::string_view key) { return key == "file" || key == "reflectivity_map"; }
-
 // visit(scalar, path) for each input file that the tree names; `key` is the last one above it.
 template <class AnyNode, class Visit>
 void for_each_file(AnyNode& node, std::string_view key, const std::string& path, Visit&& visit) {
@@ -81,6 +79,8 @@ std::string scalar_text(const std::string& text, bool in_quotes) {
 }
 
 }  // namespace
+
+bool names_file(std::string_view key) { return key == "file" || key == "reflectivity_map"; }
 
 std::string flow_text(const Node& node) {
   if (node.kind == NodeKind::null) return "~";

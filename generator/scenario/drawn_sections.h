@@ -3,6 +3,7 @@
 //
 //   keep_drawn_sections   from the merged tree, presets laid under, input files resolved
 //   drawn_section  section_text  section_files
+//   names_file            whether a key's value is an input file
 //   flow_text             a tree as YAML on one line
 #pragma once
 
@@ -36,6 +37,8 @@ const Node* drawn_section(const Scenario& scenario, std::string_view key);
 
 std::string section_text(std::string_view key, const Node& tree, const NameFile& name_file);
 std::vector<std::filesystem::path> section_files(const Node& tree);
+
+bool names_file(std::string_view key);
 
 // Reads back to the same tree.
 std::string flow_text(const Node& node);

@@ -171,7 +171,8 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   const bool drawn = holds_distribution(*tree);
   std::vector<std::string> classes = class_names(root);
   std::uint64_t seed = 0;
-  read_seed(faults, root, "seed", seed);
+  Faults told_later;
+  read_seed(told_later, root, "seed", seed);
   std::vector<Place> wrong;
   std::vector<DrawnValue> draws;
   draw_values(*tree, seed, sequence, faults, wrong, draws);

@@ -195,7 +195,7 @@ struct Scenario {
   // sequences.
   std::vector<std::string> class_names;
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
-  std::vector<DrawnValue> draws;  // of this sequence, in the order of the file
+  std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
 };
 
