@@ -81,7 +81,7 @@ TEST_CASE("the image's spectrum shows the ripples' wavelength and direction") {
     }
   }
   for (const double w : {0.485, 0.49, 0.495, 0.5, 0.505, 0.51, 0.515}) {
-    for (double d = direction_deg - 5; d <= direction_deg + 5; d += 1) {
+    for (double d = 20; d <= 30; d += 1) {
       const double found = response(pixels, w, d);
       if (found > most) std::tie(most, wavelength_m, direction_deg) = std::tuple(found, w, d);
     }

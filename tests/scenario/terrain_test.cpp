@@ -84,6 +84,19 @@ TEST_CASE("a heightfield from files is read and written") {
   CHECK(message("file: none.npy, cell_m: 1").find("is not there") != std::string::npos);
 }
 
+// Protects --set: terrain takes the place of another shape, a size that of a file.
+TEST_CASE("an override exchanges terrain as a whole") {
+  const std::string ball =
+      "materials: {m: {reflectivity: 1}}\n"
+      "objects: [{name: a, material: m, shape: {sphere: {radius_m: 1}}}]\n";
+  const auto ground = testing::parse(
+      kHead + ball, {{"objects.0.shape.heightfield", "{size_m: [4, 3], cell_m: 1}"}});
+  CHECK(field_of(ground).cell_m == 1);
+  const auto made = testing::parse(kHead + with_field("file: none.npy, cell_m: 1, height_scale: 2"),
+                                   {{"objects.0.shape.heightfield.size_m", "[4, 3]"}});
+  CHECK(field_of(made).file.empty());
+}
+
 TEST_CASE("faults of heightfields are told at their keys") {
   const std::string key = "objects.0.shape.heightfield";
   check_single_faults({
