@@ -30,7 +30,9 @@ struct Faults {
   }
 };
 
-Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
+// `warnings`: of a mesh that was not read before.
+Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
+                       std::vector<std::string>& warnings) {
   if (const auto* box = std::get_if<BoxSpec>(&spec)) {
     return Shape(
         BoxShape{{box->size_m[0] / 2, box->size_m[1] / 2, box->size_m[2] / 2}, box->inside});
@@ -50,6 +52,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
+      warnings = cached->warnings;
     }
     return Shape(MeshShape{cached});
   }
@@ -101,7 +104,11 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
   MeshCache meshes;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
-    Result<Shape> shape = shape_of(spec.shape, meshes);
+    std::vector<std::string> warnings;
+    Result<Shape> shape = shape_of(spec.shape, meshes, warnings);
+    for (const std::string& warning : warnings) {
+      world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
+    }
     if (!shape) {
       faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
       continue;
