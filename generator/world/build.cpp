@@ -34,7 +34,9 @@ struct Faults {
   }
 };
 
-Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
+// `warnings`: of a mesh that was not read before.
+Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
+                       std::vector<std::string>& warnings) {
   if (const auto* box = std::get_if<BoxSpec>(&spec)) {
     return Shape(
         BoxShape{{box->size_m[0] / 2, box->size_m[1] / 2, box->size_m[2] / 2}, box->inside});
@@ -54,6 +56,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
+      warnings = cached->warnings;
     }
     return Shape(MeshShape{cached});
   }
@@ -151,11 +154,15 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
     const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
+    std::vector<std::string> warnings;
     Result<Shape> shape =
-        field == nullptr ? shape_of(spec.shape, meshes)
+        field == nullptr ? shape_of(spec.shape, meshes, warnings)
                          : Shape(MeshShape{terrain_of(
                                *field, terrain_key(scenario.seed, sequence, spec.name),
                                fmt::format("objects.{}.shape.heightfield", i), terrains, faults)});
+    for (const std::string& warning : warnings) {
+      world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
+    }
     if (!shape) {
       faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
       continue;

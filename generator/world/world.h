@@ -52,6 +52,8 @@ struct World {
   std::vector<UniformVolume> volumes;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
+  // What was put right in the input files, each behind its key; nothing is printed here.
+  std::vector<std::string> warnings;
 };
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
