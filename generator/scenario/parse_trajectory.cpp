@@ -91,10 +91,12 @@ void parse_object_trajectory(const InputFolder& input, const Value& value,
                              TrajectorySpec& trajectory) {
   std::vector<std::string_view> known = kWays;
   known.push_back("jitter");
-  const std::vector<std::string_view> of_the_sonar = {"ping_rate_hz", "pings"};
   if (value.node->kind == NodeKind::map) {
-    refuse_useless(input.faults, value, of_the_sonar, "on an object, accepted in trajectory");
-    known.insert(known.end(), of_the_sonar.begin(), of_the_sonar.end());
+    for (const std::string_view key : {"ping_rate_hz", "pings"}) {
+      if (child(value, key)) known.push_back(key);
+    }
+    refuse_useless(input.faults, value, {"ping_rate_hz", "pings"},
+                   "on an object, accepted in the sonar's own trajectory");
   }
   if (!open_map(input.faults, value, known)) return;
   parse_way(input, value, trajectory);
