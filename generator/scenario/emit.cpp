@@ -192,7 +192,7 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   text += materials_text(scenario.materials, name_file);
   text += objects_text(scenario.objects, name_file);
   text += point_targets_text(scenario.point_targets);
-  text += volumes_text(scenario.volumes);
+  text += volumes_text(scenario.volumes, name_file);
   text += trajectory_text(scenario.trajectory, name_file);
   text += noise_text(scenario);
   text += fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance));

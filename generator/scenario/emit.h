@@ -36,7 +36,7 @@ std::string pose_keys(const PoseSpec& pose);
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);
 
 // Whole sections.
-std::string volumes_text(const std::vector<VolumeSpec>& volumes);
+std::string volumes_text(const std::vector<VolumeSpec>& volumes, const NameFile& name_file);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
 
 }  // namespace ensonify

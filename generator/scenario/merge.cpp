@@ -24,6 +24,7 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
       {{"box"}, {"sphere"}, {"cylinder"}, {"plane"}, {"mesh"}},
+      {{"uniform"}, {"vdb"}, {"plume"}, {"school"}},
       {{"gaussian"}, {"flat"}, {"lfm"}, {"cw"}, {"table"}},
       {{"uniform"}, {"hann"}, {"taylor"}, {"chebyshev"}},
       {{"lambert"}, {"lommel_seeliger"}, {"table"}},

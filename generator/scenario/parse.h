@@ -59,7 +59,7 @@ void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
-void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
+void parse_volumes(const InputFolder& input, const Value& value, std::vector<VolumeSpec>& volumes);
 
 // Names told apart, ids and classes within what the masks can hold.
 void check_instances(Faults& faults, const Value& root);

@@ -77,6 +77,9 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   for (const ObjectSpec& object : scenario.objects) {
     if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
   }
+  for (const VolumeSpec& volume : scenario.volumes) {
+    if (const auto* vdb = std::get_if<VdbVolumeSpec>(&volume.kind)) add(vdb->file);
+  }
   if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
   return files;
 }

@@ -22,6 +22,7 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/volume_spec.h"
 
 namespace ensonify {
 
@@ -155,11 +156,12 @@ struct PointTargetSpec {
   std::array<double, 3> position_m{};
 };
 
-// Fills all the water; name and strength must be given.
+// Name and kind must be given.
 struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
-  double strength_db = 0;  // dB re 1/m
+  VolumeKindSpec kind;
+  PoseSpec pose;  // of no meaning to a uniform volume without end
 };
 
 struct TimedPoseSpec {
@@ -232,7 +234,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
 
-// Input files that the scenario names (tables, meshes, paths), without repetition, in order of
+// Input files that the scenario names (tables, meshes, densities, paths), without repetition, in order of
 // appearance.
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 

@@ -16,6 +16,7 @@
 #include "scenario/scenario.h"
 #include "world/mesh.h"
 #include "world/shapes.h"
+#include "world/volumes.h"
 
 namespace ensonify {
 
@@ -37,23 +38,18 @@ struct PointTarget {
   double target_strength_db = 0;
 };
 
-// Fills all the water with scatterers of one strength.
-struct UniformVolume {
-  std::uint32_t instance = 0;
-  double strength_per_m = 0;  // s_v, backscatter cross-section of a unit of volume per steradian
-};
-
 struct World {
   std::vector<WorldObject> objects;
   std::vector<PointTarget> point_targets;
-  std::vector<UniformVolume> volumes;
+  std::vector<Volume> volumes;
+  std::vector<School> schools;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
-// materials and objects at once, each line behind the key that names the file; usage, or io where
-// nothing is wrong but the reading.
-Result<World> build_world(const Scenario& scenario);
+// Reads every mesh, table and density once. Errors: those of load_mesh, load_backscatter_table and
+// make_volume, of all materials, objects and volumes at once, each line behind the key that names
+// the file; usage, or io where nothing is wrong but the reading.
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
 
 }  // namespace ensonify
