@@ -21,8 +21,8 @@ struct Volume {
   std::uint32_t instance = 0;
   double strength_per_m = 0;   // s_v of density 1, cross-section of a unit of volume per steradian
   double extinction_db_m = 0;  // of density 1, one way, beside the water's absorption
-  DensityField density;
-  Pose pose;  // in the world
+  DensityField density{};
+  Pose pose{};  // in the world
 };
 
 // Point reflectors of one instance.
