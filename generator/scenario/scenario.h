@@ -234,8 +234,8 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
 
-// Input files that the scenario names (tables, meshes, densities, paths), without repetition, in order of
-// appearance.
+// Input files that the scenario names (tables, meshes, densities, paths), without repetition, in
+// order of appearance.
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
