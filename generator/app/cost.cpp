@@ -1,6 +1,7 @@
 #include "app/cost.h"
 
 #include <algorithm>
+#include <set>
 
 #include "labels/cartesian.h"
 #include "trace/tracer.h"
@@ -81,12 +82,23 @@ Cost estimate_cost(const Session& session, int threads) {
       mesh_bytes += shape->mesh->triangles.size() * 200;  // arrays, their copy and the hierarchy
     }
   }
+  std::uint64_t volume_bytes = 0;
+  std::set<const DensityGrid*> grids;  // several volumes may share one
+  for (const Volume& volume : session.world.volumes) {
+    const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
+    // Twice: a file's own form of it lies beside it while it is read.
+    if (grid != nullptr && grids.insert(grid->get()).second) volume_bytes += 2 * (*grid)->bytes();
+  }
+  std::uint64_t fish = 0;
+  for (const School& school : session.world.schools) fish += school.fish_m.size();
+  volume_bytes += fish * sizeof(Vec3);
   const std::uint64_t ping_bytes = transform * 24 + pixels * 12 + (pixels + cartesian_pixels) * 28 +
                                    session.world.volumes.size() * pixels * 12 +
-                                   rays * (sizeof(Hit) + sizeof(Scatterer));
+                                   rays * (sizeof(Hit) + sizeof(Scatterer)) +
+                                   3 * fish * sizeof(Scatterer);
   const std::uint64_t at_once =
       std::min<std::uint64_t>(std::max(threads, 1), session.ping_times_s.size());
-  cost.peak_bytes = kProcessBytes + mesh_bytes + at_once * ping_bytes;
+  cost.peak_bytes = kProcessBytes + mesh_bytes + volume_bytes + at_once * ping_bytes;
   return cost;
 }
 

@@ -200,7 +200,7 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   add("materials", materials_text(scenario.materials, name_file));
   add("objects", objects_text(scenario.objects, name_file));
   add("point_targets", point_targets_text(scenario.point_targets));
-  add("volumes", volumes_text(scenario.volumes));
+  add("volumes", volumes_text(scenario.volumes, name_file));
   add("trajectory", trajectory_text(scenario.trajectory, name_file));
   add("noise", noise_text(scenario));
   add("synthesis",

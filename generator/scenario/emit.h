@@ -40,9 +40,9 @@ std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);
 std::string heightfield_text(const HeightfieldSpec& field, const NameFile& name_file);
 
 // Whole sections.
-std::string volumes_text(const std::vector<VolumeSpec>& volumes);
 // The path of an object in one line: "trajectory: {...}".
 std::string object_trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
+std::string volumes_text(const std::vector<VolumeSpec>& volumes, const NameFile& name_file);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
 
 }  // namespace ensonify

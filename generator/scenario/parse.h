@@ -64,7 +64,7 @@ void parse_objects(const InputFolder& input, const Value& value,
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
 void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
-void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
+void parse_volumes(const InputFolder& input, const Value& value, std::vector<VolumeSpec>& volumes);
 
 // Every class that the lists name, behind draws too, in order of appearance; with the defaults of
 // those that name none.

@@ -103,7 +103,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   if (const auto v = child(root, "point_targets")) {
     parse_point_targets(faults, *v, scenario.point_targets);
   }
-  if (const auto v = child(root, "volumes")) parse_volumes(faults, *v, scenario.volumes);
+  if (const auto v = child(root, "volumes")) parse_volumes(input, *v, scenario.volumes);
   check_instances(faults, root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);

@@ -72,7 +72,12 @@ bool varies_by_sequence(const Scenario& scenario) {
     return (field != nullptr && field->file.empty()) ||
            (object.trajectory && object.trajectory->jitter);
   };
+  const auto is_drawn_volume = [](const VolumeSpec& volume) {
+    return std::holds_alternative<PlumeSpec>(volume.kind) ||
+           std::holds_alternative<SchoolSpec>(volume.kind);
+  };
   return scenario.has_draws || scenario.trajectory.jitter ||
+         std::any_of(scenario.volumes.begin(), scenario.volumes.end(), is_drawn_volume) ||
          std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
 }
 
@@ -107,7 +112,11 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
       if (object.trajectory) add_path(*object.trajectory);
     }
   }
-  add_drawn("volumes");
+  if (!add_drawn("volumes")) {
+    for (const VolumeSpec& volume : scenario.volumes) {
+      if (const auto* vdb = std::get_if<VdbVolumeSpec>(&volume.kind)) add(vdb->file);
+    }
+  }
   if (!add_drawn("trajectory")) add_path(scenario.trajectory);
   return files;
 }

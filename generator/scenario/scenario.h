@@ -27,6 +27,7 @@
 #include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
 #include "scenario/terrain_spec.h"
+#include "scenario/volume_spec.h"
 
 namespace ensonify {
 
@@ -154,11 +155,12 @@ struct PointTargetSpec {
   std::array<double, 3> position_m{};
 };
 
-// Fills all the water; name and strength must be given.
+// Name and kind must be given.
 struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
-  double strength_db = 0;  // dB re 1/m
+  VolumeKindSpec kind;
+  PoseSpec pose;  // of no meaning to a uniform volume without end
 };
 
 struct OutputSpec {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <sstream>
 #include <tuple>
@@ -180,6 +179,35 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
   }
 }
 
+std::vector<VolumeParts> load_volumes(const Scenario& scenario, std::uint32_t sequence,
+                                      Faults& faults) {
+  std::vector<VolumeParts> volumes;
+  DensityCache cache;
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::bubbles, sequence);
+  for (std::size_t i = 0; i < scenario.volumes.size(); ++i) {
+    const VolumeSpec& spec = scenario.volumes[i];
+    Result<VolumeParts> parts = make_volume(spec, mix64(stream ^ name_key(spec.name)), cache);
+    if (parts) {
+      volumes.push_back(std::move(*parts));
+    } else {
+      faults.add(fmt::format("volumes.{}.{}", i, faulty_key(spec)), parts.error());
+    }
+  }
+  return volumes;
+}
+
+void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
+  Instance& instance = add_instance(world, spec.name, spec.class_name);
+  instance.kind = InstanceKind::volume;
+  instance.volume_strength_db = parts.strength_db;
+  std::visit([&](auto& part) { part.instance = instance.id; }, parts.part);
+  if (auto* school = std::get_if<School>(&parts.part)) {
+    world.schools.push_back(std::move(*school));
+  } else {
+    world.volumes.push_back(std::get<Volume>(std::move(parts.part)));
+  }
+}
+
 }  // namespace
 
 World empty_world(const Scenario& scenario) {
@@ -199,6 +227,7 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
   add_objects(scenario, sequence, materials, world, faults);
+  std::vector<VolumeParts> volumes = load_volumes(scenario, sequence, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
@@ -211,11 +240,8 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
                                    {spec.position_m[0], spec.position_m[1], spec.position_m[2]},
                                    spec.target_strength_db});
   }
-  for (const VolumeSpec& spec : scenario.volumes) {
-    Instance& instance = add_instance(world, spec.name, spec.class_name);
-    instance.kind = InstanceKind::volume;
-    instance.volume_strength_db = spec.strength_db;
-    world.volumes.push_back({instance.id, std::pow(10.0, spec.strength_db / 10)});
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    add_volume(scenario.volumes[i], std::move(volumes[i]), world);
   }
   return world;
 }

@@ -18,6 +18,7 @@
 #include "world/mesh.h"
 #include "world/path.h"
 #include "world/shapes.h"
+#include "world/volumes.h"
 
 namespace ensonify {
 
@@ -40,16 +41,11 @@ struct PointTarget {
   double target_strength_db = 0;
 };
 
-// Fills all the water with scatterers of one strength.
-struct UniformVolume {
-  std::uint32_t instance = 0;
-  double strength_per_m = 0;  // s_v, backscatter cross-section of a unit of volume per steradian
-};
-
 struct World {
   std::vector<WorldObject> objects;
   std::vector<PointTarget> point_targets;
-  std::vector<UniformVolume> volumes;
+  std::vector<Volume> volumes;
+  std::vector<School> schools;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
   // What was put right in the input files, each behind its key; nothing is printed here.
@@ -57,10 +53,10 @@ struct World {
 };
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
-// vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once, each line
-// behind the key that names the file; usage, or io where nothing is wrong but the reading.
-// Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be placed is
-// placed for `sequence`; usage where there is no room.
+// vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
+// each line behind the key that names the file; usage, or io where nothing is wrong but the
+// reading. Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be
+// placed is placed for `sequence`; usage where there is no room.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
 
 // Its instances and classes alone, without materials; reads no file.

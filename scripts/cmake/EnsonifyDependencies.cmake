@@ -17,6 +17,7 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(OpenEXR CONFIG REQUIRED)
   find_package(yaml-cpp REQUIRED)
   find_package(assimp REQUIRED)
+  include(EnsonifyOpenVdb)  # after OpenEXR, which brings Imath
   find_package(CLI11 REQUIRED)
   find_package(fmt REQUIRED)
   find_package(nlohmann_json REQUIRED)
