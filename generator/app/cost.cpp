@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "app/memory.h"
 #include "labels/cartesian.h"
-#include "trace/tracer.h"
 
 namespace ensonify {
 namespace {
@@ -12,8 +12,6 @@ namespace {
 constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
-// Program, libraries and their tables.
-constexpr std::uint64_t kProcessBytes = 38'000'000;
 
 struct PerPing {
   std::uint64_t files = 0;
@@ -67,26 +65,7 @@ Cost estimate_cost(const Session& session, int threads) {
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 
-  // Series and power of the beams in double and as results, the polar and Cartesian images, what
-  // is being encoded; hits and scatterers.
-  const std::uint64_t transform = std::uint64_t(sonar.beam_count) * session.record.transform;
-  std::uint64_t cartesian_pixels = 0;
-  if (session.scenario.output.selection.cartesian) {
-    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
-    cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
-  }
-  std::uint64_t mesh_bytes = 0;
-  for (const WorldObject& object : session.world.objects) {
-    if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
-      mesh_bytes += shape->mesh->triangles.size() * 200;  // arrays, their copy and the hierarchy
-    }
-  }
-  const std::uint64_t ping_bytes = transform * 24 + pixels * 12 + (pixels + cartesian_pixels) * 28 +
-                                   session.world.volumes.size() * pixels * 12 +
-                                   rays * (sizeof(Hit) + sizeof(Scatterer));
-  const std::uint64_t at_once =
-      std::min<std::uint64_t>(std::max(threads, 1), session.ping_times_s.size());
-  cost.peak_bytes = kProcessBytes + mesh_bytes + at_once * ping_bytes;
+  cost.peak_bytes = peak_bytes(session, threads, static_cast<std::uint64_t>(ping.bytes));
   return cost;
 }
 

@@ -1,5 +1,7 @@
 #include "app/session.h"
 
+#include <malloc.h>
+
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
@@ -80,6 +82,8 @@ Result<Session> prepare_session(Scenario scenario) {
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
+  // Importing a mesh takes several times what is kept of it; nothing else gives that back.
+  malloc_trim(0);
   session.world = std::move(*world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);

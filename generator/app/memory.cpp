@@ -1,0 +1,145 @@
+#include "app/memory.h"
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include "app/cost.h"
+#include "labels/cartesian.h"
+#include "synthesis/backend.h"
+#include "trace/kirchhoff.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+namespace {
+
+// What a program has in memory before it loads anything, where it cannot be measured.
+constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
+// Code and tables of libraries that loading does not touch yet: Embree, FFTW, OpenEXR, TBB.
+constexpr std::uint64_t kLaterLibraryBytes = 18'000'000;
+// Embree's hierarchy while it is built, and its copy of the corners.
+constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
+constexpr std::uint64_t kHierarchyBytesPerObject = 600;
+// What is written of an object: of all pings together, and in the record of each.
+constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
+// LabelledImage: five floats, an instance and a class.
+constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
+// A scatterer's part in labels: Echo and its sample.
+constexpr std::uint64_t kLabelBytesPerEcho = 40;
+
+std::uint64_t hierarchy_bytes(const World& world) {
+  std::set<const Mesh*> meshes;
+  std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || !meshes.insert(shape->mesh.get()).second) continue;
+    sum += shape->mesh->triangles.size() * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) +
+           shape->mesh->vertices.size() * sizeof(float[3]);
+  }
+  return sum;
+}
+
+// What follows the phase of a mirror cannot be told from the number of rays: counted, at the first,
+// the middle and the last ping.
+std::uint64_t coherent_echoes(const Session& session) {
+  const auto is_mirror = [](const WorldObject& object) {
+    return object.material.coherent == CoherentModel::kirchhoff;
+  };
+  if (std::ranges::none_of(session.world.objects, is_mirror)) return 0;
+  const Fan fan = make_fan(session.sonar);
+  const Workers workers;
+  const Tracer tracer(session.world);
+  const SurfaceScattering scattering =
+      make_surface_scattering(session.sonar, session.water, session.world);
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  std::size_t most = 0;
+  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+    const Pose pose = sonar_pose(session, ping);
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
+    most =
+        std::max(most, kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers).size());
+  }
+  return most;
+}
+
+// What one ping holds while it is computed, beside the backend's own.
+struct PingCounts {
+  std::uint64_t rays = 0, coherent = 0, pixels = 0, cartesian_pixels = 0;
+  std::uint64_t echoes() const { return rays + coherent; }
+};
+
+std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
+                         std::uint64_t encoded_bytes) {
+  const OutputSelection& output = session.scenario.output.selection;
+  const bool pictures = output.polar || output.cartesian || output.png;
+  const std::uint64_t grey = output.png ? count.pixels + count.cartesian_pixels : 0;
+  const std::uint64_t series = count.pixels * sizeof(std::complex<float>);
+  const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
+  const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
+  const std::uint64_t polar = pictures ? count.pixels * kImageBytesPerPixel : 0;
+  const std::uint64_t cartesian = count.cartesian_pixels * kImageBytesPerPixel + grey;
+  const std::uint64_t labels = pictures ? count.echoes() * kLabelBytesPerEcho : 0;
+
+  // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
+  // they are put among the others; series and pictures; files.
+  const std::uint64_t merging =
+      count.coherent == 0 ? 0 : (count.echoes() + 2 * count.coherent) * sizeof(Scatterer);
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
+  const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
+  const std::uint64_t encoding =
+      (output.timeseries ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
+  return count.echoes() * sizeof(Scatterer) + std::max({tracing, picturing, encoding}) +
+         (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
+         session.world.objects.size() * kRecordBytesPerObject;
+}
+
+PingCounts counts_of(const Session& session) {
+  const Sonar& sonar = session.sonar;
+  PingCounts count;
+  count.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
+  count.coherent = coherent_echoes(session);
+  count.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+  if (session.scenario.output.selection.cartesian) {
+    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
+    count.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  return count;
+}
+
+}  // namespace
+
+ResidentMemory resident_memory() {
+  ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key; status.ignore(1 << 10, '\n')) {
+    if (std::uint64_t kib = 0; (key == "VmHWM:" || key == "VmRSS:") && status >> kib) {
+      (key == "VmRSS:" ? memory.now_bytes : memory.peak_bytes) = kib * 1024;
+    }
+  }
+  return memory;
+}
+
+std::uint64_t peak_bytes(const Session& session, int threads, std::uint64_t encoded_bytes) {
+  const ResidentMemory loaded = resident_memory();
+  const PingCounts count = counts_of(session);
+  const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
+                                                      session.scenario.synthesis_tolerance})
+                                        ->memory(!session.world.volumes.empty());
+  const std::uint64_t pings = session.ping_times_s.size();
+  const std::uint64_t at_once = std::min<std::uint64_t>(std::max(threads, 1), pings);
+  const std::uint64_t waiting = pings_under_way(static_cast<int>(at_once), pings) - at_once;
+
+  const std::uint64_t shared = loaded.now_bytes + kLaterLibraryBytes +
+                               hierarchy_bytes(session.world) + synthesis.shared_bytes +
+                               count.cartesian_pixels * sizeof(std::int32_t);
+  const std::uint64_t each = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes +
+                             ping_bytes(session, count, encoded_bytes);
+  return std::max(loaded.peak_bytes,
+                  shared + at_once * each +
+                      std::uint64_t(std::max(threads, 1)) * synthesis.thread_bytes +
+                      waiting * encoded_bytes);
+}
+
+}  // namespace ensonify
