@@ -49,6 +49,11 @@ int pings_under_way(int threads, std::uint64_t pings) {
   return static_cast<int>(std::min<std::uint64_t>(lanes, pings));
 }
 
+int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences) {
+  const std::uint64_t wanted = pings_under_way(threads, std::uint64_t{1} << 30);
+  return static_cast<int>(std::min((wanted + pings - 1) / pings, sequences));
+}
+
 Cost estimate_cost(const Session& session, int threads) {
   const Sonar& sonar = session.sonar;
   const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;

@@ -108,6 +108,24 @@ PingCounts counts_of(const Session& session) {
   return count;
 }
 
+// How many there are at once. Every sequence keeps the scratch of its own pings and threads.
+struct UnderWay {
+  std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
+};
+
+UnderWay under_way(const Session& session, int threads) {
+  const std::uint64_t all = std::max(threads, 1), pings = session.ping_times_s.size();
+  UnderWay run;
+  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences);
+  const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
+  const std::uint64_t pings_each = pings_under_way(static_cast<int>(threads_each), pings);
+  run.computing = std::min(all, run.sequences * pings_each);
+  run.waiting = run.sequences * pings_each - run.computing;
+  run.scratches = run.sequences * std::min(pings_each, run.computing);
+  run.workers = run.sequences * std::min(std::max(pings_each, threads_each), all);
+  return run;
+}
+
 }  // namespace
 
 ResidentMemory resident_memory() {
@@ -127,19 +145,16 @@ std::uint64_t peak_bytes(const Session& session, int threads, std::uint64_t enco
   const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
                                                       session.scenario.synthesis_tolerance})
                                         ->memory(!session.world.volumes.empty());
-  const std::uint64_t pings = session.ping_times_s.size();
-  const std::uint64_t at_once = std::min<std::uint64_t>(std::max(threads, 1), pings);
-  const std::uint64_t waiting = pings_under_way(static_cast<int>(at_once), pings) - at_once;
-
-  const std::uint64_t shared = loaded.now_bytes + kLaterLibraryBytes +
-                               hierarchy_bytes(session.world) + synthesis.shared_bytes +
-                               count.cartesian_pixels * sizeof(std::int32_t);
-  const std::uint64_t each = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes +
-                             ping_bytes(session, count, encoded_bytes);
-  return std::max(loaded.peak_bytes,
-                  shared + at_once * each +
-                      std::uint64_t(std::max(threads, 1)) * synthesis.thread_bytes +
-                      waiting * encoded_bytes);
+  const std::uint64_t tables =
+      synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
+  const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
+  const UnderWay run = under_way(session, threads);
+  const std::uint64_t worlds = varies_by_sequence(session.scenario) ? run.sequences : 1;
+  const std::uint64_t sum =
+      loaded.now_bytes + kLaterLibraryBytes + worlds * hierarchy_bytes(session.world) +
+      run.sequences * tables + run.scratches * scratch + run.workers * synthesis.thread_bytes +
+      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes;
+  return std::max(loaded.peak_bytes, sum);
 }
 
 }  // namespace ensonify

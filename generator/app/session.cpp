@@ -60,16 +60,24 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
-}  // namespace
+// Importing a large mesh takes several times what is kept of it; nothing else gives that back.
+void give_back_import(const World& world) {
+  constexpr std::size_t kLargeMesh = 100'000;
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || shape->mesh->triangles.size() < kLargeMesh) continue;
+    malloc_trim(0);
+    return;
+  }
+}
 
-Result<Session> prepare_session(Scenario scenario) {
+Result<Session> prepare(Scenario scenario, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
-  Result<World> world = build_world(scenario);
   Result<Path> path = load_path(scenario.trajectory);
   if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
@@ -82,13 +90,24 @@ Result<Session> prepare_session(Scenario scenario) {
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
-  // Importing a mesh takes several times what is kept of it; nothing else gives that back.
-  malloc_trim(0);
+  give_back_import(*world);
   session.world = std::move(*world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   return session;
+}
+
+}  // namespace
+
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
+  Result<World> world = build_world(scenario, sequence);
+  return prepare(std::move(scenario), std::move(world));
+}
+
+Result<Session> prepare_without_world(Scenario scenario, std::uint32_t) {
+  World world = empty_world(scenario);
+  return prepare(std::move(scenario), std::move(world));
 }
 
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,

@@ -61,6 +61,10 @@ void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
 void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
 
+// Every class that the lists name, behind draws too, in order of appearance; with the defaults of
+// those that name none.
+std::vector<std::string> class_names(const Value& root);
+
 // Names told apart, ids and classes within what the masks can hold.
 void check_instances(Faults& faults, const Value& root);
 

@@ -88,6 +88,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   }
   if (const auto v = child(root, "volumes")) parse_volumes(faults, *v, scenario.volumes);
   check_instances(faults, root);
+  scenario.class_names = class_names(root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
   if (const auto v = child(root, "synthesis"); v && open_map(faults, *v, {"tolerance"})) {
@@ -143,7 +144,8 @@ void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
 
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides) {
+                                const std::vector<Override>& overrides,
+                                [[maybe_unused]] std::uint32_t sequence) {
   Faults faults;
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
   if (!tree) return to_error(faults);
@@ -154,7 +156,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 }
 
 Result<Scenario> load_scenario(const std::filesystem::path& file,
-                               const std::vector<Override>& overrides) {
+                               const std::vector<Override>& overrides, std::uint32_t sequence) {
   const std::string label = file.string();
   const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
     return Error{kind,
@@ -175,7 +177,7 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  return parse_scenario(text, label, file.parent_path(), overrides);
+  return parse_scenario(text, label, file.parent_path(), overrides, sequence);
 }
 
 }  // namespace ensonify

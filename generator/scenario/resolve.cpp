@@ -65,6 +65,8 @@ Pose pose_of(const PoseSpec& spec) {
   return pose;
 }
 
+bool varies_by_sequence(const Scenario& scenario) { return scenario.has_draws; }
+
 std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   std::vector<std::filesystem::path> files;
   const auto add = [&](const std::filesystem::path& file) {

@@ -205,6 +205,10 @@ struct Scenario {
   double synthesis_tolerance = 1e-5;  // relative L2 of the series
   OutputSpec output;
   SplitsSpec splits;
+  // Every class that any draw can bring, in order of appearance in the file: ids that hold for all
+  // sequences.
+  std::vector<std::string> class_names;
+  bool has_draws = false;
 };
 
 // One `--set KEY.PATH=VALUE`.
@@ -218,19 +222,24 @@ struct Override {
 // all faults of the file at once; also where a named input file does not exist. A scenario file
 // that exists and cannot be opened or read is an error of reading (io).
 Result<Scenario> load_scenario(const std::filesystem::path& file,
-                               const std::vector<Override>& overrides = {});
+                               const std::vector<Override>& overrides = {},
+                               std::uint32_t sequence = 0);
 
 // The same from text; relative paths in it are relative to `folder`; `label` stands for the file
 // name in messages.
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides = {});
+                                const std::vector<Override>& overrides = {},
+                                std::uint32_t sequence = 0);
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
 // the shortest form that reads back to the same double. `name_file` says how an input file is
 // named in the text (a data set names its assets by hash).
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
+
+// Whether sequences differ in more than their speckle and noise.
+bool varies_by_sequence(const Scenario& scenario);
 
 // Input files that the scenario names (tables, meshes, paths), without repetition, in order of
 // appearance.

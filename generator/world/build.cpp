@@ -112,8 +112,20 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
 
 }  // namespace
 
-Result<World> build_world(const Scenario& scenario) {
+World empty_world(const Scenario& scenario) {
   World world;
+  world.classes = scenario.class_names;
+  for (const ObjectSpec& spec : scenario.objects) add_instance(world, spec.name, spec.class_name);
+  for (const PointTargetSpec& spec : scenario.point_targets) {
+    add_instance(world, spec.name, spec.class_name);
+  }
+  for (const VolumeSpec& spec : scenario.volumes) add_instance(world, spec.name, spec.class_name);
+  return world;
+}
+
+Result<World> build_world(const Scenario& scenario, [[maybe_unused]] std::uint32_t sequence) {
+  World world;
+  world.classes = scenario.class_names;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
   add_objects(scenario, materials, world, faults);

@@ -1,7 +1,7 @@
 // The immutable world of one sequence: what can be hit, where it stands and how it scatters.
 //
 //   World        objects, point targets, and their ids as instances
-//   build_world  scenario -> World
+//   build_world  empty_world   scenario -> World
 #pragma once
 
 #include <memory>
@@ -54,6 +54,10 @@ struct World {
 // Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
 // materials and objects at once, each line behind the key that names the file; usage, or io where
 // nothing is wrong but the reading.
-Result<World> build_world(const Scenario& scenario);
+// `sequence` keys what is drawn on the way.
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
+
+// Its instances and classes alone, without materials; reads no file.
+World empty_world(const Scenario& scenario);
 
 }  // namespace ensonify
