@@ -18,7 +18,7 @@ struct PerPing {
   double bytes = 0;
 };
 
-PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t rays) {
+PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t echoes) {
   const OutputSelection& output = session.scenario.output.selection;
   PerPing sum;
   const auto add = [&](std::uint64_t files, double bytes) {
@@ -38,7 +38,7 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ray
   if (output.png && output.cartesian) {
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
   }
-  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * rays));
+  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
   return sum;
 }
 
@@ -55,12 +55,12 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
 }
 
 Cost estimate_cost(const Session& session, int threads) {
+  const ResidentMemory loaded = resident_memory();
+  const EchoCounts echoes = count_echoes(session);
   const Sonar& sonar = session.sonar;
   const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
-  const std::uint64_t rays =
-      std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
   const std::uint64_t sequences = session.scenario.sequences;
-  const PerPing ping = per_ping(session, pixels, rays);
+  const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
@@ -70,7 +70,8 @@ Cost estimate_cost(const Session& session, int threads) {
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 
-  cost.peak_bytes = peak_bytes(session, threads, static_cast<std::uint64_t>(ping.bytes));
+  cost.peak_bytes =
+      peak_bytes(session, threads, loaded, echoes, static_cast<std::uint64_t>(ping.bytes));
   return cost;
 }
 

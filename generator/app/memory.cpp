@@ -1,5 +1,7 @@
 #include "app/memory.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <fstream>
 #include <set>
@@ -40,34 +42,11 @@ std::uint64_t hierarchy_bytes(const World& world) {
   return sum;
 }
 
-// What follows the phase of a mirror cannot be told from the number of rays: counted, at the first,
-// the middle and the last ping.
-std::uint64_t coherent_echoes(const Session& session) {
-  const auto is_mirror = [](const WorldObject& object) {
-    return object.material.coherent == CoherentModel::kirchhoff;
-  };
-  if (std::ranges::none_of(session.world.objects, is_mirror)) return 0;
-  const Fan fan = make_fan(session.sonar);
-  const Workers workers;
-  const Tracer tracer(session.world);
-  const SurfaceScattering scattering =
-      make_surface_scattering(session.sonar, session.water, session.world);
-  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
-  std::size_t most = 0;
-  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
-    const Pose pose = sonar_pose(session, ping);
-    const Tracer moment = tracer.at(object_poses(session, ping));
-    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
-    most =
-        std::max(most, kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers).size());
-  }
-  return most;
-}
-
 // What one ping holds while it is computed, beside the backend's own.
 struct PingCounts {
-  std::uint64_t rays = 0, coherent = 0, pixels = 0, cartesian_pixels = 0;
-  std::uint64_t echoes() const { return rays + coherent; }
+  std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
+  EchoCounts echo;
+  std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
@@ -85,7 +64,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
   const std::uint64_t merging =
-      count.coherent == 0 ? 0 : (count.echoes() + 2 * count.coherent) * sizeof(Scatterer);
+      count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
   const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
   const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
   const std::uint64_t encoding =
@@ -95,11 +74,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
          session.world.objects.size() * kRecordBytesPerObject;
 }
 
-PingCounts counts_of(const Session& session) {
+PingCounts counts_of(const Session& session, const EchoCounts& echo) {
   const Sonar& sonar = session.sonar;
   PingCounts count;
   count.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
-  count.coherent = coherent_echoes(session);
+  count.echo = echo;
   count.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
   if (session.scenario.output.selection.cartesian) {
     const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
@@ -128,7 +107,29 @@ UnderWay under_way(const Session& session, int threads) {
 
 }  // namespace
 
+EchoCounts count_echoes(const Session& session) {
+  const Fan fan = make_fan(session.sonar);
+  const Workers workers;
+  const Tracer tracer(session.world);
+  const SurfaceScattering scattering =
+      make_surface_scattering(session.sonar, session.water, session.world);
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  EchoCounts most;
+  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+    const Pose pose = sonar_pose(session, ping);
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
+    const auto met = std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
+    const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
+    most.surface = std::max<std::uint64_t>(most.surface, met);
+    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
+  }
+  return most;
+}
+
 ResidentMemory resident_memory() {
+  // What is free is there for the pings.
+  malloc_trim(0);
   ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
   std::ifstream status("/proc/self/status");
   for (std::string key; status >> key; status.ignore(1 << 10, '\n')) {
@@ -139,9 +140,9 @@ ResidentMemory resident_memory() {
   return memory;
 }
 
-std::uint64_t peak_bytes(const Session& session, int threads, std::uint64_t encoded_bytes) {
-  const ResidentMemory loaded = resident_memory();
-  const PingCounts count = counts_of(session);
+std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
+                         const EchoCounts& echoes, std::uint64_t encoded_bytes) {
+  const PingCounts count = counts_of(session, echoes);
   const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
                                                       session.scenario.synthesis_tolerance})
                                         ->memory(!session.world.volumes.empty());
