@@ -1,10 +1,9 @@
 #include "app/cost.h"
 
 #include <algorithm>
-#include <set>
 
+#include "app/memory.h"
 #include "labels/cartesian.h"
-#include "trace/tracer.h"
 
 namespace ensonify {
 namespace {
@@ -13,15 +12,13 @@ namespace {
 constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
-// Program, libraries and their tables.
-constexpr std::uint64_t kProcessBytes = 38'000'000;
 
 struct PerPing {
   std::uint64_t files = 0;
   double bytes = 0;
 };
 
-PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t rays) {
+PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t echoes) {
   const OutputSelection& output = session.scenario.output.selection;
   PerPing sum;
   const auto add = [&](std::uint64_t files, double bytes) {
@@ -41,7 +38,7 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ray
   if (output.png && output.cartesian) {
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
   }
-  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * rays));
+  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
   return sum;
 }
 
@@ -52,13 +49,18 @@ int pings_under_way(int threads, std::uint64_t pings) {
   return static_cast<int>(std::min<std::uint64_t>(lanes, pings));
 }
 
+int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences) {
+  const std::uint64_t wanted = pings_under_way(threads, std::uint64_t{1} << 30);
+  return static_cast<int>(std::min((wanted + pings - 1) / pings, sequences));
+}
+
 Cost estimate_cost(const Session& session, int threads) {
+  const ResidentMemory loaded = resident_memory();
+  const EchoCounts echoes = count_echoes(session);
   const Sonar& sonar = session.sonar;
   const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
-  const std::uint64_t rays =
-      std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
   const std::uint64_t sequences = session.scenario.sequences;
-  const PerPing ping = per_ping(session, pixels, rays);
+  const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
@@ -68,37 +70,8 @@ Cost estimate_cost(const Session& session, int threads) {
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 
-  // Series and power of the beams in double and as results, the polar and Cartesian images, what
-  // is being encoded; hits and scatterers.
-  const std::uint64_t transform = std::uint64_t(sonar.beam_count) * session.record.transform;
-  std::uint64_t cartesian_pixels = 0;
-  if (session.scenario.output.selection.cartesian) {
-    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
-    cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
-  }
-  std::uint64_t mesh_bytes = 0;
-  for (const WorldObject& object : session.world.objects) {
-    if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
-      mesh_bytes += shape->mesh->triangles.size() * 200;  // arrays, their copy and the hierarchy
-    }
-  }
-  std::uint64_t volume_bytes = 0;
-  std::set<const DensityGrid*> grids;  // several volumes may share one
-  for (const Volume& volume : session.world.volumes) {
-    const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
-    // Twice: a file's own form of it lies beside it while it is read.
-    if (grid != nullptr && grids.insert(grid->get()).second) volume_bytes += 2 * (*grid)->bytes();
-  }
-  std::uint64_t fish = 0;
-  for (const School& school : session.world.schools) fish += school.fish_m.size();
-  volume_bytes += fish * sizeof(Vec3);
-  const std::uint64_t ping_bytes = transform * 24 + pixels * 12 + (pixels + cartesian_pixels) * 28 +
-                                   session.world.volumes.size() * pixels * 12 +
-                                   rays * (sizeof(Hit) + sizeof(Scatterer)) +
-                                   3 * fish * sizeof(Scatterer);
-  const std::uint64_t at_once =
-      std::min<std::uint64_t>(std::max(threads, 1), session.ping_times_s.size());
-  cost.peak_bytes = kProcessBytes + mesh_bytes + volume_bytes + at_once * ping_bytes;
+  cost.peak_bytes =
+      peak_bytes(session, threads, loaded, echoes, static_cast<std::uint64_t>(ping.bytes));
   return cost;
 }
 

@@ -18,6 +18,9 @@ struct Cost {
 // files the disk is taking.
 int pings_under_way(int threads, std::uint64_t pings);
 
+// As many sequences of `pings` each as it takes to have enough pings in hand.
+int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences);
+
 Cost estimate_cost(const Session& session, int threads);
 
 }  // namespace ensonify

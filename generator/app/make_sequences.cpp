@@ -133,14 +133,12 @@ Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Wor
   return made ? finish_sequence(run.options.output, workshop.pipeline->info()) : made;
 }
 
-// As many sequences at once as it takes to have enough pings under way.
-int sequences_under_way(std::span<const SequenceInfo> sequences, int threads) {
+int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {
   std::uint32_t pings = 1;
-  for (const SequenceInfo& info : sequences)
+  for (const SequenceInfo& info : sequences) {
     pings = std::max(pings, info.last_ping - info.first_ping);
-  const int wanted = pings_under_way(threads, std::uint64_t{1} << 30);
-  const int enough = static_cast<int>((wanted + pings - 1) / pings);
-  return static_cast<int>(std::min<std::size_t>(enough, sequences.size()));
+  }
+  return sequences_under_way(threads, pings, sequences.size());
 }
 
 }  // namespace
@@ -160,7 +158,7 @@ Status make_sequences(const GenerateOptions& options, const SequenceWorlds& worl
   Progress progress(progress_style(options.quiet), total, found);
   Turns turns(workers.threads());
   const Run run{options, worlds, turns, progress};
-  const int lanes = sequences_under_way(sequences, workers.threads());
+  const int lanes = sequences_at_once(sequences, workers.threads());
   const int threads = std::max(1, workers.threads() / lanes);
   std::vector<Workshop> workshops(lanes);
   return in_lanes(lanes, sequences.size(), [&](std::size_t lane, std::size_t i) {

@@ -1,5 +1,7 @@
 #include "app/session.h"
 
+#include <malloc.h>
+
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
@@ -58,6 +60,17 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
+// Importing a large mesh takes several times what is kept of it; nothing else gives that back.
+void give_back_import(const World& world) {
+  constexpr std::size_t kLargeMesh = 100'000;
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || shape->mesh->triangles.size() < kLargeMesh) continue;
+    malloc_trim(0);
+    return;
+  }
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -78,6 +91,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
+  give_back_import(*world);
   session.world = std::move(*world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);

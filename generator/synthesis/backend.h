@@ -7,6 +7,7 @@
 //   SynthesisSetup   what all pings of a sequence share
 //   PingTask         one ping to synthesize
 //   PingSeries       its result
+//   SynthesisMemory  what that takes beside
 //   Backend          the seam
 //   make_..._backend the implementations
 #pragma once
@@ -63,9 +64,19 @@ struct PingSeries {
   std::vector<float> clean_power_pa2;            // [beams x samples], expected, without noise
 };
 
+// What a backend keeps in memory beside tasks and results.
+struct SynthesisMemory {
+  std::uint64_t shared_bytes = 0;  // tables
+  std::uint64_t ping_bytes = 0;    // more for each ping at once
+  std::uint64_t echo_bytes = 0;    // more for each scatterer of these
+  std::uint64_t thread_bytes = 0;  // more for each thread
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
+
+  virtual SynthesisMemory memory(bool has_volumes) const = 0;
 
   // series[i] becomes the result of tasks[i]; both spans have the same length.
   // p_j(t_n) = S0 sum_i B_az(theta_i - theta_j)/N_j a_i gain_i e^(-i 2 pi f_c tau_i) s(t_n - tau_i)

@@ -42,6 +42,10 @@ class CpuBackend final : public Backend {
       : cells_(std::size_t(setup.sonar.beam_count) * setup.record.samples),
         synthesis_(make_synthesis(setup)) {}
 
+  SynthesisMemory memory(bool has_volumes) const override {
+    return synthesis_->memory(has_volumes);
+  }
+
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());

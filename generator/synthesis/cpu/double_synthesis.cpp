@@ -42,6 +42,7 @@ class DoubleSynthesis final : public PingSynthesis {
         volume_power_forward_(transform(), FftDirection::forward),
         mixer_(tables.mixing) {}
 
+  SynthesisMemory memory(bool has_volumes) const override;
   void run(const PingTask& task, PingSeries& series, const Workers& workers) const override;
 
  private:
@@ -179,6 +180,16 @@ AlignedBuffer<double> DoubleSynthesis::diffuse_power(const PingTask& task,
   });
   mixer_.mix_power(rows.data(), samples(), static_cast<int>(stride), workers);
   return rows;
+}
+
+SynthesisMemory DoubleSynthesis::memory(bool) const {
+  const std::uint64_t row = transform();
+  SynthesisMemory memory;
+  memory.shared_bytes = 8 * row * sizeof(Complex);
+  // Series, mean and power of all beams; a thread: the grid of powers and its spectrum.
+  memory.ping_bytes = beams() * row * (2 * sizeof(Complex) + sizeof(double));
+  memory.thread_bytes = 5 * row * sizeof(Complex);
+  return memory;
 }
 
 void DoubleSynthesis::run(const PingTask& task, PingSeries& result, const Workers& workers) const {

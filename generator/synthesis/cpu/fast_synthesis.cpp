@@ -58,6 +58,8 @@ class FastSynthesis final : public PingSynthesis {
         mean_(std::move(mean)),
         power_(std::move(power)) {}
 
+  SynthesisMemory memory(bool has_volumes) const override;
+
   void run(const PingTask& task, PingSeries& result, const Workers& workers) const override {
     auto scratch = ping_pool_.take();
     series(task, *scratch, result, workers);
@@ -89,6 +91,23 @@ class FastSynthesis final : public PingSynthesis {
   mutable Pool<NodeScratch> node_pool_;
   mutable Pool<EchoScratch> echo_pool_;
 };
+
+SynthesisMemory FastSynthesis::memory(bool has_volumes) const {
+  SynthesisMemory memory;
+  for (const NodePlan* plan : {series_.get(), mean_.get(), power_.get()}) {
+    if (plan == mean_.get() && mean_ == series_) continue;
+    memory.shared_bytes += plan_bytes(*plan);
+    // Each in its turn, in the same buffers.
+    memory.ping_bytes = std::max(memory.ping_bytes, planes_bytes(*plan));
+    memory.thread_bytes = std::max(memory.thread_bytes, scratch_bytes(*plan, has_volumes));
+  }
+  if (has_volumes) {
+    memory.ping_bytes += std::uint64_t(sonar_.beam_count) * samples_ * sizeof(std::complex<float>);
+  }
+  memory.echo_bytes = 3 * sizeof(float) + sizeof(std::int32_t);
+  memory.thread_bytes += sizeof(EchoScratch);
+  return memory;
+}
 
 // write(beam, first sample, samples, values of the tile) for all beams and times; one work item
 // calls it for all beams of one stretch of time.

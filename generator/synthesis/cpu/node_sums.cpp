@@ -137,6 +137,26 @@ void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& e
   });
 }
 
+std::uint64_t plan_bytes(const NodePlan& plan) {
+  const std::uint64_t nodes = plan.nodes.nodes;
+  return nodes * nodes * sizeof(double) + (plan.even.size() + plan.odd.size()) * sizeof(float) +
+         3 * std::uint64_t(plan.transform) * sizeof(std::complex<double>);
+}
+
+std::uint64_t planes_bytes(const NodePlan& plan) {
+  return 2 * std::uint64_t(plan.rows) * plan.plane_stride() * sizeof(float);
+}
+
+std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells) {
+  const std::uint64_t points = plan.spread.points, bins = plan.transform;
+  const std::uint64_t grids = kGroup * 2 * (points + 2 * kHalo) * sizeof(float);
+  const std::uint64_t records = (points + bins) * sizeof(std::complex<double>);
+  const std::uint64_t tiles = 3 * std::uint64_t(plan.nodes.nodes) * kTile * sizeof(float);
+  const std::uint64_t cells = kGroup * 2 * std::uint64_t(plan.samples) * sizeof(float) +
+                              bins * sizeof(std::complex<double>);
+  return grids + records + tiles + (has_cells ? cells : 0);
+}
+
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch) {
   const int nodes = plan.nodes.nodes, half = nodes / 2;

@@ -82,4 +82,9 @@ void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& e
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch);
 
+// What each of these holds: the plan, `planes`, and the scratch of one worker.
+std::uint64_t plan_bytes(const NodePlan& plan);
+std::uint64_t planes_bytes(const NodePlan& plan);
+std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells);
+
 }  // namespace ensonify

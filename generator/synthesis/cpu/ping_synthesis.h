@@ -21,6 +21,7 @@ struct SynthesisTables {
 class PingSynthesis {
  public:
   virtual ~PingSynthesis() = default;
+  virtual SynthesisMemory memory(bool has_volumes) const = 0;
   virtual void run(const PingTask& task, PingSeries& series, const Workers& workers) const = 0;
 };
 

@@ -36,6 +36,12 @@ class ReferenceBackend final : public Backend {
         autospectrum_(pulse_autospectrum(spectrum_)),
         source_pa_m_(source_pressure_pa_m(setup.sonar)) {}
 
+  SynthesisMemory memory(bool) const override {
+    const std::uint64_t row = transform();
+    return {3 * row * sizeof(Complex), beams() * row * (2 * sizeof(Complex) + sizeof(double)),
+            sizeof(Scatterer) + sizeof(Complex), row * sizeof(Complex)};
+  }
+
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());

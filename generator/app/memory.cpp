@@ -1,0 +1,162 @@
+#include "app/memory.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include "app/cost.h"
+#include "labels/cartesian.h"
+#include "synthesis/backend.h"
+#include "trace/kirchhoff.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+namespace {
+
+// What a program has in memory before it loads anything, where it cannot be measured.
+constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
+// Code and tables of libraries that loading does not touch yet: Embree, FFTW, OpenEXR, TBB.
+constexpr std::uint64_t kLaterLibraryBytes = 18'000'000;
+// Embree's hierarchy while it is built, and its copy of the corners.
+constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
+constexpr std::uint64_t kHierarchyBytesPerObject = 600;
+// What is written of an object: of all pings together, and in the record of each.
+constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
+// LabelledImage: five floats, an instance and a class.
+constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
+// A scatterer's part in labels: Echo and its sample.
+constexpr std::uint64_t kLabelBytesPerEcho = 40;
+
+std::uint64_t hierarchy_bytes(const World& world) {
+  std::set<const Mesh*> meshes;
+  std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || !meshes.insert(shape->mesh.get()).second) continue;
+    sum += shape->mesh->triangles.size() * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) +
+           shape->mesh->vertices.size() * sizeof(float[3]);
+  }
+  return sum;
+}
+
+// What one ping holds while it is computed, beside the backend's own.
+struct PingCounts {
+  std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
+  EchoCounts echo;
+  std::uint64_t echoes() const { return echo.surface + echo.coherent; }
+};
+
+std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
+                         std::uint64_t encoded_bytes) {
+  const OutputSelection& output = session.scenario.output.selection;
+  const bool pictures = output.polar || output.cartesian || output.png;
+  const std::uint64_t grey = output.png ? count.pixels + count.cartesian_pixels : 0;
+  const std::uint64_t series = count.pixels * sizeof(std::complex<float>);
+  const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
+  const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
+  const std::uint64_t polar = pictures ? count.pixels * kImageBytesPerPixel : 0;
+  const std::uint64_t cartesian = count.cartesian_pixels * kImageBytesPerPixel + grey;
+  const std::uint64_t labels = pictures ? count.echoes() * kLabelBytesPerEcho : 0;
+
+  // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
+  // they are put among the others; series and pictures; files.
+  const std::uint64_t merging =
+      count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
+  const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
+  const std::uint64_t encoding =
+      (output.timeseries ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
+  return count.echoes() * sizeof(Scatterer) + std::max({tracing, picturing, encoding}) +
+         (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
+         session.world.objects.size() * kRecordBytesPerObject;
+}
+
+PingCounts counts_of(const Session& session, const EchoCounts& echo) {
+  const Sonar& sonar = session.sonar;
+  PingCounts count;
+  count.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
+  count.echo = echo;
+  count.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+  if (session.scenario.output.selection.cartesian) {
+    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
+    count.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  return count;
+}
+
+// How many there are at once. Every sequence keeps the scratch of its own pings and threads.
+struct UnderWay {
+  std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
+};
+
+UnderWay under_way(const Session& session, int threads) {
+  const std::uint64_t all = std::max(threads, 1), pings = session.ping_times_s.size();
+  UnderWay run;
+  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences);
+  const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
+  const std::uint64_t pings_each = pings_under_way(static_cast<int>(threads_each), pings);
+  run.computing = std::min(all, run.sequences * pings_each);
+  run.waiting = run.sequences * pings_each - run.computing;
+  run.scratches = run.sequences * std::min(pings_each, run.computing);
+  run.workers = run.sequences * std::min(std::max(pings_each, threads_each), all);
+  return run;
+}
+
+}  // namespace
+
+EchoCounts count_echoes(const Session& session) {
+  const Fan fan = make_fan(session.sonar);
+  const Workers workers;
+  const Tracer tracer(session.world);
+  const SurfaceScattering scattering =
+      make_surface_scattering(session.sonar, session.water, session.world);
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  EchoCounts most;
+  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+    const Pose pose = sonar_pose(session, ping);
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
+    const auto met = std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
+    const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
+    most.surface = std::max<std::uint64_t>(most.surface, met);
+    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
+  }
+  for (const School& school : session.world.schools) most.surface += school.fish_m.size();
+  return most;
+}
+
+ResidentMemory resident_memory() {
+  // What is free is there for the pings.
+  malloc_trim(0);
+  ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key; status.ignore(1 << 10, '\n')) {
+    if (std::uint64_t kib = 0; (key == "VmHWM:" || key == "VmRSS:") && status >> kib) {
+      (key == "VmRSS:" ? memory.now_bytes : memory.peak_bytes) = kib * 1024;
+    }
+  }
+  return memory;
+}
+
+std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
+                         const EchoCounts& echoes, std::uint64_t encoded_bytes) {
+  const PingCounts count = counts_of(session, echoes);
+  const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
+                                                      session.scenario.synthesis_tolerance})
+                                        ->memory(!session.world.volumes.empty());
+  const std::uint64_t tables =
+      synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
+  const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
+  const UnderWay run = under_way(session, threads);
+  const std::uint64_t worlds = varies_by_sequence(session.scenario) ? run.sequences : 1;
+  const std::uint64_t sum =
+      loaded.now_bytes + kLaterLibraryBytes + worlds * hierarchy_bytes(session.world) +
+      run.sequences * tables + run.scratches * scratch + run.workers * synthesis.thread_bytes +
+      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes;
+  return std::max(loaded.peak_bytes, sum);
+}
+
+}  // namespace ensonify

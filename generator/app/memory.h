@@ -1,0 +1,36 @@
+// Memory of the process.
+//
+//   resident_memory  what it has now and had at most
+//   count_echoes     of a ping
+//   peak_bytes       what generating will take
+#pragma once
+
+#include <cstdint>
+
+#include "app/session.h"
+
+namespace ensonify {
+
+struct ResidentMemory {
+  std::uint64_t now_bytes = 0, peak_bytes = 0;
+};
+
+// As the kernel counts it, without what could be given back; a guess of an empty process where it
+// does not say.
+ResidentMemory resident_memory();
+
+// Scatterers of one ping: of its rays, and of its mirrors.
+struct EchoCounts {
+  std::uint64_t surface = 0, coherent = 0;
+};
+
+// How many rays meet something, and what follows the phase of a mirror, is not told by a formula:
+// the most at the first, the middle and the last ping.
+EchoCounts count_echoes(const Session& session);
+
+// Of a `generate` of this session. What loading took is measured, not estimated: `loaded` is of a
+// process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
+std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
+                         const EchoCounts& echoes, std::uint64_t encoded_bytes);
+
+}  // namespace ensonify
