@@ -20,7 +20,7 @@ std::string bytes_text(std::uint64_t bytes) {
 Status check(const ScenarioOptions& options) {
   Result<Scenario> scenario = load_scenario(options.scenario, options.overrides);
   if (!scenario) return scenario.error();
-  Result<Session> session = prepare_session(std::move(*scenario));
+  Result<Session> session = prepare_session(std::move(*scenario), 0);
   if (!session) return session.error();
   const int threads = Workers().threads();
   const Cost cost = estimate_cost(*session, threads);

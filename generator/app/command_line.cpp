@@ -15,7 +15,7 @@ namespace {
 
 // Everything that the command line can hold; each command reads its own part.
 struct Arguments {
-  std::string scenario, folder, pings, backend = "auto", simd = "auto";
+  std::string scenario, folder, pings, sequences, backend = "auto", simd = "auto";
   std::vector<std::string> sets;
   std::optional<std::string> seed, preset;
   int threads = 0;
@@ -40,7 +40,8 @@ Result<ScenarioOptions> scenario_options(const Arguments& arguments) {
   return options;
 }
 
-Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const std::string& text) {
+Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
+                                                            const std::string& text) {
   std::uint32_t first = 0, last = 0;
   const char* end = text.data() + text.size();
   const auto a = std::from_chars(text.data(), end, first);
@@ -49,7 +50,7 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const std::string& t
     if (b.ec == std::errc() && b.ptr == end) return std::pair(first, last);
   }
   return usage(
-      fmt::format("--pings {}: accepted is A:B, the first ping and the one after the last", text));
+      fmt::format("{} {}: accepted is A:B, the first and the one after the last", option, text));
 }
 
 Status run_generate(const Arguments& arguments) {
@@ -60,9 +61,14 @@ Status run_generate(const Arguments& arguments) {
   if (arguments.folder.empty()) return usage("--output is empty; accepted is a folder");
   options.output = arguments.folder;
   if (!arguments.pings.empty()) {
-    const auto range = parse_range(arguments.pings);
+    const auto range = parse_range("--pings", arguments.pings);
     if (!range) return range.error();
     options.pings = *range;
+  }
+  if (!arguments.sequences.empty()) {
+    const auto range = parse_range("--sequences", arguments.sequences);
+    if (!range) return range.error();
+    options.sequences = *range;
   }
   options.threads = arguments.threads;
   options.backend =
@@ -101,6 +107,7 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
   add_scenario_arguments(command, arguments);
   command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
   command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
+  command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
   command.add_option("--threads", arguments.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command

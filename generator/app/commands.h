@@ -26,7 +26,8 @@ struct ScenarioOptions {
 struct GenerateOptions {
   ScenarioOptions input;
   std::filesystem::path output;
-  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;  // [first, last)
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
   int threads = 0;
   BackendChoice backend = BackendChoice::cpu;
   SimdLevel simd = best_simd_level();

@@ -1,41 +1,25 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <semaphore>
+#include <span>
 
 #include "app/commands.h"
-#include "app/cost.h"
 #include "app/interrupt.h"
+#include "app/make_sequences.h"
 #include "app/numerics.h"
-#include "app/progress.h"
+#include "app/pipeline.h"
+#include "app/sequence_worlds.h"
 #include "app/version.h"
 #include "dataset/finish.h"
 #include "dataset/sha256.h"
 #include "dataset/work.h"
-#include "dataset/write_ping.h"
 
 namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct PingRange {
-  std::uint32_t first = 0, last = 0;
-};
-
-Result<PingRange> range_of(const GenerateOptions& options, const Session& session) {
-  const auto total = static_cast<std::uint32_t>(session.ping_times_s.size());
-  if (!options.pings) return PingRange{0, total};
-  const auto [first, last] = *options.pings;
-  if (first < last && last <= total) return PingRange{first, last};
-  return Error{ErrorKind::usage, fmt::format("--pings {}:{}: the scenario has pings 0 to {}; "
-                                             "accepted is A:B with 0 <= A < B <= {}",
-                                             first, last, total - 1, total)};
-}
 
 Result<std::vector<Asset>> hash_assets(const Scenario& scenario) {
   std::vector<Asset> assets;
@@ -57,8 +41,9 @@ std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& as
   });
 }
 
-WorkIdentity identity_of(const Session& session, const std::vector<Asset>& assets, PingRange pings,
-                         BackendChoice backend, SimdLevel simd, const Tracer& tracer) {
+WorkIdentity identity_of(const SequenceWorlds& worlds, const std::vector<Asset>& assets,
+                         const SequenceInfo& first, const GenerateOptions& options) {
+  const Session& session = worlds.first();
   // More sequences are the same work grown: the first ones stay as they are.
   Scenario without_count = session.scenario;
   without_count.sequences = 1;
@@ -66,13 +51,13 @@ WorkIdentity identity_of(const Session& session, const std::vector<Asset>& asset
   identity.name = session.scenario.name;
   identity.scenario_sha256 = sha256_hex(resolved_text(without_count, assets));
   identity.seed = session.scenario.seed;
-  identity.first_ping = pings.first;
-  identity.last_ping = pings.last;
+  identity.first_ping = first.first_ping;
+  identity.last_ping = first.last_ping;
   identity.program_version = program_version();
   identity.program_commit = program_commit();
-  identity.backend = backend == BackendChoice::reference ? "reference" : "cpu";
-  identity.simd = numerics_name(simd);
-  identity.embree_isa = tracer.instruction_set();
+  identity.backend = options.backend == BackendChoice::reference ? "reference" : "cpu";
+  identity.simd = numerics_name(options.simd);
+  identity.embree_isa = worlds.first_tracer().instruction_set();
   return identity;
 }
 
@@ -92,111 +77,42 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   return {};
 }
 
-struct Run {
-  const GenerateOptions& options;
-  const Session& session;
-  const Tracer& tracer;
-  const Workers& workers;
-};
-
-using Turns = std::counting_semaphore<>;
-
-struct Turn {
-  explicit Turn(Turns& all) : turns(all) { turns.acquire(); }
-  ~Turn() { turns.release(); }
-  Turns& turns;
-};
-
-// The processor's part of a ping, when it is its turn.
-Result<EncodedPing> encoded_ping(const Pipeline& pipeline, std::uint32_t ping,
-                                 const Workers& workers, Turns& turns) {
-  const Turn turn(turns);
-  return encode_ping(pipeline.info(), pipeline.run(ping, workers), workers);
+Result<PingRange> sequences_of(const GenerateOptions& options, const Scenario& scenario) {
+  if (!options.sequences) return PingRange{0, scenario.sequences};
+  const auto [first, last] = *options.sequences;
+  if (first < last && last <= scenario.sequences) return *options.sequences;
+  return Error{ErrorKind::usage,
+               fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; accepted is A:B "
+                           "with 0 <= A < B <= {}",
+                           first, last, scenario.sequences - 1, scenario.sequences)};
 }
 
-Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
-                 const Workers& workers, Turns& turns) {
-  if (interrupted()) {
-    return Error{ErrorKind::interrupted,
-                 "interrupted: what is finished is kept; the same command goes on from there"};
-  }
-  const Result<EncodedPing> encoded = encoded_ping(pipeline, ping, workers, turns);
-  return encoded ? store_ping(run.options.output, pipeline.info(), *encoded)
-                 : Status(encoded.error());
-}
-
-// Whole pings side by side while there are enough of them, in their order; threads beyond that work
-// within each ping. A few pings more than threads are under way: the disk writes those while
-// others are computed.
-Status make_pings(const Run& run, const Pipeline& pipeline,
-                  const std::vector<std::uint32_t>& missing, Progress& progress) {
-  const int threads = run.workers.threads();
-  const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, missing.size()));
-  if (side_by_side == 0) return {};
-  const int lanes = pings_under_way(threads, missing.size());
-  Turns turns(side_by_side);
-  std::vector<Status> statuses(lanes);
-  std::atomic<std::size_t> next = 0;
-  Workers(lanes).for_each(lanes, [&](std::size_t lane) {
-    const Workers within(threads / side_by_side);
-    for (std::size_t i; (i = next.fetch_add(1)) < missing.size();) {
-      statuses[lane] = make_ping(run, pipeline, missing[i], within, turns);
-      if (!statuses[lane]) {
-        next = missing.size();
-        return;
-      }
-      progress.ping_done();
+// All of them, those that are not asked for included: the finishing step lists what is there.
+Result<std::vector<SequenceInfo>> infos_of(const SequenceWorlds& worlds,
+                                           const GenerateOptions& options, const Workers& workers) {
+  const std::uint32_t count = worlds.first().scenario.sequences;
+  std::vector<SequenceInfo> infos(count);
+  std::vector<Status> statuses(count);
+  workers.for_each(count, [&](std::size_t s) {
+    Result<SequenceInfo> info = worlds.info(static_cast<std::uint32_t>(s), options.pings);
+    if (info) {
+      infos[s] = std::move(*info);
+    } else {
+      statuses[s] = info.error();
     }
   });
   for (const Status& status : statuses) {
-    if (!status) return status;
-  }
-  return {};
-}
-
-std::vector<std::uint32_t> missing_pings(const fs::path& folder, const SequenceInfo& info) {
-  std::vector<std::uint32_t> missing;
-  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
-    if (!ping_is_finished(folder, info.sequence, ping, info)) missing.push_back(ping);
-  }
-  return missing;
-}
-
-// All sequences, one after the other; their infos, for the finishing step. The pipeline's tables
-// serve every sequence; it is made when the first ping is missing.
-Result<std::vector<SequenceInfo>> make_sequences(const Run& run, PingRange pings,
-                                                 std::optional<Pipeline> pipeline) {
-  const std::uint32_t count = run.session.scenario.sequences;
-  const std::uint64_t total = std::uint64_t{count} * (pings.last - pings.first);
-  const auto info_of = [&](std::uint32_t s) {
-    return sequence_info(run.session, s, pings.first, pings.last);
-  };
-  // Counted first and listed again below: a list of every ping of every sequence has no bound.
-  std::uint64_t found = total;
-  for (std::uint32_t s = 0; s < count; ++s) {
-    found -= missing_pings(run.options.output, info_of(s)).size();
-  }
-  if (found > 0 && !run.options.quiet) {
-    fmt::print(stderr, "continuing: {} of {} pings are there\n", found, total);
-  }
-  Progress progress(progress_style(run.options.quiet), total, found);
-  std::vector<SequenceInfo> infos;
-  for (std::uint32_t s = 0; s < count; ++s) {
-    infos.push_back(info_of(s));
-    if (sequence_is_finished(run.options.output, infos.back())) continue;
-    if (!pipeline)
-      pipeline.emplace(run.session, run.tracer, infos.back(),
-                       Numerics{run.options.backend, run.options.simd});
-    if (Status started = pipeline->start_sequence(infos.back(), run.workers); !started) {
-      return started.error();
-    }
-    const std::vector<std::uint32_t> missing = missing_pings(run.options.output, infos.back());
-    if (Status made = make_pings(run, *pipeline, missing, progress); !made) return made.error();
-    if (Status finished = finish_sequence(run.options.output, pipeline->info()); !finished) {
-      return finished.error();
-    }
+    if (!status) return status.error();
   }
   return infos;
+}
+
+// A noise.snr_db without an echo is a wrong scenario: found before anything is written.
+Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
+                       const GenerateOptions& options, const Workers& workers) {
+  if (!worlds.first().scenario.noise_snr_db) return {};
+  Pipeline pipeline(worlds.first(), worlds.first_tracer(), info, {options.backend, options.simd});
+  return pipeline.start_sequence(info, workers);
 }
 
 std::string host_name() {
@@ -209,30 +125,25 @@ std::string host_name() {
 
 Status generate(const GenerateOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  Result<Scenario> scenario = load_scenario(options.input.scenario, options.input.overrides);
-  if (!scenario) return scenario.error();
-  Result<Session> session = prepare_session(std::move(*scenario));
-  if (!session) return session.error();
-  Result<PingRange> pings = range_of(options, *session);
-  if (!pings) return pings.error();
-  Result<std::vector<Asset>> assets = hash_assets(session->scenario);
-  if (!assets) return assets.error();
-
-  if (Status kept = keep_inputs(options, session->scenario); !kept) return kept;
-
+  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
+  if (!worlds) return worlds.error();
+  const Scenario& scenario = worlds->first().scenario;
+  Result<PingRange> range = sequences_of(options, scenario);
+  if (!range) return range.error();
   const Workers workers(options.threads);
-  const Tracer tracer(session->world);
-  DatasetInfo dataset;
-  dataset.identity = identity_of(*session, *assets, *pings, options.backend, options.simd, tracer);
-  // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
-  std::optional<Pipeline> pipeline;
-  if (session->scenario.noise_snr_db) {
-    const SequenceInfo info = sequence_info(*session, 0, pings->first, pings->last);
-    pipeline.emplace(*session, tracer, info, Numerics{options.backend, options.simd});
-    if (Status started = pipeline->start_sequence(info, workers); !started) return started;
+  Result<std::vector<SequenceInfo>> infos = infos_of(*worlds, options, workers);
+  if (!infos) return infos.error();
+  Result<std::vector<Asset>> assets = hash_assets(scenario);
+  if (!assets) return assets.error();
+  if (Status kept = keep_inputs(options, scenario); !kept) return kept;
+  if (Status heard = check_ping_zero(*worlds, infos->front(), options, workers); !heard) {
+    return heard;
   }
+
+  DatasetInfo dataset;
+  dataset.identity = identity_of(*worlds, *assets, infos->front(), options);
   Result<FolderState> state =
-      open_work(options.output, dataset.identity, session->scenario.sequences, options.overwrite);
+      open_work(options.output, dataset.identity, scenario.sequences, options.overwrite);
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {
@@ -241,23 +152,27 @@ Status generate(const GenerateOptions& options) {
     return {};
   }
   listen_for_interrupts();
-  Result<std::vector<SequenceInfo>> sequences =
-      make_sequences({options, *session, tracer, workers}, *pings, std::move(pipeline));
-  if (!sequences) return sequences.error();
+  const std::span<const SequenceInfo> asked =
+      std::span(*infos).subspan(range->first, range->second - range->first);
+  if (Status made = make_sequences(options, *worlds, asked, workers); !made) return made;
 
-  dataset.scenario_yaml = resolved_text(session->scenario, *assets);
-  dataset.sequences = std::move(*sequences);
-  dataset.classes = session->world.classes;
+  std::uint64_t pings = 0;
+  for (const SequenceInfo& info : asked) pings += info.last_ping - info.first_ping;
+  for (SequenceInfo& info : *infos) {
+    if (sequence_is_finished(options.output, info)) dataset.sequences.push_back(std::move(info));
+  }
+  dataset.scenario_yaml = resolved_text(scenario, *assets);
+  dataset.classes = worlds->first().world.classes;
   dataset.assets = std::move(*assets);
   dataset.host = host_name();
   dataset.threads = workers.threads();
   dataset.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::size_t sequences = asked.size();
   if (Status finished = finish_dataset(options.output, dataset); !finished) return finished;
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} pings in {} sequence{}\n", options.output.string(),
-               std::uint64_t{session->scenario.sequences} * (pings->last - pings->first),
-               session->scenario.sequences, session->scenario.sequences == 1 ? "" : "s");
+    fmt::print(stderr, "{}: {} pings in {} sequence{}\n", options.output.string(), pings, sequences,
+               sequences == 1 ? "" : "s");
   }
   return {};
 }

@@ -35,13 +35,14 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   }
 }
 
-Pipeline::Echoes Pipeline::echoes_of(const Pose& sonar_in_world, const Workers& workers) const {
+Pipeline::Echoes Pipeline::echoes_of(const Tracer& tracer, const Pose& sonar_in_world,
+                                     const Workers& workers) const {
   const std::vector<Hit> hits =
-      tracer_.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
+      tracer.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
   std::vector<Scatterer> more =
-      kirchhoff_scatterers(fan_, hits, tracer_, sonar_in_world, scattering_, workers);
+      kirchhoff_scatterers(fan_, hits, tracer, sonar_in_world, scattering_, workers);
   const std::vector<Scatterer> targets = point_target_scatterers(
-      session_.world, tracer_, sonar_in_world, session_.sonar, session_.water);
+      session_.world, tracer, sonar_in_world, session_.sonar, session_.water);
   more.insert(more.end(), targets.begin(), targets.end());
   return {with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers),
           volume_echoes(fan_, hits, session_.world.volumes, session_.sonar, session_.water,
@@ -85,7 +86,7 @@ LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
 
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
-  const Echoes echoes = echoes_of(pose, workers);
+  const Echoes echoes = echoes_of(tracer_.at(object_poses(session_, 0)), pose, workers);
   const PingSeries series = series_of(echoes, 0, pose, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
@@ -140,13 +141,12 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   result.ping = ping;
   result.time_s = session_.ping_times_s[ping];
   result.sonar_in_world = sonar_pose(session_, ping);
-  for (const WorldObject& object : session_.world.objects) {
-    result.object_in_world.push_back(object.pose);
-  }
+  result.object_in_world = object_poses(session_, ping);
+  const Tracer tracer = tracer_.at(result.object_in_world);
   for (const PointTarget& target : session_.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  Echoes echoes = echoes_of(result.sonar_in_world, workers);
+  Echoes echoes = echoes_of(tracer, result.sonar_in_world, workers);
   result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);

@@ -54,7 +54,7 @@ class Pipeline {
   };
 
   FromPingZero look_at_ping_zero(const Workers& workers) const;
-  Echoes echoes_of(const Pose& sonar_in_world, const Workers& workers) const;
+  Echoes echoes_of(const Tracer& tracer, const Pose& sonar_in_world, const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose, bool wants_clean,
                        const Workers& workers) const;

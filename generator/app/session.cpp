@@ -58,16 +58,13 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
-}  // namespace
-
-Result<Session> prepare_session(Scenario scenario) {
+Result<Session> prepare(Scenario scenario, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
-  Result<World> world = build_world(scenario);
   Result<Path> path = load_path(scenario.trajectory);
   if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
@@ -85,6 +82,18 @@ Result<Session> prepare_session(Scenario scenario) {
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   return session;
+}
+
+}  // namespace
+
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
+  Result<World> world = build_world(scenario, sequence);
+  return prepare(std::move(scenario), std::move(world));
+}
+
+Result<Session> prepare_without_world(Scenario scenario, std::uint32_t) {
+  World world = empty_world(scenario);
+  return prepare(std::move(scenario), std::move(world));
 }
 
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
@@ -108,6 +117,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (scenario.noise_spectrum_level_db) {
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
+  info.draws = scenario.draws;
   info.instances = session.world.instances;
   info.classes = session.world.classes;
   if (scenario.output.selection.cartesian) {
@@ -128,6 +138,12 @@ std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32
 
 Pose sonar_pose(const Session& session, std::uint32_t ping) {
   return compose(pose_at(session.path, session.ping_times_s[ping]), session.mount);
+}
+
+std::vector<Pose> object_poses(const Session& session, std::uint32_t) {
+  std::vector<Pose> poses;
+  for (const WorldObject& object : session.world.objects) poses.push_back(object.pose);
+  return poses;
 }
 
 }  // namespace ensonify

@@ -1,7 +1,7 @@
 // A scenario made ready to run: everything that can be wrong with the input has been looked at,
 // and nothing has been written.
 //
-//   Session          prepare_session
+//   Session          prepare_session  prepare_without_world
 //   sequence_info    what one sequence's files say of it
 //   pick_split       train, val or test
 #pragma once
@@ -29,9 +29,12 @@ struct Session {
   std::vector<double> ping_times_s;  // of all pings, whatever range is run
 };
 
-// Loads meshes, tables and paths. Errors (usage): those of load_pulse_table, build_world, load_path
-// and ping_times, all at once.
-Result<Session> prepare_session(Scenario scenario);
+// Loads meshes, tables and paths; `sequence` keys what the world draws. Errors (usage): those of
+// load_pulse_table, build_world, load_path and ping_times, all at once.
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
+
+// The same without building anything: its world holds only ids, names and classes.
+Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
 // Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
@@ -40,7 +43,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
 // A draw keyed by seed and sequence: the same whatever else is run.
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence);
 
-// Where the sonar is at a ping.
+// Where the sonar is at a ping, and each of World::objects.
 Pose sonar_pose(const Session& session, std::uint32_t ping);
+std::vector<Pose> object_poses(const Session& session, std::uint32_t ping);
 
 }  // namespace ensonify

@@ -3,7 +3,7 @@
 //
 //   LabelledImage  GreyImage  Annotation   one picture and its labels
 //   PingResult                             everything of one ping
-//   Instance  CartesianGrid  SequenceInfo  what the pings of a sequence share
+//   Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence share
 #pragma once
 
 #include <array>
@@ -99,6 +99,15 @@ struct OutputSelection {
   bool scatterers = false;
 };
 
+// A value of the scenario that was drawn: its key path, with items of lists by name, and what came
+// out, as YAML. Of a choice among maps, lists or files: the path with `.choice` behind it and the
+// number of the alternative, from 0.
+struct DrawnValue {
+  std::string path;  // objects.rock_3.pose.position_m.0
+  std::string value;
+  friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
+};
+
 struct SequenceInfo {
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
@@ -114,6 +123,7 @@ struct SequenceInfo {
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none
+  std::vector<DrawnValue> draws;
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for

@@ -48,6 +48,16 @@ Json axes_json() {
            "quaternions w, x, y, z turn sonar into world"}};
 }
 
+// Numbers as numbers, everything else as it stands in YAML.
+Json draws_json(const std::vector<DrawnValue>& draws) {
+  Json json = Json::object();
+  for (const DrawnValue& draw : draws) {
+    const auto value = parse_json(draw.value);
+    json[draw.path] = value && value->is_number() ? *value : Json(draw.value);
+  }
+  return json;
+}
+
 }  // namespace
 
 Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& each_ping,
@@ -71,6 +81,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
           {"png",
            info.output.png ? Json({{"scale", "db"}, {"db", info.png_db_limits}}) : Json(nullptr)},
           {"cartesian", info.cartesian ? cartesian_json(*info.cartesian) : Json(nullptr)},
+          {"draws", draws_json(info.draws)},
           {"classes", info.classes},
           {"instances", std::move(instances)},
           {"axes", axes_json()},

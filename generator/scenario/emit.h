@@ -37,6 +37,8 @@ std::string place_keys(const PlaceSpec& place);
 // One key with its options: "box: {...}".
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);
 
+std::string heightfield_text(const HeightfieldSpec& field, const NameFile& name_file);
+
 // Whole sections.
 std::string volumes_text(const std::vector<VolumeSpec>& volumes);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);

@@ -7,6 +7,7 @@
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
 //   parse_place  check_places        in parse_place.cpp
+//   parse_heightfield                in parse_terrain.cpp
 //   parse_pose  parse_input_file     shared by several
 #pragma once
 
@@ -59,8 +60,13 @@ void parse_materials(const InputFolder& input, const Value& value,
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
+void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
 void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
+
+// Every class that the lists name, behind draws too, in order of appearance; with the defaults of
+// those that name none.
+std::vector<std::string> class_names(const Value& root);
 
 // Names told apart, ids and classes within what the masks can hold.
 void check_instances(Faults& faults, const Value& root);

@@ -44,7 +44,7 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
     parse_shape(input, *shape, object.shape);
   } else {
     add_fault(faults, map.place, path_of(map, "shape"),
-              "missing, accepted is one of box, sphere, cylinder, plane, mesh");
+              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield");
   }
   if (const auto pose = child(map, "pose"); pose && open_map(faults, *pose, kPoseKeys)) {
     parse_pose(faults, *pose, object.pose);
@@ -88,7 +88,47 @@ void count_list(Faults& faults, const Value& root, std::string_view key,
   }
 }
 
+void add_class(const std::string& name, std::vector<std::string>& names) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+// All scalars below: the value of `class`, or what it is drawn from.
+void add_scalars(const Node& node, std::vector<std::string>& names) {
+  if (node.kind == NodeKind::scalar) add_class(node.text, names);
+  for (const Node& item : node.items) add_scalars(item, names);
+}
+
+// What stands under a key `class` of an entry, at any depth: it may be drawn as a whole. False if
+// there is none.
+bool add_classes(const Node& node, std::vector<std::string>& names) {
+  bool any = false;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    if (node.kind == NodeKind::map && node.keys[i].text == "class") {
+      add_scalars(node.items[i], names);
+      any = true;
+    } else {
+      any = add_classes(node.items[i], names) || any;
+    }
+  }
+  return any;
+}
+
 }  // namespace
+
+std::vector<std::string> class_names(const Value& root) {
+  std::vector<std::string> names;
+  const auto add_list = [&](std::string_view key, const std::string& default_class) {
+    const auto list = child(root, key);
+    if (!list || list->node->kind != NodeKind::list) return;
+    for (const Node& entry : list->node->items) {
+      if (!add_classes(entry, names)) add_class(default_class, names);
+    }
+  };
+  add_list("objects", ObjectSpec{}.class_name);
+  add_list("point_targets", PointTargetSpec{}.class_name);
+  add_list("volumes", VolumeSpec{}.class_name);
+  return names;
+}
 
 void parse_pose(Faults& faults, const Value& map, PoseSpec& pose) {
   const NumberRange position = from_to(-kMaxLengthM, kMaxLengthM);

@@ -169,6 +169,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   const Value root{&*tree, tree->place, ""};
   auto sections = keep_drawn_sections(*tree, input);
   const bool drawn = holds_distribution(*tree);
+  std::vector<std::string> classes = class_names(root);
   std::uint64_t seed = 0;
   Faults told_later;
   read_seed(told_later, root, "seed", seed);
@@ -182,6 +183,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                             [](const ObjectSpec& o) { return o.place; });
   scenario.draws = std::move(draws);
+  scenario.class_names = std::move(classes);
   scenario.drawn_sections = std::move(sections);
   return scenario;
 }

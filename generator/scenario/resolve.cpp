@@ -66,6 +66,15 @@ Pose pose_of(const PoseSpec& spec) {
   return pose;
 }
 
+bool varies_by_sequence(const Scenario& scenario) {
+  const auto is_drawn = [](const ObjectSpec& object) {
+    const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
+    return field != nullptr && field->file.empty();
+  };
+  return scenario.has_draws ||
+         std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
+}
+
 std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   std::vector<std::filesystem::path> files;
   const auto add = [&](const std::filesystem::path& file) {
@@ -87,6 +96,10 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   if (!add_drawn("objects")) {
     for (const ObjectSpec& object : scenario.objects) {
       if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+      if (const auto* field = std::get_if<HeightfieldSpec>(&object.shape)) {
+        if (!field->file.empty()) add(field->file);
+        if (!field->reflectivity_map.empty()) add(field->reflectivity_map);
+      }
     }
   }
   add_drawn("volumes");

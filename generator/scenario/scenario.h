@@ -23,7 +23,9 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/model_spec.h"
 #include "scenario/place_spec.h"
+#include "scenario/terrain_spec.h"
 
 namespace ensonify {
 
@@ -129,7 +131,8 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
-using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
+using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
+                               HeightfieldSpec, ModelSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {
@@ -182,15 +185,6 @@ struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
 
-// A value of this sequence that the file gives as a distribution. Of a choice among maps, lists or
-// files: the path with `.choice` behind it and the number of the alternative, from 0.
-struct DrawnValue {
-  std::string
-      path;  // of keys; list items with a name stand by it: objects.rock_3.pose.position_m.0
-  std::string value;  // as YAML
-  friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
-};
-
 struct DrawnSections;  // private to scenario/
 
 struct Scenario {
@@ -210,6 +204,9 @@ struct Scenario {
   double synthesis_tolerance = 1e-5;  // relative L2 of the series
   OutputSpec output;
   SplitsSpec splits;
+  // Every class that any draw can bring, in order of appearance in the file: ids that hold for all
+  // sequences.
+  std::vector<std::string> class_names;
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
@@ -243,6 +240,9 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 // keeps them, so that the text is the same for every sequence and draws the same again.
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
+
+// Whether sequences differ in more than their speckle and noise.
+bool varies_by_sequence(const Scenario& scenario);
 
 // Input files that the scenario names (tables, meshes, paths), without repetition, in order of
 // appearance; of a section with distributions every file that some sequence may draw.

@@ -181,7 +181,7 @@ FanTracer* fan_tracer(int rays) {
 
 int packet_rays(const Scene& scene) {
   const auto takes = [&](RTCDeviceProperty property) {
-    return rtcGetDeviceProperty(scene.device, property) != 0;
+    return rtcGetDeviceProperty(scene.meshes->device, property) != 0;
   };
   if (takes(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return 16;
   return takes(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8 : 4;

@@ -26,12 +26,12 @@ double cos_incidence(Vec3 direction, Vec3 normal) {
   return std::min(std::abs(dot(direction, normal)), 1.0);
 }
 
-Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const WorldObject& object) {
+Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed) {
   Hit hit;
   hit.range_m = surface.range_m;
   hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, surface.normal));
-  hit.instance = object.instance;
-  hit.normal = rotate(object.pose.rotation, surface.normal);
+  hit.instance = placed.object->instance;
+  hit.normal = rotate(placed.pose.rotation, surface.normal);
   return hit;
 }
 
@@ -105,33 +105,33 @@ void interpolate(const Mesh& mesh, const Found& found, Vec3 local_direction, Qua
 
 void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
                     unsigned instance, Hit* hits) {
-  const WorldObject& object = *scene.by_geometry[instance];
-  const Mesh& mesh = *std::get<MeshShape>(object.shape).mesh;
+  const auto& [object, pose] = scene.by_geometry[instance];
+  const Mesh& mesh = *std::get<MeshShape>(object->shape).mesh;
   TriangleHits t;
   gather(mesh, query, found, instance, t);
-  meet_triangles(local_origin(scene, query, instance), object.pose.rotation, t);
+  meet_triangles(local_origin(scene, query, instance), pose.rotation, t);
   const bool plain = mesh.normals.empty() && mesh.reflectivity.empty();
   for (int i = 0; i < t.count; ++i) {
     Hit& hit = hits[t.ray[i]];
     hit = {t.range_m[i],
            static_cast<float>(t.cos_incidence[i]),
-           object.instance,
+           object->instance,
            1,
            {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
     if (plain) continue;
     const Vec3 direction = local_ray(scene, query, t.ray[i], instance).direction;
-    interpolate(mesh, found[t.ray[i]], direction, object.pose.rotation, hit);
+    interpolate(mesh, found[t.ray[i]], direction, pose.rotation, hit);
   }
 }
 
 // Where a plane is nearer than what was found so far.
 void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
   for (std::size_t i = 0; i < scene.planes.size(); ++i) {
-    const WorldObject& plane = *scene.planes[i];
+    const PlacedObject& plane = scene.planes[i];
     const Ray local{query.origins != nullptr ? query.origins->planes_m[i]
                                              : inverse_transform_point(plane.pose, query.origin_m),
                     rotate(conjugate(plane.pose.rotation), query.directions[ray])};
-    const std::optional<SurfaceHit> hit = intersect_closed_form(plane.shape, local);
+    const std::optional<SurfaceHit> hit = intersect_closed_form(plane.object->shape, local);
     if (!hit || (nearest.instance != 0 && hit->range_m >= nearest.range_m)) continue;
     nearest = hit_of(*hit, local.direction, plane);
   }
@@ -148,7 +148,7 @@ void refine(const Scene& scene, const Query& query, std::span<const Found> found
       hits[i] = {};
     } else if (f.instance == RTC_INVALID_GEOMETRY_ID) {
       const ClosedFormHit& form = query.closed_form[i];
-      hits[i] = hit_of(form.surface, form.local_direction, *scene.by_geometry[f.geometry]);
+      hits[i] = hit_of(form.surface, form.local_direction, scene.by_geometry[f.geometry]);
     } else {
       const auto same = [&](const Found& other) { return other.instance == f.instance; };
       // The first ray on a mesh takes the others along.

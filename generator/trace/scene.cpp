@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include "core/error.h"
 
@@ -12,18 +13,19 @@ namespace {
 
 void closed_form_bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& form = *static_cast<const ClosedForm*>(arguments->geometryUserPtr);
-  const WorldObject& object = *form.object;
+  const Shape& shape = form.placed.object->shape;
+  const Pose& pose = form.placed.pose;
   Vec3 half{};
-  if (const auto* box = std::get_if<BoxShape>(&object.shape)) half = half_extents(*box);
-  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) half = half_extents(*sphere);
-  if (const auto* cyl = std::get_if<CylinderShape>(&object.shape)) half = half_extents(*cyl);
-  const Vec3 x = rotate(object.pose.rotation, {half.x, 0, 0});
-  const Vec3 y = rotate(object.pose.rotation, {0, half.y, 0});
-  const Vec3 z = rotate(object.pose.rotation, {0, 0, half.z});
+  if (const auto* box = std::get_if<BoxShape>(&shape)) half = half_extents(*box);
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) half = half_extents(*sphere);
+  if (const auto* cyl = std::get_if<CylinderShape>(&shape)) half = half_extents(*cyl);
+  const Vec3 x = rotate(pose.rotation, {half.x, 0, 0});
+  const Vec3 y = rotate(pose.rotation, {0, half.y, 0});
+  const Vec3 z = rotate(pose.rotation, {0, 0, half.z});
   const Vec3 reach{std::abs(x.x) + std::abs(y.x) + std::abs(z.x),
                    std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
                    std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
-  const Vec3 centre = object.pose.position_m - form.scene->origin_m;
+  const Vec3 centre = pose.position_m - form.scene->origin_m;
   // Wider by more than a float can round away: the boxes decide what is tested at all.
   const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
   RTCBounds& bounds = *arguments->bounds_o;
@@ -45,7 +47,7 @@ void closed_form_intersect(const RTCIntersectFunctionNArguments* arguments) {
     if (arguments->valid[lane] == 0) continue;
     const unsigned ray = RTCRayN_id(rays, count, lane);
     const Ray local = local_ray(*form.scene, query, ray, arguments->geomID);
-    const std::optional<SurfaceHit> found = intersect_closed_form(form.object->shape, local);
+    const std::optional<SurfaceHit> found = intersect_closed_form(form.placed.object->shape, local);
     float& nearest = RTCRayN_tfar(rays, count, lane);
     if (!found || !(found->range_m < nearest)) continue;
     nearest = static_cast<float>(found->range_m);
@@ -66,33 +68,24 @@ std::array<float, 12> row_major_matrix(const Pose& pose, Vec3 origin_m) {
           f(z.y), f(p.y), f(x.z), f(y.z), f(z.z), f(p.z)};
 }
 
-RTCScene new_scene(const Scene& scene) {
-  RTCScene made = rtcNewScene(scene.device);
+RTCScene new_scene(RTCDevice device) {
+  RTCScene made = rtcNewScene(device);
+  if (made == nullptr) throw DeviceFailure("Embree could not make a scene: not enough memory?");
   rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
   return made;
 }
 
 // One thread: the order in which several would sort triangles into leaves decides which of two
 // triangles owns their common edge.
-void commit(const Scene& scene, RTCScene part) {
+void commit(RTCDevice device, RTCScene part) {
   Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
-  if (rtcGetDeviceError(scene.device) != RTC_ERROR_NONE) {
+  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
     throw DeviceFailure("Embree could not build its scene: not enough memory?");
   }
 }
 
-void attach(Scene& scene, RTCGeometry geometry, const WorldObject& object) {
-  rtcCommitGeometry(geometry);
-  const unsigned id = rtcAttachGeometry(scene.top, geometry);
-  rtcReleaseGeometry(geometry);
-  if (scene.by_geometry.size() <= id) scene.by_geometry.resize(id + 1);
-  scene.by_geometry[id] = &object;
-}
-
-void add_mesh(Scene& scene, const WorldObject& object, const Mesh& mesh) {
-  RTCScene own = new_scene(scene);
-  scene.mesh_scenes.push_back(own);
-  RTCGeometry triangles = rtcNewGeometry(scene.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+void build_mesh(RTCDevice device, const Mesh& mesh, RTCScene own) {
+  RTCGeometry triangles = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<std::array<float, 3>*>(
       rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                               3 * sizeof(float), mesh.vertices.size()));
@@ -105,69 +98,103 @@ void add_mesh(Scene& scene, const WorldObject& object, const Mesh& mesh) {
   rtcCommitGeometry(triangles);
   rtcAttachGeometry(own, triangles);
   rtcReleaseGeometry(triangles);
-  commit(scene, own);
-
-  RTCGeometry instance = rtcNewGeometry(scene.device, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(instance, own);
-  rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
-                          row_major_matrix(object.pose, scene.origin_m).data());
-  attach(scene, instance, object);
+  commit(device, own);
 }
 
-void add_closed_form(Scene& scene, const WorldObject& object) {
-  RTCGeometry geometry = rtcNewGeometry(scene.device, RTC_GEOMETRY_TYPE_USER);
+void attach(Scene& scene, RTCGeometry geometry, const PlacedObject& placed) {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene.top, geometry, static_cast<unsigned>(scene.by_geometry.size()));
+  rtcReleaseGeometry(geometry);
+  scene.by_geometry.push_back(placed);
+}
+
+void add_mesh(Scene& scene, const PlacedObject& placed, const Mesh& mesh) {
+  RTCGeometry instance = rtcNewGeometry(scene.meshes->device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(instance, scene.meshes->scenes.at(&mesh));
+  rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                          row_major_matrix(placed.pose, scene.origin_m).data());
+  attach(scene, instance, placed);
+}
+
+void add_closed_form(Scene& scene, const PlacedObject& placed) {
+  RTCGeometry geometry = rtcNewGeometry(scene.meshes->device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, 1);
-  scene.closed_forms.push_back(std::make_unique<ClosedForm>(ClosedForm{&scene, &object}));
-  rtcSetGeometryUserData(geometry, scene.closed_forms.back().get());
+  scene.closed_forms.push_back({&scene, placed});
+  rtcSetGeometryUserData(geometry, &scene.closed_forms.back());
   rtcSetGeometryBoundsFunction(geometry, closed_form_bounds, nullptr);
   rtcSetGeometryIntersectFunction(geometry, closed_form_intersect);
-  attach(scene, geometry, object);
+  attach(scene, geometry, placed);
 }
 
 }  // namespace
 
-Scene::~Scene() {
-  if (top != nullptr) rtcReleaseScene(top);
-  for (RTCScene scene : mesh_scenes) rtcReleaseScene(scene);
+MeshHierarchies::~MeshHierarchies() {
+  for (const auto& [mesh, scene] : scenes) rtcReleaseScene(scene);
   if (device != nullptr) rtcReleaseDevice(device);
 }
 
-void build_scene(const World& world, Scene& scene) {
-  if (!world.objects.empty()) scene.origin_m = world.objects.front().pose.position_m;
+Scene::~Scene() {
+  if (top != nullptr) rtcReleaseScene(top);
+}
+
+std::vector<Pose> own_poses(const World& world) {
+  std::vector<Pose> poses;
+  for (const WorldObject& object : world.objects) poses.push_back(object.pose);
+  return poses;
+}
+
+std::shared_ptr<const MeshHierarchies> build_hierarchies(const World& world) {
+  auto meshes = std::make_shared<MeshHierarchies>();
   // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
-  scene.device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
-  if (scene.device == nullptr) throw DeviceFailure("Embree could not start");
-  scene.top = new_scene(scene);
+  meshes->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
+  if (meshes->device == nullptr) throw DeviceFailure("Embree could not start");
   for (const WorldObject& object : world.objects) {
-    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-      add_mesh(scene, object, *mesh->mesh);
-    } else if (std::holds_alternative<PlaneShape>(object.shape)) {
-      scene.planes.push_back(&object);
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || meshes->scenes.contains(shape->mesh.get())) continue;
+    RTCScene& own = meshes->scenes[shape->mesh.get()];
+    own = new_scene(meshes->device);
+    build_mesh(meshes->device, *shape->mesh, own);
+  }
+  return meshes;
+}
+
+void build_scene(const World& world, std::span<const Pose> object_in_world,
+                 std::shared_ptr<const MeshHierarchies> meshes, Scene& scene) {
+  ENSONIFY_ASSERT(object_in_world.size() == world.objects.size());
+  if (!object_in_world.empty()) scene.origin_m = object_in_world.front().position_m;
+  scene.meshes = std::move(meshes);
+  scene.top = new_scene(scene.meshes->device);
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    const PlacedObject placed{&world.objects[i], object_in_world[i]};
+    if (const auto* mesh = std::get_if<MeshShape>(&placed.object->shape)) {
+      add_mesh(scene, placed, *mesh->mesh);
+    } else if (std::holds_alternative<PlaneShape>(placed.object->shape)) {
+      scene.planes.push_back(placed);
     } else {
-      add_closed_form(scene, object);
+      add_closed_form(scene, placed);
     }
   }
-  commit(scene, scene.top);
+  commit(scene.meshes->device, scene.top);
 }
 
 LocalOrigins local_origins(const Scene& scene, Vec3 origin_m) {
   LocalOrigins origins;
-  for (const WorldObject* object : scene.by_geometry) {
-    origins.geometries_m.push_back(inverse_transform_point(object->pose, origin_m));
+  for (const PlacedObject& placed : scene.by_geometry) {
+    origins.geometries_m.push_back(inverse_transform_point(placed.pose, origin_m));
   }
-  for (const WorldObject* plane : scene.planes) {
-    origins.planes_m.push_back(inverse_transform_point(plane->pose, origin_m));
+  for (const PlacedObject& plane : scene.planes) {
+    origins.planes_m.push_back(inverse_transform_point(plane.pose, origin_m));
   }
   return origins;
 }
 
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry) {
   if (query.origins != nullptr) return query.origins->geometries_m[geometry];
-  return inverse_transform_point(scene.by_geometry[geometry]->pose, query.origin_m);
+  return inverse_transform_point(scene.by_geometry[geometry].pose, query.origin_m);
 }
 
 Ray local_ray(const Scene& scene, const Query& query, unsigned ray, unsigned geometry) {
-  const Quat rotation = scene.by_geometry[geometry]->pose.rotation;
+  const Quat rotation = scene.by_geometry[geometry].pose.rotation;
   return {local_origin(scene, query, geometry), rotate(conjugate(rotation), query.directions[ray])};
 }
 

@@ -1,12 +1,16 @@
 // The world as Embree sees it.
 //
-//   Scene  build_scene
-//   Query  rays under way
+//   MeshHierarchies  build_hierarchies   what stays, whatever moves
+//   Scene            build_scene         all objects at one moment
+//   Query            rays under way
 #pragma once
 
 #include <array>
+#include <deque>
 #include <memory>
 #include <optional>
+#include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "trace/embree.h"
@@ -18,24 +22,41 @@ namespace ensonify {
 // Nearer than this is the surface that the sonar itself touches.
 inline constexpr double kNearestHit_m = 1e-6;
 
+// Embree's device and one hierarchy a mesh, wherever and however often it stands.
+struct MeshHierarchies {
+  RTCDevice device = nullptr;
+  std::unordered_map<const Mesh*, RTCScene> scenes;
+
+  MeshHierarchies() = default;
+  ~MeshHierarchies();
+  MeshHierarchies(const MeshHierarchies&) = delete;
+  MeshHierarchies& operator=(const MeshHierarchies&) = delete;
+};
+
+// An object where it stands at the moment.
+struct PlacedObject {
+  const WorldObject* object = nullptr;
+  Pose pose;
+};
+
 struct Scene;
 
 // What Embree's callbacks know of a closed form.
 struct ClosedForm {
   const Scene* scene = nullptr;
-  const WorldObject* object = nullptr;
+  PlacedObject placed;
 };
 
+// One moment.
 struct Scene {
+  std::shared_ptr<const MeshHierarchies> meshes;
   // Embree computes in float: at map coordinates (a northing of 4.5e6 m) its steps are half a
   // metre. So it sees everything from the first object.
   Vec3 origin_m;
-  std::vector<std::unique_ptr<ClosedForm>> closed_forms;
-  RTCDevice device = nullptr;
+  std::deque<ClosedForm> closed_forms;  // Embree keeps their addresses
   RTCScene top = nullptr;
-  std::vector<RTCScene> mesh_scenes;
-  std::vector<const WorldObject*> planes;       // without end: outside any box
-  std::vector<const WorldObject*> by_geometry;  // object of each geometry of `top`
+  std::vector<PlacedObject> planes;       // without end: outside any box
+  std::vector<PlacedObject> by_geometry;  // object of each geometry of `top`
 
   Scene() = default;
   ~Scene();
@@ -43,8 +64,14 @@ struct Scene {
   Scene& operator=(const Scene&) = delete;
 };
 
-// `world` must outlive the scene. Throws as the constructor of Tracer.
-void build_scene(const World& world, Scene& scene);
+// Where each object says that it is.
+std::vector<Pose> own_poses(const World& world);
+
+// `world` must outlive what is built. Both throw as the constructor of Tracer.
+std::shared_ptr<const MeshHierarchies> build_hierarchies(const World& world);
+// One pose an object. Several may be built from the same hierarchies at once.
+void build_scene(const World& world, std::span<const Pose> object_in_world,
+                 std::shared_ptr<const MeshHierarchies> meshes, Scene& scene);
 
 // A place in the frame of each object: told once where many rays start there.
 struct LocalOrigins {

@@ -1,21 +1,45 @@
 #include "trace/tracer.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "trace/packets.h"
 #include "trace/refine.h"
 
 namespace ensonify {
 
-struct Tracer::Impl {
-  Scene scene;
-  FanTracer* trace_fan = nullptr;
-};
+namespace {
 
-Tracer::Tracer(const World& world) : impl_(std::make_unique<Impl>()) {
-  build_scene(world, impl_->scene);
-  impl_->trace_fan = fan_tracer(packet_rays(impl_->scene));
+bool same(const Pose& a, const Pose& b) {
+  return a.position_m == b.position_m && a.rotation == b.rotation;
 }
 
-Tracer::~Tracer() = default;
+}  // namespace
+
+struct Tracer::Impl {
+  const World& world;
+  std::vector<Pose> object_in_world;
+  Scene scene;
+  FanTracer* trace_fan = nullptr;
+
+  Impl(const World& w, std::vector<Pose> poses, std::shared_ptr<const MeshHierarchies> meshes)
+      : world(w), object_in_world(std::move(poses)) {
+    build_scene(world, object_in_world, std::move(meshes), scene);
+    trace_fan = fan_tracer(packet_rays(scene));
+  }
+};
+
+Tracer::Tracer(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+
+Tracer::Tracer(const World& world)
+    : impl_(std::make_shared<const Impl>(world, own_poses(world), build_hierarchies(world))) {}
+
+Tracer Tracer::at(std::span<const Pose> object_in_world) const {
+  if (std::ranges::equal(object_in_world, impl_->object_in_world, same)) return *this;
+  return Tracer(std::make_shared<const Impl>(
+      impl_->world, std::vector(object_in_world.begin(), object_in_world.end()),
+      impl_->scene.meshes));
+}
 
 Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
   const Scene& scene = impl_->scene;
@@ -54,7 +78,7 @@ std::vector<Hit> Tracer::trace_fan(const Fan& fan, const Pose& pose, double rang
 }
 
 std::string Tracer::instruction_set() const {
-  RTCDevice device = impl_->scene.device;
+  RTCDevice device = impl_->scene.meshes->device;
   if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0) {
     return "avx512";
   }

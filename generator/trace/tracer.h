@@ -1,12 +1,13 @@
 // Rays against the world: first hits, in double precision.
 //
-//   Tracer  first_hit trace_fan
+//   Tracer  at first_hit trace_fan
 //   Hit     what one ray found
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,14 +25,18 @@ struct Hit {
   Vec3 normal{};               // unit length, of either sign, in the world
 };
 
+// The world at one moment. A value: copies share what was built, and may be used at once.
 class Tracer {
  public:
-  // Builds the acceleration structures; `world` must outlive the tracer.
+  // Every object at its own pose. Builds the acceleration structures; `world` must outlive the
+  // tracer and all that come from it.
   // Throws DeviceFailure where Embree finds no memory or cannot start.
   explicit Tracer(const World& world);
-  ~Tracer();
-  Tracer(const Tracer&) = delete;
-  Tracer& operator=(const Tracer&) = delete;
+
+  // The same world with each object at another pose (in the world, in the order of
+  // World::objects). Builds what holds the objects, never a mesh again; nothing where no pose is
+  // another.
+  Tracer at(std::span<const Pose> object_in_world) const;
 
   // The nearest surface within (0, range_max_m]. Embree finds which surface it is, in float; range
   // and incidence are worked out again in double.
@@ -47,7 +52,9 @@ class Tracer {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  explicit Tracer(std::shared_ptr<const Impl> impl);
+
+  std::shared_ptr<const Impl> impl_;
 };
 
 }  // namespace ensonify

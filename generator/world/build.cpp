@@ -7,7 +7,10 @@
 #include <tuple>
 
 #include "scenario/tables.h"
+#include "world/heightfield.h"
+#include "world/models/models.h"
 #include "world/place.h"
+#include "world/seabed.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -53,7 +56,43 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
     }
     return Shape(MeshShape{cached});
   }
+  if (const auto* model = std::get_if<ModelSpec>(&spec)) {
+    // No file is called so: mesh files have an ending.
+    auto& cached = meshes[{std::string(word_of(model->kind)), model->size_m, false, false}];
+    if (!cached) cached = std::make_shared<const Mesh>(model_mesh(model->kind, model->size_m));
+    return Shape(MeshShape{cached});
+  }
   return Shape(PlaneShape{});
+}
+
+// Equal files make equal terrain; what is made up differs from object to object.
+using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<const Mesh>>>;
+
+// Nothing where a file of it is wrong.
+std::shared_ptr<const Mesh> terrain_of(const HeightfieldSpec& spec, std::uint64_t terrain_key,
+                                       const std::string& key, TerrainCache& cache,
+                                       Faults& faults) {
+  for (const auto& [earlier, mesh] : cache) {
+    if (!spec.file.empty() && earlier == spec) return mesh;
+  }
+  Result<HeightGrid> grid = height_grid_of(spec, terrain_key);
+  if (!grid) {
+    faults.add(key + ".file", grid.error());
+    return nullptr;
+  }
+  std::vector<float> reflectivity;
+  if (!spec.reflectivity_map.empty()) {
+    Result<std::vector<float>> loaded = vertex_reflectivity(spec.reflectivity_map, *grid);
+    if (!loaded) {
+      faults.add(key + ".reflectivity_map", loaded.error());
+      return nullptr;
+    }
+    reflectivity = std::move(*loaded);
+  }
+  const Normals normals = spec.smooth_normals ? Normals::smooth : Normals::face;
+  auto mesh = std::make_shared<const Mesh>(heightfield_mesh(*grid, normals, reflectivity));
+  cache.emplace_back(spec, mesh);
+  return mesh;
 }
 
 std::uint8_t class_id(std::vector<std::string>& classes, const std::string& name) {
@@ -90,12 +129,18 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, Faults&
   return materials;
 }
 
-void add_objects(const Scenario& scenario, const std::map<std::string, Material>& materials,
-                 World& world, Faults& faults) {
+void add_objects(const Scenario& scenario, std::uint32_t sequence,
+                 const std::map<std::string, Material>& materials, World& world, Faults& faults) {
   MeshCache meshes;
+  TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
-    Result<Shape> shape = shape_of(spec.shape, meshes);
+    const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
+    Result<Shape> shape =
+        field == nullptr ? shape_of(spec.shape, meshes)
+                         : Shape(MeshShape{terrain_of(
+                               *field, terrain_key(scenario.seed, sequence, spec.name),
+                               fmt::format("objects.{}.shape.heightfield", i), terrains, faults)});
     if (!shape) {
       faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
       continue;
@@ -106,6 +151,7 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
     if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
       instance.vertex_reflectivity = mesh->vertex_reflectivity;
     }
+    if (field != nullptr) instance.vertex_reflectivity = !field->reflectivity_map.empty();
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
   }
@@ -113,11 +159,23 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
 
 }  // namespace
 
+World empty_world(const Scenario& scenario) {
+  World world;
+  world.classes = scenario.class_names;
+  for (const ObjectSpec& spec : scenario.objects) add_instance(world, spec.name, spec.class_name);
+  for (const PointTargetSpec& spec : scenario.point_targets) {
+    add_instance(world, spec.name, spec.class_name);
+  }
+  for (const VolumeSpec& spec : scenario.volumes) add_instance(world, spec.name, spec.class_name);
+  return world;
+}
+
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
+  world.classes = scenario.class_names;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
-  add_objects(scenario, materials, world, faults);
+  add_objects(scenario, sequence, materials, world, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }

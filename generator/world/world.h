@@ -1,7 +1,7 @@
 // The immutable world of one sequence: what can be hit, where it stands and how it scatters.
 //
 //   World        objects, point targets, and their ids as instances
-//   build_world  scenario -> World
+//   build_world  empty_world   scenario -> World
 #pragma once
 
 #include <memory>
@@ -51,10 +51,14 @@ struct World {
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
 };
 
-// Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
-// materials and objects at once, each line behind the key that names the file; usage, or io where
-// nothing is wrong but the reading. What the scenario leaves to be placed is placed for `sequence`;
+// Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
+// vertex_reflectivity and load_backscatter_table, of all materials and objects at once, each line
+// behind the key that names the file; usage, or io where nothing is wrong but the reading.
+// Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be placed is placed for `sequence`;
 // usage where there is no room.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
+
+// Its instances and classes alone, without materials; reads no file.
+World empty_world(const Scenario& scenario);
 
 }  // namespace ensonify

@@ -22,12 +22,10 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(nlohmann_json REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   find_package(ZLIB REQUIRED)
+  find_package(PNG REQUIRED)
   pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 endif()
 
 if(ENSONIFY_TESTS)
   find_package(Catch2 REQUIRED)
-  if(NOT ENSONIFY_ACOUSTICS_ONLY)
-    find_package(PNG REQUIRED)  # reads back what dataset/png.cpp writes
-  endif()
 endif()

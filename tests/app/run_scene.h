@@ -30,7 +30,7 @@ class SceneRun {
     auto scenario =
         load_scenario(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"), overrides);
     if (!scenario) throw std::runtime_error(scenario.error().message);
-    auto session = prepare_session(std::move(*scenario));
+    auto session = prepare_session(std::move(*scenario), 0);
     if (!session) throw std::runtime_error(session.error().message);
     return std::move(*session);
   }

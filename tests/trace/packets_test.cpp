@@ -92,7 +92,7 @@ Difference difference_to_single_rays(const World& world, const Fan& fan, const P
                                      double range_max_m, int packet) {
   const Tracer tracer(world);
   Scene scene;
-  build_scene(world, scene);
+  build_scene(world, own_poses(world), build_hierarchies(world), scene);
   const std::vector<Hit> hits = fan_tracer(packet)(scene, fan, pose, range_max_m, Workers(2));
   REQUIRE(hits.size() == fan.size());
   Difference difference;

@@ -1,0 +1,64 @@
+#include "app/sequence_worlds.h"
+
+#include <fmt/format.h>
+
+namespace ensonify {
+namespace {
+
+ReadyWorld ready(Session session) {
+  ReadyWorld world;
+  world.session = std::make_shared<const Session>(std::move(session));
+  world.tracer = std::make_shared<const Tracer>(world.session->world);
+  return world;
+}
+
+Error of_sequence(std::uint32_t sequence, const Error& error) {
+  return {error.kind, fmt::format("sequence {}: {}", sequence, error.message)};
+}
+
+Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session& session) {
+  const auto total = static_cast<std::uint32_t>(session.ping_times_s.size());
+  if (!asked) return PingRange{0, total};
+  const auto [first, last] = *asked;
+  if (first < last && last <= total) return *asked;
+  return Error{ErrorKind::usage, fmt::format("--pings {}:{}: the scenario has pings 0 to {}; "
+                                             "accepted is A:B with 0 <= A < B <= {}",
+                                             first, last, total - 1, total)};
+}
+
+}  // namespace
+
+Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
+  Result<Scenario> scenario = load_scenario(input.scenario, input.overrides);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_session(std::move(*scenario), 0);
+  if (!session) return session.error();
+  return SequenceWorlds(input, ready(std::move(*session)));
+}
+
+bool SequenceWorlds::vary() const { return varies_by_sequence(first().scenario); }
+
+Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
+                                          const std::optional<PingRange>& pings) const {
+  const auto of = [&](const Session& session) -> Result<SequenceInfo> {
+    const Result<PingRange> range = range_of(pings, session);
+    if (!range) return vary() ? of_sequence(sequence, range.error()) : range.error();
+    return sequence_info(session, sequence, range->first, range->second);
+  };
+  if (!vary() || sequence == 0) return of(first());
+  Result<Scenario> scenario = load_scenario(input_.scenario, input_.overrides, sequence);
+  if (!scenario) return of_sequence(sequence, scenario.error());
+  const Result<Session> session = prepare_without_world(std::move(*scenario), sequence);
+  return session ? of(*session) : of_sequence(sequence, session.error());
+}
+
+Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
+  if (!vary() || sequence == 0) return first_;
+  Result<Scenario> scenario = load_scenario(input_.scenario, input_.overrides, sequence);
+  if (!scenario) return of_sequence(sequence, scenario.error());
+  Result<Session> session = prepare_session(std::move(*scenario), sequence);
+  if (!session) return of_sequence(sequence, session.error());
+  return ready(std::move(*session));
+}
+
+}  // namespace ensonify

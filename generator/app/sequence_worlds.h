@@ -1,0 +1,54 @@
+// The worlds of a run's sequences: one for all where nothing is drawn, a new one for each where
+// something is.
+//
+//   ReadyWorld      a session and the tracer of its world
+//   SequenceWorlds  open, info, world
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/session.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+struct ReadyWorld {
+  std::shared_ptr<const Session> session;
+  std::shared_ptr<const Tracer> tracer;
+};
+
+using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
+
+class SequenceWorlds {
+ public:
+  // Reads the scenario and builds the world of sequence 0. Errors: those of load_scenario and
+  // prepare_session.
+  static Result<SequenceWorlds> open(const ScenarioOptions& input);
+
+  // Whether each sequence has a world of its own.
+  bool vary() const;
+  const Session& first() const { return *first_.session; }
+  const Tracer& first_tracer() const { return *first_.tracer; }
+
+  // What the files of a sequence say of it, as far as it is known without building its world: ids,
+  // names and classes of the instances, but nothing measured on them. `pings` absent: all that the
+  // sequence has. Errors (usage): its draws do not make a valid scenario, or it has fewer pings.
+  // May be called from several threads at once.
+  Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
+
+  // Errors (usage): its world cannot be built. May be called from several threads at once.
+  Result<ReadyWorld> world(std::uint32_t sequence) const;
+
+ private:
+  SequenceWorlds(ScenarioOptions input, ReadyWorld first)
+      : input_(std::move(input)), first_(std::move(first)) {}
+
+  ScenarioOptions input_;
+  ReadyWorld first_;
+};
+
+}  // namespace ensonify

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Writes scenes/meshes/wreck.obj: the hull of a 14 m fishing boat with deckhouse, funnel and a hole.
+
+    ./scripts/make_wreck.py [FILE]
+
+Metres, z up, bow to +x, origin amidships on the keel. The half breadth follows a parabola along the
+length and a power law over the depth, as the first sketch of any hull does. The same bytes every
+time: no random numbers, coordinates rounded to a millimetre.
+"""
+import math
+import pathlib
+import sys
+
+LENGTH_M, BREADTH_M, DEPTH_M = 14.0, 4.4, 2.6
+STATIONS, WATERLINES = 57, 15
+HOLE = (-2.0, 0.5, 0.5, 1.7)  # x from, to; z from, to; on the starboard side
+
+
+def half_breadth_m(x: float, z: float) -> float:
+    fullness = max(0.0, 1.0 - abs(2 * x / LENGTH_M) ** 2.4)
+    return BREADTH_M / 2 * fullness * (z / DEPTH_M) ** (0.35 + 0.5 * abs(2 * x / LENGTH_M))
+
+
+def sheer_m(x: float) -> float:
+    """The deck rises towards bow and stern."""
+    return DEPTH_M + 0.5 * (2 * x / LENGTH_M) ** 2 + 0.2 * max(0.0, 2 * x / LENGTH_M) ** 3
+
+
+class Mesh:
+    def __init__(self):
+        self.vertices, self.faces = [], []
+
+    def vertex(self, x, y, z):
+        self.vertices.append((x, y, z))
+        return len(self.vertices)
+
+    def quad(self, a, b, c, d):
+        self.faces += [(a, b, c), (a, c, d)]
+
+    def box(self, low, high):
+        corner = [self.vertex(*(high[k] if i >> k & 1 else low[k] for k in range(3))) for i in range(8)]
+        for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+            self.quad(corner[a], corner[b], corner[c], corner[d])
+
+    def cylinder(self, x, y, z_low, z_high, radius, sides=16):
+        ring = []
+        for z in (z_low, z_high):
+            ring.append([self.vertex(x + radius * math.cos(2 * math.pi * k / sides),
+                                     y + radius * math.sin(2 * math.pi * k / sides), z) for k in range(sides)])
+        top = self.vertex(x, y, z_high)
+        for k in range(sides):
+            n = (k + 1) % sides
+            self.quad(ring[0][k], ring[0][n], ring[1][n], ring[1][k])
+            self.faces.append((ring[1][k], ring[1][n], top))
+
+
+def hull(mesh: Mesh) -> None:
+    xs = [LENGTH_M * (i / (STATIONS - 1) - 0.5) for i in range(STATIONS)]
+    sides = {}
+    for side in (-1, 1):
+        sides[side] = [[mesh.vertex(x, side * half_breadth_m(x, DEPTH_M * w / (WATERLINES - 1)),
+                                    sheer_m(x) * w / (WATERLINES - 1)) for w in range(WATERLINES)] for x in xs]
+    for side, grid in sides.items():
+        for i in range(STATIONS - 1):
+            for w in range(WATERLINES - 1):
+                x, z = (xs[i] + xs[i + 1]) / 2, DEPTH_M * (w + 0.5) / (WATERLINES - 1)
+                if side == -1 and HOLE[0] < x < HOLE[1] and HOLE[2] < z < HOLE[3]:
+                    continue
+                corners = (grid[i][w], grid[i + 1][w], grid[i + 1][w + 1], grid[i][w + 1])
+                mesh.quad(*(corners if side == -1 else corners[::-1]))
+    for i in range(STATIONS - 1):
+        mesh.quad(sides[-1][i][-1], sides[-1][i + 1][-1], sides[1][i + 1][-1], sides[1][i][-1])
+
+
+def write_obj(path: pathlib.Path) -> None:
+    mesh = Mesh()
+    hull(mesh)
+    mesh.box((-5.0, -1.2, DEPTH_M), (-1.8, 1.2, DEPTH_M + 2.0))
+    mesh.cylinder(-4.2, 0.0, DEPTH_M + 2.0, DEPTH_M + 3.0, 0.35)
+    mesh.cylinder(2.5, 0.0, DEPTH_M, DEPTH_M + 3.6, 0.12)
+    lines = ["# wreck of scripts/make_wreck.py; metres, z up"]
+    lines += [f"v {x:.3f} {y:.3f} {z:.3f}" for x, y, z in mesh.vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    default = pathlib.Path(__file__).resolve().parent.parent / "scenes/meshes/wreck.obj"
+    write_obj(pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default)
