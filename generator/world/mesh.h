@@ -17,8 +17,10 @@ struct Mesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<float, 3>> normals;  // one a vertex where smooth ones are asked for
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<float> reflectivity;    // one a vertex where asked for: factor on the material's
-  std::vector<std::string> warnings;  // what was put right in the file, each behind its name
+  std::vector<float> reflectivity;      // one a vertex where asked for: factor on the material's
+  std::vector<std::uint8_t> part;       // one a triangle: index into part_names
+  std::vector<std::string> part_names;  // of a file: its material's, or the part's own without one
+  std::vector<std::string> warnings;    // what was put right in the file, each behind its name
 };
 
 enum class Normals { face, smooth };
@@ -31,6 +33,7 @@ enum class MeshReflectivity { material, vertex_color };
 // Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
 // come out z up and in metres. The others say neither: they are taken as they are. All parts of
 // the file become one mesh; `scale` multiplies every coordinate.
+// `part` stays empty for a file of more than 256 names, with a warning.
 // Faces without area, points and lines are left out, with a warning.
 // Errors (usage): a file that cannot be read as a mesh, that is cut off, that has no faces with an
 // area, a face that names a vertex it does not have, a vertex that is not a finite number, a .gltf

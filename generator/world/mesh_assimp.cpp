@@ -1,9 +1,11 @@
 // The only source that includes assimp.
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 
@@ -72,7 +74,32 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
 struct Wanted {
   bool smooth = false;
   bool colors = false;
+  std::vector<std::uint8_t> part;  // of each of its meshes; none: too many to tell apart
 };
+
+// Of a mesh: its material's, or its own where assimp had to make up a material.
+std::string part_name(const aiScene& scene, const aiMesh& mesh) {
+  if (mesh.mMaterialIndex < scene.mNumMaterials) {
+    const std::string name = scene.mMaterials[mesh.mMaterialIndex]->GetName().C_Str();
+    if (!name.empty() && name != AI_DEFAULT_MATERIAL_NAME) return name;
+  }
+  return mesh.mName.C_Str();
+}
+
+// Before assimp's own steps, which take the materials away.
+void name_parts(const aiScene& scene, Wanted& wanted, Mesh& mesh) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const std::string name = part_name(scene, *scene.mMeshes[m]);
+    const auto found = std::find(mesh.part_names.begin(), mesh.part_names.end(), name);
+    wanted.part.push_back(static_cast<std::uint8_t>(found - mesh.part_names.begin()));
+    if (found == mesh.part_names.end()) mesh.part_names.push_back(name);
+    if (mesh.part_names.size() <= 256) continue;
+    wanted.part.clear();
+    mesh.part_names.clear();
+    mesh.warnings.push_back("more than 256 names of materials or parts: none is told apart");
+    return;
+  }
+}
 
 // Adds the meshes of a node and of all below it, placed by the transforms on the way.
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
@@ -100,6 +127,7 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
       if (face.mNumIndices != 3) continue;
       mesh.triangles.push_back(
           {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
+      if (!wanted.part.empty()) mesh.part.push_back(wanted.part[node.mMeshes[i]]);
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
@@ -134,7 +162,7 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
 
 Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
                        MeshReflectivity reflectivity) {
-  const Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color};
+  Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color, {}};
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
@@ -151,6 +179,8 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   }
   // Before assimp's own steps, which trust the file.
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
+  Mesh mesh;
+  name_parts(*scene, wanted, mesh);
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
   if (scene == nullptr) return broken(file, "cannot be made into triangles");
   if (wanted.colors) {
@@ -163,7 +193,6 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   }
   aiMatrix4x4 scaling;
   aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale)), scaling);
-  Mesh mesh;
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken(file, "holds no faces");

@@ -27,7 +27,15 @@ bool has_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
 
 void drop_faces_without_area(Mesh& mesh) {
   const std::size_t before = mesh.triangles.size();
-  std::erase_if(mesh.triangles, [&](const auto& triangle) { return !has_area(mesh, triangle); });
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < before; ++t) {
+    if (!has_area(mesh, mesh.triangles[t])) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.part.empty()) mesh.part[kept] = mesh.part[t];
+    ++kept;
+  }
+  mesh.triangles.resize(kept);
+  if (!mesh.part.empty()) mesh.part.resize(kept);
   const std::size_t dropped = before - mesh.triangles.size();
   if (dropped == 0) return;
   mesh.warnings.push_back(

@@ -182,3 +182,22 @@ TEST_CASE("the world collects the warnings of its meshes") {
   CHECK(world->warnings[0].starts_with("objects.1.shape.mesh.file: "));
   CHECK(world->warnings[0].find("a.obj: 1 of 2 faces left out") != std::string::npos);
 }
+
+// Protects materials by part: every triangle knows the part that it came from, also behind one that
+// was left out.
+TEST_CASE("triangles know the part of the file that they belong to") {
+  const TemporaryFolder folder;
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const auto file =
+      folder.write("a.obj", corners + "o hull\nf 1 2 3\nf 1 1 2\nf 1 2 4\no mast\nf 1 3 4\n");
+  const auto mesh = load_mesh(file, 1, Normals::face);
+  REQUIRE(mesh.ok());
+  REQUIRE(mesh->triangles.size() == 3);
+  REQUIRE(mesh->part.size() == 3);
+  CHECK(mesh->part_names == std::vector<std::string>{"hull", "mast"});
+  CHECK(mesh->part == std::vector<std::uint8_t>{0, 0, 1});
+  for (std::size_t t = 0; t < 3; ++t) {
+    const auto& third = mesh->vertices[mesh->triangles[t][2]];
+    CHECK(third[t == 0 ? 1 : 2] == 1);
+  }
+}
