@@ -6,9 +6,10 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build_packages=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
-  libcli11-dev libfmt-dev nlohmann-json3-dev libdeflate-dev zlib1g-dev libssl-dev
+  libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
+  libcli11-dev libfmt-dev nlohmann-json3-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
 )
-test_packages=(catch2 libpng-dev python3-minimal python3-numpy)
+test_packages=(catch2 python3-minimal python3-numpy)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -44,9 +44,17 @@ Pipeline::Echoes Pipeline::echoes_of(const Tracer& tracer, const Pose& sonar_in_
   const std::vector<Scatterer> targets = point_target_scatterers(
       session_.world, tracer, sonar_in_world, session_.sonar, session_.water);
   more.insert(more.end(), targets.begin(), targets.end());
-  return {with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers),
-          volume_echoes(fan_, hits, session_.world.volumes, session_.sonar, session_.water,
-                        session_.record, workers)};
+  const std::vector<Scatterer> fish = school_scatterers(session_.world, tracer_, sonar_in_world,
+                                                        session_.sonar, session_.water, workers);
+  more.insert(more.end(), fish.begin(), fish.end());
+  Echoes echoes;
+  echoes.scatterers =
+      with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers);
+  attenuate(echoes.scatterers, session_.world.volumes, sonar_in_world, session_.sonar,
+            session_.water, workers);
+  echoes.volumes = volume_echoes(fan_, hits, session_.world.volumes, sonar_in_world, session_.sonar,
+                                 session_.water, session_.record, workers);
+  return echoes;
 }
 
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {

@@ -71,14 +71,15 @@ void give_back_import(const World& world) {
   }
 }
 
-Result<Session> prepare(Scenario scenario, Result<World> world) {
+Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
-  Result<Path> path = load_path(scenario.trajectory);
+  Result<Path> path =
+      load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, sequence));
   if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
@@ -102,12 +103,12 @@ Result<Session> prepare(Scenario scenario, Result<World> world) {
 
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
   Result<World> world = build_world(scenario, sequence);
-  return prepare(std::move(scenario), std::move(world));
+  return prepare(std::move(scenario), sequence, std::move(world));
 }
 
-Result<Session> prepare_without_world(Scenario scenario, std::uint32_t) {
+Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence) {
   World world = empty_world(scenario);
-  return prepare(std::move(scenario), std::move(world));
+  return prepare(std::move(scenario), sequence, std::move(world));
 }
 
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
@@ -131,6 +132,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (scenario.noise_spectrum_level_db) {
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
+  info.draws = scenario.draws;
   info.instances = session.world.instances;
   info.classes = session.world.classes;
   if (scenario.output.selection.cartesian) {
@@ -153,9 +155,11 @@ Pose sonar_pose(const Session& session, std::uint32_t ping) {
   return compose(pose_at(session.path, session.ping_times_s[ping]), session.mount);
 }
 
-std::vector<Pose> object_poses(const Session& session, std::uint32_t) {
+std::vector<Pose> object_poses(const Session& session, std::uint32_t ping) {
   std::vector<Pose> poses;
-  for (const WorldObject& object : session.world.objects) poses.push_back(object.pose);
+  for (const WorldObject& object : session.world.objects) {
+    poses.push_back(object_pose(object, session.ping_times_s[ping]));
+  }
   return poses;
 }
 

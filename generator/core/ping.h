@@ -100,10 +100,12 @@ struct OutputSelection {
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came
-// out, as YAML.
+// out, as YAML. Of a choice among maps, lists or files: the path with `.choice` behind it and the
+// number of the alternative, from 0.
 struct DrawnValue {
-  std::string path;
+  std::string path;  // objects.rock_3.pose.position_m.0
   std::string value;
+  friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
 };
 
 struct SequenceInfo {

@@ -3,6 +3,7 @@
 //
 //   Stream          what a draw is for
 //   stream_key      64-bit key from (seed, stream, sequence)
+//   name_key        64-bit key from a name
 //   philox4x32_10   the generator
 //   complex_normal  circular complex normal, E|xi|^2 = 1
 //   uniform         in (0, 1)
@@ -10,6 +11,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string_view>
 
 #include "core/host_device.h"
 #include "core/units.h"
@@ -62,6 +64,13 @@ ENSONIFY_HD inline std::uint64_t stream_key(std::uint64_t seed, Stream stream,
                                             std::uint32_t sequence) {
   const auto word = (std::uint64_t{static_cast<std::uint32_t>(stream)} << 32) | sequence;
   return mix64(mix64(seed) ^ mix64(~word));
+}
+
+// FNV-1a over the bytes, mixed.
+inline std::uint64_t name_key(std::string_view name) {
+  std::uint64_t hash = 0xCBF29CE484222325u;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+  return mix64(hash);
 }
 
 // Counter of the contract: (ping, item, draw); the item is a scatterer's key or a sample's index.

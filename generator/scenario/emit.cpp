@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/drawn_sections.h"
 #include "scenario/emit.h"
 
 namespace ensonify {
@@ -136,10 +137,13 @@ std::string objects_text(const std::vector<ObjectSpec>& objects, const NameFile&
   if (objects.empty()) return "objects: []\n";
   std::string text = "objects:\n";
   for (const ObjectSpec& object : objects) {
-    text += fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, pose: {{{}}}}}\n",
-                        quoted_if_needed(object.name), quoted_if_needed(object.class_name),
-                        quoted_if_needed(object.material), shape_text(object.shape, name_file),
-                        pose_keys(object.pose));
+    std::string where = fmt::format("pose: {{{}}}", pose_keys(object.pose));
+    if (object.place) where = fmt::format("place: {{{}}}", place_keys(*object.place));
+    if (object.trajectory) where = object_trajectory_text(*object.trajectory, name_file);
+    text +=
+        fmt::format("  - {{name: {}, class: {}, material: {}, shape: {{{}}}, {}}}\n",
+                    quoted_if_needed(object.name), quoted_if_needed(object.class_name),
+                    quoted_if_needed(object.material), shape_text(object.shape, name_file), where);
   }
   return text;
 }
@@ -186,19 +190,25 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   std::string text =
       fmt::format("ensonify: 1\nname: {}\nseed: {}\nsequences: {}\n",
                   quoted_if_needed(scenario.name), scenario.seed, scenario.sequences);
-  text += sonar_text(scenario.sonar, name_file);
-  text += water_text(scenario.water);
-  text += scattering_text(scenario.scattering);
-  text += materials_text(scenario.materials, name_file);
-  text += objects_text(scenario.objects, name_file);
-  text += point_targets_text(scenario.point_targets);
-  text += volumes_text(scenario.volumes);
-  text += trajectory_text(scenario.trajectory, name_file);
-  text += noise_text(scenario);
-  text += fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance));
-  text += output_text(scenario.output);
-  text += fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
-                      number(scenario.splits.val), number(scenario.splits.test));
+  const auto add = [&](std::string_view key, const std::string& written) {
+    const Node* drawn = drawn_section(scenario, key);
+    text += drawn != nullptr ? section_text(key, *drawn, name_file) : written;
+  };
+  add("sonar", sonar_text(scenario.sonar, name_file));
+  add("water", water_text(scenario.water));
+  add("scattering", scattering_text(scenario.scattering));
+  add("materials", materials_text(scenario.materials, name_file));
+  add("objects", objects_text(scenario.objects, name_file));
+  add("point_targets", point_targets_text(scenario.point_targets));
+  add("volumes", volumes_text(scenario.volumes, name_file));
+  add("trajectory", trajectory_text(scenario.trajectory, name_file));
+  add("noise", noise_text(scenario));
+  add("synthesis",
+      fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance)));
+  add("output", output_text(scenario.output));
+  add("splits",
+      fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
+                  number(scenario.splits.val), number(scenario.splits.test)));
   return text;
 }
 

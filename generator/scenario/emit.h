@@ -1,7 +1,7 @@
 // Parts of the resolved text. Private to scenario/.
 //
-//   number  numbers  quoted_if_needed  pose_keys    single values
-//   shape_text  volumes_text  trajectory_text       in emit_shapes.cpp, emit_volumes.cpp, ...
+//   number  numbers  quoted_if_needed  pose_keys  place_keys   single values
+//   shape_text  volumes_text  ..trajectory_text     in emit_shapes.cpp, emit_volumes.cpp, ...
 #pragma once
 
 #include <array>
@@ -32,11 +32,17 @@ std::string quoted_if_needed(const std::string& text);
 // position_m and the rotation as it was given.
 std::string pose_keys(const PoseSpec& pose);
 
+std::string place_keys(const PlaceSpec& place);
+
 // One key with its options: "box: {...}".
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file);
 
+std::string heightfield_text(const HeightfieldSpec& field, const NameFile& name_file);
+
 // Whole sections.
-std::string volumes_text(const std::vector<VolumeSpec>& volumes);
+// The path of an object in one line: "trajectory: {...}".
+std::string object_trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
+std::string volumes_text(const std::vector<VolumeSpec>& volumes, const NameFile& name_file);
 std::string trajectory_text(const TrajectorySpec& trajectory, const NameFile& name_file);
 
 }  // namespace ensonify

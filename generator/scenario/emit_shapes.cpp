@@ -19,6 +19,10 @@ std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
                              number(s.height_m));
         } else if constexpr (std::is_same_v<S, PlaneSpec>) {
           return "plane: {}";
+        } else if constexpr (std::is_same_v<S, HeightfieldSpec>) {
+          return heightfield_text(s, name_file);
+        } else if constexpr (std::is_same_v<S, ModelSpec>) {
+          return fmt::format("model: {{kind: {}, size_m: {}}}", word_of(s.kind), number(s.size_m));
         } else {
           return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}}}",
                              quoted_if_needed(name_file(s.file)), number(s.scale),

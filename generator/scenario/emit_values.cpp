@@ -47,4 +47,12 @@ std::string pose_keys(const PoseSpec& pose) {
   return fmt::format("position_m: {}, {}", numbers(pose.position_m), rotation(pose.rotation));
 }
 
+std::string place_keys(const PlaceSpec& place) {
+  return fmt::format(
+      "on: {}, area_m: [{}, {}], clearance_m: {}, sink_m: {}, yaw: {}, align: {}, {}",
+      quoted_if_needed(place.on), numbers(place.area_m[0]), numbers(place.area_m[1]),
+      number(place.clearance_m), number(place.sink_m), place.any_yaw ? "any" : "fixed",
+      place.along_surface ? "surface" : "up", rotation(place.rotation));
+}
+
 }  // namespace ensonify

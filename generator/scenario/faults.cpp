@@ -20,6 +20,28 @@ std::string line_of(const Faults& faults, const Fault& fault) {
   return one_line(line + fault.text);
 }
 
+// Without what tells items of a list apart.
+std::string without_indexes(const std::string& path) {
+  std::string kept;
+  std::size_t begin = 0;
+  while (begin <= path.size()) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const std::string segment = path.substr(begin, end - begin);
+    kept += segment.find_first_not_of("0123456789") == std::string::npos ? "#" : segment;
+    kept += '.';
+    begin = end + 1;
+  }
+  return kept;
+}
+
+// One line of the file may stand for many values: an entry with a count, an anchor.
+bool same_fault(const Fault& a, const Fault& b) {
+  return a.place.line > 0 && a.text == b.text &&
+         std::tie(a.place.source, a.place.line, a.place.column) ==
+             std::tie(b.place.source, b.place.line, b.place.column) &&
+         without_indexes(a.path) == without_indexes(b.path);
+}
+
 }  // namespace
 
 int add_source(Faults& faults, std::string label) {
@@ -42,9 +64,11 @@ Error to_error(const Faults& faults) {
            std::tie(b.place.source, b.place.line, b.place.column);
   });
   std::vector<std::string> lines;
-  for (const Fault& fault : sorted) {
-    std::string line = line_of(faults, fault);
-    if (std::find(lines.begin(), lines.end(), line) == lines.end()) {
+  for (auto fault = sorted.begin(); fault != sorted.end(); ++fault) {
+    const bool told = std::any_of(sorted.begin(), fault,
+                                  [&](const Fault& other) { return same_fault(other, *fault); });
+    std::string line = line_of(faults, *fault);
+    if (!told && std::find(lines.begin(), lines.end(), line) == lines.end()) {
       lines.push_back(std::move(line));
     }
   }

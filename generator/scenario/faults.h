@@ -41,7 +41,8 @@ int add_source(Faults& faults, std::string label);
 void add_fault(Faults& faults, Place place, std::string_view path, std::string text);
 
 // One line a fault, `file:line:column: key.path: what is wrong, what is accepted`, in the order of
-// the sources and of the places within them, each line once.
+// the sources and of the places within them, each line once, and each fault of a text that stands
+// for several values.
 Error to_error(const Faults& faults);
 
 }  // namespace ensonify

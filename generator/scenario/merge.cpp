@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/draw.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -23,11 +24,15 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"rotation_deg"}, {"quaternion_wxyz"}},
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
-      {{"box"}, {"sphere"}, {"cylinder"}, {"plane"}, {"mesh"}},
+      {{"box"}, {"sphere"}, {"cylinder"}, {"plane"}, {"mesh"}, {"heightfield"}, {"model"}},
+      {{"size_m", "roughness", "ripples"}, {"file", "height_scale", "height_offset_m"}},
+      {{"uniform"}, {"vdb"}, {"plume"}, {"school"}},
       {{"gaussian"}, {"flat"}, {"lfm"}, {"cw"}, {"table"}},
       {{"uniform"}, {"hann"}, {"taylor"}, {"chebyshev"}},
       {{"lambert"}, {"lommel_seeliger"}, {"table"}},
       {{"spectrum_level_db"}, {"snr_db"}},
+      {{"uniform"}, {"log_uniform"}, {"normal"}, {"choice"}},
+      {{"pose"}, {"place"}},
   };
   return groups;
 }
@@ -183,6 +188,12 @@ void apply_override(Node& root, const Override& override_, Faults& faults) {
 }  // namespace
 
 Node merge_over(Node lower, const Node& upper) {
+  if (is_distribution(upper)) {
+    Node merged = upper;
+    if (upper.keys[0].text != "choice") return merged;
+    for (Node& item : merged.items[0].items) item = merge_over(lower, item);
+    return merged;
+  }
   if (lower.kind != NodeKind::map || upper.kind != NodeKind::map) return upper;
   for (const Key& key : upper.keys) remove_keys(lower, excluded_by(key.text));
   for (std::size_t i = 0; i < upper.keys.size(); ++i) {

@@ -13,8 +13,8 @@
 namespace ensonify {
 
 // Maps are joined key by key; anything else is replaced. A key also replaces what excludes it
-// (spacing_deg takes the place of fov_deg), so that a preset can be changed either way. The result
-// stands in the upper tree's place.
+// (spacing_deg takes the place of fov_deg), so that a preset can be changed either way. Each
+// alternative of a choice is laid over by itself. The result stands in the upper tree's place.
 Node merge_over(Node lower, const Node& upper);
 
 // Items of lists are named by index, the first one behind the end appends; missing maps are made.

@@ -6,6 +6,8 @@
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
+//   parse_place  check_places        in parse_place.cpp
+//   parse_heightfield                in parse_terrain.cpp
 //   parse_pose  parse_input_file     shared by several
 #pragma once
 
@@ -50,6 +52,8 @@ void check_burst_length(Faults& faults, const Value& root, const Scenario& scena
 
 void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scattering);
 void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySpec& trajectory);
+void parse_object_trajectory(const InputFolder& input, const Value& value,
+                             TrajectorySpec& trajectory);  // without pings
 void parse_output(Faults& faults, const Value& value, OutputSpec& output);
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 
@@ -58,8 +62,9 @@ void parse_materials(const InputFolder& input, const Value& value,
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
+void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
-void parse_volumes(Faults& faults, const Value& value, std::vector<VolumeSpec>& volumes);
+void parse_volumes(const InputFolder& input, const Value& value, std::vector<VolumeSpec>& volumes);
 
 // Every class that the lists name, behind draws too, in order of appearance; with the defaults of
 // those that name none.
@@ -70,6 +75,11 @@ void check_instances(Faults& faults, const Value& root);
 
 inline const std::vector<std::string_view> kPoseKeys = {"position_m", "rotation_deg",
                                                         "quaternion_wxyz"};
+
+void parse_place(Faults& faults, const Value& map, PlaceSpec& place);
+
+// What objects are placed on: objects that stand before them.
+void check_places(Faults& faults, const Value& objects);
 
 // The pose keys of a map that may hold others as well.
 void parse_pose(Faults& faults, const Value& map, PoseSpec& pose);

@@ -36,7 +36,8 @@ void parse_material_name(Faults& faults, const Value& map, const MaterialNames& 
 void parse_object(const InputFolder& input, const Value& map, const MaterialNames& names,
                   ObjectSpec& object) {
   Faults& faults = input.faults;
-  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose"})) return;
+  if (!open_map(faults, map, {"name", "class", "material", "shape", "pose", "place", "trajectory"}))
+    return;
   read_text(faults, map, "name", object.name, Need::required);
   read_text(faults, map, "class", object.class_name);
   parse_material_name(faults, map, names, object.material);
@@ -44,10 +45,18 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
     parse_shape(input, *shape, object.shape);
   } else {
     add_fault(faults, map.place, path_of(map, "shape"),
-              "missing, accepted is one of box, sphere, cylinder, plane, mesh");
+              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield");
   }
   if (const auto pose = child(map, "pose"); pose && open_map(faults, *pose, kPoseKeys)) {
     parse_pose(faults, *pose, object.pose);
+  }
+  if (const auto place = child(map, "place")) {
+    parse_place(faults, *place, object.place.emplace());
+    refuse_useless(faults, map, {"pose", "trajectory"}, "beside a place, accepted is either alone");
+  }
+  if (const auto trajectory = child(map, "trajectory")) {
+    parse_object_trajectory(input, *trajectory, object.trajectory.emplace());
+    refuse_useless(faults, map, {"pose"}, "beside trajectory, whose poses take its place");
   }
 }
 
@@ -192,6 +201,7 @@ void parse_objects(const InputFolder& input, const Value& value,
   for (std::size_t i = 0; i < objects.size(); ++i) {
     parse_object(input, item(value, i), names, objects[i]);
   }
+  check_places(input.faults, value);
 }
 
 void parse_point_targets(Faults& faults, const Value& value,

@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "scenario/draw.h"
+#include "scenario/drawn_sections.h"
 #include "scenario/merge.h"
 #include "scenario/parse.h"
 #include "scenario/text.h"
@@ -66,6 +69,20 @@ std::string default_name(const std::string& label) {
   return printable && !stem.empty() && stem.size() <= kMaxNameBytes ? stem : "scenario";
 }
 
+bool same_place(const Place& a, const Place& b) {
+  return a.source == b.source && a.line == b.line && a.column == b.column;
+}
+
+// A distribution that cannot be drawn has its fault: that it is no number need not be said as well.
+void drop_faults_at(const std::vector<Place>& places, std::size_t first, Faults& faults) {
+  const auto begin = faults.list.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto told = [&](const Fault& fault) {
+    return std::any_of(places.begin(), places.end(),
+                       [&](const Place& place) { return same_place(place, fault.place); });
+  };
+  faults.list.erase(std::remove_if(begin, faults.list.end(), told), faults.list.end());
+}
+
 Scenario read_scenario(const InputFolder& input, const Value& root, const std::string& label) {
   Faults& faults = input.faults;
   Scenario scenario;
@@ -86,9 +103,8 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   if (const auto v = child(root, "point_targets")) {
     parse_point_targets(faults, *v, scenario.point_targets);
   }
-  if (const auto v = child(root, "volumes")) parse_volumes(faults, *v, scenario.volumes);
+  if (const auto v = child(root, "volumes")) parse_volumes(input, *v, scenario.volumes);
   check_instances(faults, root);
-  scenario.class_names = class_names(root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
   if (const auto v = child(root, "synthesis"); v && open_map(faults, *v, {"tolerance"})) {
@@ -144,14 +160,31 @@ void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
 
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides,
-                                [[maybe_unused]] std::uint32_t sequence) {
+                                const std::vector<Override>& overrides, std::uint32_t sequence) {
   Faults faults;
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
   if (!tree) return to_error(faults);
   apply_overrides(*tree, overrides, faults);
-  Scenario scenario = read_scenario({folder, faults}, {&*tree, tree->place, ""}, label);
+  const InputFolder input{folder, faults};
+  const Value root{&*tree, tree->place, ""};
+  auto sections = keep_drawn_sections(*tree, input);
+  const bool drawn = holds_distribution(*tree);
+  std::vector<std::string> classes = class_names(root);
+  std::uint64_t seed = 0;
+  Faults told_later;
+  read_seed(told_later, root, "seed", seed);
+  std::vector<Place> wrong;
+  std::vector<DrawnValue> draws;
+  draw_values(*tree, seed, sequence, faults, wrong, draws);
+  const std::size_t before = faults.list.size();
+  Scenario scenario = read_scenario(input, root, label);
+  drop_faults_at(wrong, before, faults);
   if (!faults.empty()) return to_error(faults);
+  scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
+                                            [](const ObjectSpec& o) { return o.place; });
+  scenario.draws = std::move(draws);
+  scenario.class_names = std::move(classes);
+  scenario.drawn_sections = std::move(sections);
   return scenario;
 }
 

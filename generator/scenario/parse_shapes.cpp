@@ -43,10 +43,20 @@ void parse_mesh(const InputFolder& input, const Value& map, ShapeSpec& shape) {
   shape = mesh;
 }
 
+void parse_model(Faults& faults, const Value& map, ShapeSpec& shape) {
+  ModelSpec model;
+  if (!open_map(faults, map, {"kind", "size_m"})) return;
+  read_choice<ModelKind>(faults, map, "kind", {kModelKinds.begin(), kModelKinds.end()}, model.kind,
+                         Need::required);
+  read_number(faults, map, "size_m", kLength, model.size_m, Need::required);
+  shape = model;
+}
+
 }  // namespace
 
 void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape) {
-  const std::vector<std::string_view> kinds = {"box", "sphere", "cylinder", "plane", "mesh"};
+  const std::vector<std::string_view> kinds = {"box",  "sphere",      "cylinder", "plane",
+                                               "mesh", "heightfield", "model"};
   if (!open_map(input.faults, map, kinds)) return;
   const auto kind = only_key_of(input.faults, map, kinds, "one of " + joined(kinds));
   if (!kind) return;
@@ -55,6 +65,8 @@ void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape) {
   if (*kind == "sphere") parse_sphere(input.faults, value, shape);
   if (*kind == "cylinder") parse_cylinder(input.faults, value, shape);
   if (*kind == "mesh") parse_mesh(input, value, shape);
+  if (*kind == "heightfield") parse_heightfield(input, value, shape.emplace<HeightfieldSpec>());
+  if (*kind == "model") parse_model(input.faults, value, shape);
   if (*kind == "plane" && open_map(input.faults, value, {})) shape = PlaneSpec{};
 }
 

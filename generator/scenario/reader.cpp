@@ -217,20 +217,25 @@ bool read_numbers(Faults& faults, const Value& map, std::string_view key, const 
                   double* out, std::size_t count, Need need) {
   const std::string accepted = fmt::format("a list of {} numbers", count);
   const auto value = wanted(faults, map, key, accepted, need);
-  if (!value) return false;
-  if (value->node->kind != NodeKind::list) {
-    wrong_kind(faults, *value, accepted);
+  return value && read_numbers_of(faults, *value, range, out, count);
+}
+
+bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& range, double* out,
+                     std::size_t count) {
+  const std::string accepted = fmt::format("a list of {} numbers", count);
+  if (value.node->kind != NodeKind::list) {
+    wrong_kind(faults, value, accepted);
     return false;
   }
-  if (value->node->items.size() != count) {
-    fault(faults, *value,
-          fmt::format("a list of {} stands here, accepted is {}", value->node->items.size(),
+  if (value.node->items.size() != count) {
+    fault(faults, value,
+          fmt::format("a list of {} stands here, accepted is {}", value.node->items.size(),
                       accepted));
     return false;
   }
   std::vector<double> numbers;
   for (std::size_t i = 0; i < count; ++i) {
-    if (const auto number = number_of(faults, item(*value, i), range)) numbers.push_back(*number);
+    if (const auto number = number_of(faults, item(value, i), range)) numbers.push_back(*number);
   }
   if (numbers.size() != count) return false;
   std::copy(numbers.begin(), numbers.end(), out);

@@ -68,6 +68,10 @@ bool read_number(Faults& faults, const Value& map, std::string_view key, const N
 bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
                   double* out, std::size_t count, Need need = Need::optional);
 
+// The same of a list's item.
+bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& range, double* out,
+                     std::size_t count);
+
 template <std::size_t N>
 bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
                   std::array<double, N>& out, Need need = Need::optional) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/units.h"
+#include "scenario/drawn_sections.h"
 #include "scenario/scenario.h"
 
 namespace ensonify {
@@ -65,21 +66,58 @@ Pose pose_of(const PoseSpec& spec) {
   return pose;
 }
 
-bool varies_by_sequence(const Scenario& scenario) { return scenario.has_draws; }
+bool varies_by_sequence(const Scenario& scenario) {
+  const auto is_drawn = [](const ObjectSpec& object) {
+    const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
+    return (field != nullptr && field->file.empty()) ||
+           (object.trajectory && object.trajectory->jitter);
+  };
+  const auto is_drawn_volume = [](const VolumeSpec& volume) {
+    return std::holds_alternative<PlumeSpec>(volume.kind) ||
+           std::holds_alternative<SchoolSpec>(volume.kind);
+  };
+  return scenario.has_draws || scenario.trajectory.jitter ||
+         std::any_of(scenario.volumes.begin(), scenario.volumes.end(), is_drawn_volume) ||
+         std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
+}
 
 std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   std::vector<std::filesystem::path> files;
   const auto add = [&](const std::filesystem::path& file) {
     if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
   };
-  if (!scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
-  for (const MaterialSpec& material : scenario.materials) {
-    if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
+  // A section that is drawn names more than this sequence uses.
+  const auto add_drawn = [&](std::string_view key) {
+    const Node* drawn = drawn_section(scenario, key);
+    if (drawn == nullptr) return false;
+    for (const std::filesystem::path& file : section_files(*drawn)) add(file);
+    return true;
+  };
+  if (!add_drawn("sonar") && !scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
+  if (!add_drawn("materials")) {
+    for (const MaterialSpec& material : scenario.materials) {
+      if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);
+    }
   }
-  for (const ObjectSpec& object : scenario.objects) {
-    if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+  const auto add_path = [&](const TrajectorySpec& trajectory) {
+    if (const auto* path = std::get_if<PathFileSpec>(&trajectory.path)) add(path->file);
+  };
+  if (!add_drawn("objects")) {
+    for (const ObjectSpec& object : scenario.objects) {
+      if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+      if (const auto* field = std::get_if<HeightfieldSpec>(&object.shape)) {
+        if (!field->file.empty()) add(field->file);
+        if (!field->reflectivity_map.empty()) add(field->reflectivity_map);
+      }
+      if (object.trajectory) add_path(*object.trajectory);
+    }
   }
-  if (const auto* path = std::get_if<PathFileSpec>(&scenario.trajectory.path)) add(path->file);
+  if (!add_drawn("volumes")) {
+    for (const VolumeSpec& volume : scenario.volumes) {
+      if (const auto* vdb = std::get_if<VdbVolumeSpec>(&volume.kind)) add(vdb->file);
+    }
+  }
+  if (!add_drawn("trajectory")) add_path(scenario.trajectory);
   return files;
 }
 

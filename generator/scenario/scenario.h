@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,17 +23,13 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/model_spec.h"
+#include "scenario/path_spec.h"
+#include "scenario/place_spec.h"
+#include "scenario/terrain_spec.h"
+#include "scenario/volume_spec.h"
 
 namespace ensonify {
-
-// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a quaternion w x y z of
-// any length but zero, which pose_of normalises.
-using RotationSpec = std::variant<std::array<double, 3>, Quat>;
-
-struct PoseSpec {
-  std::array<double, 3> position_m{};
-  RotationSpec rotation = std::array<double, 3>{};
-};
 
 // `duration_s` of lfm and cw, `file` of table must be given.
 struct PulseSpec {
@@ -136,7 +133,8 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
 };
-using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec>;
+using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
+                               HeightfieldSpec, ModelSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {
@@ -145,6 +143,8 @@ struct ObjectSpec {
   std::string material;
   ShapeSpec shape;
   PoseSpec pose;
+  std::optional<PlaceSpec> place = {};                      // given: in place of `pose`
+  std::optional<TrajectorySpec> trajectory = std::nullopt;  // in place of the pose
 };
 
 // Name, strength and position must be given.
@@ -155,26 +155,12 @@ struct PointTargetSpec {
   std::array<double, 3> position_m{};
 };
 
-// Fills all the water; name and strength must be given.
+// Name and kind must be given.
 struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
-  double strength_db = 0;  // dB re 1/m
-};
-
-struct TimedPoseSpec {
-  double time_s = 0;
-  PoseSpec pose;
-};
-struct PathFileSpec {
-  std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
-};
-
-// Left out: at rest at the origin. Times increase strictly; a single pose needs none.
-struct TrajectorySpec {
-  std::variant<std::vector<TimedPoseSpec>, PathFileSpec> path;
-  double ping_rate_hz = 1;
-  std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
+  VolumeKindSpec kind;
+  PoseSpec pose;  // of no meaning to a uniform volume without end
 };
 
 struct OutputSpec {
@@ -187,6 +173,8 @@ struct OutputSpec {
 struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
+
+struct DrawnSections;  // private to scenario/
 
 struct Scenario {
   std::string name;  // absent: the file's, without its ending
@@ -208,7 +196,9 @@ struct Scenario {
   // Every class that any draw can bring, in order of appearance in the file: ids that hold for all
   // sequences.
   std::vector<std::string> class_names;
-  bool has_draws = false;
+  bool has_draws = false;         // something is drawn or placed: sequences are different worlds
+  std::vector<DrawnValue> draws;  // of this sequence, sorted by path
+  std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
 };
 
 // One `--set KEY.PATH=VALUE`.
@@ -221,6 +211,7 @@ struct Override {
 // Errors (usage): one line a fault, `file:line:column: key.path: what is wrong, what is accepted`,
 // all faults of the file at once; also where a named input file does not exist. A scenario file
 // that exists and cannot be opened or read is an error of reading (io).
+// Distributions are drawn for `sequence` (keyed by the seed), counts expanded.
 Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {},
                                std::uint32_t sequence = 0);
@@ -234,7 +225,8 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
 // the shortest form that reads back to the same double. `name_file` says how an input file is
-// named in the text (a data set names its assets by hash).
+// named in the text (a data set names its assets by hash). A section with distributions or counts
+// keeps them, so that the text is the same for every sequence and draws the same again.
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
 
@@ -242,7 +234,7 @@ std::string to_yaml(const Scenario& scenario,
 bool varies_by_sequence(const Scenario& scenario);
 
 // Input files that the scenario names (tables, meshes, paths), without repetition, in order of
-// appearance.
+// appearance; of a section with distributions every file that some sequence may draw.
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "acoustics/scattering.h"
 #include "core/error.h"
@@ -117,6 +118,35 @@ void close_up(const std::vector<std::uint32_t>& room, const std::vector<std::uin
   list.items.resize(list.beam_offset.back());
 }
 
+// What the echoes of point reflectors share.
+struct PointEchoes {
+  const Tracer& tracer;
+  const Pose& pose;
+  const Sonar& sonar;
+  const Water& water;
+
+  // None where the point is outside the fan and its ranges, or behind a surface.
+  std::optional<Scatterer> at(Vec3 position_m, double target_strength_db) const {
+    const Vec3 p = inverse_transform_point(pose, position_m);
+    const double range = length(p);
+    if (!in_range(range, sonar)) return std::nullopt;
+    const double azimuth = std::atan2(p.y, p.x);
+    const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
+    const std::optional<int> beam = sector_of(sonar, azimuth);
+    if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+    const Vec3 way = position_m - pose.position_m;
+    const Hit before = tracer.first_hit({pose.position_m, normalized(way)}, range);
+    if (before.instance != 0 && before.range_m < range * (1 - kOnSurface)) return std::nullopt;
+    Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, water);
+    s.mean = static_cast<float>(target_amplitude_m(target_strength_db));
+    s.cos_incidence = 1;
+    return s;
+  }
+};
+
+// Beyond every ray's key; a target is not drawn, its key only settles ties.
+constexpr std::uint64_t kPointKey = std::uint64_t{1} << 63;
+
 }  // namespace
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
@@ -186,25 +216,37 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
                                                const Water& water) {
+  const PointEchoes echoes{tracer, sonar_in_world, sonar, water};
   std::vector<Scatterer> scatterers;
   for (const PointTarget& target : world.point_targets) {
-    const Vec3 p = inverse_transform_point(sonar_in_world, target.position_m);
-    const double range = length(p);
-    if (!in_range(range, sonar)) continue;
-    const double azimuth = std::atan2(p.y, p.x);
-    const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
-    const std::optional<int> beam = sector_of(sonar, azimuth);
-    if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) continue;
-    const Vec3 way = target.position_m - sonar_in_world.position_m;
-    const Hit before = tracer.first_hit({sonar_in_world.position_m, normalized(way)}, range);
-    if (before.instance != 0 && before.range_m < range * (1 - kOnSurface)) continue;
-    Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, water);
-    s.mean = static_cast<float>(target_amplitude_m(target.target_strength_db));
-    s.cos_incidence = 1;
-    // Beyond every ray's key; a target is not drawn, its key only settles ties.
-    s.key = (std::uint64_t{1} << 63) | target.instance;
-    s.instance = target.instance;
-    scatterers.push_back(s);
+    std::optional<Scatterer> s = echoes.at(target.position_m, target.target_strength_db);
+    if (!s) continue;
+    s->key = kPointKey | target.instance;
+    s->instance = target.instance;
+    scatterers.push_back(*s);
+  }
+  return scatterers;
+}
+
+std::vector<Scatterer> school_scatterers(const World& world, const Tracer& tracer,
+                                         const Pose& sonar_in_world, const Sonar& sonar,
+                                         const Water& water, const Workers& workers) {
+  const PointEchoes echoes{tracer, sonar_in_world, sonar, water};
+  std::vector<Scatterer> scatterers;
+  for (const School& school : world.schools) {
+    constexpr std::size_t kBlock = 256;
+    const std::size_t fish = school.fish_m.size(), blocks = (fish + kBlock - 1) / kBlock;
+    std::vector<std::vector<Scatterer>> found(blocks);
+    workers.for_each(blocks, [&](std::size_t block) {
+      for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, fish); ++i) {
+        std::optional<Scatterer> s = echoes.at(school.fish_m[i], school.target_strength_db);
+        if (!s) continue;
+        s->key = kPointKey | std::uint64_t{i + 1} << 32 | school.instance;
+        s->instance = school.instance;
+        found[block].push_back(*s);
+      }
+    });
+    for (const auto& part : found) scatterers.insert(scatterers.end(), part.begin(), part.end());
   }
   return scatterers;
 }

@@ -3,7 +3,7 @@
 //   SurfaceScattering      what a sequence fixes
 //   surface_scatterers     one scatterer for each ray that found something
 //   surface_scatterer_list the same, sorted
-//   point_target_scatterers
+//   point_target_scatterers  school_scatterers
 #pragma once
 
 #include <span>
@@ -42,5 +42,10 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
                                                const Water& water);
+
+// The fish of all schools likewise.
+std::vector<Scatterer> school_scatterers(const World& world, const Tracer& tracer,
+                                         const Pose& sonar_in_world, const Sonar& sonar,
+                                         const Water& water, const Workers& workers);
 
 }  // namespace ensonify

@@ -8,6 +8,7 @@
 #include "acoustics/propagation.h"
 #include "core/error.h"
 #include "trace/echo.h"
+#include "trace/march.h"
 
 namespace ensonify {
 namespace {
@@ -47,10 +48,146 @@ std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, 
   return rays;
 }
 
+// Half a range cell: cell n takes the steps 2n - 1 and 2n of a ray.
+double step_of(const Sonar& sonar, const Water& water) {
+  return water.sound_speed_m_s / (4 * sonar.bandwidth_hz);
+}
+
+bool attenuates(const Volume& volume) { return volume.extinction_db_m > 0; }
+
+// What a sector's sums of one volume are kept in.
+struct Cells {
+  std::vector<double> energy, elevation, elevation_square;
+};
+
+// The volumes of one sector where they have bounds or extinction.
+class SectorMarch {
+ public:
+  SectorMarch(const Fan& fan, const std::vector<Volume>& volumes, const Pose& pose,
+              const Sonar& sonar, const Water& water, int samples)
+      : fan_(fan), volumes_(volumes), pose_(pose), sonar_(sonar), columns_(volumes.size()) {
+    step_m_ = step_of(sonar, water);
+    for (int n = 0; n < samples; ++n) {
+      const double range = sample_range_m(sonar, water, n);
+      const double loss = two_way_loss(range, water.absorption_db_m);
+      cell_loss_.push_back(n > 0 && in_range(range, sonar) ? range * range * loss * loss : 0);
+    }
+    const std::vector<double> none(samples, 0.0);
+    cells_.assign(volumes.size(), {none, none, none});
+  }
+
+  void add_beam(std::span<const Hit> hits, int beam) {
+    const double longest_m = step_m_ * (2 * static_cast<double>(cell_loss_.size()) - 1);
+    for (int a = 0; a < fan_.rays_azimuth; ++a) {
+      const double azimuth = fan_.azimuth_rad[std::size_t(beam) * fan_.rays_azimuth + a];
+      const double transmit = transmit_pattern(azimuth, sonar_.transmit_width_rad);
+      for (int e = 0; e < fan_.rays_elevation; ++e) {
+        const Hit& hit = hits[ray_index(fan_, beam, a, e)];
+        const double end = hit.instance == 0 ? longest_m : std::min(hit.range_m, longest_m);
+        if (!(end > 0)) continue;
+        const double elevation = fan_.elevation_rad[e];
+        const double amplitude = line_pattern(elevation, sonar_.elevation_width_rad) * transmit;
+        const Vec3 direction = rotate(pose_.rotation, unit_vector(azimuth, elevation));
+        for (std::size_t v = 0; v < volumes_.size(); ++v) {
+          march(volumes_[v], {pose_.position_m, direction}, step_m_, end, columns_[v]);
+        }
+        add_ray(fan_.solid_angle_sr[e] * amplitude * amplitude, elevation);
+      }
+    }
+  }
+
+  // The sums so far, which begin anew.
+  void move_to(std::vector<VolumeEcho>& echoes, int beam) {
+    const std::size_t samples = cell_loss_.size();
+    for (std::size_t v = 0; v < volumes_.size(); ++v) {
+      Cells& cells = cells_[v];
+      for (std::size_t n = 0; n < samples; ++n) {
+        const double energy = cells.energy[n];
+        if (!(energy > 0)) continue;
+        const std::size_t pixel = std::size_t(beam) * samples + n;
+        echoes[v].energy[pixel] = static_cast<float>(energy);
+        echoes[v].elevation_rad[pixel] = static_cast<float>(cells.elevation[n] / energy);
+        echoes[v].elevation_square[pixel] = static_cast<float>(cells.elevation_square[n] / energy);
+        cells.energy[n] = cells.elevation[n] = cells.elevation_square[n] = 0;
+      }
+    }
+  }
+
+ private:
+  // The columns of one ray.
+  void add_ray(double weight, double elevation_rad) {
+    constexpr double kNepers_per_db = 0.2302585092994045684;  // ln 10 / 10: energy
+    int first = std::numeric_limits<int>::max(), last = 0;
+    for (const Column& column : columns_) {
+      if (column.first == column.last) continue;
+      first = std::min(first, column.first);
+      last = std::max(last, column.last);
+    }
+    const int last_step = 2 * static_cast<int>(cell_loss_.size()) - 1;
+    double depth = 0;  // two-way, nepers of energy
+    for (int k = first; k < std::min(last, last_step); ++k) {
+      double more = 0;
+      for (std::size_t v = 0; v < volumes_.size(); ++v) {
+        more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(columns_[v], k);
+      }
+      // The mean over the step of what is left.
+      const double left = std::exp(-depth) * (more > 0 ? -std::expm1(-more) / more : 1.0);
+      depth += more;
+      const std::size_t n = (std::size_t(k) + 1) / 2;
+      const double per_length = weight * cell_loss_[n] * left;
+      if (!(per_length > 0)) continue;
+      for (std::size_t v = 0; v < volumes_.size(); ++v) {
+        const double energy = volumes_[v].strength_per_m * length_in(columns_[v], k) * per_length;
+        cells_[v].energy[n] += energy;
+        cells_[v].elevation[n] += energy * elevation_rad;
+        cells_[v].elevation_square[n] += energy * elevation_rad * elevation_rad;
+      }
+    }
+  }
+
+  static double length_in(const Column& column, int step) {
+    return step >= column.first && step < column.last ? column.length_m[step] : 0;
+  }
+
+  const Fan& fan_;
+  const std::vector<Volume>& volumes_;
+  const Pose& pose_;
+  const Sonar& sonar_;
+  double step_m_ = 0;
+  std::vector<double> cell_loss_;  // [samples], r^2 (two_way_loss)^2; 0: not heard
+  std::vector<Column> columns_;    // of one ray, by volume
+  std::vector<Cells> cells_;       // of one sector, by volume
+};
+
+// Where no volume has bounds or extinction.
+void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<Volume>& volumes,
+                   const Sonar& sonar, const Water& water, const Record& record, std::size_t beam,
+                   std::vector<VolumeEcho>& echoes) {
+  const double depth_m = water.sound_speed_m_s / (2 * sonar.bandwidth_hz);
+  const std::vector<Reach> reaches = reaches_of_sector(fan, hits, static_cast<int>(beam), sonar);
+  std::size_t next = 0;
+  for (int n = 1; n < record.samples; ++n) {
+    const double range = sample_range_m(sonar, water, n);
+    while (next < reaches.size() && reaches[next].range_m < range) ++next;
+    if (next == reaches.size()) break;
+    const Reach& open = reaches[next];
+    if (!in_range(range, sonar) || !(open.weight > 0)) continue;
+    const double loss = two_way_loss(range, water.absorption_db_m);
+    const double per_strength = open.weight * range * range * depth_m * loss * loss;
+    const std::size_t pixel = beam * record.samples + n;
+    for (std::size_t v = 0; v < volumes.size(); ++v) {
+      echoes[v].energy[pixel] = static_cast<float>(volumes[v].strength_per_m * per_strength);
+      echoes[v].elevation_rad[pixel] = static_cast<float>(open.elevation / open.weight);
+      echoes[v].elevation_square[pixel] = static_cast<float>(open.elevation_square / open.weight);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
-                                      const std::vector<UniformVolume>& volumes, const Sonar& sonar,
+                                      const std::vector<Volume>& volumes,
+                                      const Pose& sonar_in_world, const Sonar& sonar,
                                       const Water& water, const Record& record,
                                       const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
@@ -63,27 +200,44 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
     echoes[v].elevation_square.assign(pixels, 0);
   }
   if (volumes.empty()) return echoes;
-  const double depth_m = water.sound_speed_m_s / (2 * sonar.bandwidth_hz);
-  workers.for_each(fan.beams, [&](std::size_t beam) {
-    const std::vector<Reach> reaches = reaches_of_sector(fan, hits, static_cast<int>(beam), sonar);
-    std::size_t next = 0;
-    for (int n = 1; n < record.samples; ++n) {
-      const double range = sample_range_m(sonar, water, n);
-      while (next < reaches.size() && reaches[next].range_m < range) ++next;
-      if (next == reaches.size()) break;
-      const Reach& open = reaches[next];
-      if (!in_range(range, sonar) || !(open.weight > 0)) continue;
-      const double loss = two_way_loss(range, water.absorption_db_m);
-      const double per_strength = open.weight * range * range * depth_m * loss * loss;
-      const std::size_t pixel = beam * record.samples + n;
-      for (std::size_t v = 0; v < volumes.size(); ++v) {
-        echoes[v].energy[pixel] = static_cast<float>(volumes[v].strength_per_m * per_strength);
-        echoes[v].elevation_rad[pixel] = static_cast<float>(open.elevation / open.weight);
-        echoes[v].elevation_square[pixel] = static_cast<float>(open.elevation_square / open.weight);
+  const bool open = std::all_of(volumes.begin(), volumes.end(), [](const Volume& volume) {
+    return !attenuates(volume) && std::holds_alternative<DensityEverywhere>(volume.density);
+  });
+  // Sectors side by side in blocks, so that what one needs is made once for several.
+  constexpr std::size_t kBlock = 8;
+  const std::size_t beams = fan.beams;
+  workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kBlock, beams);
+    if (open) {
+      for (std::size_t beam = block * kBlock; beam < end; ++beam) {
+        add_open_beam(fan, hits, volumes, sonar, water, record, beam, echoes);
       }
+      return;
+    }
+    SectorMarch sector(fan, volumes, sonar_in_world, sonar, water, record.samples);
+    for (std::size_t beam = block * kBlock; beam < end; ++beam) {
+      sector.add_beam(hits, static_cast<int>(beam));
+      sector.move_to(echoes, static_cast<int>(beam));
     }
   });
   return echoes;
+}
+
+void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,
+               const Sonar& sonar, const Water& water, const Workers& workers) {
+  if (std::none_of(volumes.begin(), volumes.end(), attenuates)) return;
+  const double step_m = step_of(sonar, water);
+  workers.for_each(list.beam_offset.size() - 1, [&](std::size_t beam) {
+    Column column;
+    for (std::uint32_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+      Scatterer& s = list.items[i];
+      const double range = length(s.position_m);
+      const Vec3 direction = rotate(sonar_in_world.rotation, (1 / range) * s.position_m);
+      const double db =
+          extinction_db(volumes, {sonar_in_world.position_m, direction}, step_m, range, column);
+      s.gain = static_cast<float>(s.gain * std::pow(10.0, -db / 10));
+    }
+  });
 }
 
 }  // namespace ensonify

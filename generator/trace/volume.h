@@ -1,4 +1,8 @@
-// Reverberation of the water itself, up to the first surface that each ray meets.
+// Reverberation of the water itself, up to the first surface that each ray meets, and what it takes
+// from the sound that passes.
+//
+//   volume_echoes         expected energy of every volume
+//   attenuate             what is behind volumes gets weaker
 #pragma once
 
 #include <span>
@@ -11,11 +15,19 @@
 namespace ensonify {
 
 // One echo a volume of the world, in its order. In sector j and sample n >= 1 of range r = c
-// n/(2b), within [range_min, range_max]: s_v (sum over the sector's rays that reach r: dOmega
-// B_el^2 B_tx^2) r^2 c/(2b) (two_way_loss)^2.
+// n/(2b), within [range_min, range_max]: s_v (sum over the sector's rays: dOmega B_el^2 B_tx^2
+// int rho 10^(-2A/10) dr') r^2 (two_way_loss(r))^2, r' within [r - c/(4b), r + c/(4b)] and no
+// farther than the ray's surface; rho the volume's density and A the extinction of all volumes on
+// the way there in dB, both in steps of c/(4b). Where no volume has bounds or extinction, a ray
+// counts with the whole cell, c/(2b), if it reaches r.
 std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
-                                      const std::vector<UniformVolume>& volumes, const Sonar& sonar,
+                                      const std::vector<Volume>& volumes,
+                                      const Pose& sonar_in_world, const Sonar& sonar,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
+
+// Multiplies each gain by 10^(-2A/20), A as above.
+void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,
+               const Sonar& sonar, const Water& water, const Workers& workers);
 
 }  // namespace ensonify

@@ -1,12 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <sstream>
 #include <tuple>
 
+#include "core/random.h"
 #include "scenario/tables.h"
+#include "world/heightfield.h"
+#include "world/models/models.h"
+#include "world/place.h"
+#include "world/seabed.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -29,7 +33,9 @@ struct Faults {
   }
 };
 
-Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
+// `warnings`: of a mesh that was not read before.
+Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
+                       std::vector<std::string>& warnings) {
   if (const auto* box = std::get_if<BoxSpec>(&spec)) {
     return Shape(
         BoxShape{{box->size_m[0] / 2, box->size_m[1] / 2, box->size_m[2] / 2}, box->inside});
@@ -49,10 +55,47 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes) {
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
+      warnings = cached->warnings;
     }
     return Shape(MeshShape{cached});
   }
+  if (const auto* model = std::get_if<ModelSpec>(&spec)) {
+    // No file is called so: mesh files have an ending.
+    auto& cached = meshes[{std::string(word_of(model->kind)), model->size_m, false, false}];
+    if (!cached) cached = std::make_shared<const Mesh>(model_mesh(model->kind, model->size_m));
+    return Shape(MeshShape{cached});
+  }
   return Shape(PlaneShape{});
+}
+
+// Equal files make equal terrain; what is made up differs from object to object.
+using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<const Mesh>>>;
+
+// Nothing where a file of it is wrong.
+std::shared_ptr<const Mesh> terrain_of(const HeightfieldSpec& spec, std::uint64_t terrain_key,
+                                       const std::string& key, TerrainCache& cache,
+                                       Faults& faults) {
+  for (const auto& [earlier, mesh] : cache) {
+    if (!spec.file.empty() && earlier == spec) return mesh;
+  }
+  Result<HeightGrid> grid = height_grid_of(spec, terrain_key);
+  if (!grid) {
+    faults.add(key + ".file", grid.error());
+    return nullptr;
+  }
+  std::vector<float> reflectivity;
+  if (!spec.reflectivity_map.empty()) {
+    Result<std::vector<float>> loaded = vertex_reflectivity(spec.reflectivity_map, *grid);
+    if (!loaded) {
+      faults.add(key + ".reflectivity_map", loaded.error());
+      return nullptr;
+    }
+    reflectivity = std::move(*loaded);
+  }
+  const Normals normals = spec.smooth_normals ? Normals::smooth : Normals::face;
+  auto mesh = std::make_shared<const Mesh>(heightfield_mesh(*grid, normals, reflectivity));
+  cache.emplace_back(spec, mesh);
+  return mesh;
 }
 
 std::uint8_t class_id(std::vector<std::string>& classes, const std::string& name) {
@@ -89,12 +132,36 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, Faults&
   return materials;
 }
 
-void add_objects(const Scenario& scenario, const std::map<std::string, Material>& materials,
-                 World& world, Faults& faults) {
+// Moves with a jitter of its own, keyed by its name: objects added beside it change nothing.
+void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
+              const std::string& key, WorldObject& object, Faults& faults) {
+  if (!spec.trajectory) return;
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, sequence);
+  Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
+  if (!path) {
+    faults.add(key + ".trajectory.file", path.error());
+    return;
+  }
+  object.path = std::make_shared<const Path>(std::move(*path));
+  object.pose = pose_at(*object.path, span_of(*object.path).start_s);
+}
+
+void add_objects(const Scenario& scenario, std::uint32_t sequence,
+                 const std::map<std::string, Material>& materials, World& world, Faults& faults) {
   MeshCache meshes;
+  TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
-    Result<Shape> shape = shape_of(spec.shape, meshes);
+    const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
+    std::vector<std::string> warnings;
+    Result<Shape> shape =
+        field == nullptr ? shape_of(spec.shape, meshes, warnings)
+                         : Shape(MeshShape{terrain_of(
+                               *field, terrain_key(scenario.seed, sequence, spec.name),
+                               fmt::format("objects.{}.shape.heightfield", i), terrains, faults)});
+    for (const std::string& warning : warnings) {
+      world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
+    }
     if (!shape) {
       faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
       continue;
@@ -105,8 +172,39 @@ void add_objects(const Scenario& scenario, const std::map<std::string, Material>
     if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
       instance.vertex_reflectivity = mesh->vertex_reflectivity;
     }
+    if (field != nullptr) instance.vertex_reflectivity = !field->reflectivity_map.empty();
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
+    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), world.objects.back(), faults);
+  }
+}
+
+std::vector<VolumeParts> load_volumes(const Scenario& scenario, std::uint32_t sequence,
+                                      Faults& faults) {
+  std::vector<VolumeParts> volumes;
+  DensityCache cache;
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::bubbles, sequence);
+  for (std::size_t i = 0; i < scenario.volumes.size(); ++i) {
+    const VolumeSpec& spec = scenario.volumes[i];
+    Result<VolumeParts> parts = make_volume(spec, mix64(stream ^ name_key(spec.name)), cache);
+    if (parts) {
+      volumes.push_back(std::move(*parts));
+    } else {
+      faults.add(fmt::format("volumes.{}.{}", i, faulty_key(spec)), parts.error());
+    }
+  }
+  return volumes;
+}
+
+void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
+  Instance& instance = add_instance(world, spec.name, spec.class_name);
+  instance.kind = InstanceKind::volume;
+  instance.volume_strength_db = parts.strength_db;
+  std::visit([&](auto& part) { part.instance = instance.id; }, parts.part);
+  if (auto* school = std::get_if<School>(&parts.part)) {
+    world.schools.push_back(std::move(*school));
+  } else {
+    world.volumes.push_back(std::get<Volume>(std::move(parts.part)));
   }
 }
 
@@ -123,15 +221,17 @@ World empty_world(const Scenario& scenario) {
   return world;
 }
 
-Result<World> build_world(const Scenario& scenario, [[maybe_unused]] std::uint32_t sequence) {
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   world.classes = scenario.class_names;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
-  add_objects(scenario, materials, world, faults);
+  add_objects(scenario, sequence, materials, world, faults);
+  std::vector<VolumeParts> volumes = load_volumes(scenario, sequence, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
+  if (Status placed = place_objects(scenario, sequence, world); !placed) return placed.error();
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;
@@ -140,11 +240,8 @@ Result<World> build_world(const Scenario& scenario, [[maybe_unused]] std::uint32
                                    {spec.position_m[0], spec.position_m[1], spec.position_m[2]},
                                    spec.target_strength_db});
   }
-  for (const VolumeSpec& spec : scenario.volumes) {
-    Instance& instance = add_instance(world, spec.name, spec.class_name);
-    instance.kind = InstanceKind::volume;
-    instance.volume_strength_db = spec.strength_db;
-    world.volumes.push_back({instance.id, std::pow(10.0, spec.strength_db / 10)});
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    add_volume(scenario.volumes[i], std::move(volumes[i]), world);
   }
   return world;
 }

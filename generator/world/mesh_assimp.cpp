@@ -6,22 +6,16 @@
 
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "world/mesh.h"
+#include "world/mesh_file.h"
+#include "world/mesh_repair.h"
 
 namespace ensonify {
 namespace {
 
 Error broken(const std::filesystem::path& file, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
-}
-
-std::string lower_case_extension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
 }
 
 bool says_which_way_is_up(const std::filesystem::path& file) {
@@ -33,6 +27,9 @@ Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const aiMesh& part = *scene.mMeshes[m];
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      if (part.mFaces[f].mNumIndices == 0) {
+        return broken(file, fmt::format("face {} of part {} has no corners", f, m));
+      }
       for (unsigned i = 0; i < part.mFaces[f].mNumIndices; ++i) {
         const unsigned vertex = part.mFaces[f].mIndices[i];
         if (vertex < part.mNumVertices) continue;
@@ -40,25 +37,6 @@ Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
                                         part.mNumVertices));
       }
     }
-  }
-  return {};
-}
-
-// A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
-// data set. Its buffers must be in it ("data:" addresses).
-Status check_buffers(const std::filesystem::path& file) {
-  if (lower_case_extension(file) != ".gltf") return {};
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  const std::size_t buffers = text.find("\"buffers\"");
-  const std::size_t end = text.find(']', buffers == std::string::npos ? 0 : buffers);
-  for (std::size_t at = buffers; (at = text.find("\"uri\"", at)) < end; at += 5) {
-    const std::size_t value = text.find('"', at + 5);
-    if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
-    const std::string name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
-    return broken(file, fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
-                                    ".gltf with embedded buffers",
-                                    name));
   }
   return {};
 }
@@ -129,6 +107,29 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
   }
 }
 
+Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    for (const float coordinate : mesh.vertices[v]) {
+      if (std::isfinite(coordinate)) continue;
+      return broken(file, fmt::format("vertex {} is not a finite number", v));
+    }
+  }
+  return {};
+}
+
+// Lines and points that were meant as such look like faces that were cut off.
+void warn_of_lines(const aiScene& scene, Mesh& mesh) {
+  std::size_t lines = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    for (unsigned f = 0; f < scene.mMeshes[m]->mNumFaces; ++f) {
+      if (scene.mMeshes[m]->mFaces[f].mNumIndices < 3) ++lines;
+    }
+  }
+  if (lines == 0) return;
+  mesh.warnings.push_back(
+      fmt::format("{} points or lines left out: only faces of three corners or more echo", lines));
+}
+
 }  // namespace
 
 Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
@@ -143,7 +144,7 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
   if (!wanted.colors) removed |= aiComponent_COLORS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
-  if (Status embedded = check_buffers(file); !embedded) return embedded.error();
+  if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     return broken(file, fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
@@ -166,12 +167,12 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken(file, "holds no faces");
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    for (const float coordinate : mesh.vertices[v]) {
-      if (!std::isfinite(coordinate)) {
-        return broken(file, fmt::format("vertex {} is not a finite number", v));
-      }
-    }
+  if (Status finite = check_vertices(mesh, file); !finite) return finite.error();
+  drop_faces_without_area(mesh);
+  if (mesh.triangles.empty()) return broken(file, "holds no faces that have an area");
+  warn_of_lines(*scene, mesh);
+  for (std::string& warning : mesh.warnings) {
+    warning = fmt::format("{}: {}", file.string(), warning);
   }
   return mesh;
 }

@@ -1,38 +1,38 @@
-// The way of a body through the world: poses in time.
+// The way of a body through the world: anything that has a pose at each instant.
 //
-//   Path       load_path pose_at
-//   ping_times when the pings of a trajectory go out
+//   Path        load_path pose_at span_of
+//   ping_times  when the pings of a trajectory go out
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <variant>
 #include <vector>
 
 #include "core/error.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
+#include "world/path_jitter.h"
+#include "world/path_ways.h"
 
 namespace ensonify {
 
-struct PathPoint {
-  double time_s = 0;
-  Pose pose;
-};
-
-// At least one point, in strictly increasing time.
 struct Path {
-  std::vector<PathPoint> points;
+  std::variant<SampledWay, LawnmowerWay, OrbitWay, SplineWay> way;
+  std::optional<Jitter> jitter;
 };
 
-// From poses, from a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or from a CSV
-// file with a header that names time_s, x, y, z, qw, qx, qy, qz in any order (poses.csv of a data
-// set is one; other columns are passed over, but they must hold numbers).
-// Errors (usage): file:line and what is wrong there.
-Result<Path> load_path(const TrajectorySpec& spec);
+// Errors (usage): those of load_path_file.
+Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t jitter_key);
 
-// Straight lines and spherical interpolation between the points; the ends hold.
+// At the start and the end of its way the body rests, but for the jitter.
 Pose pose_at(const Path& path, double time_s);
 
-// first point's time + k / rate, as many as asked for, or as the path's length holds (both ends
-// included). Errors (usage): more pings than a path of several points lasts for.
+// Both the same for a path of a single pose.
+TimeSpan span_of(const Path& path);
+
+// The path's start + k / rate, as many as asked for, or as the path's length holds (both ends
+// included). Errors (usage): more pings than a path other than a single pose lasts for.
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path);
 
 }  // namespace ensonify

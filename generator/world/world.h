@@ -2,6 +2,7 @@
 //
 //   World        objects, point targets, and their ids as instances
 //   build_world  empty_world   scenario -> World
+//   object_pose  where an object is at a time
 #pragma once
 
 #include <memory>
@@ -15,7 +16,9 @@
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/mesh.h"
+#include "world/path.h"
 #include "world/shapes.h"
+#include "world/volumes.h"
 
 namespace ensonify {
 
@@ -27,8 +30,9 @@ using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, Mes
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
-  Pose pose;  // in the world
+  Pose pose;  // in the world; of an object that moves: at its start
   Material material;
+  std::shared_ptr<const Path> path = nullptr;  // null: at rest
 };
 
 struct PointTarget {
@@ -37,27 +41,28 @@ struct PointTarget {
   double target_strength_db = 0;
 };
 
-// Fills all the water with scatterers of one strength.
-struct UniformVolume {
-  std::uint32_t instance = 0;
-  double strength_per_m = 0;  // s_v, backscatter cross-section of a unit of volume per steradian
-};
-
 struct World {
   std::vector<WorldObject> objects;
   std::vector<PointTarget> point_targets;
-  std::vector<UniformVolume> volumes;
+  std::vector<Volume> volumes;
+  std::vector<School> schools;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
+  // What was put right in the input files, each behind its key; nothing is printed here.
+  std::vector<std::string> warnings;
 };
 
-// Reads every mesh and table once. Errors: those of load_mesh and load_backscatter_table, of all
-// materials and objects at once, each line behind the key that names the file; usage, or io where
-// nothing is wrong but the reading.
-// `sequence` keys what is drawn on the way.
+// Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
+// vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
+// each line behind the key that names the file; usage, or io where nothing is wrong but the
+// reading. Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be
+// placed is placed for `sequence`; usage where there is no room.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
 
 // Its instances and classes alone, without materials; reads no file.
 World empty_world(const Scenario& scenario);
+
+// By the clock of the pings.
+Pose object_pose(const WorldObject& object, double time_s);
 
 }  // namespace ensonify

@@ -23,7 +23,9 @@ class SceneRun {
   }
   const Session& session() const { return session_; }
   const SequenceInfo& info() const { return pipeline_->info(); }
-  PingResult ping(std::uint32_t number) const { return pipeline_->run(number, Workers(2)); }
+  PingResult ping(std::uint32_t number, int threads = 2) const {
+    return pipeline_->run(number, Workers(threads));
+  }
 
  private:
   static Session load(const std::string& name, const std::vector<Override>& overrides) {

@@ -156,7 +156,7 @@ TEST_CASE("the resolved text keeps every value") {
     REQUIRE(s.volumes.size() == 1);
     CHECK(s.volumes[0].name == "water, all");
     CHECK(s.volumes[0].class_name == "reverberation");
-    CHECK(s.volumes[0].strength_db == -60.5);
+    CHECK(std::get<UniformVolumeSpec>(s.volumes[0].kind).strength_db == -60.5);
     const auto& poses = std::get<std::vector<TimedPoseSpec>>(s.trajectory.path);
     CHECK(poses[0].time_s == 1700000000.125);
     CHECK(std::get<Quat>(poses[1].pose.rotation).w == 0.5);

@@ -16,8 +16,6 @@ TEST_CASE("keys of later versions are unknown") {
       {"multipath: {bounces: 2}", "4:1: multipath:", "unknown key, accepted are ensonify, name"},
       {"water: {profile: x}", "4:9: water.profile:", "accepted are sound_speed_m_s, absorption"},
       {"scattering: {speckle: surface}", "4:23: scattering.speckle:", "one of per_ping, per_ray"},
-      {"volumes: [{name: v, vdb: a.vdb, uniform: {strength_db: 0}}]",
-       "4:21: volumes.0.vdb:", "accepted are name, class, uniform"},
   });
 }
 

@@ -201,13 +201,13 @@ TEST_CASE("volumes are instances with a strength") {
   REQUIRE(scenario->volumes.size() == 2);
   CHECK(scenario->volumes[0].name == "water");
   CHECK(scenario->volumes[0].class_name == "volume");
-  CHECK(scenario->volumes[0].strength_db == -60);
+  CHECK(std::get<UniformVolumeSpec>(scenario->volumes[0].kind).strength_db == -60);
   CHECK(scenario->volumes[1].class_name == "plankton");
   const std::string strength = "uniform: {strength_db: -60}}";
   check_single_faults({
       {"volumes: {name: a}", "4:10: volumes:", "accepted is a list"},
       {"volumes: [{" + strength + "]", "4:11: volumes.0.name:", "missing"},
-      {"volumes: [{name: a}]", "4:11: volumes.0.uniform.strength_db:", "missing"},
+      {"volumes: [{name: a}]", "4:11: volumes.0:", "one of uniform, vdb, plume, school"},
       {"volumes: [{name: a, uniform: -60}]", "4:30: volumes.0.uniform:", "a map with strength_db"},
       {"volumes: [{name: a, uniform: {strength_db: 61}}]",
        "4:44: volumes.0.uniform.strength_db:", "from -200 to 60"},

@@ -30,9 +30,9 @@ Sonar small_sonar() {
 }
 
 std::vector<VolumeEcho> echoes_of(const Sonar& sonar, std::span<const Hit> hits,
-                                  const std::vector<UniformVolume>& volumes) {
-  return volume_echoes(make_fan(sonar), hits, volumes, sonar, kWater, make_record(sonar, kWater, 0),
-                       Workers(2));
+                                  const std::vector<Volume>& volumes) {
+  return volume_echoes(make_fan(sonar), hits, volumes, {}, sonar, kWater,
+                       make_record(sonar, kWater, 0), Workers(2));
 }
 
 // int phi^power B_el^2 cos(phi) dphi over [low, high], by Simpson's rule.

@@ -16,7 +16,7 @@ TEST_CASE("instances and classes are numbered in order") {
                       {"b", "floor", "sand", PlaneSpec{}, {}},
                       {"c", "pipe", "steel", CylinderSpec{1, 4}, {}}};
   scenario.point_targets = {{"t", "buoy", -30, {1, 2, 3}}};
-  scenario.volumes = {{"w", "floor", -60}};
+  scenario.volumes = {{"w", "floor", UniformVolumeSpec{-60, {}, 0}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   CHECK(world->classes == std::vector<std::string>{"pipe", "floor", "buoy"});

@@ -15,6 +15,10 @@ TrajectorySpec from_file(const std::filesystem::path& file) {
   return spec;
 }
 
+const std::vector<PathPoint>& points_of(const Path& path) {
+  return std::get<SampledWay>(path.way).points;
+}
+
 }  // namespace
 
 // Protects the order of columns: TUM writes qx qy qz qw, ours are w first.
@@ -23,12 +27,13 @@ TEST_CASE("TUM files") {
   const auto path =
       load_path(from_file(folder.write("a.tum",
                                        "# time x y z qx qy qz qw\n\n1.5 1 2 3 0 0 0.7071 0.7071\n"
-                                       "2.5 3 2 3 0 0 0 1\n")));
+                                       "2.5 3 2 3 0 0 0 1\n")),
+                0);
   REQUIRE(path.ok());
-  REQUIRE(path->points.size() == 2);
-  CHECK(path->points[0].time_s == 1.5);
-  CHECK(path->points[0].pose.position_m == Vec3{1, 2, 3});
-  CHECK(length(rotate(path->points[0].pose.rotation, {1, 0, 0}) - Vec3{0, 1, 0}) < 1e-12);
+  REQUIRE(points_of(*path).size() == 2);
+  CHECK(points_of(*path)[0].time_s == 1.5);
+  CHECK(points_of(*path)[0].pose.position_m == Vec3{1, 2, 3});
+  CHECK(length(rotate(points_of(*path)[0].pose.rotation, {1, 0, 0}) - Vec3{0, 1, 0}) < 1e-12);
   CHECK(pose_at(*path, 2.0).position_m == Vec3{2, 2, 3});
   CHECK(length(rotate(pose_at(*path, 2.0).rotation, {1, 0, 0}) -
                Vec3{std::sqrt(0.5), std::sqrt(0.5), 0}) < 1e-9);
@@ -38,11 +43,13 @@ TEST_CASE("TUM files") {
 
 TEST_CASE("CSV files by the names in their header") {
   const TemporaryFolder folder;
-  const auto path = load_path(from_file(folder.write(
-      "a.csv", "ping,time_s,x,y,z,qw,qx,qy,qz\n0,10,1,2,3,1,0,0,0\n1,11,2,2,3,1,0,0,0\n")));
+  const auto path = load_path(
+      from_file(folder.write(
+          "a.csv", "ping,time_s,x,y,z,qw,qx,qy,qz\n0,10,1,2,3,1,0,0,0\n1,11,2,2,3,1,0,0,0\n")),
+      0);
   REQUIRE(path.ok());
-  CHECK(path->points[1].time_s == 11);
-  CHECK(path->points[1].pose.position_m.x == 2);
+  CHECK(points_of(*path)[1].time_s == 11);
+  CHECK(points_of(*path)[1].pose.position_m.x == 2);
 }
 
 TEST_CASE("broken path files are refused with the line") {
@@ -50,7 +57,7 @@ TEST_CASE("broken path files are refused with the line") {
   const auto refuse = [&](const std::string& name, const std::string& text,
                           const std::string& where) {
     INFO(name);
-    const auto path = load_path(from_file(folder.write(name, text)));
+    const auto path = load_path(from_file(folder.write(name, text)), 0);
     REQUIRE_FALSE(path.ok());
     CHECK(path.error().kind == ErrorKind::usage);
     CHECK(path.error().message.find(name + where) != std::string::npos);
@@ -70,7 +77,7 @@ TEST_CASE("broken path files are refused with the line") {
 // Protects the number of pings: both ends of the path included, its first stamp the start, and
 // nothing invented past its end.
 TEST_CASE("ping times") {
-  Path path{{{100, {}}, {103, {}}}};
+  const Path path{SampledWay{{{100, {}}, {103, {}}}}, {}};
   TrajectorySpec spec;
   spec.ping_rate_hz = 10;
   const auto whole = ping_times(spec, path);
@@ -82,16 +89,41 @@ TEST_CASE("ping times") {
   CHECK(ping_times(spec, path)->size() == 5);
   spec.pings = 32;
   CHECK_FALSE(ping_times(spec, path).ok());
-  const Path still{{{0, {}}}};
+  const Path still{SampledWay{{{0, {}}}}, {}};
   CHECK(ping_times(spec, still)->size() == 32);
 }
 
 // Protects recorded paths: at Unix times a stamp's last digit is 2e-7 s.
 TEST_CASE("large stamps cost no ping") {
-  const Path path{{{1700000000.0, {}}, {1700000000.6, {}}}};
+  const Path path{SampledWay{{{1700000000.0, {}}, {1700000000.6, {}}}}, {}};
   TrajectorySpec spec;
   spec.ping_rate_hz = 5;
   const auto times = ping_times(spec, path);
   REQUIRE(times.ok());
   CHECK(times->size() == 4);
+}
+
+// Protects `pings` left out: a way by a formula has a length of its own.
+TEST_CASE("ways by formula hold as many pings as they last") {
+  TrajectorySpec spec;
+  spec.ping_rate_hz = 2;
+  OrbitSpec orbit;
+  orbit.radius_m = 5 / kPi;
+  orbit.speed_m_s = 1;
+  orbit.start_time_s = 50;
+  spec.path = orbit;
+  const auto path = load_path(spec, 0);
+  REQUIRE(path.ok());
+  const auto times = ping_times(spec, *path);
+  REQUIRE(times.ok());
+  CHECK(times->size() == 21);
+  CHECK(times->front() == 50);
+  CHECK(times->back() == Approx(60));
+  spec.pings = 22;
+  CHECK_FALSE(ping_times(spec, *path).ok());
+  spec.ping_rate_hz = 1e6;
+  spec.pings.reset();
+  const auto many = ping_times(spec, *path);
+  REQUIRE_FALSE(many.ok());
+  CHECK(many.error().message.find("at most 1000000") != std::string::npos);
 }

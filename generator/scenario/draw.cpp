@@ -1,0 +1,337 @@
+#include "scenario/draw.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/random.h"
+#include "scenario/drawn_sections.h"
+#include "scenario/parse.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kMaxCount = 65534;
+constexpr std::int64_t kMaxWhole = std::int64_t{1} << 53;
+
+// How a node is reached.
+struct Way {
+  std::uint64_t key = 0;
+  std::string path;   // as in messages: items of lists by index
+  std::string named;  // items of lists by name, where they have one
+};
+
+Way step(const Way& way, std::string_view segment, std::string_view name) {
+  const auto joined_to = [](const std::string& path, std::string_view next) {
+    return path.empty() ? std::string(next) : fmt::format("{}.{}", path, next);
+  };
+  return {mix64(way.key ^ name_key(name)), joined_to(way.path, segment),
+          joined_to(way.named, name)};
+}
+
+Way step(const Way& way, std::string_view segment) { return step(way, segment, segment); }
+
+// Into the parts of a distribution: other draws than its own, of a value that stands where it does.
+Way alternative(const Way& way, std::size_t index) {
+  Way inner = step(step(way, "choice"), std::to_string(index));
+  inner.named = way.named;
+  return inner;
+}
+
+const std::string* name_of_entry(const Node& entry) {
+  if (entry.kind != NodeKind::map) return nullptr;
+  const Node* name = find(entry, "name");
+  return name != nullptr && name->kind == NodeKind::scalar ? &name->text : nullptr;
+}
+
+bool is_counted_list(std::string_view path) { return path == "objects" || path == "point_targets"; }
+
+std::size_t values_in(const Node& node) {
+  std::size_t count = 1;
+  for (const Node& item : node.items) count += values_in(item);
+  return count;
+}
+
+std::optional<std::int64_t> whole_number(const Node& node) {
+  std::string_view text = node.text;
+  if (node.kind != NodeKind::scalar || node.quoted) return std::nullopt;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  if (!whole || std::abs(value) > kMaxWhole) return std::nullopt;
+  return value;
+}
+
+class Drawer {
+ public:
+  Drawer(std::uint64_t key, Faults& faults, std::vector<Place>& wrong,
+         std::vector<DrawnValue>& draws)
+      : key_(key), faults_(faults), wrong_(wrong), draws_(draws) {}
+
+  void draw(Node& node, const Way& way) {
+    if (is_distribution(node)) {
+      draw_distribution(node, way);
+    } else if (node.kind == NodeKind::map) {
+      for (std::size_t i = 0; i < node.items.size(); ++i) {
+        const std::string& key = node.keys[i].text;
+        if (may_be_drawn(node.items[i], step(way, key), key)) {
+          draw(node.items[i], step(way, key));
+        }
+      }
+    } else if (node.kind == NodeKind::list) {
+      draw_list(node, way);
+    }
+  }
+
+  // The head of a scenario and names: they key the draws of the rest.
+  bool may_be_drawn(const Node& node, const Way& way, std::string_view key) {
+    const bool head = way.path == "ensonify" || way.path == "seed" || way.path == "sequences";
+    if ((!head && key != "name") || !is_distribution(node)) return true;
+    refuse(node, way.path, "may not be drawn, accepted is a plain value: the draws hang on it");
+    leave_wrong(node);
+    return false;
+  }
+
+ private:
+  // Readers blame the map or its key.
+  void leave_wrong(const Node& node) {
+    wrong_.push_back(node.place);
+    wrong_.push_back(node.keys[0].place);
+  }
+
+  double uniform_of(const Way& way) const { return uniform(key_, 0, way.key, 0); }
+
+  void refuse(const Node& node, const std::string& path, std::string text) {
+    add_fault(faults_, node.place, path, std::move(text));
+  }
+
+  // Names of files differ from one copy of a scenario to the next, and a preset's keys may lie
+  // under a map: of these the record is the alternative's number, which stays.
+  void record(std::size_t at, const Way& way, const Node& node, std::size_t index = 0) {
+    const bool nested = node.kind == NodeKind::map || node.kind == NodeKind::list;
+    const std::size_t dot = way.named.rfind('.');
+    const bool file =
+        names_file(std::string_view(way.named).substr(dot == std::string::npos ? 0 : dot + 1));
+    DrawnValue value{way.named, flow_text(node)};
+    if (nested || file) value = {way.named + ".choice", std::to_string(index)};
+    // An alternative's own draw of the same value is no other.
+    const auto from = draws_.begin() + static_cast<std::ptrdiff_t>(at);
+    draws_.erase(std::remove_if(from, draws_.end(),
+                                [&](const DrawnValue& drawn) { return drawn.path == value.path; }),
+                 draws_.end());
+    draws_.insert(draws_.begin() + static_cast<std::ptrdiff_t>(at), std::move(value));
+  }
+
+  void draw_distribution(Node& node, const Way& way) {
+    const bool drawn =
+        node.keys[0].text == "choice" ? draw_choice(node, way) : draw_number(node, way);
+    if (!drawn) leave_wrong(node);
+  }
+
+  // The index of the alternative; nothing where there is none.
+  std::optional<std::size_t> pick(const Node& node, const Way& way) {
+    const std::size_t count = node.items[0].items.size();
+    if (count == 0) {
+      refuse(node.items[0], step(way, "choice").path,
+             "empty, accepted is a list of at least one alternative");
+      return std::nullopt;
+    }
+    const auto index = static_cast<std::size_t>(uniform_of(way) * static_cast<double>(count));
+    return std::min(index, count - 1);
+  }
+
+  bool draw_choice(Node& node, const Way& way) {
+    const auto index = pick(node, way);
+    if (!index) return false;
+    const std::size_t at = draws_.size();
+    Node chosen = std::move(node.items[0].items[*index]);
+    draw(chosen, alternative(way, *index));
+    node = std::move(chosen);
+    record(at, way, node, *index);
+    return true;
+  }
+
+  bool draw_number(Node& node, const Way& way) {
+    const std::string kind = node.keys[0].text;
+    Node& list = node.items[0];
+    const Way list_way = step(way, kind);
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      draw(list.items[i], step(list_way, std::to_string(i)));
+    }
+    std::array<double, 2> given{};
+    const Value map{&node, node.place, way.path};
+    if (!read_numbers(faults_, map, kind, from_to(-1e300, 1e300), given)) return false;
+    const std::string trouble = trouble_with(kind, given);
+    if (!trouble.empty()) {
+      refuse(list, list_way.path, trouble);
+      return false;
+    }
+    Node value;
+    value.kind = NodeKind::scalar;
+    value.place = node.place;
+    value.text =
+        kind == "uniform" ? uniform_text(list, given, way) : number(drawn_number(kind, given, way));
+    node = std::move(value);
+    record(draws_.size(), way, node);
+    return true;
+  }
+
+  static std::string trouble_with(std::string_view kind, const std::array<double, 2>& given) {
+    const auto [a, b] = given;
+    if (kind == "normal") {
+      if (b >= 0) return "";
+      return fmt::format("a standard deviation of {}, accepted is [mean, sd] with sd >= 0", b);
+    }
+    if (kind == "log_uniform" && (a <= 0 || b <= 0)) {
+      return fmt::format("from {} to {} has no logarithm, accepted is [a, b] with 0 < a <= b", a,
+                         b);
+    }
+    if (a <= b) return "";
+    return fmt::format("{} is above {}, accepted is [a, b] with a <= b", a, b);
+  }
+
+  double drawn_number(std::string_view kind, const std::array<double, 2>& given, const Way& way) {
+    const auto [a, b] = given;
+    if (kind == "normal") {
+      return a + b * std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
+    }
+    const double u = uniform_of(way);
+    const double value = kind == "uniform"
+                             ? a + u * (b - a)
+                             : std::exp(std::log(a) + u * (std::log(b) - std::log(a)));
+    return std::clamp(value, a, b);
+  }
+
+  // Whole numbers between whole numbers, both of them included.
+  std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
+    const auto low = whole_number(list.items[0]);
+    const auto high = whole_number(list.items[1]);
+    if (!low || !high) return number(drawn_number("uniform", given, way));
+    const double span = static_cast<double>(*high - *low) + 1;
+    const auto above = static_cast<std::int64_t>(uniform_of(way) * span);
+    return std::to_string(std::min(*low + above, *high));
+  }
+
+  void draw_list(Node& list, const Way& way) {
+    std::vector<Node> entries;
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      draw_entry(std::move(list.items[i]), way, step(way, std::to_string(i)), entries);
+    }
+    list.items = std::move(entries);
+  }
+
+  // One entry of a list; `unnamed` is its way where it has no name.
+  void draw_entry(Node entry, const Way& list, const Way& unnamed, std::vector<Node>& out) {
+    if (is_distribution(entry) && entry.keys[0].text == "choice") {
+      return draw_entry_of_choice(std::move(entry), list, unnamed, out);
+    }
+    const std::string* name = name_of_entry(entry);
+    Way way = unnamed;
+    if (name != nullptr) {
+      way = step(list, "", *name);
+      way.path = unnamed.path;
+    }
+    const bool counted = is_counted_list(list.named) && entry.kind == NodeKind::map &&
+                         find(entry, "count") != nullptr;
+    if (counted && name != nullptr) return expand(std::move(entry), *name, list, way, out);
+    draw(entry, way);
+    out.push_back(std::move(entry));
+  }
+
+  void draw_entry_of_choice(Node entry, const Way& list, const Way& unnamed,
+                            std::vector<Node>& out) {
+    const std::size_t at = draws_.size();
+    const std::size_t first = out.size();
+    const auto index = pick(entry, unnamed);
+    if (!index) {
+      leave_wrong(entry);
+      out.push_back(std::move(entry));
+      return;
+    }
+    draw_entry(std::move(entry.items[0].items[*index]), list, alternative(unnamed, *index), out);
+    // What stands for no single scalar is told by its number.
+    const bool single = out.size() == first + 1;
+    record(at, unnamed, single ? out.back() : entry, *index);
+  }
+
+  // An entry with a count stands for name_0, name_1, ... with draws of their own.
+  void expand(Node entry, const std::string& name, const Way& list, const Way& way,
+              std::vector<Node>& out) {
+    Node* count_node = find(entry, "count");
+    draw(*count_node, step(way, "count"));
+    int count = 0;
+    const Value map{&entry, entry.place, way.path};
+    // A wrong distribution has its fault already.
+    if (!is_distribution(*count_node)) read_integer(faults_, map, "count", 0, kMaxCount, count);
+    const auto at = count_node - entry.items.data();
+    const Place place = count_node->place;
+    entry.items.erase(entry.items.begin() + at);
+    entry.keys.erase(entry.keys.begin() + at);
+    const std::string stem = name;
+    copies_ += values_in(entry) * static_cast<std::size_t>(count);
+    if (copies_ > kMaxYamlValues) {
+      add_fault(
+          faults_, place, step(way, "count").path,
+          fmt::format("counts stand for more than {} values, accepted are fewer", kMaxYamlValues));
+      return;
+    }
+    for (int k = 0; k < count; ++k) {
+      Node copy = entry;
+      Node& own_name = *find(copy, "name");
+      own_name.text = fmt::format("{}_{}", stem, k);
+      Way own = step(list, "", own_name.text);
+      own.path = way.path;
+      draw(copy, own);
+      out.push_back(std::move(copy));
+    }
+  }
+
+  std::uint64_t key_;
+  Faults& faults_;
+  std::vector<Place>& wrong_;
+  std::vector<DrawnValue>& draws_;
+  std::size_t copies_ = 0;
+};
+
+}  // namespace
+
+bool is_distribution(const Node& node) {
+  if (node.kind != NodeKind::map || node.keys.size() != 1) return false;
+  if (node.items[0].kind != NodeKind::list) return false;
+  const std::string& key = node.keys[0].text;
+  return key == "uniform" || key == "log_uniform" || key == "normal" || key == "choice";
+}
+
+bool holds_distribution(const Node& node) {
+  return is_distribution(node) ||
+         std::any_of(node.items.begin(), node.items.end(), holds_distribution);
+}
+
+bool has_counts(std::string_view section, const Node& node) {
+  return is_counted_list(section) && node.kind == NodeKind::list &&
+         std::any_of(node.items.begin(), node.items.end(), [](const Node& entry) {
+           return entry.kind == NodeKind::map && find(entry, "count") != nullptr;
+         });
+}
+
+void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
+                 std::vector<Place>& wrong, std::vector<DrawnValue>& draws) {
+  Drawer drawer(stream_key(seed, Stream::world, sequence), faults, wrong, draws);
+  for (std::size_t i = 0; i < root.items.size(); ++i) {
+    const Way way = step({}, root.keys[i].text);
+    if (drawer.may_be_drawn(root.items[i], way, root.keys[i].text)) {
+      drawer.draw(root.items[i], way);
+    }
+  }
+  std::sort(draws.begin(), draws.end(),
+            [](const DrawnValue& a, const DrawnValue& b) { return a.path < b.path; });
+}
+
+}  // namespace ensonify

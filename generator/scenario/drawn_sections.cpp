@@ -1,0 +1,155 @@
+#include "scenario/drawn_sections.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "scenario/draw.h"
+#include "scenario/merge.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+// visit(scalar, path) for each input file that the tree names; `key` is the last one above it.
+template <class AnyNode, class Visit>
+void for_each_file(AnyNode& node, std::string_view key, const std::string& path, Visit&& visit) {
+  if (node.kind == NodeKind::scalar && names_file(key)) visit(node, path);
+  const bool drawn = is_distribution(node);
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const bool in_map = node.kind == NodeKind::map;
+    const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
+    const std::string inner = fmt::format("{}.{}", path, segment);
+    if (!drawn) {
+      for_each_file(node.items[i], in_map ? segment : "", inner, visit);
+      continue;
+    }
+    for (std::size_t k = 0; k < node.items[i].items.size(); ++k) {
+      for_each_file(node.items[i].items[k], key, fmt::format("{}.{}", inner, k), visit);
+    }
+  }
+}
+
+// The preset's keys under the section's own, as reading it would lay them.
+Node with_preset(const Node& sonar) {
+  const Node* name = sonar.kind == NodeKind::map ? find(sonar, "preset") : nullptr;
+  if (name == nullptr || name->kind != NodeKind::scalar) return sonar;
+  for (const SonarPreset& preset : sonar_presets()) {
+    if (preset.name != name->text) continue;
+    Faults ignored;
+    const auto tree = read_yaml_map(preset.yaml, add_source(ignored, "preset"), ignored);
+    if (!tree) return sonar;
+    Node merged = merge_over(*tree, sonar);
+    const auto at = find(merged, "preset") - merged.items.data();
+    merged.items.erase(merged.items.begin() + at);
+    merged.keys.erase(merged.keys.begin() + at);
+    return merged;
+  }
+  return sonar;
+}
+
+// In double quotes, with escapes for what no text file should hold.
+std::string in_double_quotes(std::string_view text) {
+  std::string out = "\"";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const std::string_view three = text.substr(i, 3);
+    if (byte < 0x20 || byte == 0x7F) {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned>(byte));
+    } else if (byte == 0xC2 && i + 1 < text.size() &&
+               static_cast<unsigned char>(text[i + 1]) < 0xA0) {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned>(static_cast<unsigned char>(text[++i])));
+    } else if (three == "\xE2\x80\xA8" || three == "\xE2\x80\xA9" || three == "\xEF\xBB\xBF") {
+      out += three == "\xE2\x80\xA8" ? "\\u2028" : three == "\xE2\x80\xA9" ? "\\u2029" : "\\ufeff";
+      i += 2;
+    } else {
+      if (byte == '"' || byte == '\\') out += '\\';
+      out += text[i];
+    }
+  }
+  return out + "\"";
+}
+
+std::string scalar_text(const std::string& text, bool in_quotes) {
+  if (in_quotes || text.empty()) return in_double_quotes(text);
+  if (classify_plain(text) != PlainKind::text) return text;
+  const std::string plain = quoted_if_needed(text);
+  return plain.starts_with('"') ? in_double_quotes(text) : plain;
+}
+
+}  // namespace
+
+bool names_file(std::string_view key) { return key == "file" || key == "reflectivity_map"; }
+
+std::string flow_text(const Node& node) {
+  if (node.kind == NodeKind::null) return "~";
+  if (node.kind == NodeKind::scalar) return scalar_text(node.text, node.quoted);
+  const bool map = node.kind == NodeKind::map;
+  std::string text;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    if (i > 0) text += ", ";
+    if (map) text += scalar_text(node.keys[i].text, node.keys[i].quoted) + ": ";
+    text += flow_text(node.items[i]);
+  }
+  return map ? "{" + text + "}" : "[" + text + "]";
+}
+
+std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
+                                                         const InputFolder& input) {
+  auto sections = std::make_shared<DrawnSections>();
+  for (std::size_t i = 0; i < root.items.size(); ++i) {
+    const std::string& key = root.keys[i].text;
+    if (!holds_distribution(root.items[i]) && !has_counts(key, root.items[i])) continue;
+    DrawnSection section{key, key == "sonar" ? with_preset(root.items[i]) : root.items[i]};
+    for_each_file(section.tree, key, key, [&](Node& file, const std::string& path) {
+      const auto found = (input.folder / file.text).lexically_normal();
+      std::error_code error;
+      if (!std::filesystem::is_regular_file(found, error)) {
+        add_fault(input.faults, file.place, path,
+                  fmt::format("{} is not there, accepted is a readable file in every alternative",
+                              shown(file.text)));
+      }
+      file.text = found.string();
+      file.quoted = true;
+    });
+    sections->list.push_back(std::move(section));
+  }
+  if (sections->list.empty()) return nullptr;
+  return sections;
+}
+
+const Node* drawn_section(const Scenario& scenario, std::string_view key) {
+  if (!scenario.drawn_sections) return nullptr;
+  for (const DrawnSection& section : scenario.drawn_sections->list) {
+    if (section.key == key) return &section.tree;
+  }
+  return nullptr;
+}
+
+std::string section_text(std::string_view key, const Node& tree, const NameFile& name_file) {
+  Node named = tree;
+  for_each_file(named, key, "", [&](Node& file, const std::string&) {
+    file.text = name_file(file.text);
+    file.quoted = true;
+  });
+  std::string text = fmt::format("{}:", key);
+  if (named.items.empty() || is_distribution(named)) return text + " " + flow_text(named) + "\n";
+  text += "\n";
+  for (std::size_t i = 0; i < named.items.size(); ++i) {
+    const bool map = named.kind == NodeKind::map;
+    const std::string head =
+        map ? scalar_text(named.keys[i].text, named.keys[i].quoted) + ":" : "-";
+    text += fmt::format("  {} {}\n", head, flow_text(named.items[i]));
+  }
+  return text;
+}
+
+std::vector<std::filesystem::path> section_files(const Node& tree) {
+  std::vector<std::filesystem::path> files;
+  for_each_file(tree, "", "",
+                [&](const Node& file, const std::string&) { files.emplace_back(file.text); });
+  return files;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,81 @@
+// Where things stand and how they move, as scenarios give it.
+//
+//   PoseSpec        position and rotation
+//   TrajectorySpec  poses, a file, or one of the ways below; jitter; when the pings go out
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace ensonify {
+
+// Rotation as given: roll, pitch, yaw in degrees (intrinsic z-y'-x'') or a quaternion w x y z of
+// any length but zero, which pose_of normalises.
+using RotationSpec = std::variant<std::array<double, 3>, Quat>;
+
+struct PoseSpec {
+  std::array<double, 3> position_m{};
+  RotationSpec rotation = std::array<double, 3>{};
+};
+
+struct TimedPoseSpec {
+  double time_s = 0;
+  PoseSpec pose;
+};
+struct PathFileSpec {
+  std::filesystem::path file;  // TUM (.tum, .txt) or CSV (.csv)
+};
+
+// Parallel lines to and fro, joined by half circles. All but heading and start must be given.
+struct LawnmowerSpec {
+  std::array<double, 3> corner_m{};  // where the first line begins
+  double length_m = 0;               // of a line
+  double width_m = 0;                // to port of the first line; holds the lines that fit
+  double spacing_m = 0;
+  double heading_deg = 0;  // of the first line, from x towards y
+  double speed_m_s = 0;
+  double start_time_s = 0;
+};
+
+// A level circle; its centre, radius and speed must be given.
+enum class OrbitLook { inward, outward, along };
+struct OrbitSpec {
+  std::array<double, 3> center_m{};
+  double radius_m = 0;
+  double speed_m_s = 0;
+  double turns = 1;      // below zero: clockwise, seen from above
+  double start_deg = 0;  // bearing of the first position from the centre, from x towards y
+  OrbitLook look = OrbitLook::inward;
+  double start_time_s = 0;
+};
+
+// A smooth curve through at least two points; they and the speed must be given.
+struct SplineSpec {
+  std::vector<std::array<double, 3>> points_m;
+  double speed_m_s = 0;
+  std::optional<std::array<double, 3>> look_at_m;  // absent: along the way
+  double start_time_s = 0;
+};
+
+// Rms values; the period of the spectrum's peak and its relative width. The period must be given.
+struct JitterSpec {
+  double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
+  double heave_m = 0;
+  double period_s = 0;
+  double bandwidth = 0.2;
+};
+
+// Left out: at rest at the origin. Times of poses increase strictly; a single pose needs none.
+struct TrajectorySpec {
+  std::variant<std::vector<TimedPoseSpec>, PathFileSpec, LawnmowerSpec, OrbitSpec, SplineSpec> path;
+  std::optional<JitterSpec> jitter;
+  double ping_rate_hz = 1;   // of the sonar's
+  std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
+};
+
+}  // namespace ensonify

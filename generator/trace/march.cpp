@@ -1,0 +1,185 @@
+#include "trace/march.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <variant>
+
+namespace ensonify {
+namespace {
+
+constexpr int kMostParts = 64;
+constexpr double kForever = std::numeric_limits<double>::infinity();
+
+struct Span {
+  double from = 0, to = 0;
+};
+
+std::array<double, 3> as_array(Vec3 v) { return {v.x, v.y, v.z}; }
+
+// Where a ray is between `low` and `high` on every axis; empty where from >= to.
+Span span_within(Vec3 origin, Vec3 direction, Vec3 low, Vec3 high, double end) {
+  const auto o = as_array(origin), d = as_array(direction), l = as_array(low), h = as_array(high);
+  Span span{0, end};
+  for (int i = 0; i < 3; ++i) {
+    if (d[i] == 0) {
+      if (!(o[i] >= l[i] && o[i] <= h[i])) return {0, 0};
+      continue;
+    }
+    const double a = (l[i] - o[i]) / d[i], b = (h[i] - o[i]) / d[i];
+    span = {std::max(span.from, std::min(a, b)), std::min(span.to, std::max(a, b))};
+  }
+  return span;
+}
+
+void add_uniform(Span span, double step_m, Column& column) {
+  if (!(span.from < span.to)) return;
+  const int last = static_cast<int>(span.to / step_m);
+  for (int k = static_cast<int>(span.from / step_m); k <= last; ++k) {
+    const double from = std::max(span.from, k * step_m), to = std::min(span.to, (k + 1) * step_m);
+    if (from < to) column.add(k, to - from);
+  }
+}
+
+// A ray among the bricks of a grid, in units of indices from its origin.
+class BrickWalk {
+ public:
+  BrickWalk(const DensityGrid& grid, Vec3 origin, Vec3 direction, double end)
+      : grid_(grid), origin_(as_array(origin)), direction_(as_array(direction)) {
+    constexpr double kCells = DensityGrid::kCells;
+    const Vec3 high{kCells * grid.bricks[0], kCells * grid.bricks[1], kCells * grid.bricks[2]};
+    const Span span = span_within(origin, direction, {0, 0, 0}, high, end);
+    at_ = span.from;
+    end_ = span.to;
+    for (int i = 0; i < 3; ++i) {
+      const double u = (origin_[i] + at_ * direction_[i]) / kCells;
+      brick_[i] = static_cast<int>(std::clamp(std::floor(u), 0.0, grid.bricks[i] - 1.0));
+    }
+    find_exit();
+  }
+
+  bool done() const { return !(at_ < end_); }
+  double enter() const { return at_; }
+  double exit() const { return exit_; }
+
+  void step() {
+    at_ = exit_;
+    if (done()) return;
+    brick_[axis_] += direction_[axis_] > 0 ? 1 : -1;
+    if (brick_[axis_] < 0 || brick_[axis_] >= grid_.bricks[axis_]) {
+      at_ = end_;
+    } else {
+      find_exit();
+    }
+  }
+
+  const float* samples() const {
+    const std::size_t cell =
+        (std::size_t(brick_[2]) * grid_.bricks[1] + brick_[1]) * grid_.bricks[0] + brick_[0];
+    const std::int32_t number = grid_.top[cell];
+    if (number < 0) return nullptr;
+    return grid_.samples.data() + std::size_t(number) * DensityGrid::kBrickSamples;
+  }
+  Vec3 from_corner(double t) const {
+    std::array<double, 3> p{};
+    for (int i = 0; i < 3; ++i) {
+      p[i] = origin_[i] + t * direction_[i] - brick_[i] * double{DensityGrid::kCells};
+    }
+    return {p[0], p[1], p[2]};
+  }
+
+ private:
+  void find_exit() {
+    double nearest = kForever;
+    for (int i = 0; i < 3; ++i) {
+      if (direction_[i] == 0) continue;
+      const int edge = (brick_[i] + (direction_[i] > 0 ? 1 : 0)) * DensityGrid::kCells;
+      const double t = (edge - origin_[i]) / direction_[i];
+      if (t < nearest) {
+        nearest = t;
+        axis_ = i;
+      }
+    }
+    exit_ = std::clamp(nearest, at_, std::max(at_, end_));
+  }
+
+  const DensityGrid& grid_;
+  std::array<double, 3> origin_, direction_;
+  std::array<int, 3> brick_{};
+  double at_ = 0, exit_ = 0, end_ = 0;
+  int axis_ = 0;
+};
+
+void add_grid(const DensityGrid& grid, const Ray& local, double step_m, double end_m,
+              Column& column) {
+  const Vec3 corner{double(grid.origin[0]), double(grid.origin[1]), double(grid.origin[2])};
+  BrickWalk walk(grid, mapped(grid.index_from_local, local.origin_m) - corner,
+                 turned(grid.index_from_local, local.direction), end_m);
+  const int parts =
+      static_cast<int>(std::clamp(std::ceil(step_m / grid.spacing_m), 1.0, double{kMostParts}));
+  const double part_m = step_m / parts;
+  const auto middle = [&](std::int64_t p) {
+    return (double(p) * part_m + std::min(double(p + 1) * part_m, end_m)) / 2;
+  };
+  // Each part belongs to the brick that its middle lies in.
+  std::int64_t part = 0;
+  for (; !walk.done(); walk.step()) {
+    const float* brick = walk.samples();
+    if (brick == nullptr) continue;
+    part = std::max(part, static_cast<std::int64_t>(std::ceil(walk.enter() / part_m - 0.5)) - 1);
+    while (middle(part) < walk.enter()) ++part;
+    for (; double(part) * part_m < end_m && middle(part) < walk.exit(); ++part) {
+      const float density = density_in_brick(brick, walk.from_corner(middle(part)));
+      if (!(density > 0)) continue;
+      const double length = std::min(part_m, end_m - double(part) * part_m);
+      column.add(static_cast<int>(part / parts), density * length);
+    }
+  }
+}
+
+}  // namespace
+
+void Column::clear() {
+  std::fill(length_m.begin() + first, length_m.begin() + last, 0.0);
+  first = last = 0;
+}
+
+void Column::add(int step, double more_m) {
+  if (first == last) first = step;
+  last = std::max(last, step + 1);
+  if (length_m.size() < std::size_t(last)) length_m.resize(last, 0.0);
+  length_m[step] += more_m;
+}
+
+void march(const Volume& volume, const Ray& ray, double step_m, double end_m, Column& column) {
+  column.clear();
+  if (!(end_m > 0)) return;
+  const Ray local{inverse_transform_point(volume.pose, ray.origin_m),
+                  rotate(conjugate(volume.pose.rotation), ray.direction)};
+  if (const auto* box = std::get_if<DensityBox>(&volume.density)) {
+    const Vec3 half = box->half_extents_m;
+    add_uniform(span_within(local.origin_m, local.direction, -half, half, end_m), step_m, column);
+  } else if (const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density)) {
+    add_grid(**grid, local, step_m, end_m, column);
+  } else {
+    add_uniform({0, end_m}, step_m, column);
+  }
+}
+
+double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double step_m,
+                     double end_m, Column& column) {
+  double sum_db = 0;
+  for (const Volume& volume : volumes) {
+    if (!(volume.extinction_db_m > 0)) continue;
+    march(volume, ray, step_m, end_m, column);
+    double length_m = 0;
+    for (int k = column.first; k < column.last; ++k) length_m += column.length_m[k];
+    sum_db += volume.extinction_db_m * length_m;
+  }
+  return sum_db;
+}
+
+}  // namespace ensonify

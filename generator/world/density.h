@@ -1,0 +1,79 @@
+// Density fields of the water, plain data for the tracer: what scatters and attenuates goes with
+// it.
+//
+//   DensityEverywhere  DensityBox   closed forms
+//   DensityGrid                     sparse grid of samples   make_density_grid  density_at
+//   DensityField                    one of them
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "core/error.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+struct DensityEverywhere {};  // density 1, without end
+
+// Density 1 within, centred at the origin.
+struct DensityBox {
+  Vec3 half_extents_m;
+};
+
+// p -> (rows . p) + offset.
+struct Affine {
+  std::array<Vec3, 3> rows{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  Vec3 offset;
+};
+inline Vec3 turned(const Affine& a, Vec3 v) {
+  return {dot(a.rows[0], v), dot(a.rows[1], v), dot(a.rows[2], v)};
+}
+inline Vec3 mapped(const Affine& a, Vec3 p) { return turned(a, p) + a.offset; }
+
+// Samples at whole indices, linear in between, zero beyond the outermost. Bricks of 8^3 cells under
+// a dense top level; a brick holds the 9^3 samples at its cells' corners, so that a look-up stays
+// within one, and exists only where one of them is not zero.
+struct DensityGrid {
+  static constexpr int kCells = 8, kCorners = 9;
+  static constexpr int kBrickSamples = kCorners * kCorners * kCorners;
+
+  Affine index_from_local;        // of the volume's own frame, metres
+  double spacing_m = 0;           // the least between neighbouring samples
+  std::array<int, 3> origin{};    // index of the first brick's first sample
+  std::array<int, 3> bricks{};    // how many along each axis
+  std::vector<std::int32_t> top;  // [z][y][x]: number of the brick; -1: nothing there
+  std::vector<float> samples;     // [brick][z][y][x]
+
+  std::size_t bytes() const { return top.size() * 4 + samples.size() * sizeof(float); }
+};
+
+using DensityField =
+    std::variant<DensityEverywhere, DensityBox, std::shared_ptr<const DensityGrid>>;
+
+// What a grid may take: 512^3 samples without a gap, 2048^3 with their bricks.
+inline constexpr std::size_t kMaxTopCells = std::size_t{1} << 24;
+inline constexpr std::size_t kMaxBricks = std::size_t{1} << 19;
+
+// All samples within [low, high], both included; `fill` writes those of one box of 9^3 from an
+// index on, zeros where there is nothing. Only where `is_empty` (of the same box) is false is it
+// asked. Error (usage): more bricks than fit, or than kMaxTopCells.
+struct DensitySource {
+  std::array<int, 3> low{}, high{};
+  std::function<bool(std::array<int, 3> first)> is_empty;
+  std::function<void(std::array<int, 3> first, float* samples)> fill;
+};
+Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine& index_from_local,
+                                      double spacing_m);
+
+// At a point given in indices that lies within this brick; `corner` is its first sample.
+float density_in_brick(const float* brick, Vec3 from_corner);
+
+// Anywhere; the plain way.
+float density_at(const DensityGrid& grid, Vec3 index);
+
+}  // namespace ensonify

@@ -1,0 +1,230 @@
+#include "world/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+namespace ensonify {
+namespace {
+
+Error broken(const std::filesystem::path& file, const std::string& why) {
+  return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
+}
+
+// A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
+// data set. Its buffers must be in it ("data:" addresses).
+Status check_buffers(const std::filesystem::path& file, std::string_view text) {
+  const std::size_t buffers = text.find("\"buffers\"");
+  const std::size_t end = text.find(']', buffers == std::string::npos ? 0 : buffers);
+  for (std::size_t at = buffers; (at = text.find("\"uri\"", at)) < end; at += 5) {
+    const std::size_t value = text.find('"', at + 5);
+    if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
+    const std::string_view name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
+    return broken(file, fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
+                                    ".gltf with embedded buffers",
+                                    name));
+  }
+  return {};
+}
+
+// Of the size that its count of faces makes.
+bool is_binary_stl(std::string_view bytes) {
+  if (bytes.size() < 84) return false;
+  std::uint64_t faces = 0;
+  for (std::size_t i = 4; i-- > 0;) faces = faces * 256 + static_cast<unsigned char>(bytes[80 + i]);
+  return bytes.size() == 84 + 50 * faces;
+}
+
+// A text of STL ends with endsolid; one cut between two facets would pass for a smaller mesh.
+Status check_stl(const std::filesystem::path& file, std::string_view text) {
+  if (is_binary_stl(text) || !text.starts_with("solid")) return {};
+  const std::size_t end = text.rfind("endsolid");
+  if (end != std::string_view::npos && text.find("facet", end) == std::string_view::npos) return {};
+  return broken(file, "ends without endsolid: the file is cut off; copy or export it again");
+}
+
+struct PlyProperty {
+  std::size_t bytes = 0;
+  std::size_t count_bytes = 0;  // of a list: those of its length
+};
+
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  bool has_lists() const {
+    return std::any_of(properties.begin(), properties.end(),
+                       [](const PlyProperty& p) { return p.count_bytes > 0; });
+  }
+};
+
+enum class PlyFormat { ascii, little_endian, big_endian };
+
+struct PlyHead {
+  PlyFormat format = PlyFormat::ascii;
+  std::vector<PlyElement> elements;
+  std::size_t body = 0;  // where it begins
+};
+
+std::size_t bytes_of(const std::string& type) {
+  constexpr std::array<std::pair<std::string_view, std::size_t>, 16> kTypes = {{{"char", 1},
+                                                                                {"uchar", 1},
+                                                                                {"int8", 1},
+                                                                                {"uint8", 1},
+                                                                                {"short", 2},
+                                                                                {"ushort", 2},
+                                                                                {"int16", 2},
+                                                                                {"uint16", 2},
+                                                                                {"int", 4},
+                                                                                {"uint", 4},
+                                                                                {"int32", 4},
+                                                                                {"uint32", 4},
+                                                                                {"float", 4},
+                                                                                {"float32", 4},
+                                                                                {"double", 8},
+                                                                                {"float64", 8}}};
+  for (const auto& [name, bytes] : kTypes) {
+    if (name == type) return bytes;
+  }
+  return 0;
+}
+
+// Whether the line is understood.
+bool read_head_line(const std::string& line, PlyHead& head) {
+  std::istringstream words(line);
+  std::string word, type;
+  words >> word;
+  if (word == "format") {
+    words >> type;
+    if (type == "binary_little_endian") head.format = PlyFormat::little_endian;
+    if (type == "binary_big_endian") head.format = PlyFormat::big_endian;
+  } else if (word == "element") {
+    PlyElement& element = head.elements.emplace_back();
+    return static_cast<bool>(words >> element.name >> element.count);
+  } else if (word == "property") {
+    PlyProperty property;
+    words >> type;
+    if (type == "list") {
+      words >> type;
+      property.count_bytes = bytes_of(type);
+      if (property.count_bytes == 0) return false;
+      words >> type;
+    }
+    property.bytes = bytes_of(type);
+    if (property.bytes == 0 || head.elements.empty()) return false;
+    head.elements.back().properties.push_back(property);
+  }
+  return true;
+}
+
+std::optional<PlyHead> read_head(std::string_view text) {
+  PlyHead head;
+  while (head.body < text.size()) {
+    const std::size_t end = std::min(text.find('\n', head.body), text.size() - 1);
+    std::string line(text.substr(head.body, end - head.body));
+    if (line.ends_with('\r')) line.pop_back();
+    head.body = end + 1;
+    if (line == "end_header") return head;
+    if (!read_head_line(line, head)) return {};
+  }
+  return {};
+}
+
+// What is behind the head, taken in steps; false where it ends before the step does.
+struct PlyBody {
+  std::string_view rest;
+  PlyFormat format = PlyFormat::ascii;
+
+  bool skip_words(std::uint64_t count, std::string_view* last = nullptr) {
+    const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+    for (; count > 0; --count) {
+      const auto begin = std::find_if_not(rest.begin(), rest.end(), blank);
+      const auto end = std::find_if(begin, rest.end(), blank);
+      if (begin == end) return false;
+      if (last != nullptr) *last = std::string_view(begin, end);
+      rest = std::string_view(end, rest.end());
+    }
+    return true;
+  }
+
+  bool skip(std::uint64_t count, std::size_t bytes) {
+    if (format == PlyFormat::ascii) return skip_words(count);
+    if (count > rest.size() / bytes) return false;
+    rest.remove_prefix(static_cast<std::size_t>(count) * bytes);
+    return true;
+  }
+
+  bool read_count(std::size_t bytes, std::uint64_t& count) {
+    count = 0;
+    std::string_view word = rest.substr(0, bytes);
+    if (format == PlyFormat::ascii) {
+      if (!skip_words(1, &word)) return false;
+      std::from_chars(word.data(), word.data() + word.size(), count);
+      return true;
+    }
+    for (std::size_t i = 0; i < word.size(); ++i) {
+      const std::size_t at = format == PlyFormat::big_endian ? i : word.size() - 1 - i;
+      count = count * 256 + static_cast<unsigned char>(word[at]);
+    }
+    return skip(1, bytes);
+  }
+};
+
+bool skip_row(const PlyElement& element, PlyBody& body) {
+  for (const PlyProperty& property : element.properties) {
+    std::uint64_t count = 1;
+    if (property.count_bytes > 0 && !body.read_count(property.count_bytes, count)) return false;
+    if (!body.skip(count, property.bytes)) return false;
+  }
+  return true;
+}
+
+Status check_ply(const std::filesystem::path& file, std::string_view text) {
+  // assimp would look for it without end.
+  if (text.find("end_header") == std::string_view::npos) {
+    return broken(file, "ends before end_header: no PLY, or cut off; copy or export it again");
+  }
+  const std::optional<PlyHead> head = read_head(text);
+  if (!head) return {};
+  PlyBody body{text.substr(head->body), head->format};
+  for (const PlyElement& element : head->elements) {
+    for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row) {
+      if (skip_row(element, body)) continue;
+      return broken(file, fmt::format("ends at {} {} of the {} that it announces: the file is cut "
+                                      "off; copy or export it again",
+                                      element.name, row, element.count));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string lower_case_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+Status check_mesh_file(const std::filesystem::path& file) {
+  const std::string extension = lower_case_extension(file);
+  if (extension != ".gltf" && extension != ".stl" && extension != ".ply") return {};
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  if (extension == ".gltf") return check_buffers(file, text);
+  if (extension == ".stl") return check_stl(file, text);
+  return check_ply(file, text);
+}
+
+}  // namespace ensonify

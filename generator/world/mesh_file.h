@@ -1,0 +1,19 @@
+// Whether a mesh file is all there, before it is read.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+
+namespace ensonify {
+
+// ".obj" of WRECK.OBJ.
+std::string lower_case_extension(const std::filesystem::path& file);
+
+// Errors (usage): a PLY or STL that ends before what it announces (assimp would make faces of what
+// is not there), a .gltf with its buffers in a second file. Nothing tells a cut OBJ from a whole
+// one. What cannot be opened or understood is left to the reading.
+Status check_mesh_file(const std::filesystem::path& file);
+
+}  // namespace ensonify

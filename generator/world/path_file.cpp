@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "world/path_ways.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
+  return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
+}
+
+// The words of a line: cells of a CSV, or what stands between blanks.
+std::vector<std::string> words_of(const std::string& text, bool csv) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; csv ? bool(std::getline(stream, word, ',')) : bool(stream >> word);) {
+    const auto is_blank = [](unsigned char c) { return std::isspace(c) != 0; };
+    word.erase(word.begin(), std::find_if_not(word.begin(), word.end(), is_blank));
+    while (!word.empty() && is_blank(static_cast<unsigned char>(word.back()))) word.pop_back();
+    words.push_back(word);
+  }
+  return words;
+}
+
+Result<std::vector<double>> numbers_of(const std::string& text, bool csv, const fs::path& file,
+                                       std::size_t line) {
+  std::vector<double> numbers;
+  for (const std::string& word : words_of(text, csv)) {
+    std::size_t used = 0;
+    double value = 0;
+    try {
+      value = std::stod(word, &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (word.empty() || used != word.size() || !std::isfinite(value)) {
+      return at_line(file, line, fmt::format("'{}' is not a finite number", word));
+    }
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+// Where each of time_s x y z qw qx qy qz stands in a line.
+using Columns = std::array<std::size_t, 8>;
+constexpr std::array<const char*, 8> kColumnNames{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
+constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
+
+Result<Columns> columns_of_header(const std::string& header, const fs::path& file,
+                                  std::size_t line) {
+  std::map<std::string, std::size_t> place;
+  const std::vector<std::string> names = words_of(header, true);
+  for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
+  Columns columns{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto found = place.find(kColumnNames[i]);
+    if (found == place.end()) {
+      return at_line(file, line,
+                     fmt::format("the header has no column {}; wanted are time_s, x, y, z, qw, "
+                                 "qx, qy, qz",
+                                 kColumnNames[i]));
+    }
+    columns[i] = found->second;
+  }
+  return columns;
+}
+
+Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
+                           const fs::path& file, std::size_t line) {
+  const std::size_t wanted = *std::max_element(columns.begin(), columns.end()) + 1;
+  if (v.size() < wanted) {
+    return at_line(file, line, fmt::format("{} numbers where {} are wanted", v.size(), wanted));
+  }
+  const auto at = [&](int i) { return v[columns[i]]; };
+  const Quat q{at(4), at(5), at(6), at(7)};
+  const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  // Files round to four digits; what is further off than this is no rotation.
+  if (!(std::abs(norm - 1) < 0.01)) {
+    return at_line(file, line, fmt::format("a quaternion of length {} is no rotation", norm));
+  }
+  return PathPoint{at(0), {{at(1), at(2), at(3)}, normalized(q)}};
+}
+
+}  // namespace
+
+Result<SampledWay> load_path_file(const fs::path& file) {
+  std::ifstream stream(file);
+  if (!stream) {
+    return Error{ErrorKind::usage, fmt::format("{}: cannot be read", file.string())};
+  }
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool csv = extension == ".csv";
+  std::optional<Columns> columns;
+  if (!csv) columns = kTumColumns;
+  SampledWay path;
+  std::string text;
+  for (std::size_t line = 1; std::getline(stream, text); ++line) {
+    if (const auto start = text.find_first_not_of(" \t\r");
+        start == std::string::npos || text[start] == '#') {
+      continue;
+    }
+    if (!columns) {
+      Result<Columns> header = columns_of_header(text, file, line);
+      if (!header) return header.error();
+      columns = *header;
+      continue;
+    }
+    const Result<std::vector<double>> numbers = numbers_of(text, csv, file, line);
+    if (!numbers) return numbers.error();
+    const Result<PathPoint> point = point_of(*numbers, *columns, file, line);
+    if (!point) return point.error();
+    if (!path.points.empty() && !(point->time_s > path.points.back().time_s)) {
+      return at_line(
+          file, line,
+          fmt::format("time {} does not come after {}", point->time_s, path.points.back().time_s));
+    }
+    path.points.push_back(*point);
+  }
+  if (path.points.empty()) {
+    return Error{ErrorKind::usage, fmt::format("{}: holds no poses", file.string())};
+  }
+  return path;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,123 @@
+#include "world/seabed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "core/random.h"
+#include "core/units.h"
+#include "world/fourier.h"
+
+namespace ensonify {
+namespace {
+
+using Waves = std::vector<std::complex<double>>;
+
+// First words of the draws' counters.
+enum Draw : std::uint32_t { roughness_wave = 0, ripple_phase = 1 };
+
+// Lattice indices from -n/2 + 1 to n/2 stand in the order of the transform.
+std::int64_t lattice_index(std::int64_t place, std::int64_t period) {
+  return place <= period / 2 ? place : place - period;
+}
+
+// Twice the power of each wave: of the complex sum only the real part is kept.
+Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m,
+                 std::array<std::int64_t, 2> period) {
+  const double step_x = 2 * kPi / (static_cast<double>(period[0]) * cell_m);
+  const double step_y = 2 * kPi / (static_cast<double>(period[1]) * cell_m);
+  const double highest = kPi / cell_m;
+  Waves waves(static_cast<std::size_t>(period[0] * period[1]));
+  for (std::int64_t row = 0; row < period[1]; ++row) {
+    for (std::int64_t column = 0; column < period[0]; ++column) {
+      const std::int64_t m = lattice_index(column, period[0]), n = lattice_index(row, period[1]);
+      const double wave_number =
+          std::hypot(step_x * static_cast<double>(m), step_y * static_cast<double>(n));
+      if (wave_number == 0 || wave_number >= highest) continue;
+      const double amplitude =
+          std::sqrt(2 * roughness_spectrum(roughness, wave_number) * step_x * step_y);
+      const std::uint64_t item =
+          std::uint64_t{static_cast<std::uint32_t>(m)} << 32 | static_cast<std::uint32_t>(n);
+      const ComplexDraw draw = complex_normal(key, roughness_wave, item, 0);
+      waves[static_cast<std::size_t>(row * period[0] + column)] = {amplitude * draw.re,
+                                                                   amplitude * draw.im};
+    }
+  }
+  return waves;
+}
+
+void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, HeightGrid& grid) {
+  const std::array<std::int64_t, 2> period = roughness_period(spec);
+  const auto columns = static_cast<std::size_t>(period[0]);
+  const auto rows = static_cast<std::size_t>(period[1]);
+  Waves waves = draw_waves(*spec.roughness, key, grid.cell_m, period);
+  const FourierSum along_x(columns), along_y(rows);
+  Waves line(rows);
+  for (std::size_t column = 0; column < columns; ++column) {
+    for (std::size_t row = 0; row < rows; ++row) line[row] = waves[row * columns + column];
+    along_y.run(line.data());
+    for (std::size_t row = 0; row < rows; ++row) waves[row * columns + column] = line[row];
+  }
+  // The corner in the north-west is the waves' origin, whatever the cell.
+  for (int row = 0; row < grid.rows; ++row) {
+    std::complex<double>* first = waves.data() + row * columns;
+    along_x.run(first);
+    double* heights = grid.heights_m.data() + std::size_t(row) * grid.columns;
+    for (int column = 0; column < grid.columns; ++column) heights[column] += first[column].real();
+  }
+}
+
+// theta of theta - e sin theta = phase, for 0 <= e < 1. From pi on, Newton's steps fall all the
+// way: the function is convex there.
+double trochoid_angle(double phase, double e) {
+  const double folded = std::abs(std::remainder(phase, 2 * kPi));
+  double theta = kPi;
+  for (int step = 0; step < 50; ++step) {
+    const double change = (theta - e * std::sin(theta) - folded) / (1 - e * std::cos(theta));
+    theta -= change;
+    if (std::abs(change) < 1e-12) break;
+  }
+  return theta;  // of the folded phase: the profile is even
+}
+
+void add_ripples(const RippleSpec& ripple, std::uint64_t key, std::uint64_t number,
+                 HeightGrid& grid) {
+  const double wave_number = 2 * kPi / ripple.wavelength_m;
+  const double kx = wave_number * std::cos(radians(ripple.direction_deg));
+  const double ky = wave_number * std::sin(radians(ripple.direction_deg));
+  const double amplitude_m = ripple.height_m / 2;
+  const double e = amplitude_m * wave_number;
+  const double phase = 2 * kPi * uniform(key, ripple_phase, number, 0);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const double angle =
+          trochoid_angle(phase + kx * column_x_m(grid, column) + ky * row_y_m(grid, row), e);
+      grid.heights_m[std::size_t(row) * grid.columns + column] +=
+          amplitude_m * (std::cos(angle) + e / 2);
+    }
+  }
+}
+
+}  // namespace
+
+std::uint64_t terrain_key(std::uint64_t seed, std::uint32_t sequence, std::string_view object) {
+  return mix64(stream_key(seed, Stream::terrain, sequence) ^ name_key(object));
+}
+
+double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad_m) {
+  const double g = roughness.exponent;
+  const double outer = 2 * kPi / roughness.outer_scale_m;
+  const double square = 1 + std::pow(wave_number_rad_m / outer, 2);
+  return roughness.rms_m * roughness.rms_m * (g - 2) / (2 * kPi * outer * outer) *
+         std::pow(square, -g / 2);
+}
+
+HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key) {
+  const auto [columns, rows] = vertices_along(spec);
+  HeightGrid grid{rows, columns, spec.cell_m, std::vector<double>(std::size_t(rows) * columns)};
+  if (spec.roughness) add_roughness(spec, key, grid);
+  for (std::size_t i = 0; i < spec.ripples.size(); ++i) add_ripples(spec.ripples[i], key, i, grid);
+  return grid;
+}
+
+}  // namespace ensonify

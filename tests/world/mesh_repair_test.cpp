@@ -1,0 +1,184 @@
+#include <cstring>
+#include <limits>
+
+#include "catch.h"
+#include "temporary_folder.h"
+#include "world/world.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+const char* kPlyHead =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
+const char* kPlyRows =
+    "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+
+template <class T>
+void put(std::string& bytes, T value, bool big_endian) {
+  std::string raw(sizeof(T), '\0');
+  std::memcpy(raw.data(), &value, sizeof(T));
+  bytes += big_endian ? std::string(raw.rbegin(), raw.rend()) : raw;
+}
+
+constexpr float kCorners[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+
+std::string binary_ply(bool big_endian) {
+  std::string bytes = kPlyHead;
+  bytes.replace(bytes.find("ascii"), 5, big_endian ? "binary_big_endian" : "binary_little_endian");
+  for (const auto& corner : kCorners) {
+    for (const float x : corner) put(bytes, x, big_endian);
+  }
+  for (const auto& face : kFaces) {
+    bytes += '\3';
+    for (const int v : face) put(bytes, v, big_endian);
+  }
+  return bytes;
+}
+
+std::string binary_stl(float first_x = 0) {
+  std::string bytes(80, '\0');
+  put(bytes, 4, false);
+  for (const auto& face : kFaces) {
+    bytes.append(12, '\0');
+    for (const int v : face) {
+      for (const float x : kCorners[v]) put(bytes, x, false);
+    }
+    bytes.append(2, '\0');
+  }
+  std::memcpy(bytes.data() + 96, &first_x, 4);
+  return bytes;
+}
+
+std::string ascii_stl() {
+  std::string text = "solid x\n";
+  for (const auto& face : kFaces) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const int v : face) {
+      text += "vertex";
+      for (const float x : kCorners[v]) text += x > 0 ? " 1" : " 0";
+      text += "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid x\n";
+}
+
+}  // namespace
+
+// Protects whoever copies large files over a bad line: wherever a file of these kinds is cut, it is
+// refused by name, and neither read as a smaller mesh nor handed to a reader that stops the
+// process.
+TEST_CASE("a file that is cut off is refused wherever it is cut") {
+  const TemporaryFolder folder;
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {"a.ply", std::string(kPlyHead) + kPlyRows},
+      {"little.ply", binary_ply(false)},
+      {"big.ply", binary_ply(true)},
+      {"b.stl", binary_stl()},
+      {"a.stl", ascii_stl()}};
+  for (const auto& [name, bytes] : files) {
+    for (const Normals normals : {Normals::face, Normals::smooth}) {
+      const auto whole = load_mesh(folder.write(name, bytes), 1, normals);
+      INFO(name << (whole.ok() ? "" : whole.error().message));
+      REQUIRE(whole.ok());
+      CHECK(whole->triangles.size() == 4);
+      CHECK(whole->warnings.empty());
+    }
+    // The line's end and the name behind endsolid may be missing; digits are told by nothing.
+    const std::size_t needed = bytes.size() - (name == "a.stl" ? 3 : name == "a.ply" ? 2 : 0);
+    for (std::size_t length = 1; length < needed; length += 3) {
+      INFO(name << " cut to " << length << " of " << bytes.size());
+      const auto cut = load_mesh(folder.write(name, bytes.substr(0, length)), 1, Normals::smooth);
+      REQUIRE_FALSE(cut.ok());
+      CHECK(cut.error().kind == ErrorKind::usage);
+      CHECK(cut.error().message.find(name) != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("a cut file says where it ends") {
+  const TemporaryFolder folder;
+  const auto message = [&](const std::string& name, const std::string& text) {
+    return load_mesh(folder.write(name, text), 1, Normals::face).error().message;
+  };
+  const std::string ply = std::string(kPlyHead) + kPlyRows;
+  CHECK(message("f.ply", ply.substr(0, ply.size() - 10))
+            .find("ends at face 2 of the 4 that it announces") != std::string::npos);
+  CHECK(message("v.ply", std::string(kPlyHead) + "0 0 0\n1 0 0\n0 ")
+            .find("ends at vertex 2 of the 4") != std::string::npos);
+  const std::string stl = ascii_stl();
+  CHECK(message("s.stl", stl.substr(0, stl.find("endsolid"))).find("without endsolid") !=
+        std::string::npos);
+}
+
+TEST_CASE("vertices that are not finite are refused in binary files too") {
+  const TemporaryFolder folder;
+  for (const float x :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    const auto mesh = load_mesh(folder.write("n.stl", binary_stl(x)), 1, Normals::face);
+    REQUIRE_FALSE(mesh.ok());
+    CHECK(mesh.error().message.find("not a finite number") != std::string::npos);
+  }
+}
+
+// Protects images from faces whose normal is noise, and users from repairs that they hear nothing
+// of: what is left out is counted, what is thin but real stays.
+TEST_CASE("faces without area are left out with a warning") {
+  const TemporaryFolder folder;
+  const std::string corners =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nv 0 0 0\n"
+      "v 0.1 0.2 0.3\nv 0.2 0.4 0.6\nv 0.3 0.6 0.9\nv 0.5 1e-5 0\n";
+  const std::string broken =
+      "f 1 1 2\n"   // a corner twice
+      "f 1 5 2\n"   // two corners in one place
+      "f 1 2 4\n"   // in a line along an axis
+      "f 6 7 8\n";  // in a line, but for rounding
+  const auto file =
+      folder.write("a.obj", corners + "f 1 2 3\n" + broken + "f 1 2 9\n");  // the last: 10 um thin
+  for (const Normals normals : {Normals::face, Normals::smooth}) {
+    const auto mesh = load_mesh(file, 1000, normals);
+    REQUIRE(mesh.ok());
+    CHECK(mesh->triangles.size() == 2);
+    REQUIRE(mesh->warnings.size() == 1);
+    CHECK(mesh->warnings[0].find("a.obj: 4 of 6 faces left out: they have no area") !=
+          std::string::npos);
+    for (const auto& triangle : mesh->triangles) {
+      for (const std::uint32_t v : triangle) CHECK(v < mesh->vertices.size());
+    }
+  }
+  const auto nothing = load_mesh(folder.write("n.obj", corners + broken), 1, Normals::face);
+  REQUIRE_FALSE(nothing.ok());
+  CHECK(nothing.error().message.find("no faces that have an area") != std::string::npos);
+}
+
+// Protects against an OBJ that is cut within a face, which is read as a line.
+TEST_CASE("points and lines are left out with a warning") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2");
+  const auto mesh = load_mesh(file, 1, Normals::face);
+  REQUIRE(mesh.ok());
+  CHECK(mesh->triangles.size() == 1);
+  REQUIRE(mesh->warnings.size() == 1);
+  CHECK(mesh->warnings[0].find("a.obj: 1 points or lines left out") != std::string::npos);
+}
+
+// Protects the way out of warnings: once a file, behind the key that names it.
+TEST_CASE("the world collects the warnings of its meshes") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 3\n");
+  Scenario scenario;
+  scenario.materials = {{"m", 1, {}, {}}};
+  scenario.objects = {{"p", "x", "m", PlaneSpec{}, {}},
+                      {"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, 1, false, false}, {}}};
+  const auto world = build_world(scenario);
+  REQUIRE(world.ok());
+  REQUIRE(world->warnings.size() == 1);
+  CHECK(world->warnings[0].starts_with("objects.1.shape.mesh.file: "));
+  CHECK(world->warnings[0].find("a.obj: 1 of 2 faces left out") != std::string::npos);
+}

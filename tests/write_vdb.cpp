@@ -1,0 +1,55 @@
+#include "write_vdb.h"
+
+#include <openvdb/openvdb.h>
+#include <tbb/global_control.h>
+
+namespace ensonify::test {
+namespace {
+
+openvdb::math::Transform::Ptr transform_of(const VdbGrid& grid) {
+  if (grid.frustum) {
+    return openvdb::math::Transform::createFrustumTransform(
+        openvdb::BBoxd(openvdb::Vec3d(0), openvdb::Vec3d(10)), 0.5, 1.0, grid.voxel_m);
+  }
+  auto transform = openvdb::math::Transform::createLinearTransform(grid.voxel_m);
+  transform->postTranslate({grid.offset_m[0], grid.offset_m[1], grid.offset_m[2]});
+  return transform;
+}
+
+template <class Grid>
+openvdb::GridBase::Ptr made(const VdbGrid& spec) {
+  using Value = typename Grid::ValueType;
+  auto grid = Grid::create(Value(spec.background));
+  for (const VdbBox& box : spec.boxes) {
+    const openvdb::CoordBBox region({box.low[0], box.low[1], box.low[2]},
+                                    {box.high[0], box.high[1], box.high[2]});
+    grid->tree().fill(region, Value(box.value), true);  // with tiles where it can
+  }
+  grid->setName(spec.name);
+  grid->setTransform(transform_of(spec));
+  grid->setGridClass(spec.kind == VdbKind::level_set ? openvdb::GRID_LEVEL_SET
+                                                     : openvdb::GRID_FOG_VOLUME);
+  return grid;
+}
+
+}  // namespace
+
+void write_vdb(const std::filesystem::path& file, const std::vector<VdbGrid>& grids) {
+  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
+  openvdb::initialize();
+  openvdb::GridPtrVec all;
+  for (const VdbGrid& grid : grids) {
+    if (grid.kind == VdbKind::doubles) {
+      all.push_back(made<openvdb::DoubleGrid>(grid));
+    } else if (grid.kind == VdbKind::vectors) {
+      all.push_back(made<openvdb::Vec3SGrid>(grid));
+    } else {
+      all.push_back(made<openvdb::FloatGrid>(grid));
+    }
+  }
+  openvdb::io::File out(file.string());
+  out.write(all);
+  out.close();
+}
+
+}  // namespace ensonify::test
