@@ -124,7 +124,7 @@ EchoCounts count_echoes(const Session& session) {
     most.surface = std::max<std::uint64_t>(most.surface, met);
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
   }
-  for (const School& school : session.world.schools) most.surface += school.fish_m.size();
+  for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
   return most;
 }
 

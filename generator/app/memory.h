@@ -19,7 +19,7 @@ struct ResidentMemory {
 // does not say.
 ResidentMemory resident_memory();
 
-// Scatterers of one ping: of its rays, and of its mirrors.
+// Scatterers of one ping: of its rays, and of its mirrors and fish.
 struct EchoCounts {
   std::uint64_t surface = 0, coherent = 0;
 };
