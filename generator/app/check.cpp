@@ -22,6 +22,9 @@ Status check(const ScenarioOptions& options) {
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario), 0);
   if (!session) return session.error();
+  for (const std::string& warning : session->world.warnings) {
+    fmt::print(stderr, "warning: {}\n", warning);
+  }
   const int threads = Workers().threads();
   const Cost cost = estimate_cost(*session, threads);
   fmt::print("{}", to_yaml(session->scenario,

@@ -127,6 +127,9 @@ Status generate(const GenerateOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
   if (!worlds) return worlds.error();
+  for (const std::string& warning : worlds->first().world.warnings) {
+    fmt::print(stderr, "warning: {}\n", warning);
+  }
   const Scenario& scenario = worlds->first().scenario;
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();

@@ -210,6 +210,10 @@ void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
 
 }  // namespace
 
+Pose object_pose(const WorldObject& object, double time_s) {
+  return object.path ? pose_at(*object.path, time_s) : object.pose;
+}
+
 World empty_world(const Scenario& scenario) {
   World world;
   world.classes = scenario.class_names;
