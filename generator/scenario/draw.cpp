@@ -58,6 +58,21 @@ std::size_t values_in(const Node& node) {
   return count;
 }
 
+// Keys that the sections read by read_integer.
+bool reads_whole_numbers(std::string_view path) {
+  const auto segment_before = [&](std::size_t end) {
+    const std::size_t dot = path.substr(0, end).rfind('.');
+    return path.substr(dot == std::string_view::npos ? 0 : dot + 1,
+                       end - (dot == std::string_view::npos ? 0 : dot + 1));
+  };
+  const std::string_view last = segment_before(path.size());
+  for (const char* key : {"count", "pings", "fish", "height_px", "bits", "nbar"}) {
+    if (last == key) return true;
+  }
+  const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
+  return segment_before(parent_end) == "rays";
+}
+
 std::optional<std::int64_t> whole_number(const Node& node) {
   std::string_view text = node.text;
   if (node.kind != NodeKind::scalar || node.quoted) return std::nullopt;
@@ -211,6 +226,7 @@ class Drawer {
 
   // Whole numbers between whole numbers, both of them included.
   std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
+    if (!reads_whole_numbers(way.path)) return number(drawn_number("uniform", given, way));
     const auto low = whole_number(list.items[0]);
     const auto high = whole_number(list.items[1]);
     if (!low || !high) return number(drawn_number("uniform", given, way));

@@ -95,15 +95,34 @@ TEST_CASE("values follow their distributions") {
         }) < 1.82);
 }
 
-// Protects whole numbers: both ends drawn, all as often (a quarter each, n = 4000).
-TEST_CASE("between whole numbers all whole numbers are drawn") {
-  std::map<double, int> times;
-  for (const double z : samples().z) ++times[z];
-  REQUIRE(times.size() == 4);
-  for (const double value : {3.0, 4.0, 5.0, 6.0}) {
-    INFO(value);
-    CHECK(std::abs(times[value] - 1000) < 3 * std::sqrt(4000 * 0.25 * 0.75));
+// Protects whole numbers where they are read, and only there: both ends drawn, all as often (a
+// quarter each, n = 4000).
+TEST_CASE("where whole numbers are read all whole numbers are drawn") {
+  std::map<int, int> pings, rays;
+  for (std::uint32_t sequence = 0; sequence < 4000; ++sequence) {
+    const auto scenario = parse_scenario(
+        "ensonify: 1\n"
+        "sonar: {preset: blueview_p900_90, rays: {elevation: {uniform: [3, 6]}}}\n"
+        "trajectory: {pings: {uniform: [3, 6]}}\n",
+        "t.yaml", ".", {}, sequence);
+    REQUIRE(scenario.ok());
+    ++pings[*scenario->trajectory.pings];
+    ++rays[scenario->sonar.rays_elevation];
   }
+  for (const auto* times : {&pings, &rays}) {
+    REQUIRE(times->size() == 4);
+    for (const auto& [value, count] : *times) {
+      INFO(value);
+      CHECK(value >= 3);
+      CHECK(value <= 6);
+      CHECK(std::abs(count - 1000) < 3 * std::sqrt(4000 * 0.25 * 0.75));
+    }
+  }
+}
+
+TEST_CASE("lengths between whole numbers are not whole") {
+  const Samples s = samples();
+  CHECK(kolmogorov_smirnov(s.z, [](double z) { return (z - 3) / 3; }) < 1.82);
 }
 
 // Protects against draws that hang together: coordinates of one target, and one value in neighbours
