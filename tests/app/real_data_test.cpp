@@ -111,3 +111,27 @@ TEST_CASE("real: hand-held motion, TUM") {
         "trajectory: {file: " + file->string() + ", ping_rate_hz: 1, pings: 6}\n");
   }
 }
+
+// Protects all of them together: things placed on a real seabed, a real hand's motion above it, the
+// torpedo under way.
+TEST_CASE("real: seabed, torpedo, can and the real trajectory in one scene") {
+  const auto seabed = real_data("herkules_seabed.dae"), torpedo = real_data("torpedo_mk46.dae"),
+             can = real_data("coke_can.obj"), motion = real_data("freiburg1_xyz_groundtruth.tum");
+  if (!seabed || !torpedo || !can || !motion) return;
+  const auto mesh = [](const fs::path& file) {
+    return "material: m, shape: {mesh: {file: " + file.string() + "}}";
+  };
+  generate_with(
+      "objects:\n"
+      "  - {name: seabed, class: seabed, " +
+          mesh(*seabed) +
+          ", pose: {position_m: [0, 0, -4]}}\n"
+          "  - {name: can, count: 5, class: can, " +
+          mesh(*can) +
+          ", place: {on: seabed, area_m: [[2, -2], [6, 2]]}}\n"
+          "  - {name: torpedo, class: torpedo, " +
+          mesh(*torpedo) +
+          ", trajectory: {spline: {points_m: [[5, -3, 0], [6, 0, 0.5], [5, 3, 0]], speed_m_s: 1,\n"
+          "     start_time_s: 1305031098}}}\n",
+      "trajectory: {file: " + motion->string() + ", ping_rate_hz: 1, pings: 6}\n");
+}
