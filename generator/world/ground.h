@@ -21,7 +21,9 @@ struct GroundPoint {
 // triangle, found through a grid over x and y. `shape` must outlive it.
 class Ground {
  public:
+  // `shape` must outlive it.
   Ground(const Shape& shape, const Pose& pose);
+  Ground(const Shape&& shape, const Pose& pose) = delete;
 
   // Nothing beside the object and where its surface is upright.
   std::optional<GroundPoint> at(double x_m, double y_m) const;

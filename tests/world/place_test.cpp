@@ -85,7 +85,8 @@ std::string dome_obj() {
 // Protects the ground that others stand on: heights of closed forms, turned and moved.
 TEST_CASE("the ground under a point is that of its surface") {
   const Pose tilted{{1, 2, 3}, from_roll_pitch_yaw(0, radians(30), 0)};
-  const Ground plane(PlaneShape{}, tilted);
+  const Shape flat = PlaneShape{};
+  const Ground plane(flat, tilted);
   const auto under = plane.at(3, 7);
   REQUIRE(under);
   CHECK(under->height_m == Approx(3 - 2 * std::tan(radians(30))).epsilon(1e-12));
@@ -181,7 +182,7 @@ TEST_CASE("places are uniform over the area") {
       scenario_of({object("floor", PlaneSpec{}), placed("a", BoxSpec{{1, 1, 1}}, on("floor", 3))});
   double x = 0, yy = 0, cosine = 0;
   for (std::uint32_t sequence = 0; sequence < 1000; ++sequence) {
-    const Pose& pose = pose_in(built(scenario, sequence), "a");
+    const Pose pose = pose_in(built(scenario, sequence), "a");
     REQUIRE(std::abs(pose.position_m.x) < 3);
     REQUIRE(std::abs(pose.position_m.y) < 3);
     x += pose.position_m.x / 1000;
