@@ -174,6 +174,7 @@ void build_scene(const World& world, std::span<const Pose> object_in_world,
       add_closed_form(scene, placed);
     }
   }
+  const std::lock_guard lock(scene.meshes->building);
   commit(scene.meshes->device, scene.top);
 }
 

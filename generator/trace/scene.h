@@ -8,6 +8,7 @@
 #include <array>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -26,6 +27,8 @@ inline constexpr double kNearestHit_m = 1e-6;
 struct MeshHierarchies {
   RTCDevice device = nullptr;
   std::unordered_map<const Mesh*, RTCScene> scenes;
+  // Scenes of one device are built one after the other: Embree hands memory from one to the next.
+  mutable std::mutex building;
 
   MeshHierarchies() = default;
   ~MeshHierarchies();
