@@ -103,19 +103,19 @@ void add_scalars(const Node& node, std::vector<std::string>& names) {
   for (const Node& item : node.items) add_scalars(item, names);
 }
 
-// What stands under a key `class` of an entry, at any depth: it may be drawn as a whole. False if
-// there is none.
-bool add_classes(const Node& node, std::vector<std::string>& names) {
-  bool any = false;
-  for (std::size_t i = 0; i < node.items.size(); ++i) {
-    if (node.kind == NodeKind::map && node.keys[i].text == "class") {
-      add_scalars(node.items[i], names);
-      any = true;
-    } else {
-      any = add_classes(node.items[i], names) || any;
+// Of an entry, or of all that it, or the list, is drawn from.
+void add_classes(const Node& node, const std::string& default_class,
+                 std::vector<std::string>& names) {
+  const Node* alternatives = node.kind == NodeKind::map ? find(node, "choice") : nullptr;
+  if (alternatives != nullptr || node.kind == NodeKind::list) {
+    for (const Node& item : (alternatives != nullptr ? *alternatives : node).items) {
+      add_classes(item, default_class, names);
     }
+  } else if (const Node* given = find(node, "class")) {
+    add_scalars(*given, names);
+  } else {
+    add_class(default_class, names);
   }
-  return any;
 }
 
 }  // namespace
@@ -124,10 +124,7 @@ std::vector<std::string> class_names(const Value& root) {
   std::vector<std::string> names;
   const auto add_list = [&](std::string_view key, const std::string& default_class) {
     const auto list = child(root, key);
-    if (!list || list->node->kind != NodeKind::list) return;
-    for (const Node& entry : list->node->items) {
-      if (!add_classes(entry, names)) add_class(default_class, names);
-    }
+    if (list && !list->node->items.empty()) add_classes(*list->node, default_class, names);
   };
   add_list("objects", ObjectSpec{}.class_name);
   add_list("point_targets", PointTargetSpec{}.class_name);

@@ -311,4 +311,19 @@ TEST_CASE("a place says what it stands on and where") {
 }
 
 }  // namespace
+// Protects ids of classes, which must be the same in every sequence: every class that any draw can
+// bring is known, that of entries without one and of lists drawn as a whole included.
+TEST_CASE("classes are those of all alternatives, in every sequence") {
+  const std::string text =
+      "materials: {m: {reflectivity: 1}}\n"
+      "objects: {choice: [[{name: a, class: {choice: [x, y]}, material: m, shape: {plane: {}}}],\n"
+      "  [{choice: [{name: b, material: m, shape: {plane: {}}},\n"
+      "             {name: c, class: z, material: m, shape: {plane: {}}}]}]]}\n"
+      "point_targets: [{name: p, target_strength_db: 0, position_m: [1, 0, 0]}]\n";
+  const std::vector<std::string> expected = {"x", "y", "object", "z", "point_target"};
+  for (std::uint32_t sequence = 0; sequence < 20; ++sequence) {
+    CHECK(drawn(text, sequence).class_names == expected);
+  }
+}
+
 }  // namespace ensonify
