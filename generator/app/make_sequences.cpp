@@ -109,6 +109,7 @@ Status open_workshop(const Run& run, const SequenceInfo& info, Workshop& worksho
   if (workshop.pipeline && !run.worlds.vary()) return {};
   const Turn turn(run.turns);
   workshop.pipeline.reset();
+  workshop.world = {};  // the last world goes before the next one comes
   Result<ReadyWorld> world = run.worlds.world(info.sequence);
   if (!world) return world.error();
   workshop.world = std::move(*world);
