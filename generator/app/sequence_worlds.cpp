@@ -29,11 +29,20 @@ Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session&
 }  // namespace
 
 Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
-  Result<Scenario> scenario = load_scenario(input.scenario, input.overrides);
+  Result<std::string> text = read_scenario_text(input.scenario);
+  if (!text) return text.error();
+  SequenceWorlds worlds(input, std::move(*text));
+  Result<Scenario> scenario = worlds.scenario_of(0);
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario), 0);
   if (!session) return session.error();
-  return SequenceWorlds(input, ready(std::move(*session)));
+  worlds.first_ = ready(std::move(*session));
+  return worlds;
+}
+
+Result<Scenario> SequenceWorlds::scenario_of(std::uint32_t sequence) const {
+  const std::filesystem::path& file = input_.scenario;
+  return parse_scenario(text_, file.string(), file.parent_path(), input_.overrides, sequence);
 }
 
 bool SequenceWorlds::vary() const { return varies_by_sequence(first().scenario); }
@@ -46,7 +55,7 @@ Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
     return sequence_info(session, sequence, range->first, range->second);
   };
   if (!vary() || sequence == 0) return of(first());
-  Result<Scenario> scenario = load_scenario(input_.scenario, input_.overrides, sequence);
+  Result<Scenario> scenario = scenario_of(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   const Result<Session> session = prepare_without_world(std::move(*scenario), sequence);
   return session ? of(*session) : of_sequence(sequence, session.error());
@@ -54,7 +63,7 @@ Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   if (!vary() || sequence == 0) return first_;
-  Result<Scenario> scenario = load_scenario(input_.scenario, input_.overrides, sequence);
+  Result<Scenario> scenario = scenario_of(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   Result<Session> session = prepare_session(std::move(*scenario), sequence);
   if (!session) return of_sequence(sequence, session.error());

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "app/commands.h"
@@ -44,10 +45,13 @@ class SequenceWorlds {
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
  private:
-  SequenceWorlds(ScenarioOptions input, ReadyWorld first)
-      : input_(std::move(input)), first_(std::move(first)) {}
+  SequenceWorlds(ScenarioOptions input, std::string text)
+      : input_(std::move(input)), text_(std::move(text)) {}
+
+  Result<Scenario> scenario_of(std::uint32_t sequence) const;
 
   ScenarioOptions input_;
+  std::string text_;  // read once: whoever edits the file meanwhile does not change this run
   ReadyWorld first_;
 };
 

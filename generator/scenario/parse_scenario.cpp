@@ -188,8 +188,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   return scenario;
 }
 
-Result<Scenario> load_scenario(const std::filesystem::path& file,
-                               const std::vector<Override>& overrides, std::uint32_t sequence) {
+Result<std::string> read_scenario_text(const std::filesystem::path& file) {
   const std::string label = file.string();
   const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
     return Error{kind,
@@ -210,7 +209,14 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  return parse_scenario(text, label, file.parent_path(), overrides, sequence);
+  return text;
+}
+
+Result<Scenario> load_scenario(const std::filesystem::path& file,
+                               const std::vector<Override>& overrides, std::uint32_t sequence) {
+  const Result<std::string> text = read_scenario_text(file);
+  if (!text) return text.error();
+  return parse_scenario(*text, file.string(), file.parent_path(), overrides, sequence);
 }
 
 }  // namespace ensonify

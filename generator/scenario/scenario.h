@@ -216,6 +216,9 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {},
                                std::uint32_t sequence = 0);
 
+// The text of a scenario file. Errors as above, of the file alone.
+Result<std::string> read_scenario_text(const std::filesystem::path& file);
+
 // The same from text; relative paths in it are relative to `folder`; `label` stands for the file
 // name in messages.
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
