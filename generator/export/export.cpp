@@ -18,6 +18,9 @@ constexpr ExportFormat kFormats[] = {
     {"index_mask", "pictures with class and instance masks, in train, val and test", true, "--view",
      write_index_mask},
     {"tum", "a TUM trajectory of the sonar and of each object", true, "", write_tum},
+    {"webdataset", "tar shards of pictures, masks, series and labels", true,
+     "--view, --shard-size-mb", write_webdataset},
+    {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
 };
 
 // Options that were given and that the format does not take.

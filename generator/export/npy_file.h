@@ -1,0 +1,29 @@
+// NPY arrays of a data set. Private to export/.
+//
+//   read_npy   a whole array, its shape checked
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+#include "dataset/npy.h"
+
+namespace ensonify {
+
+struct NpyArray {
+  NpyShape shape;
+  std::string file;  // header and data
+  std::size_t offset = 0;
+
+  std::string_view data() const { return std::string_view(file).substr(offset); }
+};
+
+// A shape of one element that is 0 stands for any length. Error (io): another type or shape, or cut
+// short.
+Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
+                          const NpyShape& shape);
+
+}  // namespace ensonify
