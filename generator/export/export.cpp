@@ -18,6 +18,8 @@ constexpr ExportFormat kFormats[] = {
     {"index_mask", "pictures with class and instance masks, in train, val and test", true, "--view",
      write_index_mask},
     {"tum", "a TUM trajectory of the sonar and of each object", true, "", write_tum},
+    {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false,
+     "--stack, --pad", write_hdf5},
     {"webdataset", "tar shards of pictures, masks, series and labels", true,
      "--view, --shard-size-mb", write_webdataset},
     {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},

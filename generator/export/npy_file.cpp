@@ -1,11 +1,18 @@
 #include "export/npy_file.h"
 
+#include <fstream>
 #include <utility>
 
 #include "dataset/files.h"
 #include "dataset/read_dataset.h"
 
 namespace ensonify {
+namespace {
+
+// Holds every header that ensonify writes.
+constexpr std::size_t kHeaderBytes = 4096;
+
+}  // namespace
 
 Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
                           const NpyShape& shape) {
@@ -30,6 +37,27 @@ Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view de
   }
   if (!fits || rest != 1) return damaged(path, "is not as long as its header tells");
   return NpyArray{header->shape, std::move(*bytes), static_cast<std::size_t>(header->data_offset)};
+}
+
+Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_view descr,
+                                 const NpyShape& shape, std::uint64_t row) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kHeaderBytes, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  const auto header = parse_npy_header(bytes);
+  if (!header || header->descr != descr || header->fortran_order || header->shape != shape ||
+      shape.empty() || row >= shape[0]) {
+    return damaged(path, "is not of the type and shape that sequence.json tells");
+  }
+  std::uint64_t size = npy_item_bytes(descr).value_or(0);
+  for (std::size_t i = 1; i < shape.size(); ++i) size *= shape[i];
+  bytes.assign(size, '\0');
+  file.clear();
+  file.seekg(static_cast<std::streamoff>(header->data_offset + row * size));
+  file.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (std::cmp_not_equal(file.gcount(), size)) return damaged(path, "is cut short");
+  return bytes;
 }
 
 }  // namespace ensonify

@@ -1,6 +1,7 @@
 // NPY arrays of a data set. Private to export/.
 //
-//   read_npy   a whole array, its shape checked
+//   read_npy       a whole array, its shape checked
+//   read_npy_row   one row of it
 #pragma once
 
 #include <filesystem>
@@ -25,5 +26,8 @@ struct NpyArray {
 // short.
 Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
                           const NpyShape& shape);
+
+Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_view descr,
+                                 const NpyShape& shape, std::uint64_t row);
 
 }  // namespace ensonify
