@@ -23,6 +23,8 @@ constexpr ExportFormat kFormats[] = {
     {"webdataset", "tar shards of pictures, masks, series and labels", true,
      "--view, --shard-size-mb", write_webdataset},
     {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, "",
+     write_mcap},
 };
 
 // Options that were given and that the format does not take.
