@@ -164,6 +164,8 @@ struct Hdf5File::Impl {
 
 Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
+  // After a write that failed the library would try again when the program ends, and crash.
+  H5dont_atexit();
   // Messages are ours; the library's own would go to stderr.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);

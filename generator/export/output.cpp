@@ -55,10 +55,11 @@ OutputPlace::~OutputPlace() {
 
 Result<OutputPlace> OutputPlace::open(const fs::path& given, bool is_folder,
                                       const fs::path& dataset) {
-  fs::path out = fs::absolute(given).lexically_normal();
-  if (!out.has_filename()) out = out.parent_path();
-  if (given.empty() || !out.has_filename())
-    return refused(given, "accepted is a name for the output");
+  fs::path out = given.empty() ? given : fs::absolute(given).lexically_normal();
+  if (!given.empty() && !out.has_filename()) out = out.parent_path();
+  if (!out.has_filename()) {
+    return refused(given, "accepted is the name of a file or folder to write");
+  }
   if (lies_in(out, dataset)) return refused(out, "lies in the data set; name another place");
   std::error_code error;
   const auto there = fs::symlink_status(out, error);

@@ -1,6 +1,9 @@
 """`ensonify export` from outside: what is refused, with which status, and that nothing is left behind."""
 import hashlib
+import resource
 import shutil
+import signal
+import subprocess
 import unittest
 
 import exported
@@ -47,7 +50,8 @@ class Refusals(Case):
         self.refuse(2, exported.dataset(), "--format", "yolo", "--view", "sideways")
 
     def test_an_output_that_holds_something(self):
-        folder = scratch()
+        folder = scratch() / "mine"
+        folder.mkdir()
         (folder / "mine.txt").write_text("mine")
         self.refuse(2, exported.dataset(), "--format", "tum", out=folder, expected=["not empty"])
         self.assertEqual((folder / "mine.txt").read_text(), "mine")
@@ -75,6 +79,26 @@ class Refusals(Case):
         bare = exported.dataset("--set", "output={timeseries: npy, polar: false, cartesian: false, png: false}")
         for name, advice in (("yolo", "output.png"), ("index_mask", "output.png"), ("mcap", "output.png")):
             self.refuse(2, bare, "--format", name, expected=[advice])
+
+
+class Trouble(Case):
+    """What goes wrong on the way ends with the contract's status and leaves nothing behind."""
+
+    def test_a_full_disk(self):
+        """Files are held to so many bytes; a write beyond fails as on a full disk."""
+        def hold():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
+
+        source = exported.dataset("--export-scatterers")
+        for name in ("yolo", "voc", "index_mask", "hdf5", "webdataset", "ply", "mcap"):
+            with self.subTest(format=name):
+                folder = scratch()
+                result = subprocess.run([exported.PROGRAM, "export", source, "--format", name, "-o", folder / "out"],
+                                        capture_output=True, text=True, preexec_fn=hold)
+                self.assertEqual(result.returncode, 4, result.stderr)
+                self.assertIn(".out.part", result.stderr)
+                self.assertEqual(list(folder.iterdir()), [])
 
 
 class Damage(Case):
