@@ -100,6 +100,13 @@ Handle creation(const Hdf5ArraySpec& spec) {
   return list;
 }
 
+// Rows are written once and whole: keeping their chunks would only take memory.
+Handle uncached() {
+  Handle list(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(list.get(), 1, 0, 1);
+  return list;
+}
+
 Handle parents_made() {
   Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(list.get(), 1);
@@ -187,8 +194,9 @@ void Hdf5File::make_array(const Hdf5ArraySpec& spec) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
                      H5Sclose);
   const Handle list = creation(spec);
+  const Handle access = uncached();
   Handle set(H5Dcreate2(impl_->file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
-                        list.get(), H5P_DEFAULT),
+                        list.get(), access.get()),
              H5Dclose);
   impl_->check(set.ok(), spec.path);
   if (impl_->failed()) return;
