@@ -170,7 +170,7 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);
-    instance.box = box_of(*shape);
+    if (faults.lines.empty()) instance.box = box_of(*shape);  // a faulty file has no mesh
     if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
       instance.vertex_reflectivity = mesh->vertex_reflectivity;
     }
