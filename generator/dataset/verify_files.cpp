@@ -12,6 +12,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
+#include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/tables.h"
 
@@ -145,6 +146,19 @@ std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
                     [](const std::string& line) { return are_numbers(columns_of(line, ','), 9); });
 }
 
+std::string boxes_fault(const fs::path& path, const SequenceShape& shape) {
+  std::ifstream file(path, std::ios::binary);
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(file, line);) ++lines;
+  const std::uint64_t rows = lines > 0 ? lines - 1 : 0;
+  if (rows != shape.pings() * shape.boxes) {
+    return fmt::format("has {} rows for {} pings and {} instances with a box", rows, shape.pings(),
+                       shape.boxes);
+  }
+  return rows_fault(path, kBoxesHeader, rows,
+                    [](const std::string& line) { return are_numbers(columns_of(line, ','), 19); });
+}
+
 std::string annotations_fault(const fs::path& dir, const SequenceShape& shape) {
   std::uint64_t ping = shape.first_ping;
   const Status read = for_each_annotation_line(dir, shape.sequence, [&](const Json& line) {
@@ -168,6 +182,7 @@ const KnownFile kKnownFiles[] = {
      }},
     {layout::kScatterers,
      [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
+    {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
     {layout::kPolarExr,
      [](auto&, auto& path, auto& s) { return exr_fault(path, s.samples, s.beams); }},
     {layout::kPolarInstance,
@@ -203,6 +218,7 @@ const KnownFile kKnownFiles[] = {
     {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
     {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
+    {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
     {layout::kAnnotations, [](auto& dir, auto&, auto& s) { return annotations_fault(dir, s); }},
 };
 
