@@ -179,9 +179,10 @@ std::string output_text(const OutputSpec& output) {
     png = fmt::format("{{db: {}}}", numbers(*output.png_db));
   }
   return fmt::format(
-      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}}}\n",
+      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
+      "scatterers: {}}}\n",
       output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
-      output.selection.scatterers);
+      output.selection.shadow, output.selection.amodal, output.selection.scatterers);
 }
 
 }  // namespace
