@@ -13,6 +13,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/verify_files.h"
+#include "dataset/verify_masks.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -15,6 +15,7 @@
 #include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/tables.h"
+#include "dataset/verify_masks.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -161,11 +162,13 @@ std::string boxes_fault(const fs::path& path, const SequenceShape& shape) {
 
 std::string annotations_fault(const fs::path& dir, const SequenceShape& shape) {
   std::uint64_t ping = shape.first_ping;
+  std::string fault;
   const Status read = for_each_annotation_line(dir, shape.sequence, [&](const Json& line) {
+    if (fault.empty()) fault = line_masks_fault(line);
     return count_at(line, "ping") == ping++ ? Status() : Status(Error{ErrorKind::damage, "order"});
   });
-  if (read && ping == shape.last_ping) return {};
-  return "does not have one line for every ping, in order";
+  if (!read || ping != shape.last_ping) return "does not have one line for every ping, in order";
+  return fault;
 }
 
 using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
@@ -189,6 +192,8 @@ const KnownFile kKnownFiles[] = {
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarSemantic,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
+    {layout::kPolarShadow,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarGrey,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kCartesianExr,
@@ -202,6 +207,10 @@ const KnownFile kKnownFiles[] = {
     {layout::kCartesianSemantic,
      [](auto&, auto& path, auto& s) {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+     }},
+    {layout::kCartesianShadow,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},
     {layout::kCartesianGrey,
      [](auto&, auto& path, auto& s) {
@@ -220,43 +229,6 @@ const KnownFile kKnownFiles[] = {
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
     {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
     {layout::kAnnotations, [](auto& dir, auto&, auto& s) { return annotations_fault(dir, s); }},
-};
-
-// Walks coco.json without keeping its images and annotations.
-struct CocoReader {
-  const std::set<std::string>& known;
-  std::uint64_t classes;
-  std::string array;  // the top-level member that is being read
-  std::uint64_t images = 0, annotations = 0;
-  std::string fault;
-
-  void image(const Json& image) {
-    const auto file = text_at(image, "file_name");
-    if (count_at(image, "id") != ++images || !count_at(image, "width") ||
-        !count_at(image, "height")) {
-      fault = fmt::format("image {} lacks its id or size", images);
-    } else if (!file || !known.contains(*file)) {
-      fault = fmt::format("image {} names a file that is not of the data set", images);
-    }
-  }
-
-  void annotation(const Json& annotation) {
-    const auto category = count_at(annotation, "category_id").value_or(0);
-    const auto image_id = count_at(annotation, "image_id").value_or(0);
-    const Json* mask = member(annotation, "segmentation");
-    if (count_at(annotation, "id") != ++annotations || image_id < 1 || image_id > images ||
-        category < 1 || category > classes || mask == nullptr || !text_at(*mask, "counts")) {
-      fault = fmt::format("annotation {} is not whole", annotations);
-    }
-  }
-
-  bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::key && depth == 1) array = parsed.get<std::string>();
-    if (event != Json::parse_event_t::object_end || depth != 2) return true;
-    if (array == "images") image(parsed);
-    if (array == "annotations") annotation(parsed);
-    return array != "images" && array != "annotations";
-  }
 };
 
 }  // namespace
@@ -312,19 +284,6 @@ std::string split_fault(const fs::path& path, const std::string& split,
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     return line == layout::index_stem(shape->sequence, ping);
   });
-}
-
-std::string coco_fault(const fs::path& path, const std::set<std::string>& known,
-                       std::uint64_t classes) {
-  CocoReader reader{known, classes, {}, 0, 0, {}};
-  std::ifstream file(path, std::ios::binary);
-  const Json json = Json::parse(file, std::ref(reader), false);
-  if (json.is_discarded()) return "is not JSON";
-  for (const char* key : {"images", "annotations", "categories"}) {
-    const Json* found = member(json, key);
-    if (found == nullptr || !found->is_array()) return fmt::format("lacks the list {}", key);
-  }
-  return reader.fault;
 }
 
 }  // namespace ensonify
