@@ -209,6 +209,10 @@ class SequenceFolder:
     def info(self) -> Dict[str, Any]:
         return _manifest(self.folder / "sequence.json", "ensonify_sequence")
 
+    @property
+    def number(self) -> int:
+        return self.info["sequence"]
+
     @cached_property
     def pings(self) -> range:
         return range(*self.info["pings"])
@@ -293,9 +297,9 @@ class SonarDataset:
         return (self[i] for i in range(len(self)))
 
     def sequence(self, number: int) -> SequenceFolder:
-        if number not in self.sequences:
-            raise IndexError(f"{self.folder} has no sequence {number} here")
         if number not in self._opened:
+            if number not in self.sequences:
+                raise IndexError(f"{self.folder}: sequence {number} is not in this list")
             self._opened[number] = SequenceFolder(self.folder / "sequences" / f"{number:06}")
         return self._opened[number]
 
