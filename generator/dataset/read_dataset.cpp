@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::string_view kSplits[] = {"train", "val", "test"};
 
-// More pixels than this in a picture or array are taken for damage before memory is asked for.
+// What is larger is taken for damage before memory is asked for.
 constexpr std::uint64_t kMaxSide = 1'000'000;
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 31;
 
 Error usage(const fs::path& dir, const std::string& what) {
   return {ErrorKind::usage, dir.string() + ": " + what};
@@ -106,7 +107,8 @@ std::optional<std::vector<StoredInstance>> instances_of(const Json& head, std::s
 
 bool is_plausible(const StoredSequence& s) {
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
-         s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide;
+         s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
+         s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
 std::optional<StoredAnnotation> annotation_of(const Json& json, const StoredSequence& sequence,
