@@ -185,7 +185,7 @@ def check_amodal(checklist, coco):
     images = {image["id"]: image for image in coco["images"]}
     faults, seen = [], set()
     for annotation in coco["annotations"]:
-        seen.add((annotation["image_id"], annotation["instance_id"]))
+        seen.add((annotation["image_id"], annotation.get("instance_id")))
         if "amodal_segmentation" not in annotation:
             continue
         image = images[annotation["image_id"]]

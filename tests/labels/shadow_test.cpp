@@ -1,5 +1,6 @@
 #include "labels/shadow.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -232,7 +233,11 @@ TEST_CASE("amodal masks are those of pictures with one instance") {
   const int beams = 37, samples = 101;
   Scene scene(random_echoes(8, beams, samples, false), random_echoes(9, beams, samples, true),
               beams, samples);
-  scene.hidden.list.items[0].instance = 7;  // seen nowhere
+  // One that is seen nowhere.
+  auto& items = scene.hidden.list.items;
+  std::find_if(items.begin(), items.end(), [](const Scatterer& s) {
+    return s.standard_deviation > 0 && s.delay_s * kBandwidth_hz > 2;
+  })->instance = 7;
   const LabelledImage polar = scene.image();
   const InstanceSets amodal = scene.labels().amodal;
   const CartesianGrid grid{20, 30, 1, 0, 0};
