@@ -53,7 +53,8 @@ def block(inputs, outputs):
     """Two convolutions, each with normalisation."""
     layers = []
     for channels in (inputs, outputs):
-        layers += [nn.Conv2d(channels, outputs, 3, padding=1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()]
+        convolution = nn.Conv2d(channels, outputs, 3, padding=1, bias=False)
+        layers += [convolution, nn.BatchNorm2d(outputs), nn.ReLU()]
     return nn.Sequential(*layers)
 
 
@@ -62,7 +63,8 @@ class SmallUNet(nn.Module):
 
     def __init__(self, width=16):
         super().__init__()
-        self.down = nn.ModuleList([block(4, width), block(width, 2 * width), block(2 * width, 4 * width)])
+        self.down = nn.ModuleList(
+            [block(4, width), block(width, 2 * width), block(2 * width, 4 * width)])
         self.up = nn.ModuleList([block(3 * width, width), block(6 * width, 2 * width)])
         self.answer = nn.Conv2d(width, 4, 1)
 
@@ -136,17 +138,19 @@ def constant_iou(masks):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="data set, finished")
     parser.add_argument("--background", default="seabed", help="class that is no debris (seabed)")
-    parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--epochs", type=int, default=12, help="passes over the pictures (12)")
     parser.add_argument("--batch", type=int, default=8, help="pictures a step (8)")
     parser.add_argument("--width", type=int, default=16, help="channels at the finest scale (16)")
-    parser.add_argument("--seed", type=int, default=0, help="of the network and the order of pictures")
+    parser.add_argument("--seed", type=int, default=0,
+                        help="of the network and the order of pictures (0)")
     parser.add_argument("--threads", type=int, default=1, help="of PyTorch (1: steps are short)")
     parser.add_argument("--shuffle-labels", action="store_true",
                         help="control: each training picture gets the mask of another one")
-    parser.add_argument("--quiet", action="store_true", help="print the result only, one line of JSON")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but the result, a line of JSON")
     return parser.parse_args()
 
 

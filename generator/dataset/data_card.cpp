@@ -118,8 +118,29 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   return text + "\n";
 }
 
-std::string loading(const SequenceInfo& info) {
+std::string loading_by_reader(const OutputSelection& output) {
   std::string code = R"(## Loading
+
+With the reader that comes with ensonify (the folder `scripts/ensonify_dataset` of its source, NumPy
+only, to copy beside your own code; a PyTorch `Dataset` is in it):
+
+```python
+from ensonify_dataset import SonarDataset
+
+data = SonarDataset(".")                        # this folder
+for ping in data.split("train"):                # or data[0, 3]: sequence 0, ping 3
+)";
+  code += row(output.polar, "    level_db, mask = ping.polar.level_db, ping.polar.instance");
+  code +=
+      row(output.timeseries, "    series = ping.series                        # [beams, samples]");
+  return code + R"(    azimuth_rad = ping.sequence.azimuth_rad
+```
+
+)";
+}
+
+std::string loading(const SequenceInfo& info) {
+  std::string code = loading_by_reader(info.output) + R"(Without it:
 
 ```python
 import csv, json, os

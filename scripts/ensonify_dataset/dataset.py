@@ -37,7 +37,10 @@ class Pose:
 
 @dataclass(frozen=True)
 class Annotation:
-    """An instance in a picture: bbox [x, y, width, height] and area in pixels, boolean mask."""
+    """An instance in a picture: bbox [x, y, width, height] and area in pixels, boolean mask.
+
+    With `output.amodal` also its share hidden by others, and the mask that it had without them.
+    """
 
     instance: int
     name: str
@@ -45,6 +48,8 @@ class Annotation:
     bbox: Tuple[int, ...]
     area: int
     mask: np.ndarray
+    occlusion: Optional[float] = None
+    amodal_mask: Optional[np.ndarray] = None
 
 
 class View:
@@ -106,12 +111,15 @@ class View:
         """Boxes and masks of the instances in the picture, the seabed's among them."""
         sequence = self.ping.sequence
         named = {i["id"]: (i["name"], i["class_id"]) for i in sequence.info["instances"]}
-        return [
-            Annotation(a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
-                       decode_rle(a["counts"], image["height"], image["width"]))
-            for image in sequence.annotated_images(self.ping.number) if image["view"] == self.kind
-            for a in image["annotations"]
-        ]
+        found = []
+        for image in sequence.annotated_images(self.ping.number):
+            size = image["height"], image["width"]
+            for a in image["annotations"] if image["view"] == self.kind else ():
+                amodal = decode_rle(a["amodal_counts"], *size) if "amodal_counts" in a else None
+                found.append(Annotation(
+                    a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
+                    decode_rle(a["counts"], *size), a.get("occlusion"), amodal))
+        return found
 
     def has(self, name: str) -> bool:
         """Whether the data set holds the array of that name."""
@@ -152,19 +160,27 @@ class Ping:
     @property
     def series(self) -> np.ndarray:
         """complex64 [beams, samples], Pa, baseband; memory-mapped where it is kept as NPY."""
-        packed = self.sequence.folder / "timeseries.npy"
         single = self.sequence.folder / "timeseries" / f"{self.stem}.npy"
-        if packed.exists():
-            return read_npy(packed)[self.row]
-        if single.exists():
-            return read_npy(single)
         picture = single.with_suffix(".exr")
-        if not picture.exists():
-            raise missing(single, "time series")
+        if not picture.exists() or single.exists():
+            return self._array(self.sequence.folder / "timeseries.npy", single, "time series")
         channels = read_exr(picture)
         series = np.empty(channels["p.re"].T.shape, np.complex64)
         series.real, series.imag = channels["p.re"].T, channels["p.im"].T
         return series
+
+    def layer(self, name: str) -> np.ndarray:
+        """As `series`: what it adds up from, "noise", "volume", ... (`output.layers`)."""
+        folder = self.sequence.folder
+        single = folder / "layers" / f"{self.stem}_{name}.npy"
+        return self._array(folder / f"layers_{name}.npy", single, f"layer {name}")
+
+    def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
+        if packed.exists():
+            return read_npy(packed)[self.row]
+        if not single.exists():
+            raise missing(single, what)
+        return read_npy(single)
 
     @property
     def time_s(self) -> float:
@@ -195,8 +211,8 @@ class SequenceFolder:
 
     def __getitem__(self, ping: int) -> Ping:
         if ping not in self.pings:
-            raise IndexError(f"{self.folder} has pings {self.pings.start} to {self.pings.stop - 1}, "
-                             f"not {ping}")
+            first, last = self.pings.start, self.pings.stop - 1
+            raise IndexError(f"{self.folder} has pings {first} to {last}, not {ping}")
         return Ping(self, ping)
 
     def __iter__(self) -> Iterator[Ping]:

@@ -178,6 +178,16 @@ class Lists(Folder):
         (folder / "dataset.sha256").unlink()
         self.assertRaisesRegex(DatasetError, "not finished.*same", SonarDataset, folder)
 
+    def test_the_data_card_says_how(self):
+        card = (self.folder / "debris/README.md").read_text()
+        code = card.split("```python\n")[1].split("```")[0].replace('"."', "FOLDER")
+        found = {"FOLDER": self.folder / "debris"}
+        exec(code, found)
+        last = self.data.split("train")[-1]
+        np.testing.assert_array_equal(found["level_db"], last.polar.level_db)
+        np.testing.assert_array_equal(found["mask"], last.polar.instance)
+        np.testing.assert_array_equal(found["series"], last.series)
+
     def test_a_sequence_alone(self):
         alone = SequenceFolder(self.folder / "debris/sequences/000005")
         self.assertEqual(len(alone), 2)
