@@ -4,16 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 
-#include "dataset/coco.h"
 #include "dataset/exr.h"
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/png.h"
-#include "dataset/tables.h"
+#include "dataset/schema.h"
+#include "dataset/table_schema.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -81,38 +80,26 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
   return {};
 }
 
-// Calls use(row) for every line after the header; the fault is a wrong header, a row that `use`
-// refuses, or another number of rows.
+// Calls use(row) for every line after the header; the fault is a header or row that is not as
+// tables.json says, a row that `use` refuses, or another number of rows.
 template <class Use>
-std::string rows_fault(const fs::path& path, std::string_view header, std::uint64_t expected,
-                       Use use) {
+std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
+  const auto table = table_schema(path.filename().string());
   std::ifstream file(path, std::ios::binary);
   std::string line;
-  if (!header.empty() && (!std::getline(file, line) || line + "\n" != header)) {
-    return fmt::format("does not begin with {}", header.substr(0, header.size() - 1));
+  if (table) {
+    std::getline(file, line);
+    if (std::string fault = header_fault(*table, line); !fault.empty()) return fault;
   }
   std::uint64_t rows = 0;
   while (std::getline(file, line)) {
-    if (++rows <= expected && !use(line)) return fmt::format("has a wrong row: {}", line);
+    if (++rows > expected) continue;
+    const std::string fault = table ? row_fault(*table, line) : "";
+    if (!fault.empty()) return fmt::format("row {}: {}", rows, fault);
+    if (!use(line)) return fmt::format("has a wrong row: {}", line);
   }
   if (rows != expected) return fmt::format("has {} rows, not {}", rows, expected);
   return {};
-}
-
-std::vector<std::string_view> columns_of(std::string_view line, char separator) {
-  std::vector<std::string_view> columns;
-  for (std::size_t start = 0; start <= line.size();) {
-    const std::size_t end = std::min(line.find(separator, start), line.size());
-    columns.push_back(line.substr(start, end - start));
-    start = end + 1;
-  }
-  return columns;
-}
-
-bool is_number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
 }
 
 bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count) {
@@ -121,14 +108,13 @@ bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count
 
 std::string poses_fault(const fs::path& path, const SequenceShape& shape) {
   std::uint64_t ping = shape.first_ping;
-  return rows_fault(path, kPosesHeader, shape.pings(), [&](const std::string& line) {
-    const auto columns = columns_of(line, ',');
-    return are_numbers(columns, 9) && columns[0] == std::to_string(ping++);
+  return rows_fault(path, shape.pings(), [&](const std::string& line) {
+    return columns_of(line, ',')[0] == std::to_string(ping++);
   });
 }
 
 std::string tum_fault(const fs::path& path, const SequenceShape& shape) {
-  return rows_fault(path, "", shape.pings(),
+  return rows_fault(path, shape.pings(),
                     [](const std::string& line) { return are_numbers(columns_of(line, ' '), 8); });
 }
 
@@ -141,16 +127,20 @@ std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
     return fmt::format("has {} rows for {} pings and {} instances", rows, shape.pings(),
                        shape.instances);
   }
-  return rows_fault(path, kObjectsHeader, rows,
-                    [](const std::string& line) { return are_numbers(columns_of(line, ','), 9); });
+  return rows_fault(path, rows, [](const std::string&) { return true; });
 }
 
-std::string annotations_fault(const fs::path& dir, const SequenceShape& shape) {
+std::string annotations_fault(const fs::path& path, const SequenceShape& shape) {
+  const SchemaCheck schema("annotations");
+  std::ifstream file(path, std::ios::binary);
   std::uint64_t ping = shape.first_ping;
-  const Status read = for_each_annotation_line(dir, shape.sequence, [&](const Json& line) {
-    return count_at(line, "ping") == ping++ ? Status() : Status(Error{ErrorKind::damage, "order"});
-  });
-  if (read && ping == shape.last_ping) return {};
+  for (std::string line; std::getline(file, line); ++ping) {
+    const auto json = parse_json(line);
+    const std::string fault = json ? schema.fault(*json) : "is not JSON";
+    if (!fault.empty()) return fmt::format("line {}: {}", ping - shape.first_ping + 1, fault);
+    if (count_at(*json, "ping") != ping) break;
+  }
+  if (file.eof() && ping == shape.last_ping) return {};
   return "does not have one line for every ping, in order";
 }
 
@@ -203,42 +193,41 @@ const KnownFile kKnownFiles[] = {
     {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
     {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
-    {layout::kAnnotations, [](auto& dir, auto&, auto& s) { return annotations_fault(dir, s); }},
+    {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
 };
 
 // Walks coco.json without keeping its images and annotations.
 struct CocoReader {
   const std::set<std::string>& known;
   std::uint64_t classes;
-  std::string array;  // the top-level member that is being read
+  std::string array = {};  // the top-level member that is being read
   std::uint64_t images = 0, annotations = 0;
-  std::string fault;
+  std::string fault = {};  // the first one
+  const SchemaCheck image_schema{"coco", "image"}, annotation_schema{"coco", "annotation"};
 
-  void image(const Json& image) {
-    const auto file = text_at(image, "file_name");
-    if (count_at(image, "id") != ++images || !count_at(image, "width") ||
-        !count_at(image, "height")) {
-      fault = fmt::format("image {} lacks its id or size", images);
-    } else if (!file || !known.contains(*file)) {
-      fault = fmt::format("image {} names a file that is not of the data set", images);
-    }
+  std::string image_fault(const Json& image) {
+    std::string wrong = image_schema.fault(image, fmt::format("/images/{}", images));
+    if (!wrong.empty()) return wrong;
+    if (count_at(image, "id") != ++images) return fmt::format("image {} lacks its id", images);
+    if (known.contains(*text_at(image, "file_name"))) return {};
+    return fmt::format("image {} names a file that is not of the data set", images);
   }
 
-  void annotation(const Json& annotation) {
-    const auto category = count_at(annotation, "category_id").value_or(0);
-    const auto image_id = count_at(annotation, "image_id").value_or(0);
-    const Json* mask = member(annotation, "segmentation");
-    if (count_at(annotation, "id") != ++annotations || image_id < 1 || image_id > images ||
-        category < 1 || category > classes || mask == nullptr || !text_at(*mask, "counts")) {
-      fault = fmt::format("annotation {} is not whole", annotations);
-    }
+  std::string annotation_fault(const Json& annotation) {
+    std::string wrong =
+        annotation_schema.fault(annotation, fmt::format("/annotations/{}", annotations));
+    if (!wrong.empty()) return wrong;
+    const bool whole = count_at(annotation, "id") == ++annotations &&
+                       count_at(annotation, "image_id") <= images &&
+                       count_at(annotation, "category_id") <= classes;
+    return whole ? "" : fmt::format("annotation {} is not whole", annotations);
   }
 
   bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::key && depth == 1) array = parsed.get<std::string>();
     if (event != Json::parse_event_t::object_end || depth != 2) return true;
-    if (array == "images") image(parsed);
-    if (array == "annotations") annotation(parsed);
+    if (array == "images" && fault.empty()) fault = image_fault(parsed);
+    if (array == "annotations" && fault.empty()) fault = annotation_fault(parsed);
     return array != "images" && array != "annotations";
   }
 };
@@ -275,12 +264,11 @@ std::string index_fault(const fs::path& path, const std::vector<SequenceShape>& 
   for (const SequenceShape& shape : shapes) rows += shape.pings();
   auto shape = shapes.begin();
   std::uint64_t done = 0;  // pings of this sequence
-  return rows_fault(path, kIndexHeader, rows, [&](const std::string& line) {
+  return rows_fault(path, rows, [&](const std::string& line) {
     for (; done == shape->pings(); done = 0) ++shape;
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     const auto columns = columns_of(line, ',');
-    return columns.size() == 5 && columns[0] == std::to_string(shape->sequence) &&
-           columns[1] == std::to_string(ping) && is_number(columns[2]) &&
+    return columns[0] == std::to_string(shape->sequence) && columns[1] == std::to_string(ping) &&
            columns[3] == shape->split && columns[4] == layout::index_stem(shape->sequence, ping);
   });
 }
@@ -291,7 +279,7 @@ std::string split_fault(const fs::path& path, const std::string& split,
   for (const SequenceShape& shape : shapes) rows += shape.split == split ? shape.pings() : 0;
   auto shape = shapes.begin();
   std::uint64_t done = 0;  // pings of this sequence
-  return rows_fault(path, "", rows, [&](const std::string& line) {
+  return rows_fault(path, rows, [&](const std::string& line) {
     for (; shape->split != split || done == shape->pings(); done = 0) ++shape;
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     return line == layout::index_stem(shape->sequence, ping);
@@ -300,15 +288,12 @@ std::string split_fault(const fs::path& path, const std::string& split,
 
 std::string coco_fault(const fs::path& path, const std::set<std::string>& known,
                        std::uint64_t classes) {
-  CocoReader reader{known, classes, {}, 0, 0, {}};
+  CocoReader reader{known, classes};
   std::ifstream file(path, std::ios::binary);
   const Json json = Json::parse(file, std::ref(reader), false);
   if (json.is_discarded()) return "is not JSON";
-  for (const char* key : {"images", "annotations", "categories"}) {
-    const Json* found = member(json, key);
-    if (found == nullptr || !found->is_array()) return fmt::format("lacks the list {}", key);
-  }
-  return reader.fault;
+  const std::string fault = SchemaCheck("coco").fault(json);
+  return fault.empty() ? reader.fault : fault;
 }
 
 }  // namespace ensonify
