@@ -11,6 +11,7 @@ namespace {
 // Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
 constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
 constexpr double kGreyBytesPerPixel = 0.35;
+constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 
 struct PerPing {
@@ -39,6 +40,7 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
   }
   if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
+  if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
   return sum;
 }
 
@@ -64,9 +66,9 @@ Cost estimate_cost(const Session& session, int threads) {
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
-  // A sequence: axes, poses twice, objects, first returns, annotations, sequence.json. The top:
-  // card, work, manifest and its hash, scenario, index, annotations, splits, provenance.
-  cost.files = cost.pings * ping.files + sequences * 8 + 11 + input_files(session.scenario).size();
+  // A sequence: axes, poses twice, objects, boxes, first returns, annotations, sequence.json. The
+  // top: card, work, manifest and its hash, scenario, index, annotations, splits, provenance.
+  cost.files = cost.pings * ping.files + sequences * 9 + 11 + input_files(session.scenario).size();
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 

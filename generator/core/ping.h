@@ -3,7 +3,7 @@
 //
 //   LabelledImage  GreyImage  Annotation   one picture and its labels
 //   PingResult                             everything of one ping
-//   Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence share
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence share
 #pragma once
 
 #include <array>
@@ -68,6 +68,12 @@ struct PingResult {
   std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
 };
 
+// A box around all of an instance: of an object in the object's own frame, of a volume in the world.
+struct OrientedBox {
+  Pose pose;    // of its centre
+  Vec3 size_m;  // along its own axes
+};
+
 enum class InstanceKind { surface, point_target, volume };
 
 struct Instance {
@@ -81,6 +87,7 @@ struct Instance {
   bool vertex_reflectivity = false;  // of a surface: its mesh scales the reflectivity
   double target_strength_db = 0;     // of a point target
   double volume_strength_db = 0;     // of a volume, dB re 1/m
+  std::optional<OrientedBox> box;    // absent: a point, or without end
 };
 
 // The Cartesian picture: pixel (row, column) has its centre at
@@ -97,6 +104,7 @@ struct OutputSelection {
   bool cartesian = true;
   bool png = true;
   bool scatterers = false;
+  bool points = false;
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came

@@ -95,6 +95,7 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
 | `azimuth_rad.npy`, `range_m.npy` | float64, the axes |
 | `poses.csv`, `poses.tum` | the sonar's pose at each ping |
 | `objects.csv` | the pose of each object at each ping |
+| `boxes.csv` | the 3-D box of each instance at each ping, in the world and in the sonar's frame |
 | `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
 | `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
 )";
@@ -110,6 +111,7 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.scatterers,
               "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
               "with `model` in `sequence.json` it gives the series again |");
+  text += row(output.points, "| `points/PPPPPP.ply` | the same as a point cloud in the world |");
   return text + "\n";
 }
 

@@ -65,14 +65,17 @@ Status check_all_there(const fs::path& dir, const SequenceInfo& info) {
 class SequenceTables {
  public:
   SequenceTables(const fs::path& dir, const SequenceInfo& info)
-      : beams_(static_cast<std::size_t>(info.sonar.beam_count)),
+      : instances_(info.instances),
+        beams_(static_cast<std::size_t>(info.sonar.beam_count)),
         poses_(dir, layout::in_sequence(info.sequence, "poses.csv")),
         tum_(dir, layout::in_sequence(info.sequence, "poses.tum")),
         objects_(dir, layout::in_sequence(info.sequence, "objects.csv")),
+        boxes_(dir, layout::in_sequence(info.sequence, "boxes.csv")),
         first_return_(dir, layout::in_sequence(info.sequence, "first_return_m.npy")),
         annotations_(dir, layout::in_sequence(info.sequence, layout::kAnnotations)) {
     poses_.append(kPosesHeader);
     objects_.append(kObjectsHeader);
+    boxes_.append(kBoxesHeader);
     first_return_.append(
         npy_header(kNpyFloat32, {info.last_ping - info.first_ping, std::uint64_t{beams_}}));
   }
@@ -87,6 +90,8 @@ class SequenceTables {
     poses_.append(poses_row(record.ping, record.time_s, record.sonar_in_world));
     tum_.append(tum_row(record.time_s, record.sonar_in_world));
     objects_.append(objects_rows(record.ping, record.object_in_world));
+    boxes_.append(
+        boxes_rows(record.ping, record.sonar_in_world, record.object_in_world, instances_));
     std::string row(record.first_return_m.size() * sizeof(float), '\0');
     std::memcpy(row.data(), record.first_return_m.data(), row.size());
     first_return_.append(row);
@@ -96,7 +101,7 @@ class SequenceTables {
 
   Result<std::vector<FileEntry>> commit() {
     std::vector<FileEntry> entries;
-    for (StreamedFile* file : {&poses_, &tum_, &objects_, &first_return_, &annotations_}) {
+    for (StreamedFile* file : {&poses_, &tum_, &objects_, &boxes_, &first_return_, &annotations_}) {
       auto entry = file->commit();
       if (!entry) return entry.error();
       entries.push_back(std::move(*entry));
@@ -105,8 +110,9 @@ class SequenceTables {
   }
 
  private:
+  const std::vector<Instance>& instances_;
   std::size_t beams_;
-  StreamedFile poses_, tum_, objects_, first_return_, annotations_;
+  StreamedFile poses_, tum_, objects_, boxes_, first_return_, annotations_;
 };
 
 Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInfo& info) {

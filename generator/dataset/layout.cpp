@@ -10,8 +10,10 @@ namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
 constexpr std::string_view kPingTemplates[] = {
-    kTimeseries,        kPolarExr,          kPolarInstance, kPolarSemantic, kCartesianExr,
-    kCartesianInstance, kCartesianSemantic, kPolarGrey,     kCartesianGrey, kScatterers};
+    kTimeseries,        kPolarExr,     kPolarInstance,
+    kPolarSemantic,     kCartesianExr, kCartesianInstance,
+    kCartesianSemantic, kPolarGrey,    kCartesianGrey,
+    kScatterers,        kPoints};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -84,8 +86,8 @@ std::vector<std::string> top_level_files() {
 }
 
 std::vector<std::string> sequence_files() {
-  return {"azimuth_rad.npy", "range_m.npy",        "poses.csv",  "poses.tum",
-          "objects.csv",     "first_return_m.npy", kAnnotations, kSequenceJson};
+  return {"azimuth_rad.npy", "range_m.npy",        "poses.csv",  "poses.tum",  "objects.csv",
+          "boxes.csv",       "first_return_m.npy", kAnnotations, kSequenceJson};
 }
 
 bool is_layout_name(std::string_view relative) {

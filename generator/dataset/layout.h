@@ -37,6 +37,7 @@ inline constexpr char kCartesianSemantic[] = "cartesian/{ping}_semantic.png";
 inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
 inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
+inline constexpr char kPoints[] = "points/{ping}.ply";
 
 std::string sequence_folder(std::uint32_t sequence);
 std::string in_sequence(std::uint32_t sequence, std::string_view name);

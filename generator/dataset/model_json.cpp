@@ -200,6 +200,14 @@ Json instance_json(const Instance& instance) {
                {"name", instance.name},
                {"class_id", instance.class_id},
                {"class", instance.class_name}};
+  json["box"] = nullptr;
+  if (instance.box) {
+    const auto& [pose, size] = *instance.box;
+    const auto& [p, q] = pose;
+    json["box"] = {{"size_m", {size.x, size.y, size.z}},
+                   {"centre_m", {p.x, p.y, p.z}},
+                   {"quaternion_wxyz", {q.w, q.x, q.y, q.z}}};
+  }
   switch (instance.kind) {
     case InstanceKind::surface:
       json["kind"] = "surface";

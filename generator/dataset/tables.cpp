@@ -33,6 +33,25 @@ std::string objects_rows(std::uint32_t ping, const std::vector<Pose>& object_in_
   return rows;
 }
 
+std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
+                       const std::vector<Pose>& object_in_world,
+                       const std::vector<Instance>& instances) {
+  const Quat to_sonar = conjugate(sonar_in_world.rotation);
+  const Pose world_in_sonar{rotate(to_sonar, -sonar_in_world.position_m), to_sonar};
+  std::string rows;
+  for (const Instance& instance : instances) {
+    if (!instance.box) continue;
+    // Volumes come last and have no pose of their own.
+    const std::size_t i = instance.id - std::size_t{1};
+    const Pose frame = i < object_in_world.size() ? object_in_world[i] : Pose{};
+    const Pose in_world = compose(frame, instance.box->pose);
+    const Vec3& size = instance.box->size_m;
+    rows += fmt::format("{},{},{},{},{},{},{}\n", ping, instance.id, size.x, size.y, size.z,
+                        pose_columns(in_world), pose_columns(compose(world_in_sonar, in_world)));
+  }
+  return rows;
+}
+
 std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,
                       const std::string& split) {
   return fmt::format("{},{},{},{},{}\n", sequence, ping, time_s, split,

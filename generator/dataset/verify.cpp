@@ -92,6 +92,11 @@ std::optional<SequenceShape> shape_of(const Json& head) {
   shape.beams = *beam_count;
   shape.samples = *samples;
   shape.instances = instances->size();
+  shape.boxes = static_cast<std::uint64_t>(
+      std::count_if(instances->begin(), instances->end(), [](const Json& instance) {
+        const Json* box = member(instance, "box");
+        return box != nullptr && box->is_object();
+      }));
   if (cartesian != nullptr) {
     shape.cartesian_height = count_at(*cartesian, "height_px").value_or(0);
     shape.cartesian_width = count_at(*cartesian, "width_px").value_or(0);

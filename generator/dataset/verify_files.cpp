@@ -10,6 +10,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
+#include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/schema.h"
 #include "dataset/table_schema.h"
@@ -130,6 +131,10 @@ std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
   return rows_fault(path, rows, [](const std::string&) { return true; });
 }
 
+std::string boxes_fault(const fs::path& path, const SequenceShape& shape) {
+  return rows_fault(path, shape.pings() * shape.boxes, [](const std::string&) { return true; });
+}
+
 std::string annotations_fault(const fs::path& path, const SequenceShape& shape) {
   const SchemaCheck schema("annotations");
   std::ifstream file(path, std::ios::binary);
@@ -158,6 +163,7 @@ const KnownFile kKnownFiles[] = {
      }},
     {layout::kScatterers,
      [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
+    {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
     {layout::kPolarExr,
      [](auto&, auto& path, auto& s) { return exr_fault(path, s.samples, s.beams); }},
     {layout::kPolarInstance,
@@ -193,6 +199,7 @@ const KnownFile kKnownFiles[] = {
     {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
     {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
+    {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
     {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
 };
 

@@ -12,6 +12,7 @@
 #include "dataset/npy.h"
 #include "dataset/overwrite.h"
 #include "dataset/ping_record.h"
+#include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/sha256.h"
 
@@ -103,6 +104,13 @@ void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& gr
                   }});
 }
 
+// By instance id; none has id 0.
+std::vector<std::uint8_t> class_of_instance(const SequenceInfo& info) {
+  std::vector<std::uint8_t> classes{0};
+  for (const Instance& instance : info.instances) classes.push_back(instance.class_id);
+  return classes;
+}
+
 // Long jobs first, so that no worker starts one when the others are done.
 std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result) {
   using namespace layout;
@@ -126,6 +134,13 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
     jobs.push_back({kScatterers, [&]() -> Result<std::string> {
                       return encode_scatterers(result.scatterers, result.amplitudes,
                                                result.sonar_in_world);
+                    }});
+  }
+  if (info.output.points) {
+    jobs.push_back({kPoints, [&]() -> Result<std::string> {
+                      return encode_points(result.scatterers, result.sonar_in_world,
+                                           source_pressure_pa_m(info.sonar),
+                                           class_of_instance(info));
                     }});
   }
   if (info.output.png) {

@@ -132,7 +132,7 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 }
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
-  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers"})) return;
+  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers", "points"})) return;
   read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
                     output.selection.timeseries);
   if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
@@ -140,6 +140,9 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   }
   parse_image_options(faults, value, output);
   if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
+    open_map(faults, *map, {});
+  }
+  if (const auto map = read_switch(faults, value, "points", output.selection.points)) {
     open_map(faults, *map, {});
   }
 }

@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "scenario/tables.h"
+#include "world/boxes.h"
 #include "world/heightfield.h"
 #include "world/models/models.h"
 #include "world/place.h"
@@ -169,6 +170,7 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);
+    if (faults.lines.empty()) instance.box = box_of(*shape);  // a faulty file has no mesh
     if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
       instance.vertex_reflectivity = mesh->vertex_reflectivity;
     }
@@ -200,7 +202,12 @@ void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
   Instance& instance = add_instance(world, spec.name, spec.class_name);
   instance.kind = InstanceKind::volume;
   instance.volume_strength_db = parts.strength_db;
-  std::visit([&](auto& part) { part.instance = instance.id; }, parts.part);
+  std::visit(
+      [&](auto& part) {
+        part.instance = instance.id;
+        instance.box = box_of(part);
+      },
+      parts.part);
   if (auto* school = std::get_if<School>(&parts.part)) {
     world.schools.push_back(std::move(*school));
   } else {

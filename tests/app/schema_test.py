@@ -125,8 +125,8 @@ class Scenes(Case):
                 generate(scene, folder)
                 self.assertEqual(schema_faults(folder), [])
                 tables = [folder / "index.csv", *folder.glob("sequences/*/poses.csv"),
-                          *folder.glob("sequences/*/objects.csv")]
-                self.assertEqual(len(tables), 3)
+                          *folder.glob("sequences/*/objects.csv"), *folder.glob("sequences/*/boxes.csv")]
+                self.assertEqual(len(tables), len(TABLES))
                 for table in tables:
                     self.assertEqual(table_faults(table), [], table)
                 verified = run("verify", folder)

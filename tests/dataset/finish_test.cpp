@@ -73,6 +73,32 @@ TEST_CASE("a finished sequence has its poses and objects") {
                           "0,2,4,0,0,1,0,0,0\n1,1,0,0,0,1,0,0,0\n1,2,4,0,0.5,1,0,0,0\n"));
 }
 
+// Protects 3-D labels: the box stands in the world where its object does, and in the sonar's frame
+// where the sonar sees it. The sample's sonar is at (1/3, 2, -3) and looks along y.
+TEST_CASE("a finished sequence has the boxes of its instances in both frames") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  std::istringstream boxes(sample::read(folder.path() / "sequences/000000/boxes.csv"));
+  std::string line;
+  std::getline(boxes, line);
+  CHECK(line ==
+        "ping,instance,size_x,size_y,size_z,x,y,z,qw,qx,qy,qz,"
+        "sonar_x,sonar_y,sonar_z,sonar_qw,sonar_qx,sonar_qy,sonar_qz");
+  const double half = std::sqrt(0.5);
+  const double expected[] = {0, 1, 2,  4,        6, 1,    0, 0, 1,    0,
+                             0, 0, -2, -2.0 / 3, 3, half, 0, 0, -half};
+  std::getline(boxes, line);
+  std::istringstream row(line);
+  for (const double value : expected) {
+    std::string column;
+    REQUIRE(std::getline(row, column, ','));
+    CHECK(std::stod(column) == Approx(value).margin(1e-12));
+  }
+  int rows = 1;
+  while (std::getline(boxes, line)) ++rows;
+  CHECK(rows == sample::kPings);
+}
+
 // Protects the manifest of a sequence: every file but itself, with true sizes and hashes.
 TEST_CASE("sequence.json lists every file of the sequence") {
   const sample::TemporaryFolder folder;

@@ -46,10 +46,11 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.instances[0] = {1, "wall", 1, "structure", InstanceKind::surface, "concrete", {}, false};
   info.instances[0].scattering.reflectivity = 1e-3;
   info.instances[1] = {2, "target", 2, "cylinder", InstanceKind::point_target, "", {}, false, -40};
+  info.instances[0].box = OrientedBox{{{1, 0, 0}, {}}, {2, 4, 6}};
   info.classes = {"structure", "cylinder"};
   info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
   info.png_db_limits = {60, 120};
-  info.output.scatterers = true;
+  info.output.scatterers = info.output.points = true;
   info.last_ping = kPings;
   return info;
 }

@@ -81,7 +81,8 @@ TEST_CASE("instances have the keys of their kind") {
                  {"class_id", 1},
                  {"class", "c"},
                  {"kind", "point_target"},
-                 {"target_strength_db", -40}};
+                 {"target_strength_db", -40},
+                 {"box", nullptr}};
   CHECK(instance.fault(target) == "");
   target["kind"] = "volume";
   const std::string told = instance.fault(target);

@@ -240,6 +240,16 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
     name = "objects.csv";
     forged = bytes(name.c_str()) + "2,3,0,0,0,1,0,0,0\n";
   }
+  SECTION("a box missing") {
+    name = "boxes.csv";
+    forged = bytes(name.c_str());
+    forged.resize(forged.rfind('\n', forged.size() - 2) + 1);
+  }
+  SECTION("a point cloud cut short") {
+    name = "points/000001.ply";
+    forged = bytes(name.c_str());
+    forged.pop_back();
+  }
   SECTION("annotations out of order") {
     name = "annotations.jsonl";
     forged = changed(name.c_str(), "\"ping\":1", "\"ping\":2");

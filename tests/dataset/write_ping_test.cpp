@@ -33,6 +33,7 @@ TEST_CASE("a ping has the files of the layout") {
                                              "sequences/000000/cartesian/000002_semantic.png",
                                              "sequences/000000/png/000002_cartesian.png",
                                              "sequences/000000/png/000002_polar.png",
+                                             "sequences/000000/points/000002.ply",
                                              "sequences/000000/polar/000002.exr",
                                              "sequences/000000/polar/000002_instance.png",
                                              "sequences/000000/polar/000002_semantic.png",

@@ -14,6 +14,7 @@ import sys
 import numpy as np
 
 import beam_patterns
+import boxes
 import pulses
 import sonar_dataset
 from checklist import run_main
@@ -40,6 +41,7 @@ ONCE_PER_SEQUENCE = {
     "poses.csv",
     "poses.tum",
     "objects.csv",
+    "boxes.csv",
     "first_return_m.npy",
     "annotations.jsonl",
 }
@@ -65,6 +67,8 @@ def per_ping_files(sequence, ping):
         wanted.add(f"timeseries/{stem}.npy")
     if sequence.has("scatterers"):
         wanted.add(f"scatterers/{stem}.npy")
+    if sequence.has("points"):
+        wanted.add(f"points/{stem}.ply")
     for kind in IMAGE_KINDS:
         if sequence.has(kind):
             wanted |= {f"{kind}/{stem}.exr"} | {
@@ -369,6 +373,7 @@ def check(checklist, root):
         check_sequence_files(checklist, sequence)
         check_arrays(checklist, sequence)
         check_tables(checklist, sequence)
+        boxes.check_boxes(checklist, sequence)
     check_index(checklist, data_set)
     check_machine(checklist, data_set)
 

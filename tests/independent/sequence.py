@@ -33,6 +33,7 @@ class Instance:
     coherent: dict | None
     target_strength_db: float | None
     volume_strength_db: float | None
+    box: dict | None
 
 
 @dataclass(frozen=True)
@@ -208,6 +209,7 @@ def instance_from_json(entry):
         entry.get("coherent"),
         entry.get("target_strength_db"),
         entry.get("strength_db"),
+        box=entry.get("box"),
     )
 
 

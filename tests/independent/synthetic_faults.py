@@ -330,6 +330,7 @@ FAULTS = [
         "check_files",
         append_to(f"{SEQUENCE}/poses.tum", "1 0 0 0 0 0 0 1\n"),
     ),
+    ("a box of another size", "check_files", change_text(f"{SEQUENCE}/boxes.csv", ",99.0,", ",98.0,")),
     ("a time of day", "check_files", append_to("README.md", "made 2024-05-06 07:08\n")),
     ("a column too many", "check_files", append_to("index.csv", "0,1,0,train,x,y\n")),
 ]

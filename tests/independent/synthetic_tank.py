@@ -16,6 +16,7 @@ import labels
 import physics
 import random_numbers
 from beam_patterns import Shading, aperture_wavelengths
+from boxes import BOXES_HEADER
 from check_scatterers import FIELDS
 from pulses import Pulse
 from sequence import Adc, Grid, Sonar
@@ -30,6 +31,7 @@ CLASSES = ["structure", "cylinder"]
 NAMES = {1: "tank", 2: "target"}
 TANK_HALF_M = np.array([5.5, 5.5, 2.0])
 AXIS_M, RADIUS_M = 4.0, 0.2
+BOX = {"size_m": [99.0] * 3, "centre_m": [0.0] * 3, "quaternion_wxyz": [1.0, 0.0, 0.0, 0.0]}
 POSE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 CARTESIAN_HEIGHT = 120
 RICIAN_K = 0.5
@@ -290,6 +292,7 @@ def description(sonar, number, limits_db, kind="plain"):
                 "material": NAMES[i],
                 "vertex_reflectivity": False,
                 "coherent": coherent_part(kind, i),
+                "box": BOX if i == 1 else None,
             }
             for i in (1, 2)
         ],
@@ -332,6 +335,7 @@ def write_sequence(root, number, kind):
         f"{folder}/objects.csv",
         f"ping,instance,x,y,z,qw,qx,qy,qz\n0,1,{numbers}\n0,2,4{numbers[1:]}\n",
     )
+    write(f"{folder}/boxes.csv", ",".join(BOXES_HEADER) + f"\n0,1,99.0,99.0,99.0,{numbers},{numbers}\n")
     write(f"{folder}/annotations.jsonl", annotation_line(masks) + "\n")
     info = description(sonar, number, limits_db, kind)
     info["files"] = listing(folder)

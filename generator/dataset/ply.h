@@ -1,0 +1,25 @@
+// PLY point clouds of what a ping hears, binary little-endian. Private to dataset/.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "core/scatterers.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+// A point for each scatterer, in the list's order: x, y, z (double, world, m), level_db (float: the
+// expected level of its echo at the peak, 20 log10(S0 sqrt(E|a|^2) gain) + 120 with S0 in Pa m),
+// range_m, azimuth_rad, elevation_rad, cos_incidence (float), beam (int), instance (ushort), class
+// (uchar), path (ushort). `class_of_instance` begins with that of id 0.
+std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_world,
+                          double source_pressure_pa_m,
+                          std::span<const std::uint8_t> class_of_instance);
+
+// What is wrong with such a file; empty if nothing is: header and length.
+std::string ply_fault(const std::filesystem::path& path);
+
+}  // namespace ensonify
