@@ -8,8 +8,9 @@ build_packages=(
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
   libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
+  libarchive-dev libhdf5-dev
 )
-test_packages=(catch2 python3-minimal python3-numpy python3-jsonschema)
+test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -20,6 +20,8 @@ struct Arguments {
   std::optional<std::string> seed, preset;
   int threads = 0;
   BenchCommandOptions bench;
+  ExportOptions exported;
+  std::string format, view, labels;
   bool overwrite = false, export_scatterers = false, quiet = false;
 };
 
@@ -141,11 +143,42 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
                      "folder for files that are written and removed; a temporary one by default");
 }
 
+Status run_export(const Arguments& arguments) {
+  ExportOptions options = arguments.exported;
+  if (!arguments.view.empty()) {
+    options.view = arguments.view == "polar" ? PictureView::polar : PictureView::cartesian;
+  }
+  if (!arguments.labels.empty()) {
+    options.labels = arguments.labels == "boxes" ? YoloLabels::boxes : YoloLabels::segments;
+  }
+  return export_command(arguments.format, std::move(options), arguments.quiet);
+}
+
+void add_export(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
+  ExportOptions& options = arguments.exported;
+  command.add_option("DIR", options.dataset, "a finished data set")->required();
+  command.add_option("--format", arguments.format, "one of those below")->required();
+  command.add_option("-o,--output", options.output, "what is written: must be new or empty")
+      ->required();
+  command.add_option("--view", arguments.view, "polar or cartesian: which picture of a ping")
+      ->check(CLI::IsMember({"polar", "cartesian"}));
+  command.add_option("--labels", arguments.labels, "segments (outlines) or boxes")
+      ->check(CLI::IsMember({"segments", "boxes"}));
+  command.add_flag("--stack", options.stack, "all sequences in one array");
+  command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
+  command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
+      ->check(CLI::Range(1, 1'000'000));
+  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  command.footer(export_format_list());
+}
+
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
 Status dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("generate")) return run_generate(arguments);
   if (app.got_subcommand("check")) return run_check(arguments);
   if (app.got_subcommand("verify")) return verify(arguments.folder, arguments.threads);
+  if (app.got_subcommand("export")) return run_export(arguments);
   if (app.got_subcommand("bench")) return bench(arguments.bench);
   return presets(arguments.preset);
 }
@@ -172,6 +205,7 @@ int run_command_line(int argc, const char* const* argv) {
   verify_command.add_option("DIR", arguments.folder, "the data set")->required();
   verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
       ->check(CLI::Range(0, 4096));
+  add_export(app, arguments);
   add_bench(app, arguments.bench);
   app.add_subcommand("presets", "sonar presets with their numbers and sources")
       ->add_option("NAME", arguments.preset, "print this one");

@@ -1,7 +1,7 @@
 // The program's commands. Each returns nothing or the error that the process ends with; messages
 // for people go to stderr, what was asked for (`check`, `presets`) to stdout.
 //
-//   generate check verify presets bench
+//   generate check verify export_command presets bench
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include "app/pipeline.h"
 #include "core/error.h"
 #include "core/simd.h"
+#include "export/export.h"
 #include "scenario/scenario.h"
 
 namespace ensonify {
@@ -51,6 +52,12 @@ Status check(const ScenarioOptions& options);
 
 // Error kind damage when anything of the data set is not as its manifest says.
 Status verify(const std::filesystem::path& folder, int threads);
+
+// Writes a finished data set in another format. Error kinds: usage (an unknown format comes with
+// the nearest one), io, interrupted.
+Status export_command(const std::string& format, ExportOptions options, bool quiet);
+// Name and description of each format, one a line.
+std::string export_format_list();
 
 // Prints the speed of this machine stage by stage. Error kinds: usage, io.
 Status bench(const BenchCommandOptions& options);

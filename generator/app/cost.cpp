@@ -10,6 +10,7 @@ namespace {
 
 // Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
 constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
+constexpr double kShadowBytesPerPixel = 0.02;
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
@@ -35,6 +36,9 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
   if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
   if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
   if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
+  const double shadows = output.shadow ? kShadowBytesPerPixel : 0;
+  if (output.polar && output.shadow) add(1, shadows * static_cast<double>(pixels));
+  if (output.cartesian && output.shadow) add(1, shadows * static_cast<double>(cartesian_pixels));
   if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));
   if (output.png && output.cartesian) {
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));

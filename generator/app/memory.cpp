@@ -22,11 +22,15 @@ constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
 constexpr std::uint64_t kLaterLibraryBytes = 18'000'000;
 // Embree's hierarchy while it is built, and its copy of the corners.
 constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
-constexpr std::uint64_t kHierarchyBytesPerObject = 600;
+constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // of two scenes
 // What is written of an object: of all pings together, and in the record of each.
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
 // LabelledImage: five floats, an instance and a class.
 constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
+// Of the shadow and of the set of instances.
+constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
+// What a hit behind another is on its way to a label: a hit, and a scatterer in three lists.
+constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A scatterer's part in labels: Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 40;
 
@@ -40,6 +44,10 @@ std::uint64_t hierarchy_bytes(const World& world) {
            shape->mesh->vertices.size() * sizeof(float[3]);
   }
   return sum;
+}
+
+bool wants_hidden(const OutputSelection& output) {
+  return (output.polar || output.cartesian || output.png) && (output.shadow || output.amodal);
 }
 
 // What one ping holds while it is computed, beside the backend's own.
@@ -57,19 +65,29 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t series = count.pixels * sizeof(std::complex<float>);
   const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
-  const std::uint64_t polar = pictures ? count.pixels * kImageBytesPerPixel : 0;
-  const std::uint64_t cartesian = count.cartesian_pixels * kImageBytesPerPixel + grey;
-  const std::uint64_t labels = pictures ? count.echoes() * kLabelBytesPerEcho : 0;
+  const bool hidden = wants_hidden(output);
+  const std::uint64_t shadow = output.shadow ? kShadowBytesPerPixel : 0;
+  const std::uint64_t polar_pixel =
+      kImageBytesPerPixel + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
+  const std::uint64_t cartesian_pixel =
+      kImageBytesPerPixel + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
+  const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
+  const std::uint64_t cartesian = count.cartesian_pixels * cartesian_pixel + grey;
+  const std::uint64_t labels =
+      pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
   const std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
+  const std::uint64_t behind =
+      hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
   const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
   const std::uint64_t encoding =
       (output.timeseries ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
-  return count.echoes() * sizeof(Scatterer) + std::max({tracing, picturing, encoding}) +
+  return (count.echoes() + count.echo.hidden) * sizeof(Scatterer) +
+         std::max({tracing, picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
          session.world.objects.size() * kRecordBytesPerObject;
 }
@@ -123,6 +141,9 @@ EchoCounts count_echoes(const Session& session) {
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
     most.surface = std::max<std::uint64_t>(most.surface, met);
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
+    if (!wants_hidden(session.scenario.output.selection)) continue;
+    const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);
+    most.hidden = std::max<std::uint64_t>(most.hidden, behind.hits.size());
   }
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
   return most;

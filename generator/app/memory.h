@@ -19,9 +19,9 @@ struct ResidentMemory {
 // does not say.
 ResidentMemory resident_memory();
 
-// Scatterers of one ping: of its rays, and of its mirrors and fish.
+// Scatterers of one ping: of its rays, of its mirrors and fish, and those that others hide.
 struct EchoCounts {
-  std::uint64_t surface = 0, coherent = 0;
+  std::uint64_t surface = 0, coherent = 0, hidden = 0;
 };
 
 // How many rays meet something, and what follows the phase of a mirror, is not told by a formula:

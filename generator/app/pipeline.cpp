@@ -8,6 +8,7 @@
 #include "labels/cartesian.h"
 #include "labels/grey.h"
 #include "labels/polar.h"
+#include "labels/shadow.h"
 #include "synthesis/adc.h"
 #include "synthesis/draw.h"
 #include "trace/kirchhoff.h"
@@ -33,20 +34,23 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   for (const Instance& instance : info_.instances) {
     class_of_instance_.push_back(instance.class_id);
   }
+  hidden_power_ = hidden_power(session.sonar, session.record);
 }
 
 Pipeline::Echoes Pipeline::echoes_of(const Tracer& tracer, const Pose& sonar_in_world,
-                                     const Workers& workers) const {
+                                     bool wants_hidden, const Workers& workers) const {
   const std::vector<Hit> hits =
       tracer.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
   std::vector<Scatterer> more =
       kirchhoff_scatterers(fan_, hits, tracer, sonar_in_world, scattering_, workers);
-  const std::vector<Scatterer> targets = point_target_scatterers(
-      session_.world, tracer, sonar_in_world, session_.sonar, session_.water);
-  more.insert(more.end(), targets.begin(), targets.end());
-  const std::vector<Scatterer> fish = school_scatterers(session_.world, tracer_, sonar_in_world,
-                                                        session_.sonar, session_.water, workers);
-  more.insert(more.end(), fish.begin(), fish.end());
+  PointScatterers points;
+  std::vector<HiddenTarget>* hidden = wants_hidden ? &points.hidden : nullptr;
+  points.heard = point_target_scatterers(session_.world, tracer, sonar_in_world, session_.sonar,
+                                         session_.water, hidden);
+  const std::vector<Scatterer> fish = school_scatterers(
+      session_.world, tracer, sonar_in_world, session_.sonar, session_.water, workers, hidden);
+  points.heard.insert(points.heard.end(), fish.begin(), fish.end());
+  more.insert(more.end(), points.heard.begin(), points.heard.end());
   Echoes echoes;
   echoes.scatterers =
       with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers);
@@ -54,6 +58,13 @@ Pipeline::Echoes Pipeline::echoes_of(const Tracer& tracer, const Pose& sonar_in_
             session_.water, workers);
   echoes.volumes = volume_echoes(fan_, hits, session_.world.volumes, sonar_in_world, session_.sonar,
                                  session_.water, session_.record, workers);
+  if (!wants_hidden) return echoes;
+  const HitsBehind behind =
+      tracer.trace_behind(fan_, hits, sonar_in_world, session_.sonar.range_max_m, workers);
+  echoes.hidden = hidden_echoes(fan_, hits, behind, points, scattering_,
+                                session_.world.instances.size(), workers);
+  attenuate(echoes.hidden.list, session_.world.volumes, sonar_in_world, session_.sonar,
+            session_.water, workers);
   return echoes;
 }
 
@@ -77,8 +88,7 @@ PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const P
   return series;
 }
 
-LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
-                                 const Workers& workers) const {
+PolarInput Pipeline::polar_input(const Echoes& echoes, const PingSeries& series) const {
   PolarInput input;
   input.scatterers = &echoes.scatterers;
   input.volumes = echoes.volumes;
@@ -89,12 +99,12 @@ LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
   input.beams = session_.sonar.beam_count;
   input.samples = session_.record.samples;
   input.class_of_instance = class_of_instance_;
-  return polar_image(input, workers);
+  return input;
 }
 
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
-  const Echoes echoes = echoes_of(tracer_.at(object_poses(session_, 0)), pose, workers);
+  const Echoes echoes = echoes_of(tracer_.at(object_poses(session_, 0)), pose, false, workers);
   const PingSeries series = series_of(echoes, 0, pose, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
@@ -107,7 +117,7 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
     ++count;
   }
   if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
-  result.db_limits = db_limits_from_clean(image_of(echoes, series, workers));
+  result.db_limits = db_limits_from_clean(polar_image(polar_input(echoes, series), workers));
   return result;
 }
 
@@ -131,12 +141,30 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
 void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
                             const Workers& workers) const {
   const OutputSelection& output = info_.output;
-  LabelledImage polar = image_of(echoes, series, workers);
-  if (output.png || output.polar) result.polar_annotations = annotations(polar);
+  const PolarInput input = polar_input(echoes, series);
+  LabelledImage polar = polar_image(input, workers);
+  HiddenLabels hidden;
+  if (output.shadow || output.amodal) {
+    hidden = hidden_labels({input, echoes.hidden, hidden_power_.per_energy, hidden_power_.pulse},
+                           polar, workers);
+  }
+  if (output.shadow) polar.shadow = std::move(hidden.shadow);
+  const std::vector<double>& occlusion = echoes.hidden.occlusion;
+  if (output.png || output.polar) {
+    result.polar_annotations = annotations(polar);
+    if (output.amodal) {
+      result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
+    }
+  }
   if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
   if (output.cartesian) {
     LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
     result.cartesian_annotations = annotations(cartesian);
+    if (output.amodal) {
+      result.cartesian_hidden =
+          add_amodal(resample(hidden.amodal, *info_.cartesian, cartesian_map_), occlusion,
+                     result.cartesian_annotations);
+    }
     if (output.png) result.cartesian_grey = grey_image(cartesian, info_.png_db_limits);
     result.cartesian = std::move(cartesian);
   }
@@ -154,7 +182,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   for (const PointTarget& target : session_.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  Echoes echoes = echoes_of(tracer, result.sonar_in_world, workers);
+  const bool pictures = output.polar || output.cartesian || output.png;
+  const bool wants_hidden = pictures && (output.shadow || output.amodal);
+  Echoes echoes = echoes_of(tracer, result.sonar_in_world, wants_hidden, workers);
   result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
@@ -162,7 +192,6 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  const bool pictures = output.polar || output.cartesian || output.png;
   PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);

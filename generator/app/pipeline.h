@@ -7,11 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "app/hidden_power.h"
 #include "app/session.h"
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "core/simd.h"
+#include "labels/polar.h"
 #include "synthesis/backend.h"
+#include "trace/hidden.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 
@@ -47,6 +50,7 @@ class Pipeline {
   struct Echoes {
     ScattererList scatterers;
     std::vector<VolumeEcho> volumes;
+    HiddenEchoes hidden;  // where shadows or amodal masks are asked for
   };
   struct FromPingZero {
     std::array<double, 2> db_limits{};
@@ -54,14 +58,14 @@ class Pipeline {
   };
 
   FromPingZero look_at_ping_zero(const Workers& workers) const;
-  Echoes echoes_of(const Tracer& tracer, const Pose& sonar_in_world, const Workers& workers) const;
+  Echoes echoes_of(const Tracer& tracer, const Pose& sonar_in_world, bool wants_hidden,
+                   const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose, bool wants_clean,
                        const Workers& workers) const;
   void add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
                     const Workers& workers) const;
-  LabelledImage image_of(const Echoes& echoes, const PingSeries& series,
-                         const Workers& workers) const;
+  PolarInput polar_input(const Echoes& echoes, const PingSeries& series) const;
 
   const Session& session_;
   const Tracer& tracer_;
@@ -72,6 +76,7 @@ class Pipeline {
   std::vector<std::int32_t> cartesian_map_;
   std::vector<std::uint8_t> class_of_instance_;
   std::optional<FromPingZero> ping_zero_;
+  HiddenPower hidden_power_;
 };
 
 }  // namespace ensonify

@@ -11,6 +11,8 @@
 #include "labels/cartesian.h"
 #include "labels/grey.h"
 #include "labels/polar.h"
+#include "labels/shadow.h"
+#include "trace/hidden.h"
 
 namespace ensonify {
 namespace {
@@ -50,8 +52,26 @@ PolarInput polar_input(const Bench& bench, const ScattererList& list, const Ping
   return input;
 }
 
+// Shadows and amodal masks of both views; hidden echoes are made with them.
+void time_shadow(const Stages& stages, const PolarInput& input, const std::vector<Hit>& hits,
+                 const CartesianGrid& grid, const std::vector<std::int32_t>& map,
+                 LabelledImage& polar) {
+  const Bench& bench = stages.bench;
+  const Workers one(1);
+  const HitsBehind behind = trace_behind(bench, hits, one);
+  std::vector<Annotation> boxes = annotations(polar);
+  stages.add("shadow", [&] {
+    const HiddenEchoes hidden = hidden_echoes(bench.fan, hits, behind, {}, bench.scattering,
+                                              bench.world.instances.size(), one);
+    HiddenLabels labels = hidden_labels({input, hidden, {}, {}}, polar, one);
+    add_amodal(labels.amodal, hidden.occlusion, boxes);
+    add_amodal(resample(labels.amodal, grid, map), hidden.occlusion, boxes);
+    polar.shadow = std::move(labels.shadow);
+  });
+}
+
 LabelledImage time_images(const Stages& stages, const ScattererList& list,
-                          const PingSeries& series) {
+                          const std::vector<Hit>& hits, const PingSeries& series) {
   const Bench& bench = stages.bench;
   const Workers one(1);
   std::vector<std::uint8_t> class_of_instance = {0};
@@ -64,6 +84,7 @@ LabelledImage time_images(const Stages& stages, const ScattererList& list,
   const CartesianGrid grid = cartesian_grid(bench.setup.sonar, kCartesianHeight_px);
   const std::vector<std::int32_t> map =
       cartesian_map(grid, bench.setup.sonar, bench.setup.water, bench.setup.record);
+  time_shadow(stages, input, hits, grid, map, polar);
   stages.add("cartesian", [&] { cartesian = resample(polar, grid, map); });
   return polar;
 }
@@ -98,10 +119,11 @@ Status time_writing(const Stages& stages, const std::string& bytes,
 
 }  // namespace
 
-Status time_file_stages(const Bench& bench, const ScattererList& list, const PingSeries& series,
-                        const std::filesystem::path& folder, CaseReport& report) {
+Status time_file_stages(const Bench& bench, const ScattererList& list, const std::vector<Hit>& hits,
+                        const PingSeries& series, const std::filesystem::path& folder,
+                        CaseReport& report) {
   const Stages stages{bench, report};
-  const LabelledImage polar = time_images(stages, list, series);
+  const LabelledImage polar = time_images(stages, list, hits, series);
   const std::array<double, 2> limits = db_limits_from_clean(polar);
   GreyImage grey;
   stages.add("grey", [&] { grey = grey_image(polar, limits); });

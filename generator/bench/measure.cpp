@@ -123,7 +123,10 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
   }
 
   const FrontTimes front = time_front(bench, one);
-  report.stages = {{"trace", front.trace_ms}, {"scatterers", front.scatterers_ms}};
+  const std::vector<Hit> hits = trace_ping(bench, all);
+  const double continue_ms = median_ms(options.seconds, [&] { trace_behind(bench, hits, one); });
+  report.stages = {
+      {"trace", front.trace_ms}, {"continue", continue_ms}, {"scatterers", front.scatterers_ms}};
   report.references = {{"trace_one_ray", one_ray_at_a_time_ms(bench)}};
   time_backend_stages(bench, list, report);
   report.references.push_back(
@@ -133,7 +136,7 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
                            })});
   time_plain_methods(bench, list, amplitude, one, &report.references);
   compare_whole_pings(bench, *backend, list, amplitude, all, report);
-  if (Status s = time_file_stages(bench, list, series, folder, report); !s) return s.error();
+  if (Status s = time_file_stages(bench, list, hits, series, folder, report); !s) return s.error();
   return report;
 }
 
@@ -149,6 +152,11 @@ Bench::Bench(const BenchCase& bench_case, const BenchOptions& bench_options,
       fan(make_fan(bench_case.sonar)),
       scattering(make_surface_scattering(setup.sonar, setup.water, world)) {
   keys.speckle = stream_key(kSeed, Stream::speckle, 0);
+}
+
+HitsBehind trace_behind(const Bench& bench, const std::vector<Hit>& hits, const Workers& workers) {
+  return bench.tracer.trace_behind(bench.fan, hits, bench.pose, bench.setup.sonar.range_max_m,
+                                   workers);
 }
 
 std::vector<Hit> trace_ping(const Bench& bench, const Workers& workers) {

@@ -36,6 +36,7 @@ struct Bench {
 
 // The first stages of a ping, as the pipeline calls them.
 std::vector<Hit> trace_ping(const Bench& bench, const Workers& workers);
+HitsBehind trace_behind(const Bench& bench, const std::vector<Hit>& hits, const Workers& workers);
 ScattererList scatterers_of(const Bench& bench, const std::vector<Hit>& hits,
                             const Workers& workers);
 
@@ -63,7 +64,8 @@ void check_plain_methods(const Bench& bench, const ScattererList& list,
                          CaseReport& report);
 
 // Images, labels, encoders, hashing and writing. Error (io): a file cannot be written.
-Status time_file_stages(const Bench& bench, const ScattererList& list, const PingSeries& series,
-                        const std::filesystem::path& folder, CaseReport& report);
+Status time_file_stages(const Bench& bench, const ScattererList& list, const std::vector<Hit>& hits,
+                        const PingSeries& series, const std::filesystem::path& folder,
+                        CaseReport& report);
 
 }  // namespace ensonify

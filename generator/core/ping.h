@@ -35,6 +35,7 @@ struct LabelledImage {
   std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
+  std::vector<std::uint16_t> shadow;     // the instance that casts it; 0: none. Empty: not asked for
 };
 
 struct GreyImage {
@@ -42,13 +43,24 @@ struct GreyImage {
   std::vector<std::uint8_t> pixels;
 };
 
-// One instance in one picture. COCO conventions: x, y, width, height in pixels; the counts of the
+// Some pixels of a picture. COCO conventions: x, y, width, height in pixels; the counts of the
 // column-major run-length code, compressed as COCO's tools do.
+struct PixelMask {
+  std::array<int, 4> box{};
+  std::int64_t area = 0;
+  std::string rle_counts;
+};
+
+// One instance in one picture.
 struct Annotation {
   std::uint16_t instance = 0;
   std::array<int, 4> box{};
   std::int64_t area = 0;
   std::string rle_counts;
+  // Where it would be were everything else transparent, its own pixels included; absent: not asked
+  // for. With it the share of its rays that meet something else first; NaN where no ray meets it.
+  std::optional<PixelMask> amodal = {};
+  double occlusion = 0;
 };
 
 struct PingResult {
@@ -63,6 +75,8 @@ struct PingResult {
   std::optional<GreyImage> cartesian_grey;
   std::vector<Annotation> polar_annotations;
   std::vector<Annotation> cartesian_annotations;
+  std::vector<Annotation> polar_hidden;  // instances that are seen nowhere: amodal masks alone
+  std::vector<Annotation> cartesian_hidden;
   std::vector<float> first_return_m;            // [beams], NaN: none
   ScattererList scatterers;                     // with amplitudes as drawn, for the export
   std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
@@ -105,6 +119,8 @@ struct OutputSelection {
   bool png = true;
   bool scatterers = false;
   bool points = false;
+  bool shadow = true;  // beside polar and Cartesian pictures
+  bool amodal = true;  // in the annotations of all pictures
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came

@@ -51,19 +51,41 @@ Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, co
           {"split", info.split}};
 }
 
+Json mask_json(const Json& image, const Json& counts) {
+  return {{"size", Json::array({image.at("height"), image.at("width")})}, {"counts", counts}};
+}
+
+void add_amodal(Json& json, const Json& image, const Json& annotation) {
+  if (!annotation.contains("amodal_counts")) return;
+  json["occlusion"] = annotation.at("occlusion");
+  json["amodal_bbox"] = annotation.at("amodal_bbox");
+  json["amodal_area"] = annotation.at("amodal_area");
+  json["amodal_segmentation"] = mask_json(image, annotation.at("amodal_counts"));
+}
+
 Json annotation_json(std::uint64_t id, std::uint64_t image_id, const Instance& instance,
                      const Json& image, const Json& annotation) {
-  return {{"id", id},
-          {"image_id", image_id},
-          {"category_id", instance.class_id},
-          {"bbox", annotation.at("bbox")},
-          {"area", annotation.at("area")},
-          {"iscrowd", 0},
-          {"segmentation",
-           {{"size", Json::array({image.at("height"), image.at("width")})},
-            {"counts", annotation.at("counts")}}},
-          {"instance_id", instance.id},
-          {"name", instance.name}};
+  Json json = {{"id", id},
+               {"image_id", image_id},
+               {"category_id", instance.class_id},
+               {"bbox", annotation.at("bbox")},
+               {"area", annotation.at("area")},
+               {"iscrowd", 0},
+               {"segmentation", mask_json(image, annotation.at("counts"))},
+               {"instance_id", instance.id},
+               {"name", instance.name}};
+  add_amodal(json, image, annotation);
+  return json;
+}
+
+Json hidden_json(std::uint64_t image_id, const Instance& instance, const Json& image,
+                 const Json& annotation) {
+  Json json = {{"image_id", image_id},
+               {"category_id", instance.class_id},
+               {"instance_id", instance.id},
+               {"name", instance.name}};
+  add_amodal(json, image, annotation);
+  return json;
 }
 
 Json categories_json(const std::vector<std::string>& classes) {
@@ -90,24 +112,36 @@ Status write_images(StreamedFile& file, const std::filesystem::path& dir,
                         });
 }
 
-Status write_annotations(StreamedFile& file, const std::filesystem::path& dir,
-                         const std::vector<SequenceInfo>& sequences) {
-  ElementWriter annotations(file);
-  std::uint64_t image_id = 0, id = 0;
+// What stands in the list `key` of every image, one element each.
+template <class ElementOf>
+Status write_each(StreamedFile& file, const std::filesystem::path& dir,
+                  const std::vector<SequenceInfo>& sequences, const char* key,
+                  ElementOf&& element_of) {
+  ElementWriter elements(file);
+  std::uint64_t image_id = 0;
   return for_each_image(
       dir, sequences, [&](const SequenceInfo& info, const Json&, const Json& image) -> Status {
         ++image_id;
-        for (const Json& annotation : image.at("annotations")) {
+        for (const Json& annotation : image.at(key)) {
           const Instance* instance = find_instance(info, annotation);
           if (instance == nullptr) {
             return Error{ErrorKind::bug, fmt::format("sequence {}: an annotation of an instance "
                                                      "that the sequence does not have",
                                                      info.sequence)};
           }
-          annotations.add(annotation_json(++id, image_id, *instance, image, annotation));
+          elements.add(element_of(image_id, *instance, image, annotation));
         }
         return {};
       });
+}
+
+Status write_annotations(StreamedFile& file, const std::filesystem::path& dir,
+                         const std::vector<SequenceInfo>& sequences) {
+  std::uint64_t id = 0;
+  return write_each(file, dir, sequences, "annotations",
+                    [&](std::uint64_t image_id, auto&... what) {
+                      return annotation_json(++id, image_id, what...);
+                    });
 }
 
 }  // namespace
@@ -145,6 +179,10 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   if (const Status written = write_images(file, dir, sequences); !written) return written.error();
   file.append("\n],\n\"annotations\": [");
   if (const Status written = write_annotations(file, dir, sequences); !written) {
+    return written.error();
+  }
+  file.append("\n],\n\"hidden\": [");
+  if (const Status written = write_each(file, dir, sequences, "hidden", hidden_json); !written) {
     return written.error();
   }
   file.append("\n]\n}\n");

@@ -3,8 +3,11 @@
 //
 // annotations.jsonl has one line a ping:
 //   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
-//    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts"}]}]}
-// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code.
+//    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts", "occlusion",
+//    "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden": [{"instance", "occlusion",
+//    "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
+// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Without
+// output.amodal the last four are absent and nothing is hidden.
 //
 //   annotation_line  for_each_annotation_line
 //   write_coco
@@ -31,7 +34,9 @@ Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t 
                                 const std::function<Status(const Json&)>& use);
 
 // Writes coco.json. Images are numbered from 1 in the order sequence, ping, polar before Cartesian;
-// annotations from 1 in the order of their images. Category k is classes[k - 1].
+// annotations from 1 in the order of their images. Category k is classes[k - 1]. Instances that are
+// seen nowhere in a picture stand in a list of their own, `hidden`: readers of COCO expect masks
+// with pixels.
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<SequenceInfo>& sequences,
                              const std::vector<std::string>& classes);

@@ -84,7 +84,7 @@ std::string files_table(const OutputSelection& output) {
 | `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; running it again gives the same bytes |
 | `index.csv` | one row a ping: sequence, ping, time_s, split, stem |
 | `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |
-| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture |
+| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with `amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |
 | `provenance.json` | host, wall time, threads: not part of the data |
 
 In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
@@ -106,7 +106,10 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.polar,
               "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
               "16 and 8 bit, 0: none |");
-  text += row(output.cartesian, "| `cartesian/PPPPPP*` | the same three, seen from above |");
+  text += row(output.polar && output.shadow,
+              "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
+              "0: none |");
+  text += row(output.cartesian, "| `cartesian/PPPPPP*` | the same, seen from above |");
   text += row(output.png, "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |");
   text += row(output.scatterers,
               "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "

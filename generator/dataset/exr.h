@@ -6,6 +6,7 @@
 //
 //   encode_exr       a labelled image with its header attributes
 //   read_exr_parts   what the headers of a file say
+//   read_exr_halves  all five channels, as the halves that the file holds
 #pragma once
 
 #include <cstdint>
@@ -39,5 +40,14 @@ struct ExrPart {
 
 // Error (damage): not an EXR file, or cut short before its pixels, which are not read.
 Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
+
+// IEEE half-precision bits, row-major, row 0 on top.
+struct ExrHalves {
+  std::vector<std::uint16_t> level_db, clean_db, elevation_rad, elevation_std_rad,
+      instance_fraction;
+};
+
+// Error (io): not a picture of encode_exr with rows x columns, or damaged.
+Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
 
 }  // namespace ensonify

@@ -10,17 +10,34 @@
 namespace ensonify {
 namespace {
 
+void add_amodal(Json& json, const Annotation& annotation) {
+  if (!annotation.amodal) return;
+  json["occlusion"] = number_or_null(annotation.occlusion);
+  json["amodal_bbox"] = annotation.amodal->box;
+  json["amodal_area"] = annotation.amodal->area;
+  json["amodal_counts"] = annotation.amodal->rle_counts;
+}
+
 Json json_of(const Annotation& annotation) {
-  return {{"instance", annotation.instance},
-          {"bbox", annotation.box},
-          {"area", annotation.area},
-          {"counts", annotation.rle_counts}};
+  Json json = {{"instance", annotation.instance},
+               {"bbox", annotation.box},
+               {"area", annotation.area},
+               {"counts", annotation.rle_counts}};
+  add_amodal(json, annotation);
+  return json;
+}
+
+// An instance that is seen nowhere in the picture.
+Json hidden_json(const Annotation& annotation) {
+  Json json = {{"instance", annotation.instance}};
+  add_amodal(json, annotation);
+  return json;
 }
 
 // The picture that a detector trains on: the grey one, or the EXR file where there is none.
 void add_image(Json& images, const char* view, const std::vector<FileEntry>& files,
                std::uint32_t ping, const char* grey, const char* exr, int rows, int columns,
-               const std::vector<Annotation>& annotations) {
+               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden) {
   std::string chosen;
   for (const char* name : {exr, grey}) {
     const std::string path = layout::ping_file(name, ping);
@@ -31,11 +48,14 @@ void add_image(Json& images, const char* view, const std::vector<FileEntry>& fil
   if (chosen.empty()) return;
   Json list = Json::array();
   for (const Annotation& annotation : annotations) list.push_back(json_of(annotation));
+  Json hidden_list = Json::array();
+  for (const Annotation& annotation : hidden) hidden_list.push_back(hidden_json(annotation));
   images.push_back({{"view", view},
                     {"file", chosen},
                     {"width", columns},
                     {"height", rows},
-                    {"annotations", std::move(list)}});
+                    {"annotations", std::move(list)},
+                    {"hidden", std::move(hidden_list)}});
 }
 
 std::pair<int, int> size_of(const std::optional<GreyImage>& grey,
@@ -92,10 +112,11 @@ PingRecord record_of(const PingResult& result, std::vector<FileEntry> files) {
   record.first_return_m = result.first_return_m;
   const auto [polar_rows, polar_columns] = size_of(result.polar_grey, result.polar);
   add_image(record.images, "polar", files, result.ping, layout::kPolarGrey, layout::kPolarExr,
-            polar_rows, polar_columns, result.polar_annotations);
+            polar_rows, polar_columns, result.polar_annotations, result.polar_hidden);
   const auto [rows, columns] = size_of(result.cartesian_grey, result.cartesian);
   add_image(record.images, "cartesian", files, result.ping, layout::kCartesianGrey,
-            layout::kCartesianExr, rows, columns, result.cartesian_annotations);
+            layout::kCartesianExr, rows, columns, result.cartesian_annotations,
+            result.cartesian_hidden);
   record.files = std::move(files);
   return record;
 }

@@ -14,6 +14,7 @@
 #include "dataset/layout.h"
 #include "dataset/schema.h"
 #include "dataset/verify_files.h"
+#include "dataset/verify_masks.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -14,6 +14,7 @@
 #include "dataset/png.h"
 #include "dataset/schema.h"
 #include "dataset/table_schema.h"
+#include "dataset/verify_masks.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -141,7 +142,8 @@ std::string annotations_fault(const fs::path& path, const SequenceShape& shape) 
   std::uint64_t ping = shape.first_ping;
   for (std::string line; std::getline(file, line); ++ping) {
     const auto json = parse_json(line);
-    const std::string fault = json ? schema.fault(*json) : "is not JSON";
+    std::string fault = json ? schema.fault(*json) : "is not JSON";
+    if (fault.empty()) fault = line_masks_fault(*json);
     if (!fault.empty()) return fmt::format("line {}: {}", ping - shape.first_ping + 1, fault);
     if (count_at(*json, "ping") != ping) break;
   }
@@ -170,6 +172,8 @@ const KnownFile kKnownFiles[] = {
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarSemantic,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
+    {layout::kPolarShadow,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarGrey,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kCartesianExr,
@@ -183,6 +187,10 @@ const KnownFile kKnownFiles[] = {
     {layout::kCartesianSemantic,
      [](auto&, auto& path, auto& s) {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+     }},
+    {layout::kCartesianShadow,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},
     {layout::kCartesianGrey,
      [](auto&, auto& path, auto& s) {
@@ -201,42 +209,6 @@ const KnownFile kKnownFiles[] = {
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
     {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
     {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
-};
-
-// Walks coco.json without keeping its images and annotations.
-struct CocoReader {
-  const std::set<std::string>& known;
-  std::uint64_t classes;
-  std::string array = {};  // the top-level member that is being read
-  std::uint64_t images = 0, annotations = 0;
-  std::string fault = {};  // the first one
-  const SchemaCheck image_schema{"coco", "image"}, annotation_schema{"coco", "annotation"};
-
-  std::string image_fault(const Json& image) {
-    std::string wrong = image_schema.fault(image, fmt::format("/images/{}", images));
-    if (!wrong.empty()) return wrong;
-    if (count_at(image, "id") != ++images) return fmt::format("image {} lacks its id", images);
-    if (known.contains(*text_at(image, "file_name"))) return {};
-    return fmt::format("image {} names a file that is not of the data set", images);
-  }
-
-  std::string annotation_fault(const Json& annotation) {
-    std::string wrong =
-        annotation_schema.fault(annotation, fmt::format("/annotations/{}", annotations));
-    if (!wrong.empty()) return wrong;
-    const bool whole = count_at(annotation, "id") == ++annotations &&
-                       count_at(annotation, "image_id") <= images &&
-                       count_at(annotation, "category_id") <= classes;
-    return whole ? "" : fmt::format("annotation {} is not whole", annotations);
-  }
-
-  bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::key && depth == 1) array = parsed.get<std::string>();
-    if (event != Json::parse_event_t::object_end || depth != 2) return true;
-    if (array == "images" && fault.empty()) fault = image_fault(parsed);
-    if (array == "annotations" && fault.empty()) fault = annotation_fault(parsed);
-    return array != "images" && array != "annotations";
-  }
 };
 
 }  // namespace
@@ -291,16 +263,6 @@ std::string split_fault(const fs::path& path, const std::string& split,
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     return line == layout::index_stem(shape->sequence, ping);
   });
-}
-
-std::string coco_fault(const fs::path& path, const std::set<std::string>& known,
-                       std::uint64_t classes) {
-  CocoReader reader{known, classes};
-  std::ifstream file(path, std::ios::binary);
-  const Json json = Json::parse(file, std::ref(reader), false);
-  if (json.is_discarded()) return "is not JSON";
-  const std::string fault = SchemaCheck("coco").fault(json);
-  return fault.empty() ? reader.fault : fault;
 }
 
 }  // namespace ensonify

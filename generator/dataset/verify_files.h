@@ -3,13 +3,12 @@
 //
 //   content_fault          there, size and hash
 //   format_fault           a sequence's file against the sequence's shape
-//   index_fault  split_fault  coco_fault    top-level tables against the pings
+//   index_fault  split_fault    top-level tables against the pings
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -42,9 +41,5 @@ std::string index_fault(const std::filesystem::path& path,
 
 std::string split_fault(const std::filesystem::path& path, const std::string& split,
                         const std::vector<SequenceShape>& shapes);
-
-// `known`: the files that manifests list.
-std::string coco_fault(const std::filesystem::path& path, const std::set<std::string>& known,
-                       std::uint64_t classes);
 
 }  // namespace ensonify

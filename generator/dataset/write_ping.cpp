@@ -29,7 +29,7 @@ std::size_t area(int rows, int columns) {
   return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
 }
 
-bool fits(const std::optional<LabelledImage>& image, int rows, int columns) {
+bool fits(const std::optional<LabelledImage>& image, int rows, int columns, bool shadow) {
   if (!image || image->rows != rows || image->columns != columns || rows < 1 || columns < 1) {
     return false;
   }
@@ -37,7 +37,7 @@ bool fits(const std::optional<LabelledImage>& image, int rows, int columns) {
   return image->level_db.size() == pixels && image->clean_db.size() == pixels &&
          image->elevation_rad.size() == pixels && image->elevation_std_rad.size() == pixels &&
          image->instance_fraction.size() == pixels && image->instance.size() == pixels &&
-         image->semantic.size() == pixels;
+         image->semantic.size() == pixels && (!shadow || image->shadow.size() == pixels);
 }
 
 bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
@@ -52,8 +52,10 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const CartesianGrid grid = info.cartesian.value_or(CartesianGrid{});
   const auto is_bad = [](bool asked, bool fitting) { return asked && !fitting; };
   if (is_bad(info.output.timeseries, result.series.size() == area(beams, samples))) return "series";
-  if (is_bad(info.output.polar, fits(result.polar, samples, beams))) return "polar";
-  if (is_bad(info.output.cartesian, fits(result.cartesian, grid.height_px, grid.width_px))) {
+  const bool shadow = info.output.shadow;
+  if (is_bad(info.output.polar, fits(result.polar, samples, beams, shadow))) return "polar";
+  if (is_bad(info.output.cartesian,
+             fits(result.cartesian, grid.height_px, grid.width_px, shadow))) {
     return "cartesian";
   }
   if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
@@ -84,15 +86,23 @@ ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
            {"y_left_m", grid.y_left_m}}};
 }
 
+// Names of the files of one picture; no shadow: not asked for.
+struct ImageNames {
+  const char *exr, *instance, *semantic, *shadow;
+};
+
 void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
-                    const ExrAttributes& attributes, const char* exr, const char* instance,
-                    const char* semantic) {
-  jobs.push_back({exr, [&image, attributes] { return encode_exr(image, attributes); }});
-  jobs.push_back({instance, [&image] {
+                    const ExrAttributes& attributes, const ImageNames& names) {
+  jobs.push_back({names.exr, [&image, attributes] { return encode_exr(image, attributes); }});
+  jobs.push_back({names.instance, [&image] {
                     return encode_png(image.instance, image.rows, image.columns, Content::runs);
                   }});
-  jobs.push_back({semantic, [&image] {
+  jobs.push_back({names.semantic, [&image] {
                     return encode_png(image.semantic, image.rows, image.columns, Content::runs);
+                  }});
+  if (names.shadow == nullptr) return;
+  jobs.push_back({names.shadow, [&image] {
+                    return encode_png(image.shadow, image.rows, image.columns, Content::runs);
                   }});
 }
 
@@ -116,12 +126,14 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
   using namespace layout;
   std::vector<FileJob> jobs;
   if (info.output.polar) {
-    add_image_jobs(jobs, *result.polar, polar_attributes(info), kPolarExr, kPolarInstance,
-                   kPolarSemantic);
+    add_image_jobs(
+        jobs, *result.polar, polar_attributes(info),
+        {kPolarExr, kPolarInstance, kPolarSemantic, info.output.shadow ? kPolarShadow : nullptr});
   }
   if (info.output.cartesian) {
-    add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian), kCartesianExr,
-                   kCartesianInstance, kCartesianSemantic);
+    add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian),
+                   {kCartesianExr, kCartesianInstance, kCartesianSemantic,
+                    info.output.shadow ? kCartesianShadow : nullptr});
   }
   if (info.output.timeseries) {
     jobs.push_back({kTimeseries, [&]() -> Result<std::string> {

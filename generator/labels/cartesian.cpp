@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/units.h"
+#include "labels/shadow.h"
 
 namespace ensonify {
 namespace {
@@ -137,6 +138,7 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
       copy_pixels(polar, holds_echo, pixels, image);
     }
   }
+  if (!polar.shadow.empty()) image.shadow = resample(polar.shadow, grid, map);
   return image;
 }
 

@@ -7,18 +7,13 @@
 
 #include "core/error.h"
 #include "core/units.h"
+#include "labels/energy.h"
 #include "labels/levels.h"
 
 namespace ensonify {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-double expected_energy(const Scatterer& s) {
-  const double square = std::norm(std::complex<double>(s.mean)) +
-                        static_cast<double>(s.standard_deviation) * s.standard_deviation;
-  return square * s.gain * s.gain;
-}
 
 // One source of a pixel's energy: a scatterer, or a volume in one of its cells.
 struct Echo {
@@ -145,7 +140,7 @@ PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
 }
 
 LabelledImage blank_image(int rows, int columns) {
-  LabelledImage image{rows, columns, {}, {}, {}, {}, {}, {}, {}};
+  LabelledImage image{rows, columns, {}, {}, {}, {}, {}, {}, {}, {}};
   const std::size_t count = std::size_t(rows) * columns;
   image.level_db.resize(count);
   image.clean_db.resize(count);

@@ -179,10 +179,11 @@ std::string output_text(const OutputSpec& output) {
     png = fmt::format("{{db: {}}}", numbers(*output.png_db));
   }
   return fmt::format(
-      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}, "
-      "points: {}}}\n",
+      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
+      "scatterers: {}, points: {}}}\n",
       output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
-      output.selection.scatterers, output.selection.points);
+      output.selection.shadow, output.selection.amodal, output.selection.scatterers,
+      output.selection.points);
 }
 
 }  // namespace

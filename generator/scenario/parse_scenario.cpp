@@ -37,6 +37,22 @@ void parse_image_options(Faults& faults, const Value& value, OutputSpec& output)
                         limits[0], limits[1]));
 }
 
+// Labels that go with pictures: on where there are polar or Cartesian ones.
+void parse_hidden_labels(Faults& faults, const Value& value, OutputSelection& selection) {
+  const bool with_labels = selection.polar || selection.cartesian;
+  const auto read = [&](const char* key, bool possible, const char* pictures, bool& wanted) {
+    wanted = with_labels;
+    const auto map = read_switch(faults, value, key, wanted);
+    if (map) open_map(faults, *map, {});
+    const auto given = child(value, key);
+    if (!given || !wanted || possible) return;
+    add_fault(faults, given->place, given->path,
+              fmt::format("there are no pictures for it, accepted with {}", pictures));
+  };
+  read("shadow", with_labels, "polar or cartesian", selection.shadow);
+  read("amodal", with_labels || selection.png, "polar, cartesian or png", selection.amodal);
+}
+
 // The head of a scenario.
 void parse_head(Faults& faults, const Value& root, Scenario& scenario) {
   int version = 0;
@@ -132,13 +148,18 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 }
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
-  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers", "points"})) return;
+  if (!open_map(faults, value,
+                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "scatterers",
+                 "points"})) {
+    return;
+  }
   read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
                     output.selection.timeseries);
   if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
     open_map(faults, *map, {});
   }
   parse_image_options(faults, value, output);
+  parse_hidden_labels(faults, value, output.selection);
   if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
     open_map(faults, *map, {});
   }

@@ -164,7 +164,7 @@ struct VolumeSpec {
 };
 
 struct OutputSpec {
-  OutputSelection selection;
+  OutputSelection selection;  // shadow and amodal: on with polar or Cartesian pictures
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
 };

@@ -26,15 +26,6 @@ double cos_incidence(Vec3 direction, Vec3 normal) {
   return std::min(std::abs(dot(direction, normal)), 1.0);
 }
 
-Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed) {
-  Hit hit;
-  hit.range_m = surface.range_m;
-  hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, surface.normal));
-  hit.instance = placed.object->instance;
-  hit.normal = rotate(placed.pose.rotation, surface.normal);
-  return hit;
-}
-
 // All rays of a query that met one mesh.
 void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, unsigned instance,
             TriangleHits& t) {
@@ -103,6 +94,26 @@ void interpolate(const Mesh& mesh, const Found& found, Vec3 local_direction, Qua
   }
 }
 
+// Where a plane is nearer than what was found so far.
+void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
+  for (std::size_t i = 0; i < scene.planes.size(); ++i) {
+    const std::optional<Hit> hit = plane_hit(scene, query, ray, i);
+    if (!hit || (nearest.instance != 0 && hit->range_m >= nearest.range_m)) continue;
+    nearest = *hit;
+  }
+}
+
+}  // namespace
+
+Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed) {
+  Hit hit;
+  hit.range_m = surface.range_m;
+  hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, surface.normal));
+  hit.instance = placed.object->instance;
+  hit.normal = rotate(placed.pose.rotation, surface.normal);
+  return hit;
+}
+
 void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
                     unsigned instance, Hit* hits) {
   const auto& [object, pose] = scene.by_geometry[instance];
@@ -124,20 +135,16 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
   }
 }
 
-// Where a plane is nearer than what was found so far.
-void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
-  for (std::size_t i = 0; i < scene.planes.size(); ++i) {
-    const PlacedObject& plane = scene.planes[i];
-    const Ray local{query.origins != nullptr ? query.origins->planes_m[i]
-                                             : inverse_transform_point(plane.pose, query.origin_m),
-                    rotate(conjugate(plane.pose.rotation), query.directions[ray])};
-    const std::optional<SurfaceHit> hit = intersect_closed_form(plane.object->shape, local);
-    if (!hit || (nearest.instance != 0 && hit->range_m >= nearest.range_m)) continue;
-    nearest = hit_of(*hit, local.direction, plane);
-  }
+std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ray,
+                             std::size_t plane) {
+  const PlacedObject& placed = scene.planes[plane];
+  const Ray local{query.origins != nullptr ? query.origins->planes_m[plane]
+                                           : inverse_transform_point(placed.pose, query.origin_m),
+                  rotate(conjugate(placed.pose.rotation), query.directions[ray])};
+  const std::optional<SurfaceHit> hit = intersect_closed_form(placed.object->shape, local);
+  if (!hit) return std::nullopt;
+  return hit_of(*hit, local.direction, placed);
 }
-
-}  // namespace
 
 void refine(const Scene& scene, const Query& query, std::span<const Found> found,
             double range_max_m, Hit* hits) {

@@ -7,86 +7,13 @@
 
 #include "acoustics/scattering.h"
 #include "core/error.h"
-#include "trace/echo.h"
+#include "trace/surface_echoes.h"
 
 namespace ensonify {
 namespace {
 
 // A target is hidden by what stands before it, not by the surface it lies on.
 constexpr double kOnSurface = 1e-6;
-
-// A constant amplitude without a random part is one; NaN and infinity are not.
-bool is_an_echo(const ScattererMoments& moments) {
-  return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
-         moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
-}
-
-bool is_usable(const Hit& hit, const Sonar& sonar) {
-  return hit.instance != 0 && in_range(hit.range_m, sonar) && hit.cos_incidence >= 0 &&
-         hit.cos_incidence <= 1;
-}
-
-// The directions of a fan from what its rows and columns share.
-struct FanDirections {
-  struct Part {
-    double angle_rad = 0, cosine = 1, sine = 0, pattern = 1;
-  };
-  std::vector<Part> elevation, azimuth;
-
-  EchoDirection at(std::size_t column, std::size_t e) const {
-    const Part &up = elevation[e], &along = azimuth[column];
-    return {along.angle_rad,
-            up.angle_rad,
-            {up.cosine * along.cosine, up.cosine * along.sine, up.sine},
-            up.pattern,
-            along.pattern};
-  }
-};
-
-FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
-  FanDirections directions;
-  for (const double x : fan.elevation_rad) {
-    directions.elevation.push_back(
-        {x, std::cos(x), std::sin(x), echo_direction(0, x, sonar).elevation_pattern});
-  }
-  for (const double x : fan.azimuth_rad) {
-    directions.azimuth.push_back(
-        {x, std::cos(x), std::sin(x), echo_direction(x, 0, sonar).transmit_pattern});
-  }
-  return directions;
-}
-
-// The scatterers of one sector's rays, one by one, into what is all zero before.
-struct SurfaceEchoes {
-  const Fan& fan;
-  std::span<const Hit> hits;
-  const SurfaceScattering& scattering;
-  FanDirections directions = directions_of(fan, scattering.sonar);
-
-  // False for a hit that is none.
-  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
-    if (!is_usable(hit, scattering.sonar)) return false;
-    ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    moments = scatterer_moments(scattering.material[hit.instance], hit.reflectivity,
-                                hit.cos_incidence, hit.range_m, fan.solid_angle_sr[e]);
-    return is_an_echo(moments);
-  }
-
-  // `i` counts the rays of a sector.
-  void set(std::uint32_t beam, std::uint32_t i, const ScattererMoments& moments,
-           Scatterer& s) const {
-    const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);
-    const std::size_t ray = beam * fan.rays_per_beam() + i;
-    const Hit& hit = hits[ray];
-    set_echo(hit.range_m, directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows),
-             beam, scattering.water, s);
-    s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
-    s.mean = static_cast<float>(moments.mean_m);
-    s.cos_incidence = hit.cos_incidence;
-    s.key = ray;
-    s.instance = hit.instance;
-  }
-};
 
 // What sorting a sector needs, kept from one to the next.
 struct SectorWork {
@@ -124,9 +51,11 @@ struct PointEchoes {
   const Pose& pose;
   const Sonar& sonar;
   const Water& water;
+  const std::vector<HiddenTarget>* hidden = nullptr;  // where hidden ones are asked for
 
-  // None where the point is outside the fan and its ranges, or behind a surface.
-  std::optional<Scatterer> at(Vec3 position_m, double target_strength_db) const {
+  // None where the point is outside the fan and its ranges. With what hides it told, where it does.
+  std::optional<Scatterer> at(Vec3 position_m, double target_strength_db,
+                              std::optional<std::uint32_t>& hidden_by) const {
     const Vec3 p = inverse_transform_point(pose, position_m);
     const double range = length(p);
     if (!in_range(range, sonar)) return std::nullopt;
@@ -135,12 +64,33 @@ struct PointEchoes {
     const std::optional<int> beam = sector_of(sonar, azimuth);
     if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
     const Vec3 way = position_m - pose.position_m;
-    const Hit before = tracer.first_hit({pose.position_m, normalized(way)}, range);
-    if (before.instance != 0 && before.range_m < range * (1 - kOnSurface)) return std::nullopt;
+    hidden_by = what_hides({pose.position_m, normalized(way)}, range);
     Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, water);
     s.mean = static_cast<float>(target_amplitude_m(target_strength_db));
     s.cos_incidence = 1;
     return s;
+  }
+
+  // None: nothing. 0: more than one instance, or it is not asked for.
+  std::optional<std::uint32_t> what_hides(const Ray& ray, double range_m) const {
+    const double before_m = range_m * (1 - kOnSurface);
+    const Hit first = tracer.first_hit(ray, range_m);
+    if (first.instance == 0 || first.range_m >= before_m) return std::nullopt;
+    if (hidden == nullptr) return 0;
+    for (const Hit& hit : tracer.hits_along(ray, range_m)) {
+      if (hit.instance != first.instance && hit.range_m < before_m) return 0;
+    }
+    return first.instance;
+  }
+
+  // The echo goes where it belongs.
+  void sort_out(const Scatterer& s, std::optional<std::uint32_t> hidden_by,
+                std::vector<Scatterer>& heard, std::vector<HiddenTarget>* not_heard) const {
+    if (!hidden_by) {
+      heard.push_back(s);
+    } else if (not_heard != nullptr) {
+      not_heard->push_back({s, *hidden_by});
+    }
   }
 };
 
@@ -162,7 +112,7 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
-  const SurfaceEchoes echoes{fan, hits, scattering};
+  const SurfaceEchoes echoes{fan, scattering};
   std::vector<Scatterer> scatterers;
   scatterers.reserve(hits.size());
   ScattererMoments moments;
@@ -170,7 +120,7 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     if (!echoes.moments(hits[ray], ray % fan.rays_elevation, moments)) continue;
     echoes.set(static_cast<std::uint32_t>(ray / rays), static_cast<std::uint32_t>(ray % rays),
-               moments, scatterers.emplace_back());
+               hits[ray], moments, scatterers.emplace_back());
   }
   return scatterers;
 }
@@ -178,7 +128,7 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
                                      const SurfaceScattering& scattering, const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
-  const SurfaceEchoes echoes{fan, hits, scattering};
+  const SurfaceEchoes echoes{fan, scattering};
   const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
   // Room for every usable hit. Few of them make no echo; their room is closed up at the end.
   std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
@@ -205,7 +155,8 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
     sort_keys(work.order);
     Scatterer* next = list.items.data() + room[beam];
     for (const SortKey& k : work.order) {
-      echoes.set(static_cast<std::uint32_t>(beam), k.index, work.moments[k.index], *next++);
+      echoes.set(static_cast<std::uint32_t>(beam), k.index, hits[beam * rays + k.index],
+                 work.moments[k.index], *next++);
     }
     count[beam] = static_cast<std::uint32_t>(work.order.size());
   });
@@ -215,38 +166,46 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
 
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
-                                               const Water& water) {
-  const PointEchoes echoes{tracer, sonar_in_world, sonar, water};
+                                               const Water& water,
+                                               std::vector<HiddenTarget>* hidden) {
+  const PointEchoes echoes{tracer, sonar_in_world, sonar, water, hidden};
   std::vector<Scatterer> scatterers;
   for (const PointTarget& target : world.point_targets) {
-    std::optional<Scatterer> s = echoes.at(target.position_m, target.target_strength_db);
+    std::optional<std::uint32_t> hidden_by;
+    std::optional<Scatterer> s = echoes.at(target.position_m, target.target_strength_db, hidden_by);
     if (!s) continue;
     s->key = kPointKey | target.instance;
     s->instance = target.instance;
-    scatterers.push_back(*s);
+    echoes.sort_out(*s, hidden_by, scatterers, hidden);
   }
   return scatterers;
 }
 
 std::vector<Scatterer> school_scatterers(const World& world, const Tracer& tracer,
                                          const Pose& sonar_in_world, const Sonar& sonar,
-                                         const Water& water, const Workers& workers) {
-  const PointEchoes echoes{tracer, sonar_in_world, sonar, water};
+                                         const Water& water, const Workers& workers,
+                                         std::vector<HiddenTarget>* hidden) {
+  const PointEchoes echoes{tracer, sonar_in_world, sonar, water, hidden};
   std::vector<Scatterer> scatterers;
   for (const School& school : world.schools) {
     constexpr std::size_t kBlock = 256;
     const std::size_t fish = school.fish_m.size(), blocks = (fish + kBlock - 1) / kBlock;
     std::vector<std::vector<Scatterer>> found(blocks);
+    std::vector<std::vector<HiddenTarget>> not_heard(blocks);
     workers.for_each(blocks, [&](std::size_t block) {
       for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, fish); ++i) {
-        std::optional<Scatterer> s = echoes.at(school.fish_m[i], school.target_strength_db);
+        std::optional<std::uint32_t> hidden_by;
+        std::optional<Scatterer> s =
+            echoes.at(school.fish_m[i], school.target_strength_db, hidden_by);
         if (!s) continue;
         s->key = kPointKey | std::uint64_t{i + 1} << 32 | school.instance;
         s->instance = school.instance;
-        found[block].push_back(*s);
+        echoes.sort_out(*s, hidden_by, found[block], hidden ? &not_heard[block] : nullptr);
       }
     });
     for (const auto& part : found) scatterers.insert(scatterers.end(), part.begin(), part.end());
+    if (hidden == nullptr) continue;
+    for (const auto& part : not_heard) hidden->insert(hidden->end(), part.begin(), part.end());
   }
   return scatterers;
 }

@@ -3,7 +3,7 @@
 //   SurfaceScattering      what a sequence fixes
 //   surface_scatterers     one scatterer for each ray that found something
 //   surface_scatterer_list the same, sorted
-//   point_target_scatterers  school_scatterers
+//   point_target_scatterers  school_scatterers  HiddenTarget
 #pragma once
 
 #include <span>
@@ -38,14 +38,23 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
                                      const SurfaceScattering& scattering, const Workers& workers);
 
+// A point target or a fish behind a surface, as it would be heard were that not there.
+struct HiddenTarget {
+  Scatterer scatterer;
+  std::uint32_t caster = 0;  // the instance that alone hides it; 0: several do
+};
+
 // Point targets inside the fan and its ranges with no surface before them; amplitude 10^(TS/20).
+// Those with one are added to `hidden`, where it is given.
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
-                                               const Water& water);
+                                               const Water& water,
+                                               std::vector<HiddenTarget>* hidden = nullptr);
 
 // The fish of all schools likewise.
 std::vector<Scatterer> school_scatterers(const World& world, const Tracer& tracer,
                                          const Pose& sonar_in_world, const Sonar& sonar,
-                                         const Water& water, const Workers& workers);
+                                         const Water& water, const Workers& workers,
+                                         std::vector<HiddenTarget>* hidden = nullptr);
 
 }  // namespace ensonify

@@ -11,30 +11,26 @@
 namespace ensonify {
 namespace {
 
+// In the object's frame; a mesh's need not be about the origin.
+struct LocalBox {
+  Vec3 centre, half;
+};
+
+LocalBox box_of(const Scene& scene, const Shape& shape) {
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return {{}, half_extents(*box)};
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return {{}, half_extents(*sphere)};
+  if (const auto* cyl = std::get_if<CylinderShape>(&shape)) return {{}, half_extents(*cyl)};
+  const auto* mesh = std::get_if<MeshShape>(&shape);
+  if (mesh == nullptr) return {};
+  RTCBounds b;
+  rtcGetSceneBounds(scene.meshes->scenes.at(mesh->mesh.get()), &b);
+  const Vec3 low{b.lower_x, b.lower_y, b.lower_z}, high{b.upper_x, b.upper_y, b.upper_z};
+  return {0.5 * (low + high), 0.5 * (high - low)};
+}
+
 void closed_form_bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& form = *static_cast<const ClosedForm*>(arguments->geometryUserPtr);
-  const Shape& shape = form.placed.object->shape;
-  const Pose& pose = form.placed.pose;
-  Vec3 half{};
-  if (const auto* box = std::get_if<BoxShape>(&shape)) half = half_extents(*box);
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) half = half_extents(*sphere);
-  if (const auto* cyl = std::get_if<CylinderShape>(&shape)) half = half_extents(*cyl);
-  const Vec3 x = rotate(pose.rotation, {half.x, 0, 0});
-  const Vec3 y = rotate(pose.rotation, {0, half.y, 0});
-  const Vec3 z = rotate(pose.rotation, {0, 0, half.z});
-  const Vec3 reach{std::abs(x.x) + std::abs(y.x) + std::abs(z.x),
-                   std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
-                   std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
-  const Vec3 centre = pose.position_m - form.scene->origin_m;
-  // Wider by more than a float can round away: the boxes decide what is tested at all.
-  const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
-  RTCBounds& bounds = *arguments->bounds_o;
-  bounds.lower_x = static_cast<float>(centre.x - reach.x - slack);
-  bounds.lower_y = static_cast<float>(centre.y - reach.y - slack);
-  bounds.lower_z = static_cast<float>(centre.z - reach.z - slack);
-  bounds.upper_x = static_cast<float>(centre.x + reach.x + slack);
-  bounds.upper_y = static_cast<float>(centre.y + reach.y + slack);
-  bounds.upper_z = static_cast<float>(centre.z + reach.z + slack);
+  *arguments->bounds_o = bounds_of(*form.scene, form.placed);
 }
 
 void closed_form_intersect(const RTCIntersectFunctionNArguments* arguments) {
@@ -66,22 +62,6 @@ std::array<float, 12> row_major_matrix(const Pose& pose, Vec3 origin_m) {
   const auto f = [](double v) { return static_cast<float>(v); };
   return {f(x.x), f(y.x), f(z.x), f(p.x), f(x.y), f(y.y),
           f(z.y), f(p.y), f(x.z), f(y.z), f(z.z), f(p.z)};
-}
-
-RTCScene new_scene(RTCDevice device) {
-  RTCScene made = rtcNewScene(device);
-  if (made == nullptr) throw DeviceFailure("Embree could not make a scene: not enough memory?");
-  rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
-  return made;
-}
-
-// One thread: the order in which several would sort triangles into leaves decides which of two
-// triangles owns their common edge.
-void commit(RTCDevice device, RTCScene part) {
-  Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
-  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-    throw DeviceFailure("Embree could not build its scene: not enough memory?");
-  }
 }
 
 void build_mesh(RTCDevice device, const Mesh& mesh, RTCScene own) {
@@ -127,6 +107,44 @@ void add_closed_form(Scene& scene, const PlacedObject& placed) {
 }
 
 }  // namespace
+
+RTCBounds bounds_of(const Scene& scene, const PlacedObject& placed) {
+  const Pose& pose = placed.pose;
+  const auto [middle, half] = box_of(scene, placed.object->shape);
+  const Vec3 x = rotate(pose.rotation, {half.x, 0, 0});
+  const Vec3 y = rotate(pose.rotation, {0, half.y, 0});
+  const Vec3 z = rotate(pose.rotation, {0, 0, half.z});
+  const Vec3 reach{std::abs(x.x) + std::abs(y.x) + std::abs(z.x),
+                   std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
+                   std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
+  const Vec3 centre = transform_point(pose, middle) - scene.origin_m;
+  // Wider by more than a float can round away: the boxes decide what is tested at all.
+  const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
+  RTCBounds bounds{};
+  bounds.lower_x = static_cast<float>(centre.x - reach.x - slack);
+  bounds.lower_y = static_cast<float>(centre.y - reach.y - slack);
+  bounds.lower_z = static_cast<float>(centre.z - reach.z - slack);
+  bounds.upper_x = static_cast<float>(centre.x + reach.x + slack);
+  bounds.upper_y = static_cast<float>(centre.y + reach.y + slack);
+  bounds.upper_z = static_cast<float>(centre.z + reach.z + slack);
+  return bounds;
+}
+
+RTCScene new_scene(RTCDevice device) {
+  RTCScene made = rtcNewScene(device);
+  if (made == nullptr) throw DeviceFailure("Embree could not make a scene: not enough memory?");
+  rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
+  return made;
+}
+
+// One thread: the order in which several would sort triangles into leaves decides which of two
+// triangles owns their common edge.
+void commit(RTCDevice device, RTCScene part) {
+  Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
+  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
+    throw DeviceFailure("Embree could not build its scene: not enough memory?");
+  }
+}
 
 MeshHierarchies::~MeshHierarchies() {
   for (const auto& [mesh, scene] : scenes) rtcReleaseScene(scene);
@@ -187,6 +205,28 @@ LocalOrigins local_origins(const Scene& scene, Vec3 origin_m) {
     origins.planes_m.push_back(inverse_transform_point(plane.pose, origin_m));
   }
   return origins;
+}
+
+RTCRayHit one_ray(const Scene& scene, const Ray& ray, double range_max_m, Query& query) {
+  init_context(query.context);
+  query.origin_m = ray.origin_m;
+  query.directions.x[0] = ray.direction.x;
+  query.directions.y[0] = ray.direction.y;
+  query.directions.z[0] = ray.direction.z;
+  RTCRayHit rays{};
+  const Vec3 from = ray.origin_m - scene.origin_m;
+  rays.ray.org_x = static_cast<float>(from.x);
+  rays.ray.org_y = static_cast<float>(from.y);
+  rays.ray.org_z = static_cast<float>(from.z);
+  rays.ray.dir_x = static_cast<float>(ray.direction.x);
+  rays.ray.dir_y = static_cast<float>(ray.direction.y);
+  rays.ray.dir_z = static_cast<float>(ray.direction.z);
+  rays.ray.tnear = static_cast<float>(kNearestHit_m);
+  rays.ray.tfar = float_range(range_max_m);
+  rays.ray.mask = ~0u;
+  rays.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rays.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  return rays;
 }
 
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry) {

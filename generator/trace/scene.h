@@ -2,6 +2,7 @@
 //
 //   MeshHierarchies  build_hierarchies   what stays, whatever moves
 //   Scene            build_scene         all objects at one moment
+//   bounds_of  new_scene  commit         parts of building it
 //   Query            rays under way
 #pragma once
 
@@ -19,6 +20,9 @@
 #include "world/world.h"
 
 namespace ensonify {
+
+// What Embree looks as far as, in float, for hits up to a range in double.
+inline float float_range(double range_m) { return static_cast<float>(range_m) * 1.000001f; }
 
 // Nearer than this is the surface that the sonar itself touches.
 inline constexpr double kNearestHit_m = 1e-6;
@@ -76,6 +80,13 @@ std::shared_ptr<const MeshHierarchies> build_hierarchies(const World& world);
 void build_scene(const World& world, std::span<const Pose> object_in_world,
                  std::shared_ptr<const MeshHierarchies> meshes, Scene& scene);
 
+// The box about an object, as Embree wants it: wider than a float can round away. Not of planes.
+RTCBounds bounds_of(const Scene& scene, const PlacedObject& placed);
+
+// Throw as the constructor of Tracer. Embree builds on the caller's thread.
+RTCScene new_scene(RTCDevice device);
+void commit(RTCDevice device, RTCScene part);
+
 // A place in the frame of each object: told once where many rays start there.
 struct LocalOrigins {
   std::vector<Vec3> geometries_m;  // as by_geometry
@@ -99,6 +110,8 @@ struct ClosedFormHit {
   Vec3 local_direction;
 };
 
+struct Layers;  // trace/continue.h
+
 // Rays from one place, under way. It carries them in double to the callbacks of the closed forms;
 // RTCRay::id is a ray's place here.
 struct Query {
@@ -107,7 +120,11 @@ struct Query {
   const LocalOrigins* origins = nullptr;  // the same in all frames, where known
   Directions directions;
   ClosedFormHit* closed_form = nullptr;  // one a ray
+  Layers* layers = nullptr;              // one a ray, where all surfaces along it are asked for
 };
+
+// A query of one ray alone, and the ray as Embree wants it.
+RTCRayHit one_ray(const Scene& scene, const Ray& ray, double range_max_m, Query& query);
 
 // Where a query's rays start, and one of them, in the frame of geometry `geometry`.
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry);

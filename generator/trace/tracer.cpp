@@ -1,8 +1,10 @@
 #include "trace/tracer.h"
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
+#include "trace/continue.h"
 #include "trace/packets.h"
 #include "trace/refine.h"
 
@@ -21,6 +23,14 @@ struct Tracer::Impl {
   std::vector<Pose> object_in_world;
   Scene scene;
   FanTracer* trace_fan = nullptr;
+  // Built when it is first asked for: not every data set wants what is behind.
+  mutable std::once_flag along_once;
+  mutable AlongScene along_scene;
+
+  const AlongScene& along() const {
+    std::call_once(along_once, [this] { build_along_scene(scene, along_scene); });
+    return along_scene;
+  }
 
   Impl(const World& w, std::vector<Pose> poses, std::shared_ptr<const MeshHierarchies> meshes)
       : world(w), object_in_world(std::move(poses)) {
@@ -46,24 +56,7 @@ Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
   ClosedFormHit closed_form;
   Query query;
   query.closed_form = &closed_form;
-  init_context(query.context);
-  query.origin_m = ray.origin_m;
-  query.directions.x[0] = ray.direction.x;
-  query.directions.y[0] = ray.direction.y;
-  query.directions.z[0] = ray.direction.z;
-  RTCRayHit rays{};
-  const Vec3 from = ray.origin_m - scene.origin_m;
-  rays.ray.org_x = static_cast<float>(from.x);
-  rays.ray.org_y = static_cast<float>(from.y);
-  rays.ray.org_z = static_cast<float>(from.z);
-  rays.ray.dir_x = static_cast<float>(ray.direction.x);
-  rays.ray.dir_y = static_cast<float>(ray.direction.y);
-  rays.ray.dir_z = static_cast<float>(ray.direction.z);
-  rays.ray.tnear = static_cast<float>(kNearestHit_m);
-  rays.ray.tfar = static_cast<float>(range_max_m) * 1.000001f;
-  rays.ray.mask = ~0u;
-  rays.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rays.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit rays = one_ray(scene, ray, range_max_m, query);
   intersect_one(scene.top, query.context, rays);
   const Found found{rays.hit.geomID, rays.hit.instID[0], rays.hit.primID,
                     rays.ray.tfar,   rays.hit.u,         rays.hit.v};
@@ -75,6 +68,15 @@ Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
 std::vector<Hit> Tracer::trace_fan(const Fan& fan, const Pose& pose, double range_max_m,
                                    const Workers& workers) const {
   return impl_->trace_fan(impl_->scene, fan, pose, range_max_m, workers);
+}
+
+std::vector<Hit> Tracer::hits_along(const Ray& ray, double range_max_m) const {
+  return ensonify::hits_along(impl_->along(), ray, range_max_m);
+}
+
+HitsBehind Tracer::trace_behind(const Fan& fan, std::span<const Hit> hits, const Pose& pose,
+                                double range_max_m, const Workers& workers) const {
+  return ensonify::trace_behind(impl_->along(), fan, hits, pose, range_max_m, workers);
 }
 
 std::string Tracer::instruction_set() const {

@@ -1,7 +1,8 @@
-// Rays against the world: first hits, in double precision.
+// Rays against the world: first hits, in double precision, and what is behind them.
 //
-//   Tracer  at first_hit trace_fan
-//   Hit     what one ray found
+//   Tracer      at first_hit trace_fan hits_along trace_behind
+//   Hit         what one ray found
+//   HitsBehind  what the rays of a fan would find farther on
 #pragma once
 
 #include <cstdint>
@@ -25,6 +26,19 @@ struct Hit {
   Vec3 normal{};               // unit length, of either sign, in the world
 };
 
+// The most surfaces along one ray that are told: the nearest.
+inline constexpr int kMostLayers = 8;
+
+// Where each ray would first meet each other instance, were all that it meets before transparent.
+struct HitsBehind {
+  std::vector<std::uint32_t> offset;  // [rays + 1]
+  std::vector<Hit> hits;              // of ray i [offset[i], offset[i + 1]), nearest first
+
+  std::span<const Hit> of_ray(std::size_t ray) const {
+    return std::span(hits).subspan(offset[ray], offset[ray + 1] - offset[ray]);
+  }
+};
+
 // The world at one moment. A value: copies share what was built, and may be used at once.
 class Tracer {
  public:
@@ -45,6 +59,16 @@ class Tracer {
   // One hit a ray, in the order of ray_index; pose is the sonar's in the world.
   std::vector<Hit> trace_fan(const Fan& fan, const Pose& pose, double range_max_m,
                              const Workers& workers) const;
+
+  // The first hit of every instance along a ray, nearest first (of equal ranges the lower id): the
+  // nearest kMostLayers within (0, range_max_m]. Ranges are those of first_hit.
+  std::vector<Hit> hits_along(const Ray& ray, double range_max_m) const;
+
+  // Continues the rays of a fan that met something, `hits` as trace_fan gave them: the other
+  // instances along each, as hits_along has them, at most kMostLayers - 1. A ray's own instance is
+  // transparent as a whole, its far side too. The same for any workers.
+  HitsBehind trace_behind(const Fan& fan, std::span<const Hit> hits, const Pose& pose,
+                          double range_max_m, const Workers& workers) const;
 
   // The instruction set that Embree runs on here ("avx512", "avx2", "sse"): hits at edges may
   // differ between them.

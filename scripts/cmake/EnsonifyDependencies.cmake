@@ -29,6 +29,7 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   find_package(ZLIB REQUIRED)
   find_package(PNG REQUIRED)
+  find_package(LibArchive REQUIRED)
   pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 endif()
 

@@ -27,11 +27,11 @@ BenchOptions tiny_options() {
   return options;
 }
 
-const char* const kStages[] = {"trace",        "scatterers",   "speckle",    "ray_sum_and_fft",
-                               "mixing",       "synthesis",    "labels",     "annotations",
-                               "cartesian",    "grey",         "encode_npy", "encode_exr",
-                               "encode_png",   "encode_masks", "sha256",     "write_data_set",
-                               "write_to_disk"};
+const char* const kStages[] = {"trace",           "continue",       "scatterers",   "speckle",
+                               "ray_sum_and_fft", "mixing",         "synthesis",    "labels",
+                               "annotations",     "shadow",         "cartesian",    "grey",
+                               "encode_npy",      "encode_exr",     "encode_png",   "encode_masks",
+                               "sha256",          "write_data_set", "write_to_disk"};
 const char* const kReferences[] = {"trace_one_ray",      "speckle_scalar", "ray_sum_direct",
                                    "ray_sum_recurrence", "mixing_full",    "fft_rows"};
 

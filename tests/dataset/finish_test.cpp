@@ -147,8 +147,22 @@ TEST_CASE("a finished data set has its index, splits and boxes") {
   CHECK(annotation["area"] == 6);
   CHECK(annotation["iscrowd"] == 0);
   CHECK(annotation["segmentation"]["size"] == Json({7, 8}));
-  CHECK(annotation["segmentation"]["counts"] == "73");
+  CHECK(annotation["segmentation"]["counts"] == "7340S1");
   CHECK(annotation["name"] == "wall");
+  CHECK(annotation["occlusion"] == 0.25);
+  CHECK(annotation["amodal_area"] == 9);
+  CHECK(annotation["amodal_bbox"] == Json({1, 0, 3, 3}));
+  CHECK(annotation["amodal_segmentation"] == Json({{"size", {7, 8}}, {"counts", "734000l0"}}));
+  CHECK(coco["annotations"][2]["occlusion"].is_null());
+  // What is seen nowhere stands apart, so that no reader meets an empty mask.
+  REQUIRE(coco["hidden"].size() == 2 * sample::kPings);
+  const Json& hidden = coco["hidden"][1];
+  CHECK(hidden["image_id"] == 3);
+  CHECK(hidden["category_id"] == 1);
+  CHECK(hidden["instance_id"] == 1);
+  CHECK(hidden["occlusion"] == 1);
+  CHECK(hidden["amodal_segmentation"]["counts"] == "01e1");
+  CHECK_FALSE(hidden.contains("segmentation"));
 }
 
 // Protects COCO where the grey pictures are off: it refers to files that are there.

@@ -70,6 +70,7 @@ LabelledImage image(int rows, int columns, int variant) {
     image.instance_fraction.push_back(none ? 0.0f : 0.5f);
     image.instance.push_back(static_cast<std::uint16_t>(none ? 0 : 300 * (i % 3)));
     image.semantic.push_back(static_cast<std::uint8_t>(none ? 0 : i % 3));
+    image.shadow.push_back(static_cast<std::uint16_t>(none ? 300 : 0));
   }
   return image;
 }
@@ -102,7 +103,15 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
   result.cartesian_grey = grey(info.cartesian->height_px, info.cartesian->width_px, variant);
   // Runs 0 0 54: every pixel of 9 x 6, as COCO's tools write it.
   result.polar_annotations = {{2, {0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"}};
-  result.cartesian_annotations = {{1, {1, 0, 2, 3}, 6, "73"}, {2, {0, 0, 1, 1}, 1, "01"}};
+  result.polar_annotations[0].amodal = {{0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"};
+  // Of 7 x 8: runs 7 3 4 3 39; 0 1 55. The first goes on, hidden, by a column: 7 3 4 3 4 3 32.
+  result.cartesian_annotations = {{1, {1, 0, 2, 3}, 6, "7340S1"}, {2, {0, 0, 1, 1}, 1, "01g1"}};
+  result.cartesian_annotations[0].amodal = {{1, 0, 3, 3}, 9, "734000l0"};
+  result.cartesian_annotations[0].occlusion = 0.25;
+  result.cartesian_annotations[1].amodal = {{0, 0, 1, 1}, 1, "01g1"};
+  result.cartesian_annotations[1].occlusion = std::numeric_limits<double>::quiet_NaN();
+  // Runs 0 1 53 of 9 x 6.
+  result.polar_hidden = {{1, {}, 0, {}, PixelMask{{0, 0, 1, 1}, 1, "01e1"}, 1}};
   for (int j = 0; j < kBeams; ++j) {
     result.first_return_m.push_back(j == 2 ? std::numeric_limits<float>::quiet_NaN()
                                            : 0.1f + static_cast<float>(j));

@@ -254,6 +254,18 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
     name = "annotations.jsonl";
     forged = changed(name.c_str(), "\"ping\":1", "\"ping\":2");
   }
+  SECTION("shadow of 8 bits for one of 16") {
+    name = "polar/000001_shadow.png";
+    forged = bytes("polar/000001_semantic.png");
+  }
+  SECTION("a box that is not its mask's") {
+    name = "annotations.jsonl";
+    forged = changed(name.c_str(), "\"bbox\":[1,0,2,3]", "\"bbox\":[1,0,2,4]");
+  }
+  SECTION("a hidden area that is not its mask's") {
+    name = "annotations.jsonl";
+    forged = changed(name.c_str(), "\"amodal_area\":1,", "\"amodal_area\":2,");
+  }
   forge(folder.path(), name, forged);
   const auto found = faults(folder.path());
   REQUIRE(found.size() == 1);
@@ -398,6 +410,13 @@ TEST_CASE("tables that do not fit the pings are found though their hashes are ri
   SECTION("coco: a file") { check("coco.json", "png/000001_polar", "png/000009_polar"); }
   SECTION("coco: a category") { check("coco.json", "\"category_id\":2", "\"category_id\":3"); }
   SECTION("coco: an image") { check("coco.json", "\"image_id\":2", "\"image_id\":9"); }
+  SECTION("coco: a mask") { check("coco.json", "\"counts\":\"7340S1\"", "\"counts\":\"7330T1\""); }
+  SECTION("coco: an area") { check("coco.json", "\"area\":6", "\"area\":7"); }
+  SECTION("coco: a box") { check("coco.json", "\"bbox\":[1,0,2,3]", "\"bbox\":[1,0,3,3]"); }
+  SECTION("coco: an amodal area") { check("coco.json", "\"amodal_area\":9", "\"amodal_area\":8"); }
+  SECTION("coco: an amodal mask") { check("coco.json", "734000l0", "7340S1"); }
+  SECTION("coco: a share") { check("coco.json", "\"occlusion\":0.25", "\"occlusion\":1.25"); }
+  SECTION("coco: what is hidden") { check("coco.json", "01e1", "11d1"); }
   SECTION("coco: not JSON") { check("coco.json", "\"images\":", "\"images\";"); }
   SECTION("work.json") { check("work.json", "\"seed\": 7", "\"seed\": 9"); }
   SECTION("a key of the manifest") { check("dataset.json", "\"numerics\"", "\"numerisc\""); }

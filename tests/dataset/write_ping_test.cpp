@@ -31,12 +31,14 @@ TEST_CASE("a ping has the files of the layout") {
                                              "sequences/000000/cartesian/000002.exr",
                                              "sequences/000000/cartesian/000002_instance.png",
                                              "sequences/000000/cartesian/000002_semantic.png",
+                                             "sequences/000000/cartesian/000002_shadow.png",
                                              "sequences/000000/png/000002_cartesian.png",
                                              "sequences/000000/png/000002_polar.png",
                                              "sequences/000000/points/000002.ply",
                                              "sequences/000000/polar/000002.exr",
                                              "sequences/000000/polar/000002_instance.png",
                                              "sequences/000000/polar/000002_semantic.png",
+                                             "sequences/000000/polar/000002_shadow.png",
                                              "sequences/000000/scatterers/000002.npy",
                                              "sequences/000000/timeseries/000002.npy"};
   CHECK(names == expected);
@@ -60,6 +62,9 @@ TEST_CASE("a ping's files hold what their names say") {
   CHECK(png("polar/000001_instance.png").width == sample::kBeams);
   CHECK(png("polar/000001_semantic.png").bit_depth == 8);
   CHECK(png("cartesian/000001_instance.png").height == 7);
+  CHECK(png("cartesian/000001_shadow.png").bit_depth == 16);
+  CHECK(*encode_png(result.polar->shadow, sample::kSamples, sample::kBeams, Content::runs) ==
+        sample::read(dir / "polar/000001_shadow.png"));
   CHECK(*encode_png(result.polar->semantic, sample::kSamples, sample::kBeams, Content::runs) ==
         sample::read(dir / "polar/000001_semantic.png"));
   CHECK(*encode_png(result.polar_grey->pixels, sample::kSamples, sample::kBeams, Content::noise) ==
@@ -77,6 +82,19 @@ TEST_CASE("outputs that are off are not written") {
   const auto contents = sample::contents(folder.path() / kFolder);
   REQUIRE(contents.size() == 1);
   CHECK(contents.begin()->first == "timeseries/000000.npy");
+}
+
+// Protects data sets without shadows: their pings are whole, and one that should have them is not.
+TEST_CASE("a ping without shadows") {
+  const sample::TemporaryFolder folder;
+  auto info = sample::sequence_info(0);
+  auto result = sample::ping_result(info, 0);
+  result.polar->shadow.clear();
+  CHECK(write_ping(folder.path(), info, result, Workers(1)).error().kind == ErrorKind::bug);
+  info.output.shadow = false;
+  REQUIRE(write_ping(folder.path(), info, result, Workers(1)).ok());
+  CHECK_FALSE(sample::contents(folder.path() / kFolder).contains("polar/000000_shadow.png"));
+  CHECK_FALSE(sample::contents(folder.path() / kFolder).contains("cartesian/000000_shadow.png"));
 }
 
 // Protects continuing: a ping counts only with its record and with every file as long as recorded.

@@ -5,7 +5,8 @@
 
 Ids are unique and refer to what exists, files exist in the stated size, every run-length mask
 is exactly the instance's pixels in the mask PNG, and area and box [x, y, width, height]
-follow from that mask. Every instance of every mask has its annotation.
+follow from that mask. Every instance of every mask has its annotation. Amodal masks hold the
+visible ones, and what is hidden altogether stands in a list of its own.
 """
 import json
 import os
@@ -164,6 +165,43 @@ def check_annotations(checklist, coco, sequences):
     checklist.expect_none(missing, "images whose annotations are not its instances")
 
 
+def amodal_mask_of(annotation, image, faults):
+    """The amodal mask of an annotation or a hidden entry, checked for itself."""
+    segmentation = annotation["amodal_segmentation"]
+    mask = decode_rle(segmentation["counts"], image["height"], image["width"])
+    share = annotation["occlusion"]
+    if list(segmentation["size"]) != [image["height"], image["width"]] or not mask.any():
+        faults.append("amodal size, or no pixel")
+        return None
+    if annotation["amodal_area"] != mask.sum() or annotation["amodal_bbox"] != bounding_box(mask):
+        faults.append(f"amodal area {annotation['amodal_area']}, box {annotation['amodal_bbox']}")
+    if share is not None and not 0 <= share <= 1:
+        faults.append(f"occlusion {share}")
+    return mask
+
+
+def check_amodal(checklist, coco):
+    """Amodal masks of what is seen and of what is hidden."""
+    images = {image["id"]: image for image in coco["images"]}
+    faults, seen = [], set()
+    for annotation in coco["annotations"]:
+        seen.add((annotation["image_id"], annotation["instance_id"]))
+        if "amodal_segmentation" not in annotation:
+            continue
+        image = images[annotation["image_id"]]
+        mask = amodal_mask_of(annotation, image, faults)
+        visible = decode_rle(
+            annotation["segmentation"]["counts"], image["height"], image["width"]
+        )
+        if mask is not None and (visible & ~mask).any():
+            faults.append(f"annotation {annotation['id']}: visible where it is not amodal")
+    for entry in coco.get("hidden", []):
+        if (entry["image_id"], entry["instance_id"]) in seen:
+            faults.append(f"image {entry['image_id']}: {entry['name']} is both hidden and seen")
+        amodal_mask_of(entry, images[entry["image_id"]], faults)
+    checklist.expect_none(faults, f"amodal masks and {len(coco.get('hidden', []))} hidden, faults")
+
+
 def check_annotation_lines(checklist, coco, sequences):
     """annotations.jsonl of every sequence holds what coco.json does."""
     by_image = {}
@@ -207,6 +245,7 @@ def check(checklist, root):
     check_images(checklist, coco, data_set, sequences)
     check_annotations(checklist, coco, sequences)
     check_annotation_lines(checklist, coco, sequences)
+    check_amodal(checklist, coco)
 
 
 if __name__ == "__main__":

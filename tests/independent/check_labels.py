@@ -165,10 +165,13 @@ def check_masks(checklist, ping):
 
 
 def check_shadow(checklist, ping):
-    """Every shadow: behind an echo of its caster in that beam, itself unlabelled."""
+    """Every shadow: behind an echo of its caster in that beam.
+
+    A pixel may hear some echo and still lie in shadow: more is hidden than heard.
+    """
     shadow, expected = ping.masks["shadow"].astype(np.int64), ping.expected
-    overlap = np.count_nonzero((shadow > 0) & (ping.masks["instance"] > 0))
-    checklist.expect(overlap == 0, f"{ping.label} pixels both shadow and labelled", overlap, 0)
+    labelled = np.count_nonzero((shadow > 0) & (ping.masks["instance"] > 0))
+    checklist.note(f"{ping.label} pixels both in shadow and labelled {labelled}")
     offenders = []
     for identity in np.unique(shadow[shadow > 0]):
         mine = ping.scatterers[ping.scatterers["instance"] == identity]

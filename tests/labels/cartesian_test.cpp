@@ -65,12 +65,13 @@ TEST_CASE("pixels come from their sector and sample") {
 }
 
 TEST_CASE("outside the fan there is nothing") {
-  LabelledImage polar{1, 1, {80}, {70}, {0.1f}, {0.2f}, {1}, {7}, {3}};
+  LabelledImage polar{1, 1, {80}, {70}, {0.1f}, {0.2f}, {1}, {7}, {3}, {9}};
   CartesianGrid grid;
   grid.height_px = 1;
   grid.width_px = 2;
   const LabelledImage image = resample(polar, grid, {0, -1});
   CHECK(image.level_db[0] == 80);
+  CHECK(image.shadow == std::vector<std::uint16_t>{9, 0});
   CHECK(image.instance[0] == 7);
   CHECK(image.semantic[0] == 3);
   CHECK(image.level_db[1] == kNoEnergyDb);

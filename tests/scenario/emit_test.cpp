@@ -52,7 +52,7 @@ trajectory:
   pings: 12
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
-output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, scatterers: true, points: true}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, shadow: false, amodal: false, scatterers: true, points: true}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
 
@@ -168,6 +168,8 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK_FALSE(s.output.selection.polar);
     CHECK(s.output.cartesian_height_px == 77);
     CHECK(s.output.png_db == std::array<double, 2>{-20, 40.5});
+    CHECK_FALSE(s.output.selection.shadow);
+    CHECK_FALSE(s.output.selection.amodal);
     CHECK(s.output.selection.scatterers);
     CHECK(s.output.selection.points);
     CHECK(s.splits.test == 0.1);

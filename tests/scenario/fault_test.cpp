@@ -65,6 +65,10 @@ TEST_CASE("wrong numbers are faults with the accepted range") {
       {"trajectory: {ping_rate_hz: 0}", "4:28: trajectory.ping_rate_hz:", "a number > 0"},
       {"trajectory: {pings: 0}", "4:21: trajectory.pings:", "from 1 to 1000000"},
       {"output: {cartesian: {height_px: 0}}", "4:33: output.cartesian.height_px:", "from 1 to"},
+      {"output: {polar: false, cartesian: false, shadow: true}",
+       "4:51: output.shadow:", "polar or cartesian"},
+      {"output: {polar: off, cartesian: off, png: off, amodal: on}",
+       "4:56: output.amodal:", "polar, cartesian or png"},
   });
 }
 

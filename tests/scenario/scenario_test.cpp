@@ -129,6 +129,25 @@ TEST_CASE("outputs are off, on or with options") {
   CHECK(scenario->output.selection.scatterers);
 }
 
+// Protects the defaults of labels that go with pictures.
+TEST_CASE("shadows and amodal masks are on where there are polar or Cartesian pictures") {
+  const auto selection = [](const std::string& output) {
+    const auto scenario = parse(kHead + output);
+    INFO((scenario.ok() ? "" : scenario.error().message));
+    REQUIRE(scenario.ok());
+    return scenario->output.selection;
+  };
+  CHECK(selection("").shadow);
+  CHECK(selection("").amodal);
+  CHECK(selection("output: {polar: false}\n").shadow);
+  CHECK_FALSE(selection("output: {polar: false, cartesian: false}\n").shadow);
+  CHECK_FALSE(selection("output: {polar: false, cartesian: false}\n").amodal);
+  CHECK(selection("output: {polar: false, cartesian: false, amodal: true}\n").amodal);
+  CHECK_FALSE(selection("output: {shadow: false}\n").shadow);
+  CHECK(selection("output: {shadow: false}\n").amodal);
+  CHECK_FALSE(selection("output: {amodal: off}\n").amodal);
+}
+
 // Protects the reading of legitimate numbers of unusual look, and anchors in a scenario.
 TEST_CASE("unusual but legitimate forms are read") {
   const auto scenario =

@@ -33,7 +33,7 @@ point_targets:
   - {name: calibration, target_strength_db: -40, position_m: [3, 1, 0]}
 trajectory: {poses: [{time_s: 0, position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}], ping_rate_hz: 5, pings: 10}
 noise: {spectrum_level_db: 30}      # dB re 1 µPa²/Hz; absent: none
-output: {timeseries: npy, polar: true, cartesian: {height_px: 1000}, png: true, scatterers: false}
+output: {timeseries: npy, polar: true, cartesian: {height_px: 1000}, png: true, shadow: true, amodal: true, scatterers: false}
 )";
 
 inline Result<Scenario> parse(const std::string& text,

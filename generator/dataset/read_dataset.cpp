@@ -1,0 +1,291 @@
+#include "dataset/read_dataset.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dataset/json.h"
+#include "dataset/layout.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view kSplits[] = {"train", "val", "test"};
+
+// More pixels than this in a picture or array are taken for damage before memory is asked for.
+constexpr std::uint64_t kMaxSide = 1'000'000;
+
+Error usage(const fs::path& dir, const std::string& what) {
+  return {ErrorKind::usage, dir.string() + ": " + what};
+}
+
+Result<std::string> text_of(const fs::path& dir, const std::string& relative) {
+  if (!listed_file_size(dir, relative)) {
+    return damaged(dir / relative, "is missing, or is no file of this folder");
+  }
+  return read_file(dir / relative);
+}
+
+// A manifest whose list of files stays inside the folder.
+Result<Json> manifest_of(const fs::path& path, std::string_view text) {
+  std::string outside;
+  const auto json = parse_manifest(text, [&](const FileEntry& entry) {
+    if (!is_safe_relative_path(entry.path)) outside = entry.path;
+  });
+  if (!json) return damaged(path, "is not JSON");
+  if (!outside.empty()) return damaged(path, "lists a file outside its folder: " + outside);
+  return *json;
+}
+
+std::optional<StoredSequenceRow> row_of(const Json& json) {
+  const auto sequence = count_at(json, "sequence");
+  const auto split = text_at(json, "split");
+  const auto sha256 = text_at(json, "sha256");
+  const Json* pings = member(json, "pings");
+  if (!sequence || *sequence > UINT32_MAX || !split || !sha256 || pings == nullptr) return {};
+  if (std::find(std::begin(kSplits), std::end(kSplits), *split) == std::end(kSplits)) return {};
+  if (!pings->is_array() || pings->size() != 2) return {};
+  if (!(*pings)[0].is_number_unsigned() || !(*pings)[1].is_number_unsigned()) return {};
+  const std::uint64_t first = (*pings)[0], last = (*pings)[1];
+  if (first > last || last > UINT32_MAX) return {};
+  return StoredSequenceRow{static_cast<std::uint32_t>(*sequence), *split,
+                           static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last),
+                           *sha256};
+}
+
+std::optional<std::vector<std::string>> texts_at(const Json& json, std::string_view key) {
+  const Json* list = member(json, key);
+  if (list == nullptr || !list->is_array()) return std::nullopt;
+  std::vector<std::string> texts;
+  for (const Json& item : *list) {
+    if (!item.is_string()) return std::nullopt;
+    texts.push_back(item.get<std::string>());
+  }
+  return texts;
+}
+
+// The member at a path of keys; null where there is none.
+const Json* at_path(const Json& json, std::initializer_list<std::string_view> keys) {
+  const Json* found = &json;
+  for (const std::string_view key : keys) {
+    if (found == nullptr) return nullptr;
+    found = member(*found, key);
+  }
+  return found;
+}
+
+double number_in(const Json& json, std::initializer_list<std::string_view> keys) {
+  const Json* found = at_path(json, keys);
+  return found != nullptr && found->is_number() ? found->get<double>() : 0;
+}
+
+std::uint64_t count_in(const Json& json, std::initializer_list<std::string_view> keys) {
+  const Json* found = at_path(json, keys);
+  return found != nullptr && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+}
+
+std::optional<std::vector<StoredInstance>> instances_of(const Json& head, std::size_t classes) {
+  const Json* list = member(head, "instances");
+  if (list == nullptr || !list->is_array()) return std::nullopt;
+  std::vector<StoredInstance> instances;
+  for (const Json& item : *list) {
+    const auto id = count_at(item, "id");
+    const auto class_id = count_at(item, "class_id");
+    const auto name = text_at(item, "name");
+    if (id != instances.size() + 1 || *id > UINT16_MAX || !name) return std::nullopt;
+    if (!class_id || *class_id < 1 || *class_id > classes || *class_id > UINT8_MAX) {
+      return std::nullopt;
+    }
+    instances.push_back(
+        {static_cast<std::uint16_t>(*id), static_cast<std::uint8_t>(*class_id), *name});
+  }
+  return instances;
+}
+
+bool is_plausible(const StoredSequence& s) {
+  return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
+         s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide;
+}
+
+std::optional<StoredAnnotation> annotation_of(const Json& json, const StoredSequence& sequence,
+                                              const StoredPicture& picture) {
+  const auto instance = count_at(json, "instance");
+  const auto counts = text_at(json, "counts");
+  if (!instance || *instance < 1 || *instance > sequence.instances.size() || !counts) {
+    return std::nullopt;
+  }
+  const auto pixels = static_cast<std::int64_t>(picture.width * picture.height);
+  auto runs = run_lengths(*counts, pixels);
+  if (!runs) return std::nullopt;
+  return StoredAnnotation{static_cast<std::uint16_t>(*instance), std::move(*runs)};
+}
+
+std::optional<StoredPicture> picture_of(const Json& json, const StoredSequence& sequence) {
+  const auto view = text_at(json, "view");
+  const Json* list = member(json, "annotations");
+  if (!view || (*view != "polar" && *view != "cartesian")) return std::nullopt;
+  if (list == nullptr || !list->is_array()) return std::nullopt;
+  const bool polar = *view == "polar";
+  StoredPicture picture;
+  picture.view = *view;
+  picture.width = polar ? sequence.beams : sequence.cartesian_width;
+  picture.height = polar ? sequence.samples : sequence.cartesian_height;
+  if (count_at(json, "width") != picture.width || count_at(json, "height") != picture.height) {
+    return std::nullopt;
+  }
+  for (const Json& item : *list) {
+    auto annotation = annotation_of(item, sequence, picture);
+    if (!annotation) return std::nullopt;
+    picture.annotations.push_back(std::move(*annotation));
+  }
+  return picture;
+}
+
+}  // namespace
+
+Error damaged(const fs::path& path, const std::string& what) {
+  return {ErrorKind::io,
+          fmt::format("{}: {}; `ensonify verify` tells what else is damaged", path.string(), what)};
+}
+
+bool StoredSequence::has(std::string_view name_template) const {
+  return std::find(each_ping.begin(), each_ping.end(), name_template) != each_ping.end();
+}
+
+Result<StoredDataset> open_dataset(const fs::path& dir) {
+  std::error_code error;
+  if (!fs::is_directory(dir, error)) return usage(dir, "no such folder");
+  if (!listed_file_size(dir, layout::kDatasetJson) ||
+      !listed_file_size(dir, layout::kDatasetSha256)) {
+    return listed_file_size(dir, layout::kWorkJson)
+               ? usage(dir,
+                       "the data set is not finished; give its generate command again, then this")
+               : usage(dir,
+                       "not a data set of ensonify; accepted is a folder that `ensonify "
+                       "generate` has finished");
+  }
+  const fs::path path = dir / layout::kDatasetJson;
+  const auto text = read_file(path);
+  if (!text) return text.error();
+  const auto seal = read_file(dir / layout::kDatasetSha256);
+  if (!seal) return seal.error();
+  const auto json = manifest_of(path, *text);
+  if (json && !count_at(*json, "ensonify_dataset")) {
+    return usage(dir, "not a data set of ensonify");
+  }
+  if (*seal != sha256_hex(*text) + "  " + layout::kDatasetJson + "\n") {
+    return damaged(path, "does not have the hash that dataset.sha256 tells");
+  }
+  if (!json) return json.error();
+  if (count_at(*json, "ensonify_dataset") != 1) {
+    return usage(dir, "was written by a newer ensonify; use that one");
+  }
+  const auto name = text_at(*json, "name");
+  const auto classes = texts_at(*json, "classes");
+  const Json* rows = member(*json, "sequences");
+  if (!name || !classes || rows == nullptr || !rows->is_array()) {
+    return damaged(path, "lacks its name, classes or sequences");
+  }
+  StoredDataset dataset{dir, *name, *classes, {}};
+  for (const Json& item : *rows) {
+    const auto row = row_of(item);
+    if (!row) return damaged(path, "lists a sequence without number, pings, split or hash");
+    dataset.sequences.push_back(*row);
+  }
+  return dataset;
+}
+
+Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredSequenceRow& row) {
+  const std::string relative = layout::in_sequence(row.sequence, layout::kSequenceJson);
+  const fs::path path = dataset.dir / relative;
+  const auto text = text_of(dataset.dir, relative);
+  if (!text) return text.error();
+  if (sha256_hex(*text) != row.sha256) {
+    return damaged(path, "does not have the hash that dataset.json tells");
+  }
+  const auto head = manifest_of(path, *text);
+  if (!head) return head.error();
+  StoredSequence sequence;
+  sequence.row = row;
+  sequence.seed = count_in(*head, {"seed"});
+  sequence.beams = count_in(*head, {"sonar", "beams", "count"});
+  sequence.samples = count_in(*head, {"record", "samples"});
+  sequence.cartesian_height = count_in(*head, {"cartesian", "height_px"});
+  sequence.cartesian_width = count_in(*head, {"cartesian", "width_px"});
+  sequence.metres_per_pixel = number_in(*head, {"cartesian", "metres_per_pixel"});
+  sequence.frequency_hz = number_in(*head, {"sonar", "frequency_hz"});
+  sequence.sound_speed_m_s = number_in(*head, {"water", "sound_speed_m_s"});
+  sequence.beam_width_rad = number_in(*head, {"sonar", "beams", "width_rad"});
+  sequence.elevation_width_rad = number_in(*head, {"sonar", "elevation", "width_rad"});
+  auto instances = instances_of(*head, dataset.classes.size());
+  auto each_ping = texts_at(*head, "each_ping");
+  if (!instances || !each_ping || !is_plausible(sequence) ||
+      count_at(*head, "sequence") != row.sequence) {
+    return damaged(path, "lacks its geometry, instances or files");
+  }
+  sequence.instances = std::move(*instances);
+  sequence.each_ping = std::move(*each_ping);
+  return sequence;
+}
+
+Result<std::vector<StoredPicture>> pictures_of(const StoredDataset& dataset,
+                                               const StoredSequence& sequence,
+                                               const StoredPing& ping) {
+  const auto broken = [&] {
+    const std::string relative = layout::in_sequence(sequence.row.sequence, layout::kAnnotations);
+    return damaged(dataset.dir / relative, fmt::format("its line of ping {} is wrong", ping.ping));
+  };
+  const auto json = parse_json(ping.annotation_line);
+  const Json* images = json ? member(*json, "images") : nullptr;
+  if (images == nullptr || !images->is_array() || count_at(*json, "ping") != ping.ping) {
+    return broken();
+  }
+  std::vector<StoredPicture> pictures;
+  for (const Json& image : *images) {
+    auto picture = picture_of(image, sequence);
+    if (!picture) return broken();
+    pictures.push_back(std::move(*picture));
+  }
+  return pictures;
+}
+
+Result<fs::path> stored_file(const StoredDataset& dataset, std::uint32_t sequence,
+                             std::string_view name) {
+  const std::string relative = layout::in_sequence(sequence, name);
+  if (!listed_file_size(dataset.dir, relative)) {
+    return damaged(dataset.dir / relative, "is missing, or is no file of this folder");
+  }
+  return dataset.dir / relative;
+}
+
+Result<fs::path> ping_file(const StoredDataset& dataset, std::uint32_t sequence,
+                           std::string_view name_template, std::uint32_t ping) {
+  return stored_file(dataset, sequence, layout::ping_file(name_template, ping));
+}
+
+std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels) {
+  std::vector<std::int64_t> runs;
+  std::int64_t sum = 0;
+  for (std::size_t at = 0; at < counts.size();) {
+    std::int64_t value = 0;
+    int shift = 0;
+    for (bool more = true; more;) {
+      if (at == counts.size() || shift > 50) return std::nullopt;
+      const int bits = counts[at++] - 48;
+      if (bits < 0 || bits > 63) return std::nullopt;
+      value |= std::int64_t{bits & 0x1f} << shift;
+      shift += 5;
+      more = (bits & 0x20) != 0;
+      if (!more && (bits & 0x10) != 0) value -= std::int64_t{1} << shift;
+    }
+    if (runs.size() > 2) value += runs[runs.size() - 2];
+    if (value < 0 || value > pixels - sum) return std::nullopt;
+    sum += value;
+    runs.push_back(value);
+  }
+  if (sum != pixels) return std::nullopt;
+  return runs;
+}
+
+}  // namespace ensonify

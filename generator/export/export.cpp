@@ -1,0 +1,91 @@
+#include "export/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dataset/files.h"
+#include "export/job.h"
+#include "export/output.h"
+
+namespace ensonify {
+namespace {
+
+constexpr ExportFormat kFormats[] = {
+    {"yolo", "Ultralytics: pictures, labels with outlines or boxes, data.yaml", true,
+     "--view, --labels", write_yolo},
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, "--view", write_voc},
+    {"index_mask", "pictures with class and instance masks, in train, val and test", true, "--view",
+     write_index_mask},
+    {"tum", "a TUM trajectory of the sonar and of each object", true, "", write_tum},
+    {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false,
+     "--stack, --pad", write_hdf5},
+    {"webdataset", "tar shards of pictures, masks, series and labels", true,
+     "--view, --shard-size-mb", write_webdataset},
+    {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, "",
+     write_mcap},
+};
+
+// Options that were given and that the format does not take.
+std::string unwanted_options(const ExportFormat& format, const ExportOptions& options) {
+  const std::pair<std::string_view, bool> given[] = {
+      {"--view", options.view.has_value()},
+      {"--labels", options.labels.has_value()},
+      {"--stack", options.stack},
+      {"--pad", options.pad},
+      {"--shard-size-mb", options.shard_size_mb.has_value()}};
+  std::string unwanted;
+  for (const auto& [name, is_given] : given) {
+    const bool taken = std::string_view(format.options).find(name) != std::string_view::npos;
+    if (is_given && !taken) unwanted += (unwanted.empty() ? "" : ", ") + std::string(name);
+  }
+  return unwanted;
+}
+
+Status check_options(const ExportFormat& format, const ExportOptions& options) {
+  const std::string unwanted = unwanted_options(format, options);
+  if (!unwanted.empty()) {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: not an option of --format {}{}{}", unwanted, format.name,
+                             *format.options != '\0' ? ", which takes " : "", format.options)};
+  }
+  if (options.pad && !options.stack) {
+    return Error{ErrorKind::usage, "--pad: has a meaning with --stack only"};
+  }
+  return {};
+}
+
+Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
+  const auto dataset = open_dataset(options.dataset);
+  if (!dataset) return dataset.error();
+  auto place = OutputPlace::open(options.output, format.is_folder, options.dataset);
+  if (!place) return place.error();
+  const ExportJob job{*dataset, options};
+  if (const Status written = format.write(job, place->temporary()); !written) {
+    return written.error();
+  }
+  if (const Status committed = place->commit(); !committed) return committed.error();
+  ExportReport report;
+  report.sequences = dataset->sequences.size();
+  for (const StoredSequenceRow& row : dataset->sequences) report.pings += row.pings();
+  return report;
+}
+
+}  // namespace
+
+std::span<const ExportFormat> export_formats() { return kFormats; }
+
+const ExportFormat* find_export_format(std::string_view name) {
+  const auto found = std::find_if(std::begin(kFormats), std::end(kFormats),
+                                  [&](const ExportFormat& f) { return f.name == name; });
+  return found == std::end(kFormats) ? nullptr : found;
+}
+
+Result<ExportReport> export_dataset(const ExportFormat& format, const ExportOptions& options) {
+  if (const Status fit = check_options(format, options); !fit) return fit.error();
+  return without_exceptions("exporting " + options.dataset.string(),
+                            [&] { return export_to(format, options); });
+}
+
+}  // namespace ensonify

@@ -1,0 +1,63 @@
+// A finished data set in another format.
+//
+//   export_formats      name, description and options of each
+//   find_export_format  by name
+//   export_dataset      writes one
+//
+// Pings are read one after another: memory does not grow with the data set. The same data set gives
+// the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+
+namespace ensonify {
+
+enum class PictureView { polar, cartesian };
+enum class YoloLabels { segments, boxes };
+
+// What is not given has the default that docs/export.md states. An option that a format does not
+// take is an error.
+struct ExportOptions {
+  std::filesystem::path dataset;
+  std::filesystem::path output;
+  std::optional<PictureView> view;             // which picture of a ping
+  std::optional<YoloLabels> labels;            // of yolo
+  bool stack = false;                          // hdf5: all sequences in one array
+  bool pad = false;                            // ... of the size of the largest
+  std::optional<std::uint64_t> shard_size_mb;  // of webdataset, 10^6 bytes
+  // Asked between pings; true ends the work with ErrorKind::interrupted and leaves nothing behind.
+  std::function<bool()> stop;
+};
+
+struct ExportJob;
+
+struct ExportFormat {
+  const char* name;
+  const char* what;
+  bool is_folder;       // what OUT becomes
+  const char* options;  // those that it takes, as on the command line, with blanks between
+  Status (*write)(const ExportJob& job, const std::filesystem::path& target);
+};
+
+std::span<const ExportFormat> export_formats();
+// Null where there is none.
+const ExportFormat* find_export_format(std::string_view name);
+
+struct ExportReport {
+  std::uint64_t sequences = 0, pings = 0;
+};
+
+// `output` appears whole, by rename, or not at all. Errors: (usage) not a finished data set, an
+// output that is not empty, an option or a data set that the format cannot take; (io) a damaged
+// file, or reading or writing failed; (interrupted).
+Result<ExportReport> export_dataset(const ExportFormat& format, const ExportOptions& options);
+
+}  // namespace ensonify

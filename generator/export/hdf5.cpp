@@ -1,0 +1,347 @@
+// One file: a group a sequence with its arrays stacked over pings, or, with --stack, the arrays of
+// all sequences at the root, stacked over all pings, beside the groups.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "dataset/exr.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "export/hdf5_file.h"
+#include "export/job.h"
+#include "export/npy_file.h"
+#include "export/png.h"
+
+namespace ensonify {
+namespace {
+
+// Extents of the arrays of a sequence, or of the largest ones of several.
+struct Extents {
+  std::uint64_t beams = 0, samples = 0, cartesian_height = 0, cartesian_width = 0, instances = 0;
+  friend bool operator==(const Extents&, const Extents&) = default;
+};
+
+Extents extents_of(const StoredSequence& s) {
+  return {s.beams, s.samples, s.cartesian_height, s.cartesian_width, s.instances.size()};
+}
+
+Extents larger(const Extents& a, const Extents& b) {
+  return {std::max(a.beams, b.beams), std::max(a.samples, b.samples),
+          std::max(a.cartesian_height, b.cartesian_height),
+          std::max(a.cartesian_width, b.cartesian_width), std::max(a.instances, b.instances)};
+}
+
+// A picture's kinds of files; polar and Cartesian ones are the same but for names and extents.
+struct View {
+  const char* group;
+  const char *exr, *instance, *semantic, *grey;
+  std::uint64_t rows, columns;
+};
+
+std::vector<View> views_of(const Extents& e) {
+  using namespace layout;
+  return {{"polar", kPolarExr, kPolarInstance, kPolarSemantic, kPolarGrey, e.samples, e.beams},
+          {"cartesian", kCartesianExr, kCartesianInstance, kCartesianSemantic, kCartesianGrey,
+           e.cartesian_height, e.cartesian_width}};
+}
+
+struct FloatLayer {
+  const char* name;
+  const char* units;
+  Hdf5Fill fill;
+  std::vector<std::uint16_t> ExrHalves::*values;
+};
+
+constexpr FloatLayer kFloatLayers[] = {
+    {"level_db", "dB re 1 uPa", Hdf5Fill::no_energy, &ExrHalves::level_db},
+    {"clean_db", "dB re 1 uPa", Hdf5Fill::no_energy, &ExrHalves::clean_db},
+    {"elevation_rad", "rad", Hdf5Fill::nan, &ExrHalves::elevation_rad},
+    {"elevation_std_rad", "rad", Hdf5Fill::nan, &ExrHalves::elevation_std_rad},
+    {"instance_fraction", "1", Hdf5Fill::zero, &ExrHalves::instance_fraction}};
+
+// Where a sequence's own group lies.
+std::string group_of(const StoredSequenceRow& row) {
+  return fmt::format("/sequences/{:06}", row.sequence);
+}
+
+// The arrays of one or all sequences, below `base`, with one row a ping.
+class Stack {
+ public:
+  // Axes are named where all rows have the same.
+  Stack(Hdf5File& file, std::string base, std::uint64_t rows, const Extents& extents, bool has_axes)
+      : file_(file), base_(std::move(base)), rows_(rows), extents_(extents), has_axes_(has_axes) {}
+
+  void make(const StoredSequence& sequence) {
+    add("sequence", Hdf5Type::u32, {}, "");
+    add("ping", Hdf5Type::u32, {}, "");
+    add("time_s", Hdf5Type::f64, {}, "s");
+    add("sonar_position_m", Hdf5Type::f64, {3}, "m, world: x east, y north, z up");
+    add("sonar_quaternion_wxyz", Hdf5Type::f64, {4}, "sonar to world");
+    const std::uint64_t n = extents_.instances;
+    add("object_position_m", Hdf5Type::f64, {n, 3}, "m, world; row k is instance k + 1",
+        Hdf5Fill::nan);
+    add("object_quaternion_wxyz", Hdf5Type::f64, {n, 4}, "object to world; row k is instance k + 1",
+        Hdf5Fill::nan);
+    add("first_return_m", Hdf5Type::f32, {extents_.beams}, "m", Hdf5Fill::nan, {"", "azimuth_rad"});
+    if (sequence.has(layout::kTimeseries)) {
+      add("timeseries", Hdf5Type::complex64, {extents_.beams, extents_.samples}, "Pa (rms)",
+          Hdf5Fill::zero, {"", "azimuth_rad", "range_m"});
+    }
+    for (const View& view : views_of(extents_)) make_pictures(sequence, view);
+  }
+
+  Status write(const ExportJob& job, const StoredSequence& sequence, const StoredPing& ping,
+               std::uint64_t row) {
+    write_poses(sequence, ping, row);
+    const auto first_return = stored_file(job.dataset, sequence.row.sequence, "first_return_m.npy");
+    if (!first_return) return first_return.error();
+    const auto returns =
+        read_npy_row(*first_return, kNpyFloat32, {sequence.row.pings(), sequence.beams},
+                     ping.ping - sequence.row.first_ping);
+    if (!returns) return returns.error();
+    put("first_return_m", row, returns->data(), {sequence.beams});
+    if (sequence.has(layout::kTimeseries)) {
+      const auto path =
+          ping_file(job.dataset, sequence.row.sequence, layout::kTimeseries, ping.ping);
+      if (!path) return path.error();
+      const auto series = read_npy(*path, kNpyComplex64, {sequence.beams, sequence.samples});
+      if (!series) return series.error();
+      put("timeseries", row, series->data().data(), {sequence.beams, sequence.samples});
+    }
+    for (const View& view : views_of(extents_of(sequence))) {
+      const Status written = write_pictures(job, sequence, ping, row, view);
+      if (!written) return written;
+    }
+    return {};
+  }
+
+ private:
+  void add(const std::string& name, Hdf5Type type, std::vector<std::uint64_t> shape,
+           const char* units, Hdf5Fill fill = Hdf5Fill::zero, std::vector<std::string> axes = {}) {
+    shape.insert(shape.begin(), rows_);
+    Hdf5ArraySpec spec{base_ + "/" + name, type, std::move(shape), false, fill, {}, {}};
+    spec.deflate = type == Hdf5Type::u8 || type == Hdf5Type::u16;
+    if (*units != '\0') spec.attributes.push_back({"units", units});
+    for (std::string& axis : axes) {
+      if (has_axes_) spec.axes.push_back(axis.empty() ? axis : base_ + "/" + axis);
+    }
+    file_.make_array(spec);
+  }
+  void put(const std::string& name, std::uint64_t row, const void* data,
+           const std::vector<std::uint64_t>& shape) {
+    file_.write_row(base_ + "/" + name, row, data, shape);
+  }
+
+  void make_pictures(const StoredSequence& sequence, const View& view) {
+    const std::string group = std::string(view.group) + "/";
+    const std::vector<std::uint64_t> shape = {view.rows, view.columns};
+    std::vector<std::string> axes;
+    if (group == "polar/") axes = {"", "range_m", "azimuth_rad"};
+    if (sequence.has(view.exr)) {
+      for (const FloatLayer& layer : kFloatLayers) {
+        add(group + layer.name, Hdf5Type::f16, shape, layer.units, layer.fill, axes);
+      }
+    }
+    if (sequence.has(view.instance)) {
+      add(group + "instance", Hdf5Type::u16, shape, "", Hdf5Fill::zero, axes);
+    }
+    if (sequence.has(view.semantic)) {
+      add(group + "semantic", Hdf5Type::u8, shape, "", Hdf5Fill::zero, axes);
+    }
+    if (sequence.has(view.grey)) {
+      add(group + "grey", Hdf5Type::u8, shape, "", Hdf5Fill::zero, axes);
+    }
+  }
+
+  Status write_pictures(const ExportJob& job, const StoredSequence& sequence,
+                        const StoredPing& ping, std::uint64_t row, const View& view) {
+    const std::string group = std::string(view.group) + "/";
+    const std::vector<std::uint64_t> shape = {view.rows, view.columns};
+    const auto path_of = [&](const char* name_template) {
+      return ping_file(job.dataset, sequence.row.sequence, name_template, ping.ping);
+    };
+    if (sequence.has(view.exr)) {
+      const auto path = path_of(view.exr);
+      if (!path) return path.error();
+      const auto halves =
+          read_exr_halves(*path, static_cast<int>(view.rows), static_cast<int>(view.columns));
+      if (!halves) return halves.error();
+      for (const FloatLayer& layer : kFloatLayers) {
+        put(group + layer.name, row, ((*halves).*layer.values).data(), shape);
+      }
+    }
+    const auto put_grey = [&](const char* name_template, const char* name,
+                              const auto& read) -> Status {
+      if (!sequence.has(name_template)) return {};
+      const auto path = path_of(name_template);
+      if (!path) return path.error();
+      const auto pixels = read(*path, view.rows, view.columns);
+      if (!pixels) return pixels.error();
+      put(group + name, row, pixels->data(), shape);
+      return {};
+    };
+    Status done = put_grey(view.instance, "instance", read_grey16);
+    if (done) done = put_grey(view.semantic, "semantic", read_grey8);
+    if (done) done = put_grey(view.grey, "grey", read_grey8);
+    return done;
+  }
+
+  void write_poses(const StoredSequence& sequence, const StoredPing& ping, std::uint64_t row) {
+    const std::size_t n = sequence.instances.size();
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> positions(3 * n, kNone), quaternions(4 * n, kNone);
+    const auto fill = [](const Pose& pose, double* position, double* quaternion) {
+      const auto& [p, q] = pose;
+      std::copy_n(std::initializer_list<double>{p.x, p.y, p.z}.begin(), 3, position);
+      std::copy_n(std::initializer_list<double>{q.w, q.x, q.y, q.z}.begin(), 4, quaternion);
+    };
+    for (const StoredObjectPose& object : ping.objects) {
+      const std::size_t k = object.instance - 1;
+      fill(object.in_world, positions.data() + 3 * k, quaternions.data() + 4 * k);
+    }
+    double position[3], quaternion[4];
+    fill(ping.sonar_in_world, position, quaternion);
+    put("sequence", row, &sequence.row.sequence, {});
+    put("ping", row, &ping.ping, {});
+    put("time_s", row, &ping.time_s, {});
+    put("sonar_position_m", row, position, {3});
+    put("sonar_quaternion_wxyz", row, quaternion, {4});
+    if (n == 0) return;
+    put("object_position_m", row, positions.data(), {n, 3});
+    put("object_quaternion_wxyz", row, quaternions.data(), {n, 4});
+  }
+
+  Hdf5File& file_;
+  std::string base_;
+  std::uint64_t rows_;
+  Extents extents_;
+  bool has_axes_;
+};
+
+Status write_axis(const ExportJob& job, Hdf5File& file, const StoredSequence& sequence,
+                  const char* name, const char* units, std::uint64_t count) {
+  const auto path = stored_file(job.dataset, sequence.row.sequence, std::string(name) + ".npy");
+  if (!path) return path.error();
+  const auto axis = read_npy(*path, kNpyFloat64, {count});
+  if (!axis) return axis.error();
+  const std::string array = group_of(sequence.row) + "/" + name;
+  file.make_array({array, Hdf5Type::f64, {count}, false, Hdf5Fill::zero, {{"units", units}}, {}});
+  file.write_all(array, axis->data().data());
+  return {};
+}
+
+// What a sequence has once, whether its pings are stacked with others or not.
+Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSequence& sequence) {
+  const std::string group = group_of(sequence.row);
+  file.set_number(group, "sequence", std::uint64_t{sequence.row.sequence});
+  file.set_number(group, "seed", sequence.seed);
+  file.set_text(group, "split", sequence.row.split);
+  file.set_number(group, "frequency_hz", sequence.frequency_hz);
+  file.set_number(group, "sound_speed_m_s", sequence.sound_speed_m_s);
+  if (sequence.cartesian_height > 0) {
+    file.set_number(group, "cartesian_metres_per_pixel", sequence.metres_per_pixel);
+  }
+  std::vector<std::string> names;
+  std::vector<std::uint8_t> class_ids;
+  for (const StoredInstance& instance : sequence.instances) {
+    names.push_back(instance.name);
+    class_ids.push_back(instance.class_id);
+  }
+  file.write_texts(group + "/instance_name", names);
+  file.make_array({group + "/instance_class_id",
+                   Hdf5Type::u8,
+                   {class_ids.size()},
+                   false,
+                   Hdf5Fill::zero,
+                   {},
+                   {}});
+  if (!class_ids.empty()) file.write_all(group + "/instance_class_id", class_ids.data());
+  const Status azimuths =
+      write_axis(job, file, sequence, "azimuth_rad", "rad, positive to port", sequence.beams);
+  return azimuths ? write_axis(job, file, sequence, "range_m", "m", sequence.samples) : azimuths;
+}
+
+struct StackPlan {
+  Extents extents;
+  std::uint64_t rows = 0;
+};
+
+std::string in_words(const Extents& e) {
+  return fmt::format("{} beams, {} samples, {} x {} Cartesian pixels, {} instances", e.beams,
+                     e.samples, e.cartesian_width, e.cartesian_height, e.instances);
+}
+
+Result<StackPlan> plan_stack(const ExportJob& job) {
+  StackPlan plan;
+  std::optional<StoredSequence> first;
+  const Status read = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    const Extents extents = extents_of(sequence);
+    if (first && sequence.each_ping != first->each_ping) {
+      return Error{ErrorKind::usage,
+                   fmt::format("sequences {} and {} have other kinds of files: --stack cannot put "
+                               "them into one array; give the command without it",
+                               first->row.sequence, sequence.row.sequence)};
+    }
+    if (first && !job.options.pad && extents != extents_of(*first)) {
+      return Error{
+          ErrorKind::usage,
+          fmt::format("sequence {} has {}, sequence {} has {}: --stack cannot put them into one "
+                      "array; add --pad, which fills up to the largest, or leave --stack away, "
+                      "which gives each sequence its own arrays",
+                      first->row.sequence, in_words(extents_of(*first)), sequence.row.sequence,
+                      in_words(extents))};
+    }
+    if (!first) first = sequence;
+    plan.extents = larger(plan.extents, extents);
+    plan.rows += sequence.row.pings();
+    return {};
+  });
+  if (!read) return read.error();
+  return plan;
+}
+
+Status write_stacked(const ExportJob& job, Hdf5File& file) {
+  const auto plan = plan_stack(job);
+  if (!plan) return plan.error();
+  Stack stack(file, "", plan->rows, plan->extents, false);
+  std::uint64_t row = 0;
+  bool made = false;
+  return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    if (!std::exchange(made, true)) stack.make(sequence);
+    if (const Status written = write_sequence_group(job, file, sequence); !written) return written;
+    return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
+      return stack.write(job, sequence, ping, row++);
+    });
+  });
+}
+
+Status write_apart(const ExportJob& job, Hdf5File& file) {
+  return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    file.release_arrays();
+    if (const Status written = write_sequence_group(job, file, sequence); !written) return written;
+    Stack stack(file, group_of(sequence.row), sequence.row.pings(), extents_of(sequence), true);
+    stack.make(sequence);
+    return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
+      return stack.write(job, sequence, ping, ping.ping - sequence.row.first_ping);
+    });
+  });
+}
+
+}  // namespace
+
+Status write_hdf5(const ExportJob& job, const std::filesystem::path& target) {
+  Hdf5File file(target);
+  file.set_text("/", "name", job.dataset.name);
+  file.set_text("/", "axes",
+                "timeseries [pings, beams, samples]; polar [pings, samples, beams]; cartesian "
+                "[pings, rows, columns], boresight up, port left; beam 0 to starboard");
+  file.write_texts("/classes", job.dataset.classes);
+  const Status written = job.options.stack ? write_stacked(job, file) : write_apart(job, file);
+  const Status closed = file.close();
+  return written ? closed : written;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,291 @@
+#include "export/hdf5_file.h"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/units.h"
+#include "export/output.h"
+
+namespace ensonify {
+namespace {
+
+// A handle that is closed when it goes.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&&) = delete;
+
+  hid_t get() const { return id_; }
+  bool ok() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+// IEEE half precision, which the library has no name for.
+Handle half_type() {
+  Handle type(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+  H5Tset_fields(type.get(), 15, 10, 5, 0, 10);
+  H5Tset_size(type.get(), 2);
+  H5Tset_ebias(type.get(), 15);
+  return type;
+}
+
+Handle complex_type() {
+  Handle type(H5Tcreate(H5T_COMPOUND, 8), H5Tclose);
+  H5Tinsert(type.get(), "r", 0, H5T_IEEE_F32LE);
+  H5Tinsert(type.get(), "i", 4, H5T_IEEE_F32LE);
+  return type;
+}
+
+Handle type_of(Hdf5Type type) {
+  switch (type) {
+    case Hdf5Type::u8:
+      return Handle(H5Tcopy(H5T_STD_U8LE), H5Tclose);
+    case Hdf5Type::u16:
+      return Handle(H5Tcopy(H5T_STD_U16LE), H5Tclose);
+    case Hdf5Type::u32:
+      return Handle(H5Tcopy(H5T_STD_U32LE), H5Tclose);
+    case Hdf5Type::u64:
+      return Handle(H5Tcopy(H5T_STD_U64LE), H5Tclose);
+    case Hdf5Type::f16:
+      return half_type();
+    case Hdf5Type::f32:
+      return Handle(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+    case Hdf5Type::f64:
+      return Handle(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
+    case Hdf5Type::complex64:
+      return complex_type();
+  }
+  return Handle(-1, H5Tclose);
+}
+
+double fill_value(Hdf5Fill fill) {
+  if (fill == Hdf5Fill::zero) return 0;
+  return fill == Hdf5Fill::nan ? std::numeric_limits<double>::quiet_NaN() : kNoEnergyDb;
+}
+
+Handle text_type(std::size_t bytes) {
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));
+  H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  return type;
+}
+
+Handle creation(const Hdf5ArraySpec& spec) {
+  Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(list.get(), false);
+  const bool empty = std::find(spec.shape.begin(), spec.shape.end(), 0U) != spec.shape.end();
+  if (spec.shape.size() > 1 && !empty) {
+    std::vector<hsize_t> chunk(spec.shape.begin(), spec.shape.end());
+    chunk[0] = 1;
+    H5Pset_chunk(list.get(), static_cast<int>(chunk.size()), chunk.data());
+    if (spec.deflate) H5Pset_deflate(list.get(), 1);
+  }
+  if (spec.fill != Hdf5Fill::zero) {
+    const double fill = fill_value(spec.fill);
+    H5Pset_fill_value(list.get(), H5T_NATIVE_DOUBLE, &fill);
+  }
+  return list;
+}
+
+// Rows are written once and whole: keeping their chunks would only take memory.
+Handle uncached() {
+  Handle list(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(list.get(), 1, 0, 1);
+  return list;
+}
+
+Handle parents_made() {
+  Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(list.get(), 1);
+  return list;
+}
+
+}  // namespace
+
+struct Hdf5File::Impl {
+  std::filesystem::path path;
+  hid_t file = -1;
+  std::string failure;
+  struct Array {
+    Handle set, type;
+    std::size_t rank;
+  };
+  std::map<std::string, Array> arrays;
+
+  void check(bool ok, const std::string& what) {
+    if (!ok && failure.empty()) failure = what;
+  }
+  bool failed() const { return !failure.empty(); }
+
+  void put_attribute(hid_t object, const std::string& key, hid_t type, const void* value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute(
+        H5Acreate2(object, key.c_str(), type, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    check(attribute.ok() && H5Awrite(attribute.get(), type, value) >= 0, "attribute " + key);
+  }
+  // Makes the group where it is not there yet.
+  Handle group(const std::string& name) {
+    const bool there = name == "/" || H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
+    if (there) return Handle(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose);
+    const Handle parents = parents_made();
+    const Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    H5Pset_obj_track_times(list.get(), false);
+    return Handle(H5Gcreate2(file, name.c_str(), parents.get(), list.get(), H5P_DEFAULT), H5Gclose);
+  }
+  // Every group on the way is made by group(): those that come by themselves bear times.
+  void make_groups_of(const std::string& array) {
+    for (auto slash = array.find('/', 1); slash != std::string::npos && !failed();
+         slash = array.find('/', slash + 1)) {
+      const std::string name = array.substr(0, slash);
+      check(group(name).ok(), name);
+    }
+  }
+  void attach_axes(const Hdf5ArraySpec& spec, hid_t set) {
+    for (std::size_t i = 0; i < spec.axes.size(); ++i) {
+      if (spec.axes[i].empty()) continue;
+      const auto axis = arrays.find(spec.axes[i]);
+      check(axis != arrays.end(), spec.axes[i]);
+      if (failed()) return;
+      const hid_t scale = axis->second.set.get();
+      if (H5DSis_scale(scale) <= 0) {
+        const std::string label = spec.axes[i].substr(spec.axes[i].rfind('/') + 1);
+        check(H5DSset_scale(scale, label.c_str()) >= 0, spec.axes[i]);
+      }
+      check(H5DSattach_scale(set, scale, static_cast<unsigned>(i)) >= 0, spec.path);
+    }
+  }
+};
+
+Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
+  impl_->path = std::move(path);
+  // After a write that failed the library would try again when the program ends, and crash.
+  H5dont_atexit();
+  // Messages are ours; the library's own would go to stderr.
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_obj_track_times(list.get(), false);
+  impl_->file = H5Fcreate(impl_->path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
+  impl_->check(impl_->file >= 0, "the file");
+}
+
+Hdf5File::~Hdf5File() {
+  impl_->arrays.clear();
+  if (impl_->file >= 0) H5Fclose(impl_->file);
+}
+
+void Hdf5File::make_array(const Hdf5ArraySpec& spec) {
+  if (impl_->failed()) return;
+  impl_->make_groups_of(spec.path);
+  Handle type = type_of(spec.type);
+  const std::vector<hsize_t> shape(spec.shape.begin(), spec.shape.end());
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                     H5Sclose);
+  const Handle list = creation(spec);
+  const Handle access = uncached();
+  Handle set(H5Dcreate2(impl_->file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+                        list.get(), access.get()),
+             H5Dclose);
+  impl_->check(set.ok(), spec.path);
+  if (impl_->failed()) return;
+  for (const Hdf5Text& text : spec.attributes) {
+    const Handle text_kind = text_type(text.value.size());
+    impl_->put_attribute(set.get(), text.key, text_kind.get(), text.value.data());
+  }
+  impl_->attach_axes(spec, set.get());
+  impl_->arrays.emplace(spec.path, Impl::Array{std::move(set), std::move(type), shape.size()});
+}
+
+void Hdf5File::write_row(const std::string& path, std::uint64_t row, const void* data,
+                         const std::vector<std::uint64_t>& shape) {
+  if (impl_->failed()) return;
+  const Impl::Array& array = impl_->arrays.at(path);
+  ENSONIFY_ASSERT(shape.size() + 1 == array.rank);
+  std::vector<hsize_t> start(array.rank, 0), count(1, 1);
+  start[0] = row;
+  count.insert(count.end(), shape.begin(), shape.end());
+  const Handle file_space(H5Dget_space(array.set.get()), H5Sclose);
+  const Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr),
+                      H5Sclose);
+  const bool written = H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, start.data(), nullptr,
+                                           count.data(), nullptr) >= 0 &&
+                       H5Dwrite(array.set.get(), array.type.get(), memory.get(), file_space.get(),
+                                H5P_DEFAULT, data) >= 0;
+  impl_->check(written, path);
+}
+
+void Hdf5File::write_all(const std::string& path, const void* data) {
+  if (impl_->failed()) return;
+  const Impl::Array& array = impl_->arrays.at(path);
+  impl_->check(
+      H5Dwrite(array.set.get(), array.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, path);
+}
+
+void Hdf5File::release_arrays() { impl_->arrays.clear(); }
+
+void Hdf5File::write_texts(const std::string& path, const std::vector<std::string>& texts) {
+  if (impl_->failed()) return;
+  impl_->make_groups_of(path);
+  std::size_t longest = 1;
+  for (const std::string& text : texts) longest = std::max(longest, text.size());
+  std::string padded;
+  for (const std::string& text : texts) {
+    padded += text;
+    padded.append(longest - text.size(), '\0');
+  }
+  const Handle type = text_type(longest);
+  const hsize_t count = texts.size();
+  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  const Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(list.get(), false);
+  const Handle set(H5Dcreate2(impl_->file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+                              list.get(), H5P_DEFAULT),
+                   H5Dclose);
+  impl_->check(set.ok() && H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                    padded.data()) >= 0,
+               path);
+}
+
+void Hdf5File::set_text(const std::string& group, const std::string& key,
+                        const std::string& value) {
+  if (impl_->failed()) return;
+  impl_->make_groups_of(group + "/");
+  const Handle object = impl_->group(group);
+  const Handle type = text_type(value.size());
+  impl_->put_attribute(object.get(), key, type.get(), value.data());
+}
+
+void Hdf5File::set_number(const std::string& group, const std::string& key, std::uint64_t value) {
+  if (impl_->failed()) return;
+  impl_->make_groups_of(group + "/");
+  impl_->put_attribute(impl_->group(group).get(), key, H5T_STD_U64LE, &value);
+}
+
+void Hdf5File::set_number(const std::string& group, const std::string& key, double value) {
+  if (impl_->failed()) return;
+  impl_->make_groups_of(group + "/");
+  impl_->put_attribute(impl_->group(group).get(), key, H5T_IEEE_F64LE, &value);
+}
+
+Status Hdf5File::close() {
+  impl_->arrays.clear();
+  const hid_t file = std::exchange(impl_->file, -1);
+  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the file's end");
+  if (!impl_->failed()) return {};
+  return Error{ErrorKind::io, impl_->path.string() + ": HDF5 cannot write " + impl_->failure +
+                                  "; is the disk full?"};
+}
+
+}  // namespace ensonify

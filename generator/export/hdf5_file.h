@@ -1,0 +1,72 @@
+// HDF5 through its C API, as far as the export needs it. Private to export/, and the only door to
+// the library.
+//
+//   Hdf5File          groups, attributes and small arrays at once
+//   Hdf5Array         a stacked array that grows row by row: one chunk a row, one row a ping
+//
+// No time stamps are written. After a failure nothing more is written, and status() tells of it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+
+namespace ensonify {
+
+enum class Hdf5Type { u8, u16, u32, u64, f16, f32, f64, complex64 };
+
+// What pads a row that is smaller than the array, and so what was never written.
+enum class Hdf5Fill { zero, no_energy, nan };
+
+struct Hdf5Text {
+  std::string key, value;
+};
+
+struct Hdf5ArraySpec {
+  std::string path;  // /group/name; groups are made
+  Hdf5Type type = Hdf5Type::f32;
+  std::vector<std::uint64_t> shape;  // rows first
+  bool deflate = false;
+  Hdf5Fill fill = Hdf5Fill::zero;
+  std::vector<Hdf5Text> attributes;
+  std::vector<std::string> axes;  // paths of 1-d arrays for each dimension; "" for none
+};
+
+class Hdf5File {
+ public:
+  // `path` must not be there.
+  explicit Hdf5File(std::filesystem::path path);
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  void make_array(const Hdf5ArraySpec& spec);
+  // Row `row` of an array, its first extents those of `shape`, which has one dimension less than
+  // the array and is nowhere larger. `data` points to its values in C order.
+  void write_row(const std::string& path, std::uint64_t row, const void* data,
+                 const std::vector<std::uint64_t>& shape);
+  // The whole of an array.
+  void write_all(const std::string& path, const void* data);
+  // Lets go of the arrays that are there: no row can be written to them any more.
+  void release_arrays();
+  // One-dimensional texts of fixed length, padded with zeros.
+  void write_texts(const std::string& path, const std::vector<std::string>& texts);
+  // Of the root ("/") or a group, which is made.
+  void set_text(const std::string& group, const std::string& key, const std::string& value);
+  void set_number(const std::string& group, const std::string& key, std::uint64_t value);
+  void set_number(const std::string& group, const std::string& key, double value);
+
+  // Ends the writing. Error (io): what went wrong first.
+  Status close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ensonify

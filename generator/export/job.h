@@ -1,0 +1,56 @@
+// What exporters share. Private to export/.
+//
+//   ExportJob            the data set and the wishes of the user
+//   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
+//   item_name            000000_000003, for flat folders
+//   need                 the Error for a kind of file that the data set has not
+//   grey_template  instance_template  semantic_template   files of a view, in layout.h's terms
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "dataset/read_dataset.h"
+#include "export/export.h"
+
+namespace ensonify {
+
+struct ExportJob {
+  const StoredDataset& dataset;
+  const ExportOptions& options;
+
+  PictureView view() const { return options.view.value_or(PictureView::cartesian); }
+};
+
+Status for_each_sequence(const ExportJob& job,
+                         const std::function<Status(const StoredSequence&)>& use);
+
+Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequence,
+                              const std::function<Status(const StoredPing&)>& use);
+
+std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
+
+// No error where every ping of the sequence has this file; else usage, with the key of the scenario
+// that makes it.
+Status need(const ExportJob& job, const StoredSequence& sequence, const char* name_template);
+
+const char* view_name(PictureView view);
+const char* grey_template(PictureView view);
+const char* instance_template(PictureView view);
+const char* semantic_template(PictureView view);
+
+// The annotations of this ping's picture of the view.
+Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
+                                      const StoredPing& ping, PictureView view);
+
+// The exporters, one a file.
+Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
+Status write_voc(const ExportJob& job, const std::filesystem::path& target);
+Status write_index_mask(const ExportJob& job, const std::filesystem::path& target);
+Status write_tum(const ExportJob& job, const std::filesystem::path& target);
+Status write_hdf5(const ExportJob& job, const std::filesystem::path& target);
+Status write_webdataset(const ExportJob& job, const std::filesystem::path& target);
+Status write_ply(const ExportJob& job, const std::filesystem::path& target);
+Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
+
+}  // namespace ensonify

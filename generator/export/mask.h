@@ -1,0 +1,31 @@
+// One instance in one picture, as exporters of outlines and boxes want it. Private to export/.
+//
+//   mask_of     the pixels, cut to their box
+//   outline_of  one closed polygon that holds exactly these pixels
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ensonify {
+
+struct Mask {
+  int left = 0, top = 0, width = 0, height = 0;  // the box, in pixels of the picture
+  std::int64_t area = 0;
+  std::vector<std::uint8_t> pixels;  // 0 or 1, row-major [height x width]
+};
+
+// From runs down the columns of a picture of `picture_height` rows. An empty mask has no box.
+Mask mask_of(std::span<const std::int64_t> runs, std::int64_t picture_height);
+
+struct Corner {
+  int x = 0, y = 0;  // of pixels, in the picture: (0, 0) is its upper left corner
+  friend bool operator==(const Corner&, const Corner&) = default;
+};
+
+// Runs along the edges of pixels. Parts and holes are joined by bridges of no width that are walked
+// there and back, so that the even-odd rule gives the mask back, pixel by pixel.
+std::vector<Corner> outline_of(const Mask& mask);
+
+}  // namespace ensonify

@@ -1,0 +1,85 @@
+// SEQUENCE/PING.ply: the scatterers of a ping as a point cloud in the world, binary little-endian.
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "dataset/layout.h"
+#include "export/job.h"
+#include "export/npy_file.h"
+#include "export/output.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+// Where the fields stand in a scatterer of scatterers/*.npy.
+constexpr std::size_t kScattererBytes = 82;
+constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 58;
+
+constexpr char kHeader[] =
+    "ply\n"
+    "format binary_little_endian 1.0\n"
+    "comment ensonify, sequence {} ping {}; metres, world: x east, y north, z up\n"
+    "comment intensity: |amplitude gain|^2, the squared pressure of the echo for a source of 1 Pa "
+    "m\n"
+    "element vertex {}\n"
+    "property double x\n"
+    "property double y\n"
+    "property double z\n"
+    "property float intensity\n"
+    "property uint instance\n"
+    "property uchar class\n"
+    "end_header\n";
+
+template <class T>
+T value_at(std::string_view bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+float intensity_of(std::string_view scatterer) {
+  const double re = value_at<float>(scatterer, kAmplitude);
+  const double im = value_at<float>(scatterer, kAmplitude + sizeof(float));
+  const double gain = value_at<float>(scatterer, kGain);
+  return static_cast<float>((re * re + im * im) * gain * gain);
+}
+
+Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
+                   const StoredPing& ping) {
+  const auto path = ping_file(job.dataset, sequence.row.sequence, layout::kScatterers, ping.ping);
+  if (!path) return path.error();
+  const auto array = read_npy(*path, kNpyScatterer, {0});
+  if (!array) return array.error();
+  OutputFile file(target / fmt::format("{:06}/{:06}.ply", sequence.row.sequence, ping.ping));
+  file.append(fmt::format(kHeader, sequence.row.sequence, ping.ping, array->shape[0]));
+  std::string_view rest = array->data();
+  for (; !rest.empty(); rest.remove_prefix(kScattererBytes)) {
+    const auto instance = value_at<std::uint32_t>(rest, kInstance);
+    if (instance > sequence.instances.size()) {
+      return damaged(*path, fmt::format("tells of an instance {}", instance));
+    }
+    char vertex[33];
+    const float intensity = intensity_of(rest);
+    std::memcpy(vertex, rest.data() + kPosition, 24);
+    std::memcpy(vertex + 24, &intensity, 4);
+    std::memcpy(vertex + 28, &instance, 4);
+    const std::uint8_t class_id = instance == 0 ? 0 : sequence.instances[instance - 1].class_id;
+    std::memcpy(vertex + 32, &class_id, 1);
+    file.append({vertex, sizeof vertex});
+  }
+  return file.close();
+}
+
+}  // namespace
+
+Status write_ply(const ExportJob& job, const fs::path& target) {
+  return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    if (const Status there = need(job, sequence, layout::kScatterers); !there) return there;
+    return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
+      return write_cloud(job, target, sequence, ping);
+    });
+  });
+}
+
+}  // namespace ensonify

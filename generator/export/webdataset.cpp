@@ -1,0 +1,193 @@
+// Tar shards SPLIT-000000.tar with KEY.png, KEY.instance.png, KEY.semantic.png, KEY.npy and
+// KEY.json for every ping that KEY, 000000_000003, names. A ping is never cut between shards.
+#include <archive.h>
+#include <archive_entry.h>
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "dataset/files.h"
+#include "dataset/layout.h"
+#include "dataset/npy.h"
+#include "export/job.h"
+#include "export/mask.h"
+#include "export/npy_file.h"
+#include "export/output.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kDefaultShardMb = 500;
+constexpr std::uint64_t kBlock = 512;  // of a tar file
+
+struct Member {
+  std::string suffix;
+  std::string bytes;
+};
+
+// One shard at a time, a new one where the next ping would make it too long.
+class Shards {
+ public:
+  Shards(fs::path folder, std::string split, std::uint64_t most_bytes)
+      : folder_(std::move(folder)), split_(std::move(split)), most_bytes_(most_bytes) {}
+
+  Status add(const std::string& key, const std::vector<Member>& members) {
+    std::uint64_t bytes = 0;
+    for (const Member& m : members) {
+      bytes += kBlock + (m.bytes.size() + kBlock - 1) / kBlock * kBlock;
+    }
+    if (archive_ && bytes_ > 0 && bytes_ + bytes > most_bytes_) {
+      if (const Status closed = close(); !closed) return closed;
+    }
+    if (!archive_) {
+      if (const Status opened = open(); !opened) return opened;
+    }
+    bytes_ += bytes;
+    for (const Member& m : members) {
+      if (const Status written = write(key + "." + m.suffix, m.bytes); !written) return written;
+    }
+    return {};
+  }
+  Status close() {
+    if (archive_ && archive_write_close(archive_.get()) != ARCHIVE_OK) return failed();
+    archive_.reset();
+    return {};
+  }
+
+ private:
+  struct Free {
+    void operator()(archive* a) const { archive_write_free(a); }
+    void operator()(archive_entry* entry) const { archive_entry_free(entry); }
+  };
+
+  Status open() {
+    path_ = folder_ / fmt::format("{}-{:06}.tar", split_, shard_++);
+    archive_.reset(archive_write_new());
+    bytes_ = 0;
+    archive_write_set_format_ustar(archive_.get());
+    return archive_write_open_filename(archive_.get(), path_.c_str()) == ARCHIVE_OK
+               ? Status()
+               : Status(failed());
+  }
+  Status write(const std::string& name, const std::string& bytes) {
+    const std::unique_ptr<archive_entry, Free> entry(archive_entry_new());
+    archive_entry_set_pathname(entry.get(), name.c_str());
+    archive_entry_set_size(entry.get(), static_cast<la_int64_t>(bytes.size()));
+    archive_entry_set_filetype(entry.get(), AE_IFREG);
+    archive_entry_set_perm(entry.get(), 0644);
+    archive_entry_set_mtime(entry.get(), 0, 0);
+    const bool written =
+        archive_write_header(archive_.get(), entry.get()) == ARCHIVE_OK &&
+        std::cmp_equal(archive_write_data(archive_.get(), bytes.data(), bytes.size()),
+                       bytes.size());
+    return written ? Status() : Status(failed());
+  }
+  Error failed() const {
+    const char* text = archive_error_string(archive_.get());
+    return {ErrorKind::io,
+            fmt::format("cannot write {}: {}", path_.string(), text != nullptr ? text : "")};
+  }
+
+  fs::path folder_, path_;
+  std::string split_;
+  std::uint64_t most_bytes_, bytes_ = 0;
+  int shard_ = 0;
+  std::unique_ptr<archive, Free> archive_;
+};
+
+Json pose_json(const Pose& pose) {
+  const Vec3& p = pose.position_m;
+  const Quat& q = pose.rotation;
+  return {{"position_m", {p.x, p.y, p.z}}, {"quaternion_wxyz", {q.w, q.x, q.y, q.z}}};
+}
+
+Json objects_json(const ExportJob& job, const StoredSequence& sequence,
+                  const StoredPicture& picture) {
+  Json objects = Json::array();
+  for (const StoredAnnotation& annotation : picture.annotations) {
+    const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture.height));
+    const StoredInstance& instance = sequence.instances[annotation.instance - 1];
+    objects.push_back({{"instance", instance.id},
+                       {"name", instance.name},
+                       {"class_id", instance.class_id},
+                       {"class", job.dataset.classes[instance.class_id - 1U]},
+                       {"bbox", {mask.left, mask.top, mask.width, mask.height}},
+                       {"area", mask.area}});
+  }
+  return objects;
+}
+
+Result<std::string> json_of_ping(const ExportJob& job, const StoredSequence& sequence,
+                                 const StoredPing& ping) {
+  const auto picture = picture_of_view(job, sequence, ping, job.view());
+  if (!picture) return picture.error();
+  const Json json = {{"sequence", sequence.row.sequence},
+                     {"ping", ping.ping},
+                     {"time_s", ping.time_s},
+                     {"split", sequence.row.split},
+                     {"view", picture->view},
+                     {"width", picture->width},
+                     {"height", picture->height},
+                     {"sonar_in_world", pose_json(ping.sonar_in_world)},
+                     {"objects", objects_json(job, sequence, *picture)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<std::vector<Member>> members_of(const ExportJob& job, const StoredSequence& sequence,
+                                       const StoredPing& ping) {
+  std::vector<Member> members;
+  const std::pair<const char*, const char*> files[] = {
+      {"png", grey_template(job.view())},
+      {"instance.png", instance_template(job.view())},
+      {"semantic.png", semantic_template(job.view())}};
+  for (const auto& [suffix, name_template] : files) {
+    if (!sequence.has(name_template)) continue;
+    const auto path = ping_file(job.dataset, sequence.row.sequence, name_template, ping.ping);
+    if (!path) return path.error();
+    auto bytes = read_file(*path);
+    if (!bytes) return bytes.error();
+    members.push_back({suffix, std::move(*bytes)});
+  }
+  if (sequence.has(layout::kTimeseries)) {
+    const auto path = ping_file(job.dataset, sequence.row.sequence, layout::kTimeseries, ping.ping);
+    if (!path) return path.error();
+    auto array = read_npy(*path, kNpyComplex64, {sequence.beams, sequence.samples});
+    if (!array) return array.error();
+    members.push_back({"npy", std::move(array->file)});
+  }
+  auto json = json_of_ping(job, sequence, ping);
+  if (!json) return json.error();
+  members.push_back({"json", std::move(*json)});
+  return members;
+}
+
+}  // namespace
+
+Status write_webdataset(const ExportJob& job, const fs::path& target) {
+  const std::uint64_t most = job.options.shard_size_mb.value_or(kDefaultShardMb) * 1'000'000;
+  std::map<std::string, Shards> shards;
+  for (const char* split : {"train", "val", "test"}) {
+    shards.emplace(split, Shards(target, split, most));
+  }
+  const Status written = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    if (const Status there = need(job, sequence, grey_template(job.view())); !there) return there;
+    return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
+      const auto members = members_of(job, sequence, ping);
+      if (!members) return members.error();
+      return shards.at(sequence.row.split).add(item_name(sequence, ping), *members);
+    });
+  });
+  if (!written) return written;
+  for (auto& [split, split_shards] : shards) {
+    if (const Status closed = split_shards.close(); !closed) return closed;
+  }
+  return {};
+}
+
+}  // namespace ensonify

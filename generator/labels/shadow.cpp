@@ -1,0 +1,295 @@
+#include "labels/shadow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.h"
+#include "labels/energy.h"
+
+namespace ensonify {
+namespace {
+
+// Beams side by side, so that whole stretches of an image's rows are written.
+constexpr int kBlockBeams = 32;
+
+struct Echo {
+  double sample = 0;
+  double energy = 0;
+  std::uint32_t instance = 0, caster = 0;  // caster 0: it is heard, or several hide it
+};
+
+// Of one sector, by delay, those with any energy. `caster` is empty for what is heard.
+void gather(const ScattererList& list, std::span<const std::uint32_t> caster, int beam,
+            double bandwidth_hz, std::vector<Echo>& echoes) {
+  echoes.clear();
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const double energy = expected_energy(s);
+    if (!(energy > 0)) continue;
+    echoes.push_back(
+        {s.delay_s * bandwidth_hz, energy, s.instance, caster.empty() ? 0 : caster[i]});
+  }
+}
+
+// The echoes within one sample of a sample that only grows.
+class Window {
+ public:
+  explicit Window(const std::vector<Echo>& echoes) : echoes_(echoes) {}
+
+  std::span<const Echo> at(int sample) {
+    while (high_ < echoes_.size() && echoes_[high_].sample <= sample + 1.0) ++high_;
+    while (low_ < high_ && echoes_[low_].sample < sample - 1.0) ++low_;
+    return std::span(echoes_).subspan(low_, high_ - low_);
+  }
+  // A sample before the next echo, where at() found none.
+  int silent_until(int samples) const {
+    if (high_ == echoes_.size() || echoes_[high_].sample > samples) return samples;
+    return static_cast<int>(echoes_[high_].sample) - 2;
+  }
+
+ private:
+  const std::vector<Echo>& echoes_;
+  std::size_t low_ = 0, high_ = 0;
+};
+
+struct Share {
+  std::uint32_t instance = 0;
+  double energy = 0, power = 0;  // power: weighted by the pulse
+};
+
+void add_share(std::uint32_t instance, double energy, double power, std::vector<Share>& shares) {
+  // Most often the same as the last.
+  for (std::size_t i = shares.size(); i-- > 0;) {
+    if (shares[i].instance != instance) continue;
+    shares[i].energy += energy;
+    shares[i].power += power;
+    return;
+  }
+  shares.push_back({instance, energy, power});
+}
+
+// The sets of a block by their numbers, 0 being empty.
+class SetTable {
+ public:
+  // `sorted` by id.
+  std::uint32_t number_of(const std::vector<std::uint16_t>& sorted) {
+    if (sorted == sets_[last_]) return last_;
+    const auto [found, is_new] =
+        numbers_.try_emplace(sorted, static_cast<std::uint32_t>(sets_.size()));
+    if (is_new) sets_.push_back(sorted);
+    return last_ = found->second;
+  }
+  std::vector<std::vector<std::uint16_t>> take() { return std::move(sets_); }
+
+ private:
+  std::vector<std::vector<std::uint16_t>> sets_{{}};
+  std::map<std::vector<std::uint16_t>, std::uint32_t> numbers_{{{}, 0}};
+  std::uint32_t last_ = 0;
+};
+
+// The labels of a block of beams, beam by beam.
+struct BlockLabels {
+  std::vector<std::uint16_t> shadow;
+  std::vector<std::uint32_t> set;
+  SetTable sets;
+};
+
+// One sector's pixels.
+class BeamLabeller {
+ public:
+  BeamLabeller(const HiddenInput& input, const LabelledImage& image)
+      : input_(input), image_(image), has_noise_(input.heard.noise_power_pa2 > 0) {}
+
+  void label(int beam, std::uint16_t* shadow, std::uint32_t* set, SetTable& sets) {
+    const PolarInput& heard_input = input_.heard;
+    gather(*heard_input.scatterers, {}, beam, heard_input.bandwidth_hz, heard_);
+    gather(input_.hidden.list, input_.hidden.caster, beam, heard_input.bandwidth_hz, hidden_);
+    Window heard_window(heard_), hidden_window(hidden_);
+    for (int n = 0; n < heard_input.samples; ++n) {
+      const auto heard = heard_window.at(n), hidden = hidden_window.at(n);
+      if (heard.empty() && hidden.empty() && heard_input.volumes.empty()) {
+        n = std::max(n, std::min(heard_window.silent_until(heard_input.samples),
+                                 hidden_window.silent_until(heard_input.samples)));
+        continue;
+      }
+      shadow[n] = static_cast<std::uint16_t>(caster_of(beam, n, heard, hidden));
+      set[n] = amodal_set(beam, n, heard, hidden, sets);
+    }
+  }
+
+ private:
+  double power_of(const Echo& echo, int sample) const {
+    if (!has_noise_) return 0;
+    const double step = (sample - echo.sample + 1.0) * (kPulseSteps / 2.0);
+    return echo.energy *
+           input_.pulse_power[std::clamp(static_cast<int>(std::lround(step)), 0, kPulseSteps)];
+  }
+
+  bool is_under_noise(int beam, double power) const {
+    return has_noise_ && power * input_.power_per_energy[beam] < input_.heard.noise_power_pa2;
+  }
+
+  double volume_energy(int beam, int sample) const {
+    double sum = 0;
+    for (int n = std::max(0, sample - 1); n <= std::min(input_.heard.samples - 1, sample + 1);
+         ++n) {
+      const std::size_t cell = std::size_t(beam) * input_.heard.samples + n;
+      sum += total_energy(input_.heard.volumes, cell) * (n == sample ? 1.0 : 0.5);
+    }
+    return sum;
+  }
+
+  std::uint32_t caster_of(int beam, int sample, std::span<const Echo> heard,
+                          std::span<const Echo> hidden) {
+    shares_.clear();
+    double energy = 0, power = 0;
+    for (const Echo& echo : hidden) {
+      if (echo.caster == 0) continue;
+      energy += echo.energy;
+      power += power_of(echo, sample);
+      add_share(echo.caster, echo.energy, 0, shares_);
+    }
+    if (shares_.empty() || is_under_noise(beam, power)) return 0;
+    double heard_energy = input_.heard.volumes.empty() ? 0 : volume_energy(beam, sample);
+    for (const Echo& echo : heard) heard_energy += echo.energy;
+    if (!(energy > heard_energy)) return 0;
+    return std::min_element(shares_.begin(), shares_.end(),
+                            [](const Share& a, const Share& b) {
+                              return a.energy != b.energy ? a.energy > b.energy
+                                                          : a.instance < b.instance;
+                            })
+        ->instance;
+  }
+
+  std::uint32_t amodal_set(int beam, int sample, std::span<const Echo> heard,
+                           std::span<const Echo> hidden, SetTable& sets) {
+    shares_.clear();
+    for (const auto& echoes : {heard, hidden}) {
+      for (const Echo& echo : echoes) {
+        add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
+      }
+    }
+    instances_.clear();
+    const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
+    if (own != 0) instances_.push_back(own);
+    for (const Share& share : shares_) {
+      if (share.instance == own || is_under_noise(beam, share.power)) continue;
+      instances_.push_back(static_cast<std::uint16_t>(share.instance));
+    }
+    std::sort(instances_.begin(), instances_.end());
+    return sets.number_of(instances_);
+  }
+
+  const HiddenInput& input_;
+  const LabelledImage& image_;
+  bool has_noise_;
+  std::vector<Echo> heard_, hidden_;
+  std::vector<Share> shares_;
+  std::vector<std::uint16_t> instances_;
+};
+
+// Tile by tile: a picture's neighbours lie far apart in the polar image.
+template <class T>
+std::vector<T> resampled(const std::vector<T>& polar, const CartesianGrid& grid,
+                         const std::vector<std::int32_t>& map) {
+  constexpr int kTile_px = 64;
+  std::vector<T> image(map.size(), 0);
+  for (int top = 0; top < grid.height_px; top += kTile_px) {
+    for (int left = 0; left < grid.width_px; left += kTile_px) {
+      const int end_row = std::min(top + kTile_px, grid.height_px);
+      const int end_column = std::min(left + kTile_px, grid.width_px);
+      for (int row = top; row < end_row; ++row) {
+        const std::size_t start = std::size_t(row) * grid.width_px;
+        for (std::size_t i = start + left; i < start + end_column; ++i) {
+          if (map[i] >= 0) image[i] = polar[map[i]];
+        }
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+// Puts blocks of beams into images whose rows are samples.
+class HiddenLabeller {
+ public:
+  HiddenLabeller(const HiddenInput& input, const LabelledImage& image)
+      : input_(input), image_(image), beams_(input.heard.beams), samples_(input.heard.samples) {
+    const std::size_t count = std::size_t(beams_) * samples_;
+    labels_.shadow.resize(count);
+    labels_.amodal.rows = samples_;
+    labels_.amodal.columns = beams_;
+    labels_.amodal.set.resize(count);
+    labels_.amodal.stride = static_cast<std::uint32_t>(kBlockBeams * samples_ + 1);
+    sets_.resize(blocks());
+  }
+
+  std::size_t blocks() const {
+    return static_cast<std::size_t>((beams_ + kBlockBeams - 1) / kBlockBeams);
+  }
+
+  void label(std::size_t block) {
+    const int first = static_cast<int>(block) * kBlockBeams;
+    const int count = std::min(kBlockBeams, beams_ - first);
+    BlockLabels own;
+    own.shadow.resize(std::size_t(count) * samples_);
+    own.set.resize(own.shadow.size());
+    BeamLabeller beam(input_, image_);
+    for (int j = 0; j < count; ++j) {
+      const std::size_t row = std::size_t(j) * samples_;
+      beam.label(first + j, own.shadow.data() + row, own.set.data() + row, own.sets);
+    }
+    const auto base = static_cast<std::uint32_t>(block) * labels_.amodal.stride;
+    for (int n = 0; n < samples_; ++n) {
+      const std::size_t to = std::size_t(n) * beams_ + first;
+      for (int j = 0; j < count; ++j) {
+        const std::size_t from = std::size_t(j) * samples_ + n;
+        labels_.shadow[to + j] = own.shadow[from];
+        labels_.amodal.set[to + j] = own.set[from] == 0 ? 0 : base + own.set[from];
+      }
+    }
+    sets_[block] = own.sets.take();
+  }
+
+  HiddenLabels take() {
+    labels_.amodal.of_block = std::make_shared<const InstanceSets::Tables>(std::move(sets_));
+    return std::move(labels_);
+  }
+
+ private:
+  const HiddenInput& input_;
+  const LabelledImage& image_;
+  int beams_, samples_;
+  HiddenLabels labels_;
+  InstanceSets::Tables sets_;
+};
+
+HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
+                           const Workers& workers) {
+  const PolarInput& heard = input.heard;
+  ENSONIFY_ASSERT(image.rows == heard.samples && image.columns == heard.beams);
+  ENSONIFY_ASSERT(input.hidden.caster.size() == input.hidden.list.size());
+  if (heard.noise_power_pa2 > 0) {
+    ENSONIFY_ASSERT(input.pulse_power.size() == kPulseSteps + 1 &&
+                    input.power_per_energy.size() == static_cast<std::size_t>(heard.beams));
+  }
+  HiddenLabeller labeller(input, image);
+  workers.for_each(labeller.blocks(), [&](std::size_t block) { labeller.label(block); });
+  return labeller.take();
+}
+
+std::vector<std::uint16_t> resample(const std::vector<std::uint16_t>& polar,
+                                    const CartesianGrid& grid,
+                                    const std::vector<std::int32_t>& map) {
+  return resampled(polar, grid, map);
+}
+
+InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,
+                      const std::vector<std::int32_t>& map) {
+  return {grid.height_px, grid.width_px, resampled(polar.set, grid, map), polar.stride,
+          polar.of_block};
+}
+
+}  // namespace ensonify

@@ -1,0 +1,125 @@
+// How a fan is cut into packets of rays: tiles of neighbouring columns and elevations. Private to
+// packets.cpp and continue.cpp.
+//
+//   Tile     tile_of
+//   FanRays  fan_rays   what all tiles of a fan share
+//   Strip    init_strip aim   the columns of a tile's breadth, and a packet to go through them
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "trace/fan.h"
+#include "trace/refine.h"
+#include "trace/scene.h"
+
+namespace ensonify {
+
+// Columns and elevations of a packet.
+struct Tile {
+  int columns = 1, elevations = 1;
+};
+
+// Neighbours in azimuth are at about the same range also where a floor is met at a small angle,
+// neighbours in elevation are not: four times as wide as high, as far as the fan goes.
+Tile tile_of(const Fan& fan, int rays);
+
+struct FanRays {
+  const Scene& scene;
+  const Fan& fan;
+  const Pose& pose;
+  double range_max_m = 0;
+  Tile tile;
+  LocalOrigins origins;
+  std::vector<double> cos_elevation, sin_elevation;
+
+  std::size_t strips() const {
+    const auto breadth = static_cast<std::size_t>(tile.columns);
+    return (fan.azimuth_rad.size() + breadth - 1) / breadth;
+  }
+};
+
+FanRays fan_rays(const Scene& scene, const Fan& fan, const Pose& pose, double range_max_m,
+                 int rays);
+
+template <class RayHits>
+struct Strip {
+  static constexpr int kRays = sizeof(RayHits::ray.tfar) / sizeof(float);
+
+  alignas(64) RayHits packet;
+  alignas(64) std::array<int, kRays> valid;
+  std::size_t first_column = 0;
+  int columns = 0;
+  std::array<double, kRays> cos_azimuth, sin_azimuth;
+  Query query;
+  std::array<ClosedFormHit, kRays> closed_form;
+};
+
+// The strip of that number, from 0.
+template <class RayHits>
+void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) {
+  strip.first_column = number * static_cast<std::size_t>(rays.tile.columns);
+  strip.columns = static_cast<int>(std::min(rays.fan.azimuth_rad.size() - strip.first_column,
+                                            static_cast<std::size_t>(rays.tile.columns)));
+  for (int c = 0; c < strip.columns; ++c) {
+    strip.cos_azimuth[c] = std::cos(rays.fan.azimuth_rad[strip.first_column + c]);
+    strip.sin_azimuth[c] = std::sin(rays.fan.azimuth_rad[strip.first_column + c]);
+  }
+  init_context(strip.query.context);
+  strip.query.origin_m = rays.pose.position_m;
+  strip.query.origins = &rays.origins;
+  strip.query.closed_form = strip.closed_form.data();
+  const Vec3 from = rays.pose.position_m - rays.scene.origin_m;
+  auto& ray = strip.packet.ray;
+  for (int i = 0; i < strip.kRays; ++i) {
+    ray.org_x[i] = static_cast<float>(from.x);
+    ray.org_y[i] = static_cast<float>(from.y);
+    ray.org_z[i] = static_cast<float>(from.z);
+    ray.tnear[i] = static_cast<float>(kNearestHit_m);
+    ray.time[i] = 0;
+    ray.mask[i] = ~0u;
+    ray.id[i] = static_cast<unsigned>(i);
+    ray.flags[i] = 0;
+  }
+}
+
+// Aims the packet at a tile, column by column. Lanes without a ray go along with the last one.
+template <class RayHits>
+void aim(const FanRays& rays, int first_elevation, int elevations, Strip<RayHits>& strip) {
+  constexpr int kRays = Strip<RayHits>::kRays;
+  const int count = strip.columns * elevations;
+  alignas(64) std::array<double, kRays> cos_az, sin_az, cos_el, sin_el;
+  for (int i = 0; i < kRays; ++i) {
+    const int lane = std::min(i, count - 1);
+    const int c = lane / elevations, e = first_elevation + lane % elevations;
+    cos_az[i] = strip.cos_azimuth[c];
+    sin_az[i] = strip.sin_azimuth[c];
+    cos_el[i] = rays.cos_elevation[e];
+    sin_el[i] = rays.sin_elevation[e];
+  }
+  Directions& to = strip.query.directions;
+  const Quat rotation = rays.pose.rotation;
+  for (int i = 0; i < kRays; ++i) {
+    const Vec3 d =
+        normalized(rotate(rotation, {cos_el[i] * cos_az[i], cos_el[i] * sin_az[i], sin_el[i]}));
+    to.x[i] = d.x;
+    to.y[i] = d.y;
+    to.z[i] = d.z;
+  }
+  auto& ray = strip.packet.ray;
+  auto& hit = strip.packet.hit;
+  const float far = float_range(rays.range_max_m);
+  for (int i = 0; i < kRays; ++i) {
+    ray.dir_x[i] = static_cast<float>(to.x[i]);
+    ray.dir_y[i] = static_cast<float>(to.y[i]);
+    ray.dir_z[i] = static_cast<float>(to.z[i]);
+    ray.tfar[i] = far;
+    hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    strip.valid[i] = i < count ? -1 : 0;
+  }
+}
+
+}  // namespace ensonify

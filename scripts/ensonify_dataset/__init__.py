@@ -1,0 +1,25 @@
+"""Reads data sets of ensonify. Copy this folder beside your own code.
+
+    from ensonify_dataset import SonarDataset, normalise
+    data = SonarDataset("out/random_debris")
+    ping = data.split("train")[0]                # or data[12, 3]: sequence 12, ping 3
+    picture = normalise(ping.polar.level_db)     # float32 [samples, beams]
+    mask = ping.polar.instance                   # int32 [samples, beams], 0: none
+
+Python 3.9 and NumPy, nothing else. Nothing is read before it is asked for; time series are
+memory-mapped. For PyTorch there is `ensonify_dataset.pytorch.TorchPings`.
+What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/training.md.
+
+    dataset.py     SonarDataset, SequenceFolder, Ping, View, Pose, Annotation
+    files.py       read_png, read_exr, decode_rle, DatasetError
+    transforms.py  to_db, to_grey, to_amplitude, normalise
+    pytorch.py     TorchPings; the only one that imports torch
+"""
+from .dataset import Annotation, Ping, Pose, SequenceFolder, SonarDataset, View
+from .files import DatasetError, decode_rle, read_exr, read_png
+from .transforms import NO_ENERGY_DB, normalise, to_amplitude, to_db, to_grey
+
+__all__ = [
+    "Annotation", "DatasetError", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
+    "View", "decode_rle", "normalise", "read_exr", "read_png", "to_amplitude", "to_db", "to_grey",
+]

@@ -1,0 +1,352 @@
+"""Data sets, sequences, pings and their pictures. Every array is read when it is asked for."""
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
+
+FORMAT_VERSION = 1
+SPLITS = ("train", "val", "test")
+_MASKS = ("instance", "semantic", "shadow")
+_SECOND_PART = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A frame in the world: p_world = rotation @ p + position_m."""
+
+    position_m: np.ndarray
+    quaternion_wxyz: np.ndarray
+
+    @property
+    def rotation(self) -> np.ndarray:
+        w, x, y, z = self.quaternion_wxyz
+        return np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])
+
+
+@dataclass(frozen=True)
+class Annotation:
+    """An instance in a picture: bbox [x, y, width, height] and area in pixels, boolean mask."""
+
+    instance: int
+    name: str
+    class_id: int
+    bbox: Tuple[int, ...]
+    area: int
+    mask: np.ndarray
+
+
+class View:
+    """The pictures of a ping, `polar` or `cartesian`; arrays are [rows, columns].
+
+    Levels and angles are float32, grey is uint8, ids are int32 (PyTorch has no uint16), 0: none.
+    What the data set does not hold is a DatasetError; `has` asks before.
+    """
+
+    def __init__(self, ping: "Ping", kind: str):
+        self.ping, self.kind = ping, kind
+        self._parts: Dict[int, Dict[str, np.ndarray]] = {}
+
+    @property
+    def level_db(self) -> np.ndarray:
+        """Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy."""
+        return self._stored("level_db").astype(np.float32)
+
+    @property
+    def clean_db(self) -> np.ndarray:
+        """Level of the expected power: no speckle, no noise."""
+        return self._stored("clean_db").astype(np.float32)
+
+    @property
+    def elevation_rad(self) -> np.ndarray:
+        """Mean elevation of the pixel's echoes; NaN without echo."""
+        return self._stored("elevation_rad").astype(np.float32)
+
+    @property
+    def elevation_std_rad(self) -> np.ndarray:
+        return self._stored("elevation_std_rad").astype(np.float32)
+
+    @property
+    def instance_fraction(self) -> np.ndarray:
+        """Share of the winning instance in the pixel's energy."""
+        return self._stored("instance_fraction").astype(np.float32)
+
+    @property
+    def instance(self) -> np.ndarray:
+        return self._stored("instance").astype(np.int32)
+
+    @property
+    def semantic(self) -> np.ndarray:
+        """Class ids; id k is `classes[k - 1]`."""
+        return self._stored("semantic").astype(np.int32)
+
+    @property
+    def shadow(self) -> np.ndarray:
+        """The instance whose shadow it is."""
+        return self._stored("shadow").astype(np.int32)
+
+    @property
+    def grey(self) -> np.ndarray:
+        """The 8-bit picture; its limits, `info["png"]`, are those of its sequence."""
+        return np.array(self._stored("grey"))
+
+    @property
+    def annotations(self) -> List[Annotation]:
+        """Boxes and masks of the instances in the picture, the seabed's among them."""
+        sequence = self.ping.sequence
+        named = {i["id"]: (i["name"], i["class_id"]) for i in sequence.info["instances"]}
+        return [
+            Annotation(a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
+                       decode_rle(a["counts"], image["height"], image["width"]))
+            for image in sequence.annotated_images(self.ping.number) if image["view"] == self.kind
+            for a in image["annotations"]
+        ]
+
+    def has(self, name: str) -> bool:
+        """Whether the data set holds the array of that name."""
+        return self._packed(name).exists() or self._single(name).exists()
+
+    def _packed(self, name: str) -> Path:
+        return self.ping.sequence.folder / f"{self.kind}_{name}.npy"
+
+    def _single(self, name: str) -> Path:
+        folder, stem = self.ping.sequence.folder, self.ping.stem
+        if name == "grey":
+            return folder / "png" / f"{stem}_{self.kind}.png"
+        return folder / self.kind / (f"{stem}_{name}.png" if name in _MASKS else f"{stem}.exr")
+
+    def _stored(self, name: str) -> np.ndarray:
+        packed, single = self._packed(name), self._single(name)
+        if packed.exists():
+            return read_npy(packed)[self.ping.row]
+        if not single.exists():
+            raise missing(single, f"{self.kind} {name}")
+        if single.suffix == ".png":
+            return read_png(single)
+        part = 1 if name in _SECOND_PART else 0
+        if part not in self._parts:
+            self._parts[part] = read_exr(single, part)
+        return self._parts[part]["Y" if part == 0 else name]
+
+
+class Ping:
+    """One ping: its series, its pictures `polar` and `cartesian`, and where everything was."""
+
+    def __init__(self, sequence: "SequenceFolder", number: int):
+        self.sequence, self.number = sequence, number
+        self.row = number - sequence.pings.start
+        self.stem = f"{number:06}"
+        self.polar, self.cartesian = View(self, "polar"), View(self, "cartesian")
+
+    @property
+    def series(self) -> np.ndarray:
+        """complex64 [beams, samples], Pa, baseband; memory-mapped where it is kept as NPY."""
+        packed = self.sequence.folder / "timeseries.npy"
+        single = self.sequence.folder / "timeseries" / f"{self.stem}.npy"
+        if packed.exists():
+            return read_npy(packed)[self.row]
+        if single.exists():
+            return read_npy(single)
+        picture = single.with_suffix(".exr")
+        if not picture.exists():
+            raise missing(single, "time series")
+        channels = read_exr(picture)
+        series = np.empty(channels["p.re"].T.shape, np.complex64)
+        series.real, series.imag = channels["p.re"].T, channels["p.im"].T
+        return series
+
+    @property
+    def time_s(self) -> float:
+        return float(self.sequence.pose_rows[self.row]["time_s"])
+
+    @property
+    def pose(self) -> Pose:
+        """The sonar in the world, its mount included."""
+        return _pose(self.sequence.pose_rows[self.row])
+
+    @property
+    def object_poses(self) -> Dict[int, Pose]:
+        """Objects and point targets in the world, by instance."""
+        rows = self.sequence.object_rows.get(self.number, [])
+        return {int(row["instance"]): _pose(row) for row in rows}
+
+    @property
+    def first_return_m(self) -> np.ndarray:
+        """float32 [beams]: slant range of the nearest echo; NaN without."""
+        return self.sequence.first_return_m[self.row]
+
+
+class SequenceFolder:
+    """One sequence: `info` (its sequence.json), axes, tables; `sequence[3]` is ping 3."""
+
+    def __init__(self, folder: Union[str, Path]):
+        self.folder = Path(folder)
+
+    def __getitem__(self, ping: int) -> Ping:
+        if ping not in self.pings:
+            raise IndexError(f"{self.folder} has pings {self.pings.start} to {self.pings.stop - 1}, "
+                             f"not {ping}")
+        return Ping(self, ping)
+
+    def __iter__(self) -> Iterator[Ping]:
+        return (Ping(self, ping) for ping in self.pings)
+
+    def __len__(self) -> int:
+        return len(self.pings)
+
+    @cached_property
+    def info(self) -> Dict[str, Any]:
+        return _manifest(self.folder / "sequence.json", "ensonify_sequence")
+
+    @property
+    def number(self) -> int:
+        return self.info["sequence"]
+
+    @cached_property
+    def pings(self) -> range:
+        return range(*self.info["pings"])
+
+    @cached_property
+    def azimuth_rad(self) -> np.ndarray:
+        """float64 [beams], most negative (starboard) first."""
+        return np.array(read_npy(self.folder / "azimuth_rad.npy"))
+
+    @cached_property
+    def range_m(self) -> np.ndarray:
+        """float64 [samples], slant range."""
+        return np.array(read_npy(self.folder / "range_m.npy"))
+
+    @cached_property
+    def first_return_m(self) -> np.ndarray:
+        """float32 [pings, beams]."""
+        return np.array(read_npy(self.folder / "first_return_m.npy"))
+
+    @cached_property
+    def pose_rows(self) -> List[Dict[str, str]]:
+        return _table(self.folder / "poses.csv")
+
+    @cached_property
+    def object_rows(self) -> Dict[int, List[Dict[str, str]]]:
+        """Rows of objects.csv by ping."""
+        rows: Dict[int, List[Dict[str, str]]] = {}
+        for row in _table(self.folder / "objects.csv"):
+            rows.setdefault(int(row["ping"]), []).append(row)
+        return rows
+
+    @cached_property
+    def _annotation_lines(self) -> List[bytes]:
+        return read_bytes(self.folder / "annotations.jsonl").splitlines()
+
+    def annotated_images(self, ping: int) -> List[Dict[str, Any]]:
+        """`images` of the ping in annotations.jsonl."""
+        return json.loads(self._annotation_lines[ping - self.pings.start])["images"]
+
+
+class SonarDataset:
+    """A data set, or some of its sequences, as a list of pings.
+
+    data[7] is the eighth ping, data[12, 3] ping 3 of sequence 12, data.split("train") the
+    sequences of that split as a data set of its own.
+    """
+
+    def __init__(self, folder: Union[str, Path], sequences: Optional[Sequence[int]] = None):
+        self.folder = Path(folder)
+        _need_finished(self.folder)
+        self.info = _manifest(self.folder / "dataset.json", "ensonify_dataset")
+        listed = {entry["sequence"]: range(*entry["pings"]) for entry in self.info["sequences"]}
+        unknown = [number for number in sequences or () if number not in listed]
+        if unknown:
+            raise IndexError(f"{self.folder} has no sequence {unknown[0]}")
+        self.sequences = sorted(listed if sequences is None else sequences)
+        self._index = [(number, ping) for number in self.sequences for ping in listed[number]]
+        self._opened: Dict[int, SequenceFolder] = {}
+
+    @property
+    def name(self) -> str:
+        return self.info["name"]
+
+    @property
+    def classes(self) -> List[str]:
+        """Names; id k is `classes[k - 1]`."""
+        return self.info["classes"]
+
+    @property
+    def index(self) -> List[Tuple[int, int]]:
+        """(sequence, ping) of every item, in order."""
+        return list(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __getitem__(self, which: Union[int, Tuple[int, int]]) -> Ping:
+        number, ping = which if isinstance(which, tuple) else self._index[which]
+        return self.sequence(number)[ping]
+
+    def __iter__(self) -> Iterator[Ping]:
+        return (self[i] for i in range(len(self)))
+
+    def sequence(self, number: int) -> SequenceFolder:
+        if number not in self._opened:
+            if number not in self.sequences:
+                raise IndexError(f"{self.folder}: sequence {number} is not in this list")
+            self._opened[number] = SequenceFolder(self.folder / "sequences" / f"{number:06}")
+        return self._opened[number]
+
+    def split(self, name: str) -> "SonarDataset":
+        """The sequences that splits/NAME.txt lists; it may be empty."""
+        if name not in SPLITS:
+            raise DatasetError(f"no split {name!r}: accepted is one of {', '.join(SPLITS)}")
+        stems = read_bytes(self.folder / "splits" / f"{name}.txt").decode().split()
+        listed = {int(stem.split("/")[0]) for stem in stems}
+        return SonarDataset(self.folder, [number for number in self.sequences if number in listed])
+
+
+def missing(path: Path, what: str) -> DatasetError:
+    return DatasetError(f"{path}: is not there. Either the scenario does not write the {what} "
+                        "(`output` in scenario.yaml), or files are missing: `ensonify verify` tells")
+
+
+def _need_finished(folder: Path) -> None:
+    """A data set is done when it has its dataset.sha256."""
+    if (folder / "dataset.sha256").exists():
+        return
+    if (folder / "work.json").exists():
+        raise DatasetError(f"{folder}: this data set is not finished. The same `ensonify generate` "
+                           "command again goes on where the last one ended")
+    if (folder / "sequence.json").exists():
+        raise DatasetError(f"{folder}: this is one sequence; give the folder of its data set, or "
+                           "open it as SequenceFolder")
+    raise DatasetError(f"{folder}: no data set of ensonify is here (no dataset.sha256)")
+
+
+def _manifest(path: Path, version_key: str) -> Dict[str, Any]:
+    try:
+        content = json.loads(read_bytes(path))
+    except ValueError as fault:
+        raise DatasetError(f"{path}: is no JSON ({fault})") from fault
+    version = content.get(version_key)
+    if version != FORMAT_VERSION:
+        raise DatasetError(f"{path}: {version_key} is {version}, and this reader knows version "
+                           f"{FORMAT_VERSION}. Take scripts/ensonify_dataset of the ensonify that "
+                           "made the data set")
+    return content
+
+
+def _table(path: Path) -> List[Dict[str, str]]:
+    return list(csv.DictReader(read_bytes(path).decode("utf-8").splitlines()))
+
+
+def _pose(row: Dict[str, str]) -> Pose:
+    return Pose(np.array([float(row[key]) for key in ("x", "y", "z")]),
+                np.array([float(row[key]) for key in ("qw", "qx", "qy", "qz")]))

@@ -1,0 +1,183 @@
+"""Readers of the files of a data set: grey PNG, scanline EXR of several parts, COCO run lengths."""
+from __future__ import annotations
+
+import mmap
+import struct
+import zlib
+from pathlib import Path
+from typing import Any, Dict, List, Tuple, Union
+
+import numpy as np
+
+_FAULTS = (OSError, ValueError, IndexError, KeyError, struct.error, zlib.error)
+
+
+class DatasetError(Exception):
+    """What is wrong with a data set, where, and what to do about it."""
+
+
+def unreadable(path: Union[str, Path], fault: Exception) -> DatasetError:
+    """The error for a file that is missing or is not what its name says."""
+    why = getattr(fault, "strerror", None) or str(fault)
+    return DatasetError(f"{path}: cannot be read: {why}; `ensonify verify` on the data set's folder "
+                        "tells which files are missing or damaged")
+
+
+def read_bytes(path: Union[str, Path]) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as fault:
+        raise unreadable(path, fault) from fault
+
+
+def read_npy(path: Union[str, Path]) -> np.ndarray:
+    """An array, memory-mapped."""
+    try:
+        return np.load(path, mmap_mode="r")
+    except _FAULTS as fault:
+        raise unreadable(path, fault) from fault
+
+
+def read_png(path: Union[str, Path]) -> np.ndarray:
+    """A plain grey PNG: uint8 or uint16, [rows, columns]."""
+    data = read_bytes(path)
+    try:
+        return _decode_png(data)
+    except _FAULTS as fault:
+        raise unreadable(path, fault) from fault
+
+
+def _decode_png(data: bytes) -> np.ndarray:
+    if data[:8] != b"\x89PNG\r\n\x1a\n":
+        raise ValueError("no PNG file")
+    width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
+    if colour != 0 or depth not in (8, 16) or interlaced:
+        raise ValueError("not a plain grey PNG of 8 or 16 bits")
+    position, packed = 8, []
+    while position < len(data):
+        size, kind = struct.unpack_from(">I4s", data, position)
+        if kind == b"IDAT":
+            packed.append(data[position + 8 : position + 8 + size])
+        position += 12 + size
+    step = depth // 8
+    raw = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
+    raw = raw.reshape(height, 1 + width * step)
+    pixels = np.array(raw[:, 1:])
+    # ensonify filters no rows; another program that packed the files anew may have.
+    for y in np.flatnonzero(raw[:, 0]):
+        above = pixels[y - 1] if y else np.zeros(width * step, np.uint8)
+        pixels[y] = _unfiltered(int(raw[y, 0]), raw[y, 1:].tobytes(), above.tobytes(), step)
+    return pixels if step == 1 else pixels.view(">u2").astype(np.uint16)
+
+
+def _unfiltered(kind: int, row: bytes, above: bytes, step: int) -> np.ndarray:
+    if kind > 4:
+        raise ValueError(f"PNG filter {kind}")
+    out = bytearray(row)
+    for i in range(len(out)):
+        left, corner = (out[i - step], above[i - step]) if i >= step else (0, 0)
+        up = above[i]
+        if kind == 4:
+            ahead = left + up - corner
+            guess = min((left, up, corner), key=lambda neighbour: abs(ahead - neighbour))
+        else:
+            guess = (0, left, up, (left + up) // 2)[kind]
+        out[i] = (out[i] + guess) & 255
+    return np.frombuffer(bytes(out), np.uint8)
+
+
+def read_exr(path: Union[str, Path], part: int = 0) -> Dict[str, np.ndarray]:
+    """The channels of one part of a scanline EXR, uncompressed, ZIPS or ZIP; each [rows, columns].
+
+    The other parts are not read.
+    """
+    try:
+        with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            return _decode_exr(data, part)
+    except _FAULTS as fault:
+        raise unreadable(path, fault) from fault
+
+
+def _exr_header(data: Any, position: int) -> Tuple[Dict[str, bytes], int]:
+    """Attributes as bytes, and where the next header begins."""
+    attributes = {}
+    while data[position] != 0:
+        name_end = data.find(b"\0", position)
+        kind_end = data.find(b"\0", name_end + 1)
+        (size,) = struct.unpack_from("<i", data, kind_end + 1)
+        start = kind_end + 5
+        attributes[data[position:name_end].decode()] = data[start : start + size]
+        position = start + size
+    return attributes, position + 1
+
+
+def _exr_channels(body: bytes) -> List[Tuple[str, np.dtype]]:
+    channels, position = [], 0
+    while body[position] != 0:
+        end = body.index(b"\0", position)
+        (kind,) = struct.unpack_from("<i", body, end + 1)
+        channels.append((body[position:end].decode(), np.dtype(("<u4", "<f2", "<f4")[kind])))
+        position = end + 17
+    return channels
+
+
+def _exr_unzipped(packed: bytes, size: int) -> bytes:
+    """Deflated differences of neighbouring bytes, those of even places before those of odd ones."""
+    if len(packed) == size:
+        return packed
+    steps = np.frombuffer(zlib.decompress(packed), np.uint8).copy()
+    steps[1:] -= 128
+    planes = np.add.accumulate(steps, dtype=np.uint8)
+    out = np.empty(size, np.uint8)
+    out[0::2], out[1::2] = planes[: (size + 1) // 2], planes[(size + 1) // 2 :]
+    return out.tobytes()
+
+
+def _decode_exr(data: Any, part: int) -> Dict[str, np.ndarray]:
+    magic, version = struct.unpack_from("<iI", data)
+    if magic != 20000630 or version & 0xA00:
+        raise ValueError("no scanline EXR file")
+    several = bool(version & 0x1000)
+    headers, position = [], 8
+    while not headers or (several and data[position] != 0):
+        header, position = _exr_header(data, position)
+        headers.append(header)
+    position += several
+    for header in headers[: part + 1]:
+        left, top, right, bottom = struct.unpack("<4i", header["dataWindow"])
+        height, width = bottom - top + 1, right - left + 1
+        chunk_rows = {0: 1, 2: 1, 3: 16}[header["compression"][0]]
+        table = position
+        position += 8 * -(-height // chunk_rows)
+    channels = _exr_channels(headers[part]["channels"])
+    row_bytes = width * sum(kind.itemsize for _, kind in channels)
+    out = {name: np.empty((height, width), kind) for name, kind in channels}
+    for offset in struct.unpack_from(f"<{(position - table) // 8}Q", data, table):
+        y, size = struct.unpack_from("<ii", data, offset + 4 * several)
+        start, rows = offset + 4 * several + 8, min(chunk_rows, height - (y - top))
+        raw = _exr_unzipped(data[start : start + size], rows * row_bytes)
+        lines = np.frombuffer(raw, np.uint8).reshape(rows, row_bytes)
+        place = 0
+        for name, kind in channels:
+            end = place + width * kind.itemsize
+            out[name][y - top : y - top + rows] = np.ascontiguousarray(lines[:, place:end]).view(kind)
+            place = end
+    return out
+
+
+def decode_rle(counts: str, height: int, width: int) -> np.ndarray:
+    """A boolean mask [height, width] from COCO's compressed run lengths."""
+    runs: List[int] = []
+    value = shift = 0
+    for letter in counts:
+        bits = ord(letter) - 48
+        value |= (bits & 31) << shift
+        shift += 5
+        if bits & 32:
+            continue
+        if bits & 16:
+            value -= 1 << shift
+        runs.append(value + (runs[-2] if len(runs) > 2 else 0))
+        value = shift = 0
+    flat = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
+    return flat.reshape(width, height).T

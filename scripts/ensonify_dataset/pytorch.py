@@ -1,0 +1,61 @@
+"""A data set for PyTorch. Nothing else of this package needs torch."""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, Optional, Sequence
+
+import numpy as np
+import torch
+import torch.utils.data
+
+from .dataset import Ping, SonarDataset, View
+
+Sample = Dict[str, Any]
+
+
+class TorchPings(torch.utils.data.Dataset):
+    """Each ping as a dict of tensors.
+
+    `image`: float32 [channels, rows, columns], the arrays of the view named in `inputs`;
+    each of `targets`: int64 [rows, columns] for ids, as cross_entropy wants them, float32 for
+    others; `sequence` and `ping`: its numbers.
+    `transform(sample, ping)` gets the dict while it holds NumPy arrays, and the Ping; what it
+    returns becomes tensors. It must be picklable where workers are spawned rather than forked.
+    Pictures of one batch need one size: a transform has to see to it where the scenario draws
+    what decides on it (range, beams).
+    """
+
+    def __init__(self, dataset: SonarDataset, inputs: Sequence[str] = ("level_db",),
+                 targets: Sequence[str] = ("semantic",), view: str = "polar",
+                 transform: Optional[Callable[[Sample, Ping], Sample]] = None):
+        if view not in ("polar", "cartesian"):
+            raise ValueError(f"view is {view!r}: accepted is polar or cartesian")
+        for name in (*inputs, *targets):
+            if not isinstance(getattr(View, name, None), property) or name == "annotations":
+                raise ValueError(f"a view has no array {name!r}")
+        self.dataset, self.view, self.transform = dataset, view, transform
+        self.inputs, self.targets = tuple(inputs), tuple(targets)
+
+    def __len__(self) -> int:
+        return len(self.dataset)
+
+    def __getitem__(self, item: int) -> Sample:
+        ping = self.dataset[item]
+        view = getattr(ping, self.view)
+        sample: Sample = {name: getattr(view, name) for name in self.targets}
+        sample["image"] = np.stack([getattr(view, name) for name in self.inputs]).astype(np.float32)
+        sample["sequence"], sample["ping"] = ping.sequence.number, ping.number
+        if self.transform is not None:
+            sample = self.transform(sample, ping)
+        return {name: to_tensor(value) for name, value in sample.items()}
+
+
+def to_tensor(value: Any) -> Any:
+    """Integer arrays as int64 (torch has no uint16), but for uint8; the rest in its own type.
+
+    What is no array stays as it is. Memory-mapped arrays are copied: tensors must be writable.
+    """
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.dtype.kind in "iu" and value.dtype != np.uint8:
+        return torch.from_numpy(value.astype(np.int64))
+    return torch.from_numpy(np.array(value))

@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""Trains a small network to find debris on the seabed, and tells how well it does on worlds it has
+not seen. It shows how a data set is loaded, and whether its labels can be learnt from.
+
+Needs Python 3.9, NumPy and PyTorch (Debian: python3-torch). Its data set, 400 worlds of one ping:
+
+    build/release/ensonify generate scenes/random_debris.yaml -o out/debris \\
+        --set sequences=400 --set trajectory.pings=1 --set sonar.beams.count=128 \\
+        --set sonar.rays.elevation=512 \\
+        --set 'output={timeseries: none, cartesian: false, png: false}'
+    scripts/train_example.py out/debris
+
+Input is the level of the polar picture, normalised picture by picture; the answer is a mask of all
+objects but the seabed. Told at the end, for each split, of this one class and over all pixels of all
+pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
+training pictures; and that of the best constant answer. Docs: docs/training.md.
+"""
+import argparse
+import json
+import time
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ensonify_dataset import SonarDataset, normalise, to_amplitude, to_db
+
+
+def by_twos(array):
+    """[rows / 2, 2, columns]: two samples of range to a row."""
+    rows = array.shape[0] // 2
+    return array[: 2 * rows].reshape(rows, 2, -1)
+
+
+def load(dataset, background):
+    """Normalised levels [pings, 1, rows, columns] and debris masks of the same shape.
+
+    Two samples of range make a row: their mean power, and debris where either has some. The
+    pictures are small and all fit into memory; for large ones: TorchPings and a DataLoader.
+    """
+    pictures, masks = [], []
+    for ping in dataset:
+        power = to_amplitude(ping.polar.level_db).astype(np.float64) ** 2
+        semantic = ping.polar.semantic
+        debris = (semantic > 0) & (semantic != background)
+        pictures.append(normalise(to_db(np.sqrt(by_twos(power).mean(1))))[None])
+        masks.append(by_twos(debris).any(1)[None])
+    return torch.from_numpy(np.stack(pictures)), torch.from_numpy(np.stack(masks)).float()
+
+
+def block(inputs, outputs):
+    """Two convolutions, each with normalisation."""
+    layers = []
+    for channels in (inputs, outputs):
+        layers += [nn.Conv2d(channels, outputs, 3, padding=1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()]
+    return nn.Sequential(*layers)
+
+
+class SmallUNet(nn.Module):
+    """A U-Net of three scales; the finest is half the picture's, four pixels to a place."""
+
+    def __init__(self, width=16):
+        super().__init__()
+        self.down = nn.ModuleList([block(4, width), block(width, 2 * width), block(2 * width, 4 * width)])
+        self.up = nn.ModuleList([block(3 * width, width), block(6 * width, 2 * width)])
+        self.answer = nn.Conv2d(width, 4, 1)
+
+    def forward(self, picture):
+        rows, columns = picture.shape[-2:]
+        padded = functional.pad(picture, (0, -columns % 8, 0, -rows % 8), mode="replicate")
+        x = functional.pixel_unshuffle(padded, 2)
+        passed = []
+        for scale, convolve in enumerate(self.down):
+            x = convolve(x if scale == 0 else functional.max_pool2d(x, 2))
+            passed.append(x)
+        for scale in (1, 0):
+            wider = functional.interpolate(x, scale_factor=2.0)
+            x = self.up[scale](torch.cat([wider, passed[scale]], 1))
+        return functional.pixel_shuffle(self.answer(x), 2)[..., :rows, :columns]
+
+
+def loss_of(answer, mask):
+    """Cross entropy, and Dice: where a class is rare the first alone is content with none of it."""
+    share = torch.sigmoid(answer)
+    dice = 1 - (2 * (share * mask).sum() + 1) / (share.sum() + mask.sum() + 1)
+    return functional.binary_cross_entropy_with_logits(answer, mask) + dice
+
+
+def train(network, pictures, masks, options):
+    """Adam with a rate that rises and falls once; pictures are mirrored at random."""
+    optimizer = torch.optim.Adam(network.parameters())
+    batches = -(-len(pictures) // options.batch)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimizer, max_lr=0.01, total_steps=options.epochs * batches)
+    start = time.monotonic()
+    for epoch in range(options.epochs):
+        network.train()
+        total = 0.0
+        for chosen in torch.randperm(len(pictures)).split(options.batch):
+            turned = [3] if torch.rand(()) < 0.5 else []
+            loss = loss_of(network(pictures[chosen].flip(turned)), masks[chosen].flip(turned))
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            schedule.step()
+            total += loss.item() * len(chosen)
+        if not options.quiet:
+            print(f"epoch {epoch + 1}/{options.epochs}: loss {total / len(pictures):.3f}, "
+                  f"{time.monotonic() - start:.0f} s", flush=True)
+
+
+def overlap(answer, truth):
+    """Intersection over union of two boolean arrays."""
+    return ((answer & truth).sum() / max((answer | truth).sum(), 1)).item()
+
+
+def iou(network, pictures, masks):
+    """Of the debris, over all pixels of all pictures together."""
+    network.eval()
+    with torch.no_grad():
+        answers = [network(some) > 0 for some in pictures.split(8)]
+    return overlap(torch.cat(answers), masks > 0.5)
+
+
+def best_threshold(pictures, masks):
+    """The level above which all is called debris, that does best on these pictures."""
+    candidates = torch.linspace(0, 4, 81)
+    scores = [overlap(pictures > candidate, masks > 0.5) for candidate in candidates]
+    return candidates[int(np.argmax(scores))]
+
+
+def constant_iou(masks):
+    """The better of "all debris", which is debris' share of the pixels, and "none", which is 0."""
+    return masks.mean().item()
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", help="data set, finished")
+    parser.add_argument("--background", default="seabed", help="class that is no debris (seabed)")
+    parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--batch", type=int, default=8, help="pictures a step (8)")
+    parser.add_argument("--width", type=int, default=16, help="channels at the finest scale (16)")
+    parser.add_argument("--seed", type=int, default=0, help="of the network and the order of pictures")
+    parser.add_argument("--threads", type=int, default=1, help="of PyTorch (1: steps are short)")
+    parser.add_argument("--shuffle-labels", action="store_true",
+                        help="control: each training picture gets the mask of another one")
+    parser.add_argument("--quiet", action="store_true", help="print the result only, one line of JSON")
+    return parser.parse_args()
+
+
+def main():
+    options = arguments()
+    torch.set_num_threads(options.threads)
+    torch.manual_seed(options.seed)
+    dataset = SonarDataset(options.folder)
+    background = dataset.classes.index(options.background) + 1
+    data = {name: load(dataset.split(name), background) for name in ("train", "val", "test")}
+    pictures, masks = data["train"]
+    if options.shuffle_labels:
+        masks = masks.roll(len(masks) // 2, 0)
+    network = SmallUNet(options.width).to(memory_format=torch.channels_last)
+    start = time.monotonic()
+    train(network, pictures, masks, options)
+    result = {"seed": options.seed, "shuffled_labels": options.shuffle_labels,
+              "train_pictures": len(pictures), "seconds": round(time.monotonic() - start)}
+    threshold = best_threshold(*data["train"])
+    for name, (pictures, truth) in data.items():
+        result[name] = {"iou": round(iou(network, pictures, truth), 3),
+                        "threshold_iou": round(overlap(pictures > threshold, truth > 0.5), 3),
+                        "constant_iou": round(constant_iou(truth), 3)}
+    print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main()

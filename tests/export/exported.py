@@ -1,0 +1,123 @@
+"""A small data set of two drawn sequences, made once by the program, and its files read without it.
+
+ENSONIFY is the program. READERS is the folder of readers written from the formats' descriptions.
+"""
+import atexit
+import csv
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.environ.get("READERS", str(pathlib.Path(__file__).parent.parent / "independent")))
+import sonar_dataset  # noqa: E402
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+
+# Two sequences of different length in range, one for training and one to validate with. The pole
+# stands before the ball in some pings, so that masks fall apart.
+SCENARIO = """ensonify: 1
+name: exported
+seed: 13
+sequences: 2
+sonar:
+  preset: blueview_p900_90
+  range_max_m: {choice: [4, 5]}
+  beams: {count: 48, fov_deg: 60}
+  rays: {elevation: 24}
+materials: {m: {reflectivity: 1e-3}, s: {reflectivity: 1e-2}}
+objects:
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - {name: "ball/1", class: "ball & net", material: s, shape: {sphere: {radius_m: 0.3}},
+     pose: {position_m: [{uniform: [1.5, 2.5]}, 0.3, 0]}}
+  - {name: pole, class: pole, material: s, shape: {cylinder: {radius_m: 0.1, height_m: 2}},
+     trajectory: {poses: [{time_s: 1, position_m: [1.2, 0.1, 0]}, {time_s: 2, position_m: [1, 1.4, 0]}]}}
+trajectory:
+  poses: [{time_s: 1, position_m: [0, 0, 0]},
+          {time_s: 2, position_m: [0.3, 0.2, 0], rotation_deg: [0, 5, 20]}]
+  ping_rate_hz: 4
+  pings: 3
+splits: {train: 0.5, val: 0.5, test: 0}
+output: {cartesian: {height_px: 60}}
+"""
+
+_made = {}
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+
+
+def scratch():
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-export-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def dataset(*extra):
+    """The folder of the data set, made at the first call with these arguments."""
+    if extra not in _made:
+        folder = scratch()
+        (folder / "scenario.yaml").write_text(SCENARIO)
+        result = run("generate", folder / "scenario.yaml", "-o", folder / "set", "--quiet", *extra)
+        assert result.returncode == 0, result.stderr
+        _made[extra] = folder / "set"
+    return _made[extra]
+
+
+def export(format_name, *extra, source=None):
+    """The folder or file that an export made."""
+    out = scratch() / "out"
+    result = run("export", source or dataset(), "--format", format_name, "-o", out, "--quiet", *extra)
+    assert result.returncode == 0, result.stderr
+    return out
+
+
+def hashes(path):
+    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
+    return {str(p.relative_to(path)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+class Sequence:
+    """One sequence of a data set, read file by file."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.head = json.loads((folder / "sequence.json").read_text())
+        self.number, self.split = self.head["sequence"], self.head["split"]
+        self.pings = range(*self.head["pings"])
+        with open(folder / "poses.csv", newline="") as file:
+            self.poses = {int(row["ping"]): row for row in csv.DictReader(file)}
+        with open(folder / "objects.csv", newline="") as file:
+            self.objects = list(csv.DictReader(file))
+
+    def png(self, kind, ping, suffix=""):
+        return sonar_dataset.read_png(self.folder / kind / f"{ping:06}{suffix}.png")
+
+    def npy(self, name):
+        return sonar_dataset.read_npy(self.folder / name)
+
+    def pose(self, ping):
+        return [float(self.poses[ping][key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+
+
+def sequences(folder=None):
+    return [Sequence(path) for path in sorted(((folder or dataset()) / "sequences").iterdir())]
+
+
+class Case(unittest.TestCase):
+    """What every format promises; a test of a format derives from it and says which."""
+
+    format_name = None
+    options = ()
+
+    def test_the_same_data_set_gives_the_same_bytes(self):
+        if self.format_name is None:
+            self.skipTest("no format of its own")
+        self.assertEqual(hashes(export(self.format_name, *self.options)),
+                         hashes(export(self.format_name, *self.options)))

@@ -1,0 +1,39 @@
+// Stopped between two pings, every exporter leaves nothing behind.
+#include <filesystem>
+
+#include "app/small_data_set.h"
+#include "catch.h"
+#include "export/export.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_CASE("an interrupted export leaves nothing, and the next one is whole") {
+  const test::Maker maker;
+  maker.make(maker.options("set"));
+  ExportOptions options;
+  options.dataset = maker.folder.path() / "set";
+  for (const ExportFormat& format : export_formats()) {
+    INFO(format.name);
+    const fs::path place = maker.folder.path() / format.name;
+    options.output = place / "out";
+    int asked = 0;
+    options.stop = [&] { return ++asked == 3; };
+    const auto report = export_dataset(format, options);
+    REQUIRE_FALSE(report.ok());
+    CHECK(report.error().kind == ErrorKind::interrupted);
+    CHECK(fs::is_empty(place));
+    // Of four pings, two were done: it is asked once a ping.
+    CHECK(asked == 3);
+    options.stop = nullptr;
+    const auto again = export_dataset(format, options);
+    REQUIRE(again.ok());
+    CHECK(again->pings == 4);
+    CHECK(fs::exists(options.output));
+  }
+}
+
+}  // namespace
+}  // namespace ensonify

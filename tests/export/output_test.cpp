@@ -1,0 +1,87 @@
+// An export appears whole or not at all, and an interrupted one leaves nothing.
+#include "export/output.h"
+
+#include <filesystem>
+#include <iterator>
+#include <optional>
+
+#include "catch.h"
+#include "dataset/files.h"
+#include "export/job.h"
+#include "temporary_folder.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+std::size_t entries(const fs::path& folder) {
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST_CASE("what is not committed goes, what is committed has its name") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "above" / "out";
+  {
+    auto place = OutputPlace::open(out, true, folder.path() / "set");
+    REQUIRE(place.ok());
+    REQUIRE(write_whole(place->temporary() / "deep/file", "text").ok());
+    CHECK_FALSE(fs::exists(out));
+  }
+  CHECK(entries(out.parent_path()) == 0);
+  {
+    auto place = OutputPlace::open(out, true, folder.path() / "set");
+    REQUIRE(place.ok());
+    REQUIRE(write_whole(place->temporary() / "deep/file", "text").ok());
+    REQUIRE(place->commit().ok());
+  }
+  CHECK(*read_file(out / "deep/file") == "text");
+  CHECK(entries(out.parent_path()) == 1);
+}
+
+TEST_CASE("an output must be new or empty, and outside of the data set") {
+  const TemporaryFolder folder;
+  const fs::path set = folder.path() / "set", full = folder.path() / "full";
+  fs::create_directories(set);
+  REQUIRE(write_whole(full / "file", "mine").ok());
+  fs::create_directory_symlink(set, folder.path() / "link");
+  const auto kind = [&](const fs::path& out, bool is_folder) {
+    const auto place = OutputPlace::open(out, is_folder, set);
+    return place ? std::optional<ErrorKind>() : place.error().kind;
+  };
+  CHECK(kind(full, true) == ErrorKind::usage);
+  CHECK(kind(full / "file", false) == ErrorKind::usage);
+  CHECK(kind(set, true) == ErrorKind::usage);
+  CHECK(kind(set / "deep" / "out", true) == ErrorKind::usage);
+  CHECK(kind(set / ".." / "set" / "out", true) == ErrorKind::usage);
+  CHECK(kind(folder.path() / "link" / "out", true) == ErrorKind::usage);
+  CHECK(kind("", true) == ErrorKind::usage);
+  CHECK(kind(full / "file" / "out", true) == ErrorKind::io);
+  CHECK_FALSE(kind(folder.path() / "set2", true));  // begins alike, and is another folder
+  CHECK(entries(set) == 0);
+}
+
+TEST_CASE("a write that fails comes out of close") {
+  if (!fs::exists("/dev/full")) return;
+  OutputFile file("/dev/full");
+  file.append("text");
+  const Status closed = file.close();
+  REQUIRE_FALSE(closed.ok());
+  CHECK(closed.error().kind == ErrorKind::io);
+  CHECK(closed.error().message.find("/dev/full") != std::string::npos);
+}
+
+TEST_CASE("every format has another name, and options that exist") {
+  const auto formats = export_formats();
+  CHECK(formats.size() == 8);
+  for (const ExportFormat& format : formats) {
+    CHECK(find_export_format(format.name) == &format);
+    CHECK(std::string(format.what).size() > 10);
+  }
+  CHECK(find_export_format("png") == nullptr);
+}
+
+}  // namespace
+}  // namespace ensonify

@@ -1,0 +1,77 @@
+"""voc: XML by Python's own parser, indexed PNG by a decoder of this file, against the data set."""
+import struct
+import unittest
+import xml.etree.ElementTree as ElementTree
+import zlib
+
+import numpy as np
+
+import exported
+from sonar_dataset import _png_chunks, _png_unfilter_row, read_png
+from yolo_test import box_of, pictures
+
+
+def read_indexed(path):
+    """Indices and palette of an 8-bit indexed PNG."""
+    data = path.read_bytes()
+    chunks = _png_chunks(path, data)
+    width, height, depth, colour = struct.unpack(">IIBB", chunks[0][1][:10])
+    assert (depth, colour) == (8, 3), (depth, colour)
+    assert not {b"tIME", b"tEXt"} & {kind for kind, _ in chunks}
+    palette = np.frombuffer(dict(chunks)[b"PLTE"], np.uint8).reshape(-1, 3)
+    raw = np.frombuffer(zlib.decompress(b"".join(b for kind, b in chunks if kind == b"IDAT")), np.uint8)
+    raw = raw.reshape(height, width + 1)
+    rows, previous = [], np.zeros(width, np.uint8)
+    for row in raw:
+        previous = _png_unfilter_row(int(row[0]), row[1:], previous, 1)
+        rows.append(previous)
+    return np.array(rows), palette
+
+
+class Voc(exported.Case):
+    format_name = "voc"
+
+    def check(self, view, *options):
+        out = exported.export("voc", *options)
+        listed = {"train": [], "val": [], "test": []}
+        class_names = ["room", "ball & net", "pole"]
+        for sequence, ping, expected in pictures(view):
+            name = f"{sequence.number:06}_{ping:06}"
+            listed[sequence.split].append(name)
+            picture = read_png(out / "JPEGImages" / f"{name}.png")
+            np.testing.assert_array_equal(picture, sequence.png("png", ping, f"_{view}"))
+            root = ElementTree.parse(out / "Annotations" / f"{name}.xml").getroot()
+            self.assertEqual(root.findtext("filename"), f"{name}.png")
+            size = [int(root.findtext(f"size/{key}")) for key in ("height", "width", "depth")]
+            self.assertEqual(size, [*picture.shape, 1])
+            objects = root.findall("object")
+            self.assertEqual([o.findtext("name") for o in objects], [class_names[c - 1] for c, _ in expected])
+            for found, (_, mask) in zip(objects, expected):
+                left, top, right, bottom = box_of(mask)
+                box = [int(found.findtext(f"bndbox/{key}")) for key in ("xmin", "ymin", "xmax", "ymax")]
+                self.assertEqual(box, [left + 1, top + 1, right, bottom])
+                cut = left == 0 or top == 0 or right == mask.shape[1] or bottom == mask.shape[0]
+                self.assertEqual(found.findtext("truncated"), str(int(cut)))
+            classes, palette = read_indexed(out / "SegmentationClass" / f"{name}.png")
+            np.testing.assert_array_equal(classes, sequence.png(view, ping, "_semantic"))
+            # The colours that VOC's own masks have: aeroplane, bicycle, bird, and what is void.
+            self.assertEqual(palette[[0, 1, 2, 3, 255]].tolist(),
+                             [[0, 0, 0], [128, 0, 0], [0, 128, 0], [128, 128, 0], [224, 224, 192]])
+            numbers, _ = read_indexed(out / "SegmentationObject" / f"{name}.png")
+            wanted = np.zeros(picture.shape, np.uint8)
+            for number, (_, mask) in enumerate(expected, 1):
+                wanted[mask] = number
+            np.testing.assert_array_equal(numbers, wanted)
+        for kind in ("Main", "Segmentation"):
+            for split, names in listed.items():
+                self.assertEqual((out / f"ImageSets/{kind}/{split}.txt").read_text().split(), names)
+
+    def test_cartesian(self):
+        self.check("cartesian")
+
+    def test_polar(self):
+        self.check("polar", "--view", "polar")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,272 @@
+#include "labels/shadow.h"
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "catch.h"
+#include "core/random.h"
+#include "labels/annotations.h"
+#include "labels/cartesian.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr double kBandwidth_hz = 1024;  // delays of whole samples are exact
+
+Scatterer echo(std::uint32_t beam, double sample, std::uint32_t instance, double energy) {
+  Scatterer s;
+  s.beam = beam;
+  s.delay_s = sample / kBandwidth_hz;
+  s.instance = instance;
+  s.gain = 1;
+  s.standard_deviation = static_cast<float>(std::sqrt(energy));
+  return s;
+}
+
+// One ping's echoes, heard and hidden, and what labels need beside them.
+struct Scene {
+  ScattererList heard;
+  HiddenEchoes hidden;
+  std::vector<VolumeEcho> volumes;
+  std::vector<std::complex<float>> pressure;
+  std::vector<float> clean;
+  std::vector<std::uint8_t> classes = std::vector<std::uint8_t>(10, 1);
+  std::vector<double> power_per_energy, pulse_power;
+  PolarInput input;
+
+  // The caster of a hidden echo is its key.
+  Scene(std::vector<Scatterer> heard_echoes, std::vector<Scatterer> hidden_echoes, int beams,
+        int samples, double noise_power = 0)
+      : heard(sorted_by_beam_and_delay(std::move(heard_echoes), beams)),
+        pressure(std::size_t(beams) * samples, {1e-3f, 0}),
+        clean(pressure.size(), 1e3f),
+        power_per_energy(beams, 1),
+        pulse_power(kPulseSteps + 1, 1) {
+    hidden.list = sorted_by_beam_and_delay(std::move(hidden_echoes), beams);
+    for (const Scatterer& s : hidden.list.items) {
+      hidden.caster.push_back(static_cast<std::uint32_t>(s.key));
+    }
+    input.scatterers = &heard;
+    input.pressure_pa = pressure;
+    input.clean_power_pa2 = clean;
+    input.noise_power_pa2 = noise_power;
+    input.bandwidth_hz = kBandwidth_hz;
+    input.beams = beams;
+    input.samples = samples;
+    input.class_of_instance = classes;
+  }
+  LabelledImage image() {
+    input.volumes = volumes;
+    return polar_image(input, Workers(1));
+  }
+  HiddenLabels labels(int threads = 2) {
+    const LabelledImage polar = image();
+    return hidden_labels({input, hidden, power_per_energy, pulse_power}, polar, Workers(threads));
+  }
+};
+
+Scatterer hidden_by(std::uint32_t caster, Scatterer s) {
+  s.key = caster;
+  return s;
+}
+
+std::set<std::uint32_t> set_at(const InstanceSets& sets, std::size_t pixel) {
+  const auto ids = sets.instances(sets.set[pixel]);
+  return {ids.begin(), ids.end()};
+}
+
+// One pixel by the words of labels/shadow.h: every echo of the ping is asked.
+struct Plain {
+  std::uint32_t shadow = 0;
+  std::set<std::uint32_t> amodal;
+};
+
+Plain plain_labels(const Scene& scene, const LabelledImage& image, int beam, int sample) {
+  std::map<std::uint32_t, double> kept_by, power_of;
+  double heard = 0, hidden = 0, hidden_power = 0;
+  const auto for_each = [&](const ScattererList& list, auto&& use) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Scatterer& s = list.items[i];
+      const double at = s.delay_s * kBandwidth_hz;
+      const double energy = std::pow(static_cast<double>(s.standard_deviation) * s.gain, 2);
+      if (s.beam != static_cast<std::uint32_t>(beam) || !(energy > 0)) continue;
+      if (at < sample - 1.0 || at > sample + 1.0) continue;
+      const double step = std::round((sample - at + 1) * kPulseSteps / 2);
+      const double power = energy * scene.pulse_power[static_cast<std::size_t>(step)];
+      power_of[s.instance] += power;
+      use(i, energy, power);
+    }
+  };
+  for_each(scene.heard, [&](std::size_t, double energy, double) { heard += energy; });
+  for_each(scene.hidden.list, [&](std::size_t i, double energy, double power) {
+    if (scene.hidden.caster[i] == 0) return;
+    kept_by[scene.hidden.caster[i]] += energy;
+    hidden += energy;
+    hidden_power += power;
+  });
+  for (const VolumeEcho& volume : scene.volumes) {
+    for (int n = std::max(0, sample - 1); n <= std::min(scene.input.samples - 1, sample + 1); ++n) {
+      heard += volume.energy[std::size_t(beam) * scene.input.samples + n] * (n == sample ? 1 : 0.5);
+    }
+  }
+  const double scale = scene.power_per_energy[beam], noise = scene.input.noise_power_pa2;
+  Plain plain;
+  if (hidden > heard && hidden_power * scale >= noise) {
+    double most = 0;
+    for (const auto& [id, energy] : kept_by) {
+      if (energy > most) {
+        most = energy;
+        plain.shadow = id;
+      }
+    }
+  }
+  for (const auto& [id, power] : power_of) {
+    if (power * scale >= noise) plain.amodal.insert(id);
+  }
+  const std::uint16_t own = image.instance[std::size_t(sample) * image.columns + beam];
+  if (own != 0) plain.amodal.insert(own);
+  return plain;
+}
+
+std::vector<Scatterer> random_echoes(std::uint64_t seed, int beams, int samples, bool hidden) {
+  std::vector<Scatterer> items;
+  for (std::uint32_t i = 0; i < 700; ++i) {
+    const auto draw = [&](std::uint32_t what) { return uniform(seed, hidden, i, what); };
+    // Bursts between long silences; a third on a sample, where reaches end just on its neighbours.
+    const double sample = std::floor(draw(1) * 8) / 8 * samples + draw(2) * 6 - 2;
+    Scatterer s =
+        echo(static_cast<std::uint32_t>(draw(0) * beams), i % 3 == 0 ? std::floor(sample) : sample,
+             1 + static_cast<std::uint32_t>(draw(3) * 4), std::pow(std::floor(draw(4) * 4), 2));
+    s.key = hidden ? static_cast<std::uint32_t>(draw(5) * 4) : i;
+    items.push_back(s);
+  }
+  return items;
+}
+
+}  // namespace
+
+// Protects the rule of shadows: more is hidden than heard; equal is none; several casters; what
+// two surfaces hide casts none; in its own sector and within a sample.
+TEST_CASE("a shadow lies where most of what could be heard is hidden") {
+  const HiddenLabels labels =
+      Scene({echo(0, 4, 1, 4), echo(1, 4, 1, 4)},
+            {hidden_by(2, echo(0, 4, 3, 4)), hidden_by(2, echo(1, 4.5, 3, 4.5)),
+             hidden_by(3, echo(2, 4, 1, 2)), hidden_by(2, echo(2, 4, 1, 2)),
+             hidden_by(0, echo(3, 4, 1, 9))},
+            4, 8)
+          .labels();
+  const auto shadow = [&](int n, int beam) { return labels.shadow[std::size_t(n) * 4 + beam]; };
+  CHECK(shadow(4, 0) == 0);
+  CHECK(shadow(3, 1) == 0);
+  CHECK(shadow(4, 1) == 2);
+  CHECK(shadow(5, 1) == 2);
+  CHECK(shadow(6, 1) == 0);
+  CHECK(shadow(4, 2) == 2);
+  CHECK(shadow(4, 3) == 0);
+  CHECK(set_at(labels.amodal, 4 * 4 + 0) == std::set<std::uint32_t>{1, 3});
+  CHECK(set_at(labels.amodal, 4 * 4 + 3) == std::set<std::uint32_t>{1});
+  CHECK(set_at(labels.amodal, 7 * 4 + 3).empty());
+}
+
+// Protects the threshold of the noise: the pulse's power at the echo's distance from the sample,
+// times the beam's scale.
+TEST_CASE("what would be under the noise casts no shadow and is in no amodal mask") {
+  Scene scene({}, {hidden_by(2, echo(0, 4, 1, 4)), hidden_by(2, echo(1, 4, 1, 4))}, 2, 8, 6);
+  scene.power_per_energy = {2, 1};
+  for (int k = 0; k <= kPulseSteps; ++k) {
+    scene.pulse_power[k] = 1 - 0.5 * std::abs(2.0 * k / kPulseSteps - 1);
+  }
+  const HiddenLabels labels = scene.labels();
+  for (int n = 3; n <= 5; ++n) {
+    CHECK(labels.shadow[std::size_t(n) * 2] == (n == 4 ? 2 : 0));
+    CHECK(set_at(labels.amodal, std::size_t(n) * 2).size() == (n == 4 ? 1 : 0));
+    CHECK(labels.shadow[std::size_t(n) * 2 + 1] == 0);
+  }
+}
+
+// Protects every pixel against the rule's words, echo by echo, with and without noise and volumes,
+// over blocks of beams that are not full; and the labels against the number of threads.
+TEST_CASE("shadows and amodal sets are those of the plain rule") {
+  const int beams = 37, samples = 301;
+  const double noise = GENERATE(0.0, 3.0);
+  const bool with_volume = GENERATE(false, true);
+  Scene scene(random_echoes(5, beams, samples, false), random_echoes(6, beams, samples, true),
+              beams, samples, noise);
+  for (int j = 0; j < beams; ++j) scene.power_per_energy[j] = 0.5 + 0.1 * (j % 7);
+  for (int k = 0; k <= kPulseSteps; ++k) scene.pulse_power[k] = 1 - 0.4 * (k % 3);
+  for (std::size_t i = 0; i < scene.clean.size(); ++i) scene.clean[i] = static_cast<float>(i % 5);
+  if (with_volume) {
+    VolumeEcho volume{5, {}, {}, {}};
+    for (std::uint32_t i = 0; i < std::uint32_t(beams * samples); ++i) {
+      volume.energy.push_back(uniform(7, 0, i, 0) < 0.1 ? 2.0f : 0.0f);
+    }
+    volume.elevation_rad.resize(volume.energy.size());
+    volume.elevation_square.resize(volume.energy.size());
+    scene.volumes.push_back(volume);
+  }
+  const LabelledImage image = scene.image();
+  const HiddenLabels labels = scene.labels(3), alone = scene.labels(1);
+  CHECK(labels.shadow == alone.shadow);
+  CHECK(labels.amodal.set == alone.amodal.set);
+  std::size_t shadows = 0, several = 0, differing = 0;
+  for (int n = 0; n < samples; ++n) {
+    for (int beam = 0; beam < beams; ++beam) {
+      const std::size_t pixel = std::size_t(n) * beams + beam;
+      const Plain plain = plain_labels(scene, image, beam, n);
+      differing += labels.shadow[pixel] != plain.shadow;
+      differing += set_at(labels.amodal, pixel) != plain.amodal;
+      shadows += plain.shadow != 0;
+      several += plain.amodal.size() > 1;
+    }
+  }
+  CHECK(differing == 0);
+  CHECK(shadows > 50);
+  CHECK(several > 50);
+}
+
+// Protects amodal masks: each instance's run lengths, box and area are those of a picture that
+// shows it alone; one that is seen nowhere stands apart; both views.
+TEST_CASE("amodal masks are those of pictures with one instance") {
+  const int beams = 37, samples = 101;
+  Scene scene(random_echoes(8, beams, samples, false), random_echoes(9, beams, samples, true),
+              beams, samples);
+  scene.hidden.list.items[0].instance = 7;  // seen nowhere
+  const LabelledImage polar = scene.image();
+  const InstanceSets amodal = scene.labels().amodal;
+  const CartesianGrid grid{20, 30, 1, 0, 0};
+  std::vector<std::int32_t> map;
+  for (std::int32_t i = 0; i < 600; ++i) map.push_back(i % 4 == 0 ? -1 : i * 5 % (beams * samples));
+  const bool cartesian = GENERATE(false, true);
+  const InstanceSets sets = cartesian ? resample(amodal, grid, map) : amodal;
+  const LabelledImage image = cartesian ? resample(polar, grid, map) : polar;
+  std::vector<Annotation> visible = annotations(image);
+  const std::vector<double> occlusion{0, 0.1, 0.2, 0.3, 0.4};
+  const std::vector<Annotation> hidden = add_amodal(sets, occlusion, visible);
+  const auto alone = [&](std::uint16_t id) {
+    LabelledImage one;
+    one.rows = sets.rows;
+    one.columns = sets.columns;
+    for (std::size_t pixel = 0; pixel < sets.set.size(); ++pixel) {
+      one.instance.push_back(set_at(sets, pixel).contains(id) ? id : 0);
+    }
+    return annotations(one).at(0);
+  };
+  REQUIRE(visible.size() == 4);
+  for (const Annotation& annotation : visible) {
+    const Annotation expected = alone(annotation.instance);
+    REQUIRE(annotation.amodal);
+    CHECK(annotation.amodal->rle_counts == expected.rle_counts);
+    CHECK(annotation.amodal->box == expected.box);
+    CHECK(annotation.amodal->area == expected.area);
+    CHECK(annotation.amodal->area >= annotation.area);
+    CHECK(annotation.occlusion == occlusion[annotation.instance]);
+  }
+  if (cartesian) return;
+  REQUIRE(hidden.size() == 1);
+  CHECK(hidden[0].instance == 7);
+  CHECK(hidden[0].area == 0);
+  CHECK(hidden[0].amodal->rle_counts == alone(7).rle_counts);
+  CHECK(std::isnan(hidden[0].occlusion));
+}

@@ -1,0 +1,229 @@
+"""The reader against independent readers of the same files: every scene, every array, every table."""
+import json
+import pathlib
+import pickle
+import shutil
+import struct
+import tempfile
+import unittest
+import zlib
+
+import numpy as np
+
+import small_data
+import sonar_dataset as independent
+from ensonify_dataset import DatasetError, SequenceFolder, SonarDataset, read_exr, read_png
+
+CHANNELS = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+
+def quaternion_product(a, b):
+    w, v = a[0] * b[0] - np.dot(a[1:], b[1:]), a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return np.array([w, *v])
+
+
+class Scenes(Folder):
+    """What the reader gives of every scene is what lies in its files."""
+
+    def same(self, ours, theirs, kind):
+        self.assertEqual(ours.dtype, kind)
+        np.testing.assert_array_equal(ours, theirs)
+
+    def pictures_are_those_of_the_files(self, view, folder, stem):
+        level, labels = independent.read_exr(folder / view.kind / f"{stem}.exr")
+        self.same(view.level_db, level.channels["Y"], np.float32)
+        for name in CHANNELS:
+            self.same(getattr(view, name), labels.channels[name], np.float32)
+        for name in ("instance", "semantic", "shadow"):
+            path = folder / view.kind / f"{stem}_{name}.png"
+            self.assertEqual(view.has(name), path.exists())
+            if view.has(name):
+                self.same(getattr(view, name), independent.read_png(path), np.int32)
+        self.same(view.grey, independent.read_png(folder / "png" / f"{stem}_{view.kind}.png"), np.uint8)
+
+    def masks_are_those_of_the_pictures(self, view):
+        self.assertEqual([a.instance for a in view.annotations], sorted(set(np.unique(view.instance)) - {0}))
+        for a in view.annotations:
+            np.testing.assert_array_equal(a.mask, view.instance == a.instance)
+            self.assertEqual(a.area, a.mask.sum())
+            self.assertEqual({a.class_id}, set(np.unique(view.semantic[a.mask])))
+
+    def tables_are_those_of_the_files(self, ping, folder):
+        header, rows = independent.read_csv(folder / "poses.csv")
+        row = dict(zip(header, map(float, rows[ping.row])))
+        self.assertEqual(row["ping"], ping.number)
+        self.assertEqual(ping.time_s, row["time_s"])
+        self.assertEqual(list(ping.pose.position_m), [row[k] for k in "xyz"])
+        turned = quaternion_product(quaternion_product(ping.pose.quaternion_wxyz, np.array([0, 1., 2, 3])),
+                                    ping.pose.quaternion_wxyz * [1, -1, -1, -1])[1:]
+        np.testing.assert_allclose(ping.pose.rotation @ [1, 2, 3], turned, atol=1e-12)
+        header, rows = independent.read_csv(folder / "objects.csv")
+        poses = {int(r[1]): list(map(float, r[2:])) for r in rows if int(r[0]) == ping.number}
+        self.assertEqual({k: [*p.position_m, *p.quaternion_wxyz] for k, p in ping.object_poses.items()}, poses)
+        returns = independent.read_npy(folder / "first_return_m.npy")
+        np.testing.assert_array_equal(ping.first_return_m, returns[ping.row])
+
+    def test_every_scene(self):
+        for scene in sorted(path.stem for path in small_data.SCENES.glob("*.yaml")):
+            with self.subTest(scene):
+                data = SonarDataset(small_data.generate(scene, self.folder / scene, "--sequences", "0:1",
+                                                        "--pings", "1:2"))
+                self.assertEqual(data.index, [(0, 1)])
+                ping, folder = data[0], self.folder / scene / "sequences/000000"
+                self.same(ping.series, independent.read_npy(folder / "timeseries/000001.npy"), np.complex64)
+                self.same(ping.sequence.azimuth_rad, independent.read_npy(folder / "azimuth_rad.npy"), float)
+                self.same(ping.sequence.range_m, independent.read_npy(folder / "range_m.npy"), float)
+                self.tables_are_those_of_the_files(ping, folder)
+                for view in (ping.polar, ping.cartesian):
+                    self.pictures_are_those_of_the_files(view, folder, "000001")
+                    self.masks_are_those_of_the_pictures(view)
+
+
+class Forms(Folder):
+    """Other ways to write the same pings give the same arrays."""
+
+    NAMES = ("level_db", *CHANNELS, "instance", "semantic", "grey")
+
+    def compare(self, setting):
+        if not small_data.has_key(setting):
+            self.skipTest(f"this program has no {setting}")
+        scene, pings = "seabed_and_target", ("--pings", "1:3")
+        plain = SonarDataset(small_data.generate(scene, self.folder / "plain", *pings))
+        other = SonarDataset(small_data.generate(scene, self.folder / "other", *pings, "--set", setting))
+        self.assertEqual(plain.index, other.index)
+        for a, b in zip(plain, other):
+            np.testing.assert_array_equal(a.series, b.series)
+            self.assertEqual(b.series.dtype, np.complex64)
+            for ours, theirs in ((a.polar, b.polar), (a.cartesian, b.cartesian)):
+                for name in self.NAMES + (("shadow",) if ours.has("shadow") else ()):
+                    np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
+                    self.assertEqual(getattr(ours, name).dtype, getattr(theirs, name).dtype)
+                self.assertEqual([x.bbox for x in ours.annotations], [x.bbox for x in theirs.annotations])
+
+    def test_packed_by_sequence(self):
+        self.compare("output.pack=sequence")
+
+    def test_series_as_exr(self):
+        self.compare("output.timeseries=exr")
+
+
+class Lists(Folder):
+    """Indexing, splits, laziness, and what is said where something is wrong."""
+
+    def setUp(self):
+        super().setUp()
+        self.data = SonarDataset(small_data.generate(
+            "random_debris", self.folder / "debris", "--set", "sequences=8", "--set", "trajectory.pings=2"))
+
+    def test_items_are_pings_in_order(self):
+        self.assertEqual(len(self.data), 16)
+        self.assertEqual([(p.sequence.folder.name, p.number) for p in self.data],
+                         [(f"{s:06}", p) for s in range(8) for p in range(2)])
+        np.testing.assert_array_equal(self.data[7].polar.level_db, self.data[3, 1].polar.level_db)
+        for wrong in (16, (3, 2), (8, 0)):
+            with self.assertRaises(IndexError):
+                self.data[wrong]
+
+    def test_splits_are_those_of_the_manifest_and_share_no_sequence(self):
+        listed = json.loads((self.folder / "debris/dataset.json").read_text())["splits"]
+        found = {name: self.data.split(name) for name in ("train", "val", "test")}
+        self.assertEqual({name: part.sequences for name, part in found.items()}, listed)
+        self.assertEqual(sorted(sum((part.index for part in found.values()), [])), self.data.index)
+        self.assertRaisesRegex(DatasetError, "train, val, test", self.data.split, "training")
+
+    def test_nothing_is_read_before_it_is_asked_for(self):
+        """With pictures and tables gone what does not need them is still there."""
+        sequence = self.folder / "debris/sequences/000002"
+        for gone in ("polar/000000.exr", "polar/000001_instance.png", "poses.csv", "annotations.jsonl"):
+            (sequence / gone).unlink()
+        ping = self.data[2, 0]
+        self.assertIsInstance(ping.series, np.memmap)
+        self.assertEqual(ping.polar.instance.shape, (319, 32))
+        self.assertRaisesRegex(DatasetError, "000000.exr: is not there", lambda: ping.polar.level_db)
+        self.assertRaisesRegex(DatasetError, "verify", lambda: ping.pose)
+
+    def test_a_part_of_an_exr_is_read_without_the_others(self):
+        path = self.folder / "debris/sequences/000000/polar/000000.exr"
+        intact = self.data[0].polar.level_db
+        data = path.read_bytes()
+        path.write_bytes(data[: len(data) - 40])
+        np.testing.assert_array_equal(self.data[0].polar.level_db, intact)
+        self.assertRaisesRegex(DatasetError, "cannot be read", lambda: self.data[0].polar.clean_db)
+
+    def test_it_travels_to_other_processes(self):
+        ping = self.data[3]
+        ping.polar.level_db
+        again = pickle.loads(pickle.dumps(self.data))
+        np.testing.assert_array_equal(again[3].polar.level_db, ping.polar.level_db)
+
+    def test_unfinished_folders_and_other_versions_are_refused(self):
+        folder = self.folder / "debris"
+        self.assertRaisesRegex(DatasetError, "one sequence", SonarDataset, folder / "sequences/000000")
+        self.assertRaisesRegex(DatasetError, "no data set", SonarDataset, self.folder)
+        manifest = folder / "sequences/000000/sequence.json"
+        manifest.write_text(manifest.read_text().replace('"ensonify_sequence": 1', '"ensonify_sequence": 2'))
+        self.assertRaisesRegex(DatasetError, "is 2, .* knows version 1", lambda: self.data[0])
+        manifest = folder / "dataset.json"
+        text = manifest.read_text()
+        manifest.write_text(text.replace('"ensonify_dataset": 1', '"ensonify_dataset": 7'))
+        self.assertRaisesRegex(DatasetError, "is 7, .* knows version 1", SonarDataset, folder)
+        manifest.write_text(text[:100])
+        self.assertRaisesRegex(DatasetError, "no JSON", SonarDataset, folder)
+        (folder / "dataset.sha256").unlink()
+        self.assertRaisesRegex(DatasetError, "not finished.*same", SonarDataset, folder)
+
+    def test_a_sequence_alone(self):
+        alone = SequenceFolder(self.folder / "debris/sequences/000005")
+        self.assertEqual(len(alone), 2)
+        np.testing.assert_array_equal(alone[1].series, self.data[5, 1].series)
+
+
+def png_bytes(pixels, kinds):
+    """A grey PNG whose row y has filter kinds[y]; filters by the definition, byte by byte."""
+    raw = pixels.astype(">u2" if pixels.dtype == np.uint16 else np.uint8).view(np.uint8).reshape(len(pixels), -1)
+    step, out = pixels.dtype.itemsize, b""
+    for y, kind in enumerate(kinds):
+        out += bytes([kind])
+        for x in range(raw.shape[1]):
+            a = int(raw[y, x - step]) if x >= step else 0
+            b = int(raw[y - 1, x]) if y else 0
+            c = int(raw[y - 1, x - step]) if y and x >= step else 0
+            pa, pb, pc = abs(b - c), abs(a - c), abs(a + b - 2 * c)
+            paeth = a if pa <= pb and pa <= pc else b if pb <= pc else c
+            out += bytes([(int(raw[y, x]) - (0, a, b, (a + b) // 2, paeth)[kind]) & 255])
+    head = struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 8 * step, 0, 0, 0, 0)
+    chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(out)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in chunks)
+
+
+class Files(Folder):
+    """Files as other programs pack them."""
+
+    def test_every_png_filter(self):
+        pixels = np.random.default_rng(3).integers(0, 65536, (25, 9)).astype(np.uint16)
+        pixels[::3] = 700
+        for kind in (np.uint8, np.uint16):
+            path = self.folder / "a.png"
+            path.write_bytes(png_bytes(pixels.astype(kind), [0, 1, 2, 3, 4, 4, 3, 2, 1, 1] * 2 + [4] * 5))
+            np.testing.assert_array_equal(read_png(path), pixels.astype(kind))
+            self.assertEqual(read_png(path).dtype, kind)
+
+    def test_broken_files_are_named(self):
+        path = self.folder / "a.png"
+        whole = png_bytes(np.full((4, 4), 9, np.uint8), [0] * 4)
+        for wrong in (b"", b"GIF89a", whole[:40], whole[:-30]):
+            path.write_bytes(wrong)
+            self.assertRaisesRegex(DatasetError, "a.png: cannot be read", read_png, path)
+            self.assertRaisesRegex(DatasetError, "a.png: cannot be read", read_exr, path)
+
+
+if __name__ == "__main__":
+    unittest.main()
