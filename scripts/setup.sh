@@ -7,12 +7,12 @@ build_packages=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
-  libcli11-dev libfmt-dev nlohmann-json3-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
   libarchive-dev libhdf5-dev
 )
 # python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
 # with all it asks for. Without it they skip.
-test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-torch)
+test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

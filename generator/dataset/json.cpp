@@ -38,18 +38,24 @@ std::optional<Json> parse_json(std::string_view text) {
   return json;
 }
 
-std::optional<Json> parse_manifest(std::string_view text,
-                                   const std::function<void(FileEntry)>& on_file) {
+std::optional<Json> parse_manifest_entries(std::string_view text,
+                                           const std::function<void(const Json&)>& on_entry) {
   bool in_files = false;
   const auto keep = [&](int depth, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::key && depth == 1) in_files = parsed == "files";
     if (!in_files || event != Json::parse_event_t::object_end || depth != 2) return true;
-    on_file(file_entry_of(parsed).value_or(FileEntry{}));
+    on_entry(parsed);
     return false;
   };
   Json json = Json::parse(text.begin(), text.end(), keep, false);
   if (json.is_discarded() || !json.is_object()) return std::nullopt;
   return json;
+}
+
+std::optional<Json> parse_manifest(std::string_view text,
+                                   const std::function<void(FileEntry)>& on_file) {
+  return parse_manifest_entries(
+      text, [&](const Json& entry) { on_file(file_entry_of(entry).value_or(FileEntry{})); });
 }
 
 const Json* member(const Json& json, std::string_view key) {

@@ -3,7 +3,7 @@
 //
 //   json_text  json_line       pretty with a newline at the end; on one line
 //   parse_json                 none where it is not JSON
-//   parse_manifest             the same, its long list of files handed out one by one
+//   parse_manifest  parse_manifest_entries   the same, its long list of files handed out one by one
 //   text_at  count_at  ...     a member of the wanted kind, or none
 #pragma once
 
@@ -37,6 +37,10 @@ std::optional<Json> parse_json(std::string_view text);
 // entry that lacks a member comes with an empty path.
 std::optional<Json> parse_manifest(std::string_view text,
                                    const std::function<void(FileEntry)>& on_file);
+
+// The same with the entries as they stand.
+std::optional<Json> parse_manifest_entries(std::string_view text,
+                                           const std::function<void(const Json&)>& on_entry);
 
 // Never throw, whatever the value is.
 const Json* member(const Json& json, std::string_view key);

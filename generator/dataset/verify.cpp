@@ -12,6 +12,7 @@
 #include "dataset/files.h"
 #include "dataset/json.h"
 #include "dataset/layout.h"
+#include "dataset/schema.h"
 #include "dataset/verify_files.h"
 #include "dataset/verify_masks.h"
 
@@ -19,12 +20,19 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
+// The schema of a manifest and of the entries of its list of files.
+struct ManifestSchema {
+  SchemaCheck whole, entry;
+  explicit ManifestSchema(std::string_view name) : whole(name), entry(name, "file") {}
+};
+
 struct Verification {
   const fs::path& dir;
   const Workers& workers;
   VerifyReport report;
   std::set<std::string> known;  // listed by a manifest, or a manifest
   std::vector<SequenceShape> shapes;
+  const ManifestSchema sequence_schema{"sequence"};
 
   void fault(const std::string& relative, const std::string& what) {
     if (!what.empty()) report.faults.push_back(relative + ": " + what);
@@ -40,12 +48,27 @@ std::optional<std::pair<std::uint64_t, std::uint64_t>> ping_range(const Json& js
   return range;
 }
 
-// The members that have to be there, by name; empty if they all are.
-std::string missing_member(const Json& json, std::initializer_list<const char*> keys) {
-  for (const char* key : keys) {
-    if (member(json, key) == nullptr) return fmt::format("lacks the key {}", key);
+struct Manifest {
+  Json head;  // all but its list of files
+  std::vector<FileEntry> entries;
+  std::string schema_fault;
+};
+
+std::optional<Manifest> read_manifest(std::string_view text, const ManifestSchema& schema) {
+  Manifest manifest;
+  auto head = parse_manifest_entries(text, [&](const Json& entry) {
+    if (manifest.schema_fault.empty()) {
+      manifest.schema_fault =
+          schema.entry.fault(entry, fmt::format("/files/{}", manifest.entries.size()));
+    }
+    manifest.entries.push_back(file_entry_of(entry).value_or(FileEntry{}));
+  });
+  if (!head) return std::nullopt;
+  if (std::string fault = schema.whole.fault(*head); !fault.empty()) {
+    manifest.schema_fault = std::move(fault);
   }
-  return {};
+  manifest.head = std::move(*head);
+  return manifest;
 }
 
 std::optional<SequenceShape> shape_of(const Json& head) {
@@ -157,23 +180,19 @@ void check_sequence(Verification& v, const Json& row) {
   ++v.report.files;
   v.report.bytes += *size;
 
-  std::vector<FileEntry> entries;
   const auto text = read_file(v.dir / path);
-  const auto head =
-      text ? parse_manifest(*text, [&](FileEntry entry) { entries.push_back(std::move(entry)); })
-           : std::nullopt;
-  if (!head) return v.fault(path, "is not JSON");
-  v.fault(path, missing_member(*head, {"ensonify_sequence", "seed", "sonar", "water", "record",
-                                       "scattering", "noise", "model", "png", "cartesian",
-                                       "classes", "instances", "each_ping", "bytes", "files"}));
-  const auto shape = shape_of(*head);
+  auto manifest = text ? read_manifest(*text, v.sequence_schema) : std::nullopt;
+  if (!manifest) return v.fault(path, "is not JSON");
+  v.fault(path, manifest->schema_fault);
+  const Json& head = manifest->head;
+  const auto shape = shape_of(head);
   if (!shape) return v.fault(path, "lacks its pings, beams, samples, split or instances");
-  if (shape->sequence != sequence || ping_range(row) != ping_range(*head) ||
-      text_at(row, "split") != shape->split || count_at(row, "seed") != count_at(*head, "seed")) {
+  if (shape->sequence != sequence || ping_range(row) != ping_range(head) ||
+      text_at(row, "split") != shape->split || count_at(row, "seed") != count_at(head, "seed")) {
     return v.fault(path, "says something else than dataset.json");
   }
   v.shapes.push_back(*shape);
-  check_listed_files(v, *shape, *head, std::move(entries));
+  check_listed_files(v, *shape, head, std::move(manifest->entries));
 }
 
 void check_top_level_files(Verification& v, const std::vector<FileEntry>& entries) {
@@ -220,6 +239,7 @@ void check_tables(Verification& v, const Json& manifest) {
     const auto text = read_file(path);
     const auto work = text ? parse_json(*text) : std::nullopt;
     if (!work) return "is not JSON";
+    if (std::string fault = SchemaCheck("work").fault(*work); !fault.empty()) return fault;
     for (const char* key : {"name", "scenario_sha256", "seed", "program", "numerics"}) {
       const Json* here = member(*work, key);
       const Json* there = member(manifest, key);
@@ -265,18 +285,14 @@ void check_manifest(Verification& v) {
   v.report.files += 2;
   v.report.bytes += text->size() + (seal ? seal->size() : 0);
 
-  std::vector<FileEntry> entries;
-  const auto manifest =
-      parse_manifest(*text, [&](FileEntry entry) { entries.push_back(std::move(entry)); });
+  const auto manifest = read_manifest(*text, ManifestSchema("dataset"));
   if (!manifest) return v.fault(layout::kDatasetJson, "is not JSON");
-  v.fault(layout::kDatasetJson,
-          missing_member(*manifest, {"ensonify_dataset", "name", "program", "numerics", "seed",
-                                     "classes", "splits", "sequences", "files"}));
-  check_top_level_files(v, entries);
-  if (const Json* sequences = member(*manifest, "sequences")) {
+  v.fault(layout::kDatasetJson, manifest->schema_fault);
+  check_top_level_files(v, manifest->entries);
+  if (const Json* sequences = member(manifest->head, "sequences")) {
     for (const Json& row : *sequences) check_sequence(v, row);
   }
-  check_tables(v, *manifest);
+  check_tables(v, manifest->head);
   check_unlisted(v);
 }
 

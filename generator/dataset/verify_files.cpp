@@ -4,17 +4,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 
-#include "dataset/coco.h"
 #include "dataset/exr.h"
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/ply.h"
 #include "dataset/png.h"
-#include "dataset/tables.h"
+#include "dataset/schema.h"
+#include "dataset/table_schema.h"
 #include "dataset/verify_masks.h"
 
 namespace ensonify {
@@ -83,38 +82,26 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
   return {};
 }
 
-// Calls use(row) for every line after the header; the fault is a wrong header, a row that `use`
-// refuses, or another number of rows.
+// Calls use(row) for every line after the header; the fault is a header or row that is not as
+// tables.json says, a row that `use` refuses, or another number of rows.
 template <class Use>
-std::string rows_fault(const fs::path& path, std::string_view header, std::uint64_t expected,
-                       Use use) {
+std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
+  const auto table = table_schema(path.filename().string());
   std::ifstream file(path, std::ios::binary);
   std::string line;
-  if (!header.empty() && (!std::getline(file, line) || line + "\n" != header)) {
-    return fmt::format("does not begin with {}", header.substr(0, header.size() - 1));
+  if (table) {
+    std::getline(file, line);
+    if (std::string fault = header_fault(*table, line); !fault.empty()) return fault;
   }
   std::uint64_t rows = 0;
   while (std::getline(file, line)) {
-    if (++rows <= expected && !use(line)) return fmt::format("has a wrong row: {}", line);
+    if (++rows > expected) continue;
+    const std::string fault = table ? row_fault(*table, line) : "";
+    if (!fault.empty()) return fmt::format("row {}: {}", rows, fault);
+    if (!use(line)) return fmt::format("has a wrong row: {}", line);
   }
   if (rows != expected) return fmt::format("has {} rows, not {}", rows, expected);
   return {};
-}
-
-std::vector<std::string_view> columns_of(std::string_view line, char separator) {
-  std::vector<std::string_view> columns;
-  for (std::size_t start = 0; start <= line.size();) {
-    const std::size_t end = std::min(line.find(separator, start), line.size());
-    columns.push_back(line.substr(start, end - start));
-    start = end + 1;
-  }
-  return columns;
-}
-
-bool is_number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
 }
 
 bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count) {
@@ -123,14 +110,13 @@ bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count
 
 std::string poses_fault(const fs::path& path, const SequenceShape& shape) {
   std::uint64_t ping = shape.first_ping;
-  return rows_fault(path, kPosesHeader, shape.pings(), [&](const std::string& line) {
-    const auto columns = columns_of(line, ',');
-    return are_numbers(columns, 9) && columns[0] == std::to_string(ping++);
+  return rows_fault(path, shape.pings(), [&](const std::string& line) {
+    return columns_of(line, ',')[0] == std::to_string(ping++);
   });
 }
 
 std::string tum_fault(const fs::path& path, const SequenceShape& shape) {
-  return rows_fault(path, "", shape.pings(),
+  return rows_fault(path, shape.pings(),
                     [](const std::string& line) { return are_numbers(columns_of(line, ' '), 8); });
 }
 
@@ -143,32 +129,26 @@ std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
     return fmt::format("has {} rows for {} pings and {} instances", rows, shape.pings(),
                        shape.instances);
   }
-  return rows_fault(path, kObjectsHeader, rows,
-                    [](const std::string& line) { return are_numbers(columns_of(line, ','), 9); });
+  return rows_fault(path, rows, [](const std::string&) { return true; });
 }
 
 std::string boxes_fault(const fs::path& path, const SequenceShape& shape) {
-  std::ifstream file(path, std::ios::binary);
-  std::uint64_t lines = 0;
-  for (std::string line; std::getline(file, line);) ++lines;
-  const std::uint64_t rows = lines > 0 ? lines - 1 : 0;
-  if (rows != shape.pings() * shape.boxes) {
-    return fmt::format("has {} rows for {} pings and {} instances with a box", rows, shape.pings(),
-                       shape.boxes);
-  }
-  return rows_fault(path, kBoxesHeader, rows,
-                    [](const std::string& line) { return are_numbers(columns_of(line, ','), 19); });
+  return rows_fault(path, shape.pings() * shape.boxes, [](const std::string&) { return true; });
 }
 
-std::string annotations_fault(const fs::path& dir, const SequenceShape& shape) {
+std::string annotations_fault(const fs::path& path, const SequenceShape& shape) {
+  const SchemaCheck schema("annotations");
+  std::ifstream file(path, std::ios::binary);
   std::uint64_t ping = shape.first_ping;
-  std::string fault;
-  const Status read = for_each_annotation_line(dir, shape.sequence, [&](const Json& line) {
-    if (fault.empty()) fault = line_masks_fault(line);
-    return count_at(line, "ping") == ping++ ? Status() : Status(Error{ErrorKind::damage, "order"});
-  });
-  if (!read || ping != shape.last_ping) return "does not have one line for every ping, in order";
-  return fault;
+  for (std::string line; std::getline(file, line); ++ping) {
+    const auto json = parse_json(line);
+    std::string fault = json ? schema.fault(*json) : "is not JSON";
+    if (fault.empty()) fault = line_masks_fault(*json);
+    if (!fault.empty()) return fmt::format("line {}: {}", ping - shape.first_ping + 1, fault);
+    if (count_at(*json, "ping") != ping) break;
+  }
+  if (file.eof() && ping == shape.last_ping) return {};
+  return "does not have one line for every ping, in order";
 }
 
 using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
@@ -228,7 +208,7 @@ const KnownFile kKnownFiles[] = {
     {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
     {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
-    {layout::kAnnotations, [](auto& dir, auto&, auto& s) { return annotations_fault(dir, s); }},
+    {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
 };
 
 }  // namespace
@@ -263,12 +243,11 @@ std::string index_fault(const fs::path& path, const std::vector<SequenceShape>& 
   for (const SequenceShape& shape : shapes) rows += shape.pings();
   auto shape = shapes.begin();
   std::uint64_t done = 0;  // pings of this sequence
-  return rows_fault(path, kIndexHeader, rows, [&](const std::string& line) {
+  return rows_fault(path, rows, [&](const std::string& line) {
     for (; done == shape->pings(); done = 0) ++shape;
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     const auto columns = columns_of(line, ',');
-    return columns.size() == 5 && columns[0] == std::to_string(shape->sequence) &&
-           columns[1] == std::to_string(ping) && is_number(columns[2]) &&
+    return columns[0] == std::to_string(shape->sequence) && columns[1] == std::to_string(ping) &&
            columns[3] == shape->split && columns[4] == layout::index_stem(shape->sequence, ping);
   });
 }
@@ -279,7 +258,7 @@ std::string split_fault(const fs::path& path, const std::string& split,
   for (const SequenceShape& shape : shapes) rows += shape.split == split ? shape.pings() : 0;
   auto shape = shapes.begin();
   std::uint64_t done = 0;  // pings of this sequence
-  return rows_fault(path, "", rows, [&](const std::string& line) {
+  return rows_fault(path, rows, [&](const std::string& line) {
     for (; shape->split != split || done == shape->pings(); done = 0) ++shape;
     const auto ping = static_cast<std::uint32_t>(shape->first_ping + done++);
     return line == layout::index_stem(shape->sequence, ping);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dataset/rle.h"
+#include "dataset/schema.h"
 
 namespace ensonify {
 namespace {
@@ -115,20 +116,28 @@ std::optional<std::string> counts_at(const Json& json, const char* key, const Si
 struct CocoReader {
   const std::set<std::string>& known;
   std::uint64_t classes;
-  std::string array;  // the top-level member that is being read
-  std::vector<Size> images;
+  std::string array = {};  // the top-level member that is being read
+  std::vector<Size> images = {};
   std::uint64_t annotations = 0, hidden = 0;
-  std::string fault;
+  std::string fault = {};  // the first one
+  const SchemaCheck image_schema{"coco", "image"}, annotation_schema{"coco", "annotation"},
+      hidden_schema{"coco", "hidden"};
 
   void image(const Json& image) {
     const auto file = text_at(image, "file_name");
     const auto rows = count_at(image, "height"), columns = count_at(image, "width");
     images.push_back({rows.value_or(0), columns.value_or(0)});
-    if (count_at(image, "id") != images.size() || !rows || !columns) {
-      fault = fmt::format("image {} lacks its id or size", images.size());
+    if (count_at(image, "id") != images.size()) {
+      fault = fmt::format("image {} lacks its id", images.size());
     } else if (!file || !known.contains(*file)) {
       fault = fmt::format("image {} names a file that is not of the data set", images.size());
     }
+  }
+
+  // Whether nothing has been wrong so far and this element is as its schema says.
+  bool fits(const SchemaCheck& schema, std::size_t index, const Json& element) {
+    if (fault.empty()) fault = schema.fault(element, fmt::format("/{}/{}", array, index));
+    return fault.empty();
   }
 
   // The size of the picture that it is of; none where picture or class do not exist.
@@ -162,13 +171,15 @@ struct CocoReader {
     if (event == Json::parse_event_t::key && depth == 1) array = parsed.get<std::string>();
     if (event != Json::parse_event_t::object_end || depth != 2) return true;
     if (array == "images") {
-      image(parsed);
+      if (fits(image_schema, images.size(), parsed)) image(parsed);
     } else if (array == "annotations") {
-      ++annotations;
-      if (!visible_is_whole(parsed)) fault = fmt::format("annotation {} is not whole", annotations);
+      const bool fitting = fits(annotation_schema, annotations++, parsed);
+      if (fitting && !visible_is_whole(parsed)) {
+        fault = fmt::format("annotation {} is not whole", annotations);
+      }
     } else if (array == "hidden") {
-      ++hidden;
-      if (!hidden_is_whole(parsed)) {
+      const bool fitting = fits(hidden_schema, hidden++, parsed);
+      if (fitting && !hidden_is_whole(parsed)) {
         fault = fmt::format("entry {} of the hidden is not whole", hidden);
       }
     } else {
@@ -204,15 +215,12 @@ std::string line_masks_fault(const Json& line) {
 
 std::string coco_fault(const std::filesystem::path& path, const std::set<std::string>& known,
                        std::uint64_t classes) {
-  CocoReader reader{known, classes, {}, {}, 0, 0, {}};
+  CocoReader reader{known, classes};
   std::ifstream file(path, std::ios::binary);
   const Json json = Json::parse(file, std::ref(reader), false);
   if (json.is_discarded()) return "is not JSON";
-  for (const char* key : {"images", "annotations", "hidden", "categories"}) {
-    const Json* found = member(json, key);
-    if (found == nullptr || !found->is_array()) return fmt::format("lacks the list {}", key);
-  }
-  return reader.fault;
+  const std::string fault = SchemaCheck("coco").fault(json);
+  return fault.empty() ? reader.fault : fault;
 }
 
 }  // namespace ensonify

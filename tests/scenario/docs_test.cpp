@@ -1,37 +1,18 @@
-#include <fstream>
-#include <sstream>
-
 #include "catch.h"
 #include "scenario/tables.h"
+#include "scenario_schema.h"
 #include "scenario_texts.h"
 #include "temporary_folder.h"
 
 namespace ensonify {
 namespace {
 
+using testing::docs_blocks;
 using testing::kHead;
-
-// The blocks of a page that are fenced as this language.
-std::vector<std::string> blocks(const std::string& language) {
-  std::ifstream page(std::string(ENSONIFY_DOCS) + "/scenario.md");
-  std::vector<std::string> found;
-  bool inside = false;
-  for (std::string line; std::getline(page, line);) {
-    if (inside && line == "```") {
-      inside = false;
-    } else if (inside) {
-      found.back() += line + "\n";
-    } else if (line == "```" + language) {
-      inside = true;
-      found.emplace_back();
-    }
-  }
-  return found;
-}
 
 // The page's own tables, under the names that its examples use.
 void write_tables(const test::TemporaryFolder& folder) {
-  for (const std::string& block : blocks("csv")) {
+  for (const std::string& block : docs_blocks("csv")) {
     folder.write(block.starts_with("frequency_hz") ? "pulse.csv" : "sand.csv", block);
   }
 }
@@ -41,7 +22,7 @@ void write_tables(const test::TemporaryFolder& folder) {
 TEST_CASE("every example of the documentation is valid") {
   const test::TemporaryFolder folder;
   write_tables(folder);
-  const auto examples = blocks("yaml");
+  const auto examples = docs_blocks("yaml");
   CHECK(examples.size() >= 5);
   for (const std::string& example : examples) {
     const bool whole = example.starts_with("ensonify:");
@@ -58,7 +39,7 @@ TEST_CASE("every example of the documentation is valid") {
 TEST_CASE("every table of the documentation is valid") {
   const test::TemporaryFolder folder;
   write_tables(folder);
-  CHECK(blocks("csv").size() == 2);
+  CHECK(docs_blocks("csv").size() == 2);
   const auto scenario = testing::parse(kHead);
   REQUIRE(scenario.ok());
   const auto pulse = load_pulse_table(folder.path() / "pulse.csv", sonar_of(*scenario));

@@ -1,0 +1,159 @@
+#include "dataset/schema.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+#include <vector>
+
+#include "core/error.h"
+#include "dataset/schema_files.h"
+
+namespace ensonify {
+namespace {
+
+// Valijson knows nlohmann::json only, whose keys are sorted.
+using SortedJson = nlohmann::json;
+using Adapter = valijson::adapters::NlohmannJsonAdapter;
+using SchemaError = valijson::ValidationResults::Error;
+
+constexpr std::size_t kMaxFaults = 3;
+constexpr std::size_t kMaxShown = 60;
+
+// What follows from a fault further down.
+bool is_consequence(const SchemaError& error) {
+  return error.description.starts_with("Failed to validate") ||
+         error.description.starts_with("Cannot validate");
+}
+
+// Of the value that an error's context leads to: its parts are <root>, then [key] or [index].
+std::string pointer_of(const SchemaError& error) {
+  std::string pointer;
+  for (std::size_t i = 1; i < error.context.size(); ++i) {
+    const std::string& part = error.context[i];
+    pointer += '/';
+    for (const char c : part.substr(1, part.size() - 2)) {
+      pointer += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+    }
+  }
+  return pointer;
+}
+
+std::string shown(const SortedJson& value) {
+  std::string text = value.dump(-1, ' ', true, SortedJson::error_handler_t::replace);
+  if (text.size() > kMaxShown) text = text.substr(0, kMaxShown) + "...";
+  return text;
+}
+
+// The word between the last pair of quotes.
+std::string quoted_in(std::string_view text) {
+  const std::size_t end = text.rfind('\'');
+  const std::size_t begin = end == 0 || end == std::string_view::npos ? std::string_view::npos
+                                                                      : text.rfind('\'', end - 1);
+  if (begin == std::string_view::npos) return {};
+  return std::string(text.substr(begin + 1, end - begin - 1));
+}
+
+// "Expected number less than or equal to 255.000000" as "at most 255".
+std::string limit_in_words(std::string_view text) {
+  const double limit = std::strtod(text.data() + text.rfind(' '), nullptr);
+  const bool lower = text.find("greater") != std::string_view::npos;
+  const bool included = text.find("equal") != std::string_view::npos;
+  return fmt::format(
+      "{} {}", lower ? (included ? "at least" : "above") : (included ? "at most" : "below"), limit);
+}
+
+std::string in_words(const SchemaError& error, const SortedJson& value) {
+  const std::string_view text = error.description;
+  if (text.starts_with("Missing required property")) return "lacks the key " + quoted_in(text);
+  if (text.starts_with("Object contains a property")) {
+    return "has the unknown key " + quoted_in(text);
+  }
+  if (text.starts_with("Value type not permitted")) {
+    return fmt::format("is {}, which is of the wrong type", shown(value));
+  }
+  if (text.starts_with("Failed to match")) {
+    return fmt::format("is {}, which is not accepted here", shown(value));
+  }
+  if (text.starts_with("Expected number")) {
+    return fmt::format("is {}, accepted is {}", shown(value), limit_in_words(text));
+  }
+  return fmt::format("is {}: {}", shown(value), text);
+}
+
+// Valijson takes what does not fit a signed integer for a negative number.
+SortedJson sorted_copy(const Json& value) {
+  if (value.is_object()) {
+    SortedJson copy = SortedJson::object();
+    for (const auto& [key, inner] : value.items()) copy[key] = sorted_copy(inner);
+    return copy;
+  }
+  if (value.is_array()) {
+    SortedJson copy = SortedJson::array();
+    for (const Json& inner : value) copy.push_back(sorted_copy(inner));
+    return copy;
+  }
+  if (!value.is_number_unsigned()) return value;
+  const auto number = value.get<std::uint64_t>();
+  return std::min<std::uint64_t>(number, std::numeric_limits<std::int64_t>::max());
+}
+
+}  // namespace
+
+struct SchemaCheck::Impl {
+  valijson::Schema schema;
+  mutable valijson::Validator validator;
+};
+
+std::string_view schema_text(std::string_view name) {
+  const auto files = schema_files();
+  const auto found = std::find_if(files.begin(), files.end(),
+                                  [&](const SchemaFile& file) { return file.name == name; });
+  ENSONIFY_ASSERT(found != files.end());
+  return found->text;
+}
+
+SchemaCheck::SchemaCheck(std::string_view name, std::string_view part)
+    : impl_(std::make_unique<Impl>()) {
+  SortedJson document = SortedJson::parse(schema_text(std::string(name) + ".schema"));
+  if (!part.empty()) {
+    SortedJson of_part = document.at("definitions").at(std::string(part));
+    of_part["definitions"] = std::move(document["definitions"]);
+    document = std::move(of_part);
+  }
+  valijson::SchemaParser parser;
+  const Adapter adapter(document);
+  parser.populateSchema(adapter, impl_->schema);
+}
+
+SchemaCheck::~SchemaCheck() = default;
+
+std::string SchemaCheck::fault(const Json& value, const std::string& at) const {
+  const SortedJson sorted = sorted_copy(value);
+  const Adapter adapter(sorted);
+  if (impl_->validator.validate(impl_->schema, adapter, nullptr)) return {};
+  valijson::ValidationResults results;
+  impl_->validator.validate(impl_->schema, adapter, &results);
+  std::vector<std::string> faults;
+  for (const SchemaError& error : results) {
+    if (is_consequence(error)) continue;
+    const std::string pointer = pointer_of(error);
+    const SortedJson& culprit = sorted.at(SortedJson::json_pointer(pointer));
+    std::string text = fmt::format("#{}{} {}", at, pointer, in_words(error, culprit));
+    if (std::find(faults.begin(), faults.end(), text) == faults.end()) {
+      faults.push_back(std::move(text));
+    }
+  }
+  if (faults.empty()) return fmt::format("#{} is not as its schema says", at);
+  if (faults.size() > kMaxFaults) faults.resize(kMaxFaults);
+  return fmt::format("{}", fmt::join(faults, "; "));
+}
+
+}  // namespace ensonify

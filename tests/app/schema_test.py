@@ -1,0 +1,293 @@
+"""Data sets of all scenes against output_schema, by a validator that is not ours; and whatever it
+finds in a damaged one, `verify` finds too.
+
+ENSONIFY is the program, SCENES the folder of scenes, SCHEMAS that of schemas. Run by ctest; by hand:
+    ENSONIFY=build/release/ensonify SCENES=scenes SCHEMAS=output_schema python3 -m unittest schema_test
+"""
+import copy
+import csv
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import jsonschema
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+SCENES = pathlib.Path(os.environ.get("SCENES", "scenes"))
+SCHEMAS = pathlib.Path(os.environ.get("SCHEMAS", "output_schema"))
+SMALL = ["--quiet", "--pings", "0:1", "--sequences", "0:1", "--set", "sonar.beams.count=24", "--set",
+         "sonar.rays.elevation=8", "--set", "output.cartesian.height_px=60", "--set", "output.scatterers=true"]
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+def generate(scene, folder, *more):
+    result = run("generate", scene, "-o", folder, *SMALL, *more)
+    assert result.returncode == 0, result.stderr
+
+
+def validator(name):
+    return jsonschema.Draft7Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
+
+
+VALIDATORS = {name: validator(name) for name in ("work", "dataset", "sequence", "annotations", "coco")}
+TABLES = json.loads((SCHEMAS / "tables.json").read_text())["tables"]
+
+
+def schema_faults(folder):
+    """What jsonschema says of every JSON of a data set, as 'file: message'."""
+    found = []
+
+    def check(path, name, data):
+        for error in VALIDATORS[name].iter_errors(data):
+            found.append(f"{path.relative_to(folder)}: {list(error.absolute_path)} {error.message}")
+
+    for name in ("work", "dataset", "coco"):
+        check(folder / f"{name}.json", name, json.loads((folder / f"{name}.json").read_text()))
+    for sequence in sorted((folder / "sequences").iterdir()):
+        check(sequence / "sequence.json", "sequence", json.loads((sequence / "sequence.json").read_text()))
+        for line in (sequence / "annotations.jsonl").read_text().splitlines():
+            check(sequence / "annotations.jsonl", "annotations", json.loads(line))
+    return found
+
+
+def table_faults(path):
+    """What is wrong with a CSV table, by its Frictionless schema."""
+    fields = TABLES[path.name]["fields"]
+    types = {"integer": int, "number": float, "string": str}
+    with open(path, newline="") as file:
+        rows = list(csv.reader(file))
+    if rows[0] != [field["name"] for field in fields]:
+        return [f"header {rows[0]}"]
+    found = []
+    for row in rows[1:]:
+        if len(row) != len(fields):
+            found.append(f"{len(row)} columns")
+            continue
+        for cell, field in zip(row, fields):
+            limits = field["constraints"]
+            try:
+                value = types[field["type"]](cell)
+            except ValueError:
+                found.append(f"{field['name']} {cell}")
+                continue
+            if "minimum" in limits and value < limits["minimum"] or "enum" in limits and \
+                    value not in limits["enum"] or "pattern" in limits and not re.search(limits["pattern"], cell):
+                found.append(f"{field['name']} {cell}")
+    return found
+
+
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def reseal(folder):
+    """Sizes and hashes of the manifests made right again, so that only the damage is left."""
+    dataset = json.loads((folder / "dataset.json").read_text())
+    for row in dataset["sequences"]:
+        path = folder / f"sequences/{row['sequence']:06}/sequence.json"
+        head = json.loads(path.read_text())
+        for entry in head.get("files", []):
+            file = path.parent / entry["path"]
+            entry["bytes"], entry["sha256"] = file.stat().st_size, sha256(file)
+        if isinstance(head.get("bytes"), int):
+            head["bytes"] = sum(entry["bytes"] for entry in head.get("files", []))
+        path.write_text(json.dumps(head))
+        row["sha256"] = sha256(path)
+    for entry in dataset.get("files", []):
+        file = folder / entry["path"]
+        entry["bytes"], entry["sha256"] = file.stat().st_size, sha256(file)
+    (folder / "dataset.json").write_text(json.dumps(dataset))
+    (folder / "dataset.sha256").write_text(sha256(folder / "dataset.json") + "  dataset.json\n")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+
+class Scenes(Case):
+    def test_every_scene_has_a_data_set_as_the_schemas_say(self):
+        scenes = sorted(SCENES.glob("*.yaml"))
+        self.assertGreater(len(scenes), 10)
+        for scene in scenes:
+            with self.subTest(scene.stem):
+                folder = self.folder / scene.stem
+                generate(scene, folder)
+                self.assertEqual(schema_faults(folder), [])
+                tables = [folder / "index.csv", *folder.glob("sequences/*/poses.csv"),
+                          *folder.glob("sequences/*/objects.csv"), *folder.glob("sequences/*/boxes.csv")]
+                self.assertEqual(len(tables), len(TABLES))
+                for table in tables:
+                    self.assertEqual(table_faults(table), [], table)
+                verified = run("verify", folder)
+                self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
+
+    def test_every_scene_names_its_schema(self):
+        """Protects completion in editors: the line leads to the schema from where the scene stands."""
+        for scene in SCENES.glob("*.yaml"):
+            first = scene.read_text().splitlines()[0]
+            found = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", first)
+            self.assertIsNotNone(found, scene)
+            self.assertTrue((scene.parent / found[1]).samefile(SCHEMAS / "scenario.schema.json"))
+
+
+class Schemas(unittest.TestCase):
+    def test_every_schema_is_a_draft_7_schema_of_its_own_name(self):
+        for path in SCHEMAS.glob("*.schema.json"):
+            schema = json.loads(path.read_text())
+            jsonschema.Draft7Validator.check_schema(schema)
+            name = path.name[:-len(".schema.json")]
+            self.assertEqual(schema["$schema"], "http://json-schema.org/draft-07/schema#")
+            self.assertEqual(schema["$id"], f"urn:ensonify:{name}:{schema['ensonify_schema']}")
+
+    def test_every_member_has_a_title_and_a_description(self):
+        def walk(schema, whole, path):
+            while "$ref" in schema:
+                schema = whole["definitions"][schema["$ref"].split("/")[-1]]
+            self.assertIn("title", schema, path)
+            self.assertIn("description", schema, path)
+            for key, inner in schema.get("properties", {}).items():
+                walk(inner, whole, f"{path}.{key}")
+            for inner in [schema["items"]] if "$ref" in schema.get("items", {}) else []:
+                walk(inner, whole, path + "[]")
+
+        for name in VALIDATORS:
+            whole = json.loads((SCHEMAS / f"{name}.schema.json").read_text())
+            walk(whole, whole, name)
+
+
+def parts(value, path=()):
+    """Every object and list inside a JSON value, with the way to it; of lists the first item."""
+    if isinstance(value, (dict, list)) and value:
+        yield path, value
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from parts(inner, path + (key,))
+    elif isinstance(value, list) and value:
+        yield from parts(value[0], path + (0,))
+
+
+def at(value, path):
+    for step in path:
+        value = value[step]
+    return value
+
+
+# Where users of ensonify choose the keys.
+FREE = {("draws",), ("model", "symbols")}
+
+
+def damages(data):
+    """(what, damaged) for every object: one member gone, one too many, one of another type each."""
+    for path, value in parts(data):
+        if isinstance(value, dict) and path not in FREE:
+            changed = copy.deepcopy(data)
+            at(changed, path)["unheard_of"] = 1
+            yield f"{path} unheard_of", changed
+            for key in value:
+                changed = copy.deepcopy(data)
+                del at(changed, path)[key]
+                yield f"{path} without {key}", changed
+                changed = copy.deepcopy(data)
+                at(changed, path)[key] = {"a": []}
+                yield f"{path} {key} of another type", changed
+
+
+class Damage(Case):
+    """One data set, damaged in each place that an object has; `verify` looks at what jsonschema refuses."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.whole = pathlib.Path(cls.temporary.name) / "whole"
+        generate(SCENES / "seabed_and_target.yaml", cls.whole, "--set", "objects.0.shape={plane: {}}")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_jsonschema_finds_every_damage(self):
+        sequence = self.whole / "sequences/000000"
+        documents = {name: json.loads((self.whole / f"{name}.json").read_text())
+                     for name in ("work", "dataset", "coco")}
+        documents["sequence"] = json.loads((sequence / "sequence.json").read_text())
+        documents["annotations"] = json.loads((sequence / "annotations.jsonl").read_text().splitlines()[0])
+        count = 0
+        for name, data in documents.items():
+            self.assertTrue(VALIDATORS[name].is_valid(data))
+            for what, changed in damages(data):
+                count += 1
+                self.assertFalse(VALIDATORS[name].is_valid(changed), f"{name}: {what}")
+        self.assertGreater(count, 200)
+
+    def find(self, file, pointer, change):
+        """The damage is found by both, and told with file and JSON pointer."""
+        folder = self.folder / "damaged"
+        shutil.copytree(self.whole, folder)
+        path = folder / file
+        data = json.loads(path.read_text())
+        change(data)
+        path.write_text(json.dumps(data) + "\n" * file.endswith("jsonl"))
+        if file != "dataset.json":
+            reseal(folder)
+        faults = schema_faults(folder)
+        self.assertTrue(faults and all(fault.startswith(file) for fault in faults), faults)
+        result = run("verify", folder)
+        self.assertEqual(result.returncode, 1)
+        told = result.stdout + result.stderr
+        self.assertIn(f"{file}: {pointer}", told)
+        shutil.rmtree(folder)
+
+    def test_verify_finds_what_jsonschema_finds(self):
+        sequence = "sequences/000000/sequence.json"
+        lines = "sequences/000000/annotations.jsonl"
+        box = ("images", 0, "annotations", 0)
+        self.find("work.json", "#/program lacks the key commit", lambda d: d["program"].pop("commit"))
+        self.find("work.json", "#/seed is \"7\"", lambda d: d.update(seed="7"))
+        self.find("dataset.json", "#/splits lacks the key val", lambda d: d["splits"].pop("val"))
+        self.find("dataset.json", "#/files/0 has the unknown key mode", lambda d: d["files"][0].update(mode=1))
+        self.find(sequence, "#/sonar/beams lacks the key width_rad", lambda d: d["sonar"]["beams"].pop("width_rad"))
+        self.find(sequence, "#/instances/1 has the unknown key colour",
+                  lambda d: d["instances"][1].update(colour="red"))
+        self.find(sequence, "#/png/db/0 is \"60\"", lambda d: d["png"]["db"].__setitem__(0, "60"))
+        self.find(sequence, "#/files/0 has the unknown key mode", lambda d: d["files"][0].update(mode=1))
+        self.find(lines, "line 1: #/images/0/annotations/0 lacks the key counts",
+                  lambda d: at(d, box).pop("counts"))
+        self.find(lines, "line 1: #/images/0/annotations/0/bbox/0 is 0.5",
+                  lambda d: at(d, box)["bbox"].__setitem__(0, 0.5))
+        self.find("coco.json", "#/annotations/0 lacks the key segmentation",
+                  lambda d: d["annotations"][0].pop("segmentation"))
+        self.find("coco.json", "#/images/0/view is \"side\"", lambda d: d["images"][0].update(view="side"))
+        self.find("coco.json", "#/categories/0 has the unknown key x", lambda d: d["categories"][0].update(x=1))
+
+    def test_verify_names_row_and_column_of_a_table(self):
+        for file, old, new, told in (
+                ("sequences/000000/poses.csv", "\n0,0,", "\n0,never,", "row 1: time_s `never` is no number"),
+                ("sequences/000000/objects.csv", "\n0,1,", "\n0,0,", "row 1: instance `0` is below 1"),
+                ("index.csv", ",train,", ",trial,", "row 1: split `trial` is none of train, val, test"),
+                ("index.csv", "ping,", "pong,", "does not begin with sequence,ping,time_s,split,stem")):
+            folder = self.folder / "damaged"
+            shutil.copytree(self.whole, folder)
+            text = (folder / file).read_text()
+            self.assertIn(old, text)
+            (folder / file).write_text(text.replace(old, new, 1))
+            reseal(folder)
+            self.assertNotEqual(table_faults(folder / file), [])
+            result = run("verify", folder)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(f"{file}: {told}", result.stdout + result.stderr)
+            shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    unittest.main()
