@@ -137,7 +137,7 @@ class View:
     def _stored(self, name: str) -> np.ndarray:
         packed, single = self._packed(name), self._single(name)
         if packed.exists():
-            return read_npy(packed)[self.ping.row]
+            return np.asarray(read_npy(packed)[self.ping.row])
         if not single.exists():
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
