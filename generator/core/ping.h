@@ -3,7 +3,8 @@
 //
 //   LabelledImage  GreyImage  Annotation   one picture and its labels
 //   PingResult                             everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence share
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence
+//   share
 #pragma once
 
 #include <array>
@@ -35,7 +36,7 @@ struct LabelledImage {
   std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
-  std::vector<std::uint16_t> shadow;     // the instance that casts it; 0: none. Empty: not asked for
+  std::vector<std::uint16_t> shadow;  // the instance that casts it; 0: none. Empty: not asked for
 };
 
 struct GreyImage {
@@ -82,7 +83,8 @@ struct PingResult {
   std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
 };
 
-// A box around all of an instance: of an object in the object's own frame, of a volume in the world.
+// A box around all of an instance: of an object in the object's own frame, of a volume in the
+// world.
 struct OrientedBox {
   Pose pose;    // of its centre
   Vec3 size_m;  // along its own axes
@@ -121,6 +123,7 @@ struct OutputSelection {
   bool points = false;
   bool shadow = true;  // beside polar and Cartesian pictures
   bool amodal = true;  // in the annotations of all pictures
+  bool polygons = false;
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came

@@ -74,6 +74,7 @@ Json annotation_json(std::uint64_t id, std::uint64_t image_id, const Instance& i
                {"segmentation", mask_json(image, annotation.at("counts"))},
                {"instance_id", instance.id},
                {"name", instance.name}};
+  if (annotation.contains("polygons")) json["polygons"] = annotation.at("polygons");
   add_amodal(json, image, annotation);
   return json;
 }

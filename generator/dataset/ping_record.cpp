@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "dataset/layout.h"
+#include "dataset/mask.h"
+#include "dataset/rle.h"
 
 namespace ensonify {
 namespace {
@@ -16,6 +18,22 @@ void add_amodal(Json& json, const Annotation& annotation) {
   json["amodal_bbox"] = annotation.amodal->box;
   json["amodal_area"] = annotation.amodal->area;
   json["amodal_counts"] = annotation.amodal->rle_counts;
+}
+
+// COCO's flat rings x, y, x, y, ... in pixels.
+Json polygons_json(const Annotation& annotation, int rows, int columns) {
+  const auto runs = run_lengths(annotation.rle_counts, std::int64_t{rows} * columns);
+  ENSONIFY_ASSERT(runs);
+  Json polygons = Json::array();
+  for (const std::vector<Corner>& ring : rings_of(mask_of(*runs, rows))) {
+    Json flat = Json::array();
+    for (const Corner& corner : ring) {
+      flat.push_back(corner.x);
+      flat.push_back(corner.y);
+    }
+    polygons.push_back(std::move(flat));
+  }
+  return polygons;
 }
 
 Json json_of(const Annotation& annotation) {
@@ -37,7 +55,8 @@ Json hidden_json(const Annotation& annotation) {
 // The picture that a detector trains on: the grey one, or the EXR file where there is none.
 void add_image(Json& images, const char* view, const std::vector<FileEntry>& files,
                std::uint32_t ping, const char* grey, const char* exr, int rows, int columns,
-               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden) {
+               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden,
+               bool polygons) {
   std::string chosen;
   for (const char* name : {exr, grey}) {
     const std::string path = layout::ping_file(name, ping);
@@ -47,7 +66,10 @@ void add_image(Json& images, const char* view, const std::vector<FileEntry>& fil
   }
   if (chosen.empty()) return;
   Json list = Json::array();
-  for (const Annotation& annotation : annotations) list.push_back(json_of(annotation));
+  for (const Annotation& annotation : annotations) {
+    list.push_back(json_of(annotation));
+    if (polygons) list.back()["polygons"] = polygons_json(annotation, rows, columns);
+  }
   Json hidden_list = Json::array();
   for (const Annotation& annotation : hidden) hidden_list.push_back(hidden_json(annotation));
   images.push_back({{"view", view},
@@ -103,7 +125,7 @@ std::optional<PingRecord> parse(const Json& json) {
 
 }  // namespace
 
-PingRecord record_of(const PingResult& result, std::vector<FileEntry> files) {
+PingRecord record_of(const PingResult& result, std::vector<FileEntry> files, bool polygons) {
   PingRecord record;
   record.ping = result.ping;
   record.time_s = result.time_s;

@@ -6,6 +6,7 @@
 
 #include "dataset/json.h"
 #include "dataset/layout.h"
+#include "dataset/rle.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -262,30 +263,6 @@ Result<fs::path> stored_file(const StoredDataset& dataset, std::uint32_t sequenc
 Result<fs::path> ping_file(const StoredDataset& dataset, std::uint32_t sequence,
                            std::string_view name_template, std::uint32_t ping) {
   return stored_file(dataset, sequence, layout::ping_file(name_template, ping));
-}
-
-std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels) {
-  std::vector<std::int64_t> runs;
-  std::int64_t sum = 0;
-  for (std::size_t at = 0; at < counts.size();) {
-    std::int64_t value = 0;
-    int shift = 0;
-    for (bool more = true; more;) {
-      if (at == counts.size() || shift > 50) return std::nullopt;
-      const int bits = counts[at++] - 48;
-      if (bits < 0 || bits > 63) return std::nullopt;
-      value |= std::int64_t{bits & 0x1f} << shift;
-      shift += 5;
-      more = (bits & 0x20) != 0;
-      if (!more && (bits & 0x10) != 0) value -= std::int64_t{1} << shift;
-    }
-    if (runs.size() > 2) value += runs[runs.size() - 2];
-    if (value < 0 || value > pixels - sum) return std::nullopt;
-    sum += value;
-    runs.push_back(value);
-  }
-  if (sum != pixels) return std::nullopt;
-  return runs;
 }
 
 }  // namespace ensonify

@@ -8,7 +8,6 @@
 //   pictures_of      masks of a ping's pictures
 //   stored_file      path of a sequence's file that is there
 //   ping_file        ... of a ping's file
-//   run_lengths      COCO's compressed run lengths as numbers
 //   damaged          the Error for a file that is not as it should be
 //
 // Errors: (usage) not a data set of ensonify, or not finished; (io) a file is missing, cannot be
@@ -104,9 +103,6 @@ Result<std::filesystem::path> stored_file(const StoredDataset& dataset, std::uin
                                           std::string_view name);
 Result<std::filesystem::path> ping_file(const StoredDataset& dataset, std::uint32_t sequence,
                                         std::string_view name_template, std::uint32_t ping);
-
-// None where the text is not such a code, or its runs do not add to `pixels`.
-std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels);
 
 Error damaged(const std::filesystem::path& path, const std::string& what);
 

@@ -1,12 +1,19 @@
-// COCO's compressed run lengths, read back. Private to dataset/.
+// COCO's compressed run lengths, read back.
+//
+//   run_lengths  as numbers
+//   mask_extent  what they add up to
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace ensonify {
+
+// None where the text is not such a code, or its runs do not add to `pixels`.
+std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels);
 
 struct MaskExtent {
   std::array<std::int64_t, 4> box{};  // x, y, width, height; all 0 of an empty mask

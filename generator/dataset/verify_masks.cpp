@@ -65,7 +65,39 @@ bool amodal_holds_visible(const Json& json) {
          holds(*box_at(json, "amodal_bbox"), *box_at(json, "bbox"));
 }
 
+// Twice the area of a ring of x, y, x, y, ..., positive clockwise with rows downwards; none where
+// it is no such ring.
+std::optional<std::int64_t> twice_area(const Json& ring) {
+  if (!ring.is_array() || ring.size() < 8 || ring.size() % 2 != 0) return std::nullopt;
+  for (const Json& number : ring) {
+    if (!number.is_number_integer()) return std::nullopt;
+  }
+  const std::size_t n = ring.size();
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < n; i += 2) {
+    const Json &x = ring[i], &y = ring[i + 1], &xx = ring[(i + 2) % n], &yy = ring[(i + 3) % n];
+    sum += x.get<std::int64_t>() * yy.get<std::int64_t>() -
+           xx.get<std::int64_t>() * y.get<std::int64_t>();
+  }
+  return sum;
+}
+
+// Whether polygons, where there are any, enclose the annotation's area.
+bool polygons_are_whole(const Json& json) {
+  const Json* polygons = member(json, "polygons");
+  if (polygons == nullptr) return true;
+  if (!polygons->is_array()) return false;
+  std::int64_t sum = 0;
+  for (const Json& ring : *polygons) {
+    const auto area = twice_area(ring);
+    if (!area) return false;
+    sum += *area;
+  }
+  return count_at(json, "area") == static_cast<std::uint64_t>(sum / 2);
+}
+
 bool line_annotation_is_whole(const Json& json, const Size& size) {
+  if (!polygons_are_whole(json)) return false;
   if (!is_whole(json, "area", "bbox", text_at(json, "counts"), size)) return false;
   if (member(json, "amodal_counts") == nullptr) return true;
   return amodal_is_whole(json, text_at(json, "amodal_counts"), size) && amodal_holds_visible(json);
@@ -120,7 +152,7 @@ struct CocoReader {
 
   bool visible_is_whole(const Json& annotation) const {
     const auto size = size_of(annotation);
-    if (!size || count_at(annotation, "id") != annotations ||
+    if (!size || count_at(annotation, "id") != annotations || !polygons_are_whole(annotation) ||
         !is_whole(annotation, "area", "bbox", counts_at(annotation, "segmentation", *size),
                   *size)) {
       return false;

@@ -189,7 +189,7 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
     entries.push_back((*file)->entry);
     encoded.files.push_back(std::move(**file));
   }
-  encoded.record = to_line(record_of(result, std::move(entries)));
+  encoded.record = to_line(record_of(result, std::move(entries), info.output.polygons));
   return encoded;
 }
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <utility>
 
+#include "dataset/mask.h"
 #include "export/job.h"
-#include "export/mask.h"
 #include "export/output.h"
 #include "export/png.h"
 

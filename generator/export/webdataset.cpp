@@ -11,9 +11,9 @@
 
 #include "dataset/files.h"
 #include "dataset/layout.h"
+#include "dataset/mask.h"
 #include "dataset/npy.h"
 #include "export/job.h"
-#include "export/mask.h"
 #include "export/npy_file.h"
 #include "export/output.h"
 

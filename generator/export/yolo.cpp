@@ -5,9 +5,9 @@
 
 #include <array>
 
+#include "dataset/mask.h"
 #include "export/job.h"
 #include "export/json_text.h"
-#include "export/mask.h"
 #include "export/output.h"
 
 namespace ensonify {

@@ -180,10 +180,10 @@ std::string output_text(const OutputSpec& output) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "scatterers: {}, points: {}}}\n",
+      "polygons: {}, scatterers: {}, points: {}}}\n",
       output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
-      output.selection.shadow, output.selection.amodal, output.selection.scatterers,
-      output.selection.points);
+      output.selection.shadow, output.selection.amodal, output.selection.polygons,
+      output.selection.scatterers, output.selection.points);
 }
 
 }  // namespace

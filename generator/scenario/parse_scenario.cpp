@@ -149,8 +149,8 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
-                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "scatterers",
-                 "points"})) {
+                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
+                 "scatterers", "points"})) {
     return;
   }
   read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
@@ -161,6 +161,9 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   parse_image_options(faults, value, output);
   parse_hidden_labels(faults, value, output.selection);
   if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
+    open_map(faults, *map, {});
+  }
+  if (const auto map = read_switch(faults, value, "polygons", output.selection.polygons)) {
     open_map(faults, *map, {});
   }
   if (const auto map = read_switch(faults, value, "points", output.selection.points)) {

@@ -150,6 +150,7 @@ TEST_CASE("a finished data set has its index, splits and boxes") {
   CHECK(annotation["segmentation"]["counts"] == "7340S1");
   CHECK(annotation["name"] == "wall");
   CHECK(annotation["occlusion"] == 0.25);
+  CHECK(annotation["polygons"] == Json::parse("[[1,0,3,0,3,3,1,3]]"));
   CHECK(annotation["amodal_area"] == 9);
   CHECK(annotation["amodal_bbox"] == Json({1, 0, 3, 3}));
   CHECK(annotation["amodal_segmentation"] == Json({{"size", {7, 8}}, {"counts", "734000l0"}}));

@@ -413,6 +413,7 @@ TEST_CASE("tables that do not fit the pings are found though their hashes are ri
   SECTION("coco: a mask") { check("coco.json", "\"counts\":\"7340S1\"", "\"counts\":\"7330T1\""); }
   SECTION("coco: an area") { check("coco.json", "\"area\":6", "\"area\":7"); }
   SECTION("coco: a box") { check("coco.json", "\"bbox\":[1,0,2,3]", "\"bbox\":[1,0,3,3]"); }
+  SECTION("coco: a polygon") { check("coco.json", "[1,0,3,0,3,3,1,3]", "[1,0,3,0,3,2,1,3]"); }
   SECTION("coco: an amodal area") { check("coco.json", "\"amodal_area\":9", "\"amodal_area\":8"); }
   SECTION("coco: an amodal mask") { check("coco.json", "734000l0", "7340S1"); }
   SECTION("coco: a share") { check("coco.json", "\"occlusion\":0.25", "\"occlusion\":1.25"); }

@@ -52,7 +52,7 @@ trajectory:
   pings: 12
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
-output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, shadow: false, amodal: false, scatterers: true, points: true}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
 
@@ -172,6 +172,7 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK_FALSE(s.output.selection.amodal);
     CHECK(s.output.selection.scatterers);
     CHECK(s.output.selection.points);
+    CHECK(s.output.selection.polygons);
     CHECK(s.splits.test == 0.1);
   }
 }

@@ -1,11 +1,11 @@
 // Outlines give the mask back, whatever its form; run lengths are those of labels/.
-#include "export/mask.h"
+#include "dataset/mask.h"
 
 #include <random>
 #include <string>
 
 #include "catch.h"
-#include "dataset/read_dataset.h"
+#include "dataset/rle.h"
 #include "labels/annotations.h"
 
 namespace ensonify {
@@ -65,6 +65,23 @@ TEST_CASE("an outline holds the pixels of its mask and no others") {
   check_outline({"#####", "#...#", "#.#.#", "#...#", "#####"});  // a hole with an island
   check_outline({"##..##", "##..##", "......", "..##.."});       // parts
   check_outline({"###", "#.#", "###"});
+}
+
+// Protects those who sum areas by the shoelace rule: parts count, holes are taken away.
+TEST_CASE("rings enclose the area of the mask, holes counted off") {
+  for (const Picture& picture :
+       {Picture{"#.#", ".#.", "#.#"}, Picture{"#####", "#...#", "#.#.#", "#...#", "#####"},
+        Picture{"......", ".####.", ".#..#.", ".####."}}) {
+    const Mask mask = mask_from(picture);
+    std::int64_t twice = 0;
+    for (const auto& ring : rings_of(mask)) {
+      for (std::size_t i = 0; i < ring.size(); ++i) {
+        const Corner a = ring[i], b = ring[(i + 1) % ring.size()];
+        twice += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
+      }
+    }
+    CHECK(twice == 2 * mask.area);
+  }
 }
 
 TEST_CASE("the outline of a rectangle has its four corners") {

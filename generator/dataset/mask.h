@@ -1,6 +1,7 @@
-// One instance in one picture, as exporters of outlines and boxes want it. Private to export/.
+// One instance in one picture, as outlines and boxes want it.
 //
 //   mask_of     the pixels, cut to their box
+//   rings_of    the closed polygons around these pixels and their holes
 //   outline_of  one closed polygon that holds exactly these pixels
 #pragma once
 
@@ -24,7 +25,12 @@ struct Corner {
   friend bool operator==(const Corner&, const Corner&) = default;
 };
 
-// Runs along the edges of pixels. Parts and holes are joined by bridges of no width that are walked
+// Along the edges of pixels, parts clockwise (rows downwards) and holes the other way round: by the
+// even-odd rule together they give the mask back, pixel by pixel. Pixels that touch at a corner
+// only have rings of their own.
+std::vector<std::vector<Corner>> rings_of(const Mask& mask);
+
+// The rings in one: parts and holes joined by bridges of no width that are walked
 // there and back, so that the even-odd rule gives the mask back, pixel by pixel.
 std::vector<Corner> outline_of(const Mask& mask);
 

@@ -1,4 +1,4 @@
-#include "export/mask.h"
+#include "dataset/mask.h"
 
 #include <algorithm>
 #include <array>
@@ -119,8 +119,19 @@ Mask mask_of(std::span<const std::int64_t> runs, std::int64_t picture_height) {
   return mask;
 }
 
+std::vector<std::vector<Corner>> rings_of(const Mask& mask) {
+  auto rings = Edges(mask).loops();
+  for (auto& ring : rings) {
+    for (Corner& corner : ring) {
+      corner.x += mask.left;
+      corner.y += mask.top;
+    }
+  }
+  return rings;
+}
+
 std::vector<Corner> outline_of(const Mask& mask) {
-  const auto loops = Edges(mask).loops();
+  const auto loops = rings_of(mask);
   std::vector<Corner> outline;
   for (const auto& loop : loops) {
     outline.insert(outline.end(), loop.begin(), loop.end());
@@ -128,10 +139,6 @@ std::vector<Corner> outline_of(const Mask& mask) {
   }
   for (std::size_t i = loops.size(); i-- > 1;) {
     if (i > 1) outline.push_back(loops[i - 1].front());
-  }
-  for (Corner& corner : outline) {
-    corner.x += mask.left;
-    corner.y += mask.top;
   }
   return outline;
 }
