@@ -22,7 +22,8 @@ PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENES = pathlib.Path(os.environ.get("SCENES", "scenes"))
 SCHEMAS = pathlib.Path(os.environ.get("SCHEMAS", "output_schema"))
 SMALL = ["--quiet", "--pings", "0:1", "--sequences", "0:1", "--set", "sonar.beams.count=24", "--set",
-         "sonar.rays.elevation=8", "--set", "output.cartesian.height_px=60", "--set", "output.scatterers=true"]
+         "sonar.rays.elevation=8", "--set", "output.cartesian.height_px=60", "--set", "output.scatterers=true",
+         "--set", "output.polygons=true"]
 
 
 def run(*arguments):
