@@ -134,11 +134,11 @@ PingRecord record_of(const PingResult& result, std::vector<FileEntry> files, boo
   record.first_return_m = result.first_return_m;
   const auto [polar_rows, polar_columns] = size_of(result.polar_grey, result.polar);
   add_image(record.images, "polar", files, result.ping, layout::kPolarGrey, layout::kPolarExr,
-            polar_rows, polar_columns, result.polar_annotations, result.polar_hidden);
+            polar_rows, polar_columns, result.polar_annotations, result.polar_hidden, polygons);
   const auto [rows, columns] = size_of(result.cartesian_grey, result.cartesian);
   add_image(record.images, "cartesian", files, result.ping, layout::kCartesianGrey,
             layout::kCartesianExr, rows, columns, result.cartesian_annotations,
-            result.cartesian_hidden);
+            result.cartesian_hidden, polygons);
   record.files = std::move(files);
   return record;
 }
