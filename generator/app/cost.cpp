@@ -32,6 +32,7 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
     cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
   }
   if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
+  if (output.timeseries_exr) add(1, 8.0 * static_cast<double>(pixels));
   if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
   if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
   if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));

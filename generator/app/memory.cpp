@@ -68,7 +68,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
   const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
   const std::uint64_t encoding =
-      (output.timeseries ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
+      (output.any_timeseries() ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
   return count.echoes() * sizeof(Scatterer) + std::max({tracing, picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
          session.world.objects.size() * kRecordBytesPerObject;

@@ -166,7 +166,7 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
-  if (output.timeseries) result.series = std::move(series.pressure_pa);
+  if (output.any_timeseries()) result.series = std::move(series.pressure_pa);
   return result;
 }
 

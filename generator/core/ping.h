@@ -92,11 +92,14 @@ struct CartesianGrid {
 };
 
 struct OutputSelection {
-  bool timeseries = true;
+  bool timeseries = true;  // as NPY
   bool polar = true;
   bool cartesian = true;
   bool png = true;
   bool scatterers = false;
+  bool timeseries_exr = false;
+
+  bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came

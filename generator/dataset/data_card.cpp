@@ -99,6 +99,9 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
 | `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
 )";
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
+  text += row(output.timeseries_exr,
+              "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
+              "float channels `p.re` and `p.im`, Pa |");
   text += row(output.polar,
               "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
               "elevation and its spread, share of the winning instance |");

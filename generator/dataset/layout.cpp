@@ -10,8 +10,9 @@ namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
 constexpr std::string_view kPingTemplates[] = {
-    kTimeseries,        kPolarExr,          kPolarInstance, kPolarSemantic, kCartesianExr,
-    kCartesianInstance, kCartesianSemantic, kPolarGrey,     kCartesianGrey, kScatterers};
+    kTimeseries,    kPolarExr,          kPolarInstance,     kPolarSemantic,
+    kCartesianExr,  kCartesianInstance, kCartesianSemantic, kPolarGrey,
+    kCartesianGrey, kScatterers,        kTimeseriesExr};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 

@@ -28,6 +28,7 @@ inline constexpr char kTemporaryFolder[] = ".work/tmp";
 
 // Files of a ping; {ping} stands for its stem.
 inline constexpr char kTimeseries[] = "timeseries/{ping}.npy";
+inline constexpr char kTimeseriesExr[] = "timeseries/{ping}.exr";
 inline constexpr char kPolarExr[] = "polar/{ping}.exr";
 inline constexpr char kPolarInstance[] = "polar/{ping}_instance.png";
 inline constexpr char kPolarSemantic[] = "polar/{ping}_semantic.png";

@@ -37,15 +37,19 @@ Json cartesian_json(const CartesianGrid& grid) {
            "metres_per_pixel; x along the boresight, y to port"}};
 }
 
-Json axes_json() {
-  return {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
-          {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
-          {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
-          {"first_return_m", "float32 [pings, beams], NaN: none"},
-          {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
-          {"frames",
-           "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
-           "quaternions w, x, y, z turn sonar into world"}};
+Json axes_json(const OutputSelection& output) {
+  Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
+               {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
+               {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
+               {"first_return_m", "float32 [pings, beams], NaN: none"},
+               {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
+               {"frames",
+                "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
+                "quaternions w, x, y, z turn sonar into world"}};
+  if (output.timeseries_exr) {
+    axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
+  }
+  return axes;
 }
 
 // Numbers as numbers, everything else as it stands in YAML.
@@ -84,7 +88,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
           {"draws", draws_json(info.draws)},
           {"classes", info.classes},
           {"instances", std::move(instances)},
-          {"axes", axes_json()},
+          {"axes", axes_json(info.output)},
           {"each_ping", each_ping},
           {"bytes", bytes}};
 }

@@ -70,7 +70,8 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
   }
   if ((*parts)[0].half_channels != std::vector<std::string>{"Y"} ||
       (*parts)[1].half_channels != labels || !(*parts)[0].other_channels.empty() ||
-      !(*parts)[1].other_channels.empty()) {
+      !(*parts)[1].other_channels.empty() || !(*parts)[0].float_channels.empty() ||
+      !(*parts)[1].float_channels.empty()) {
     return "does not have the channels Y, and " + fmt::format("{}", fmt::join(labels, ", "));
   }
   for (const ExrPart& part : *parts) {
@@ -79,6 +80,19 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
     }
   }
   return {};
+}
+
+std::string series_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+  const auto parts = read_exr_parts(path);
+  if (!parts) return "cannot be read as EXR: " + parts.error().message;
+  if (parts->size() != 1) return fmt::format("has {} parts, not one", parts->size());
+  const ExrPart& part = parts->front();
+  if (part.float_channels != std::vector<std::string>{"p.im", "p.re"} ||
+      !part.half_channels.empty() || !part.other_channels.empty()) {
+    return "does not have the float channels p.im and p.re alone";
+  }
+  if (std::cmp_equal(part.height, rows) && std::cmp_equal(part.width, columns)) return {};
+  return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
 }
 
 // Calls use(row) for every line after the header; the fault is a wrong header, a row that `use`
@@ -166,6 +180,8 @@ const KnownFile kKnownFiles[] = {
      [](auto&, auto& path, auto& s) {
        return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
      }},
+    {layout::kTimeseriesExr,
+     [](auto&, auto& path, auto& s) { return series_exr_fault(path, s.samples, s.beams); }},
     {layout::kScatterers,
      [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
     {layout::kPolarExr,

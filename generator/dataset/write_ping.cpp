@@ -50,7 +50,8 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const int samples = info.record.samples;
   const CartesianGrid grid = info.cartesian.value_or(CartesianGrid{});
   const auto is_bad = [](bool asked, bool fitting) { return asked && !fitting; };
-  if (is_bad(info.output.timeseries, result.series.size() == area(beams, samples))) return "series";
+  if (is_bad(info.output.any_timeseries(), result.series.size() == area(beams, samples)))
+    return "series";
   if (is_bad(info.output.polar, fits(result.polar, samples, beams))) return "polar";
   if (is_bad(info.output.cartesian, fits(result.cartesian, grid.height_px, grid.width_px))) {
     return "cartesian";
@@ -73,6 +74,15 @@ ExrAttributes polar_attributes(const SequenceInfo& info) {
           {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
            {"beam_spacing_rad", info.sonar.beam_spacing_rad},
            {"range_step_m", sample_range_m(info.sonar, info.water, 1)}}};
+}
+
+// Times of the samples and the carrier, which the phases refer to.
+ExrAttributes series_attributes(const SequenceInfo& info) {
+  ExrAttributes attributes = polar_attributes(info);
+  attributes.numbers.insert(attributes.numbers.end(),
+                            {{"sample_interval_s", info.record.sample_interval_s},
+                             {"carrier_frequency_hz", info.sonar.frequency_hz}});
+  return attributes;
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
@@ -120,6 +130,12 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
                       return encode_npy(result.series,
                                         {static_cast<std::uint64_t>(info.sonar.beam_count),
                                          static_cast<std::uint64_t>(info.record.samples)});
+                    }});
+  }
+  if (info.output.timeseries_exr) {
+    jobs.push_back({kTimeseriesExr, [&] {
+                      return encode_series_exr(result.series, info.record.samples,
+                                               info.sonar.beam_count, series_attributes(info));
                     }});
   }
   if (info.output.scatterers) {

@@ -169,6 +169,11 @@ std::string noise_text(const Scenario& scenario) {
   return "";
 }
 
+const char* timeseries_word(const OutputSelection& selection) {
+  if (selection.timeseries) return selection.timeseries_exr ? "both" : "npy";
+  return selection.timeseries_exr ? "exr" : "none";
+}
+
 std::string output_text(const OutputSpec& output) {
   std::string cartesian = "false";
   if (output.selection.cartesian) {
@@ -180,7 +185,7 @@ std::string output_text(const OutputSpec& output) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}}}\n",
-      output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
+      timeseries_word(output.selection), output.selection.polar, cartesian, png,
       output.selection.scatterers);
 }
 

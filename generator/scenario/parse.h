@@ -55,6 +55,7 @@ void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySp
 void parse_object_trajectory(const InputFolder& input, const Value& value,
                              TrajectorySpec& trajectory);  // without pings
 void parse_output(Faults& faults, const Value& value, OutputSpec& output);
+void parse_timeseries(Faults& faults, const Value& output, OutputSelection& selection);
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 
 void parse_materials(const InputFolder& input, const Value& value,

@@ -133,8 +133,7 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers"})) return;
-  read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
-                    output.selection.timeseries);
+  parse_timeseries(faults, value, output.selection);
   if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
     open_map(faults, *map, {});
   }

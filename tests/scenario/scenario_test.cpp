@@ -129,6 +129,23 @@ TEST_CASE("outputs are off, on or with options") {
   CHECK(scenario->output.selection.scatterers);
 }
 
+TEST_CASE("the series comes as NPY, as EXR, as both or not at all") {
+  const std::pair<const char*, std::pair<bool, bool>> words[] = {{"npy", {true, false}},
+                                                                 {"exr", {false, true}},
+                                                                 {"both", {true, true}},
+                                                                 {"none", {false, false}}};
+  for (const auto& [word, formats] : words) {
+    const auto scenario = parse(kHead + "output: {timeseries: " + word + "}\n");
+    REQUIRE(scenario.ok());
+    CHECK(scenario->output.selection.timeseries == formats.first);
+    CHECK(scenario->output.selection.timeseries_exr == formats.second);
+    const auto again = parse(to_yaml(*scenario, [](const auto& file) { return file.string(); }));
+    REQUIRE(again.ok());
+    CHECK(again->output.selection.timeseries == formats.first);
+    CHECK(again->output.selection.timeseries_exr == formats.second);
+  }
+}
+
 // Protects the reading of legitimate numbers of unusual look, and anchors in a scenario.
 TEST_CASE("unusual but legitimate forms are read") {
   const auto scenario =
