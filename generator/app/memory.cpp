@@ -58,18 +58,27 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const std::uint64_t polar = pictures ? count.pixels * kImageBytesPerPixel : 0;
+  const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
+                                  ? count.pixels * sizeof(float)
+                                  : 0;
   const std::uint64_t cartesian = count.cartesian_pixels * kImageBytesPerPixel + grey;
   const std::uint64_t labels = pictures ? count.echoes() * kLabelBytesPerEcho : 0;
+
+  const std::uint64_t layers = layer_count(session) * series;
+  // The scatterers of one layer at a time stand beside all.
+  const std::uint64_t layering = layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
   const std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
   const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + merging;
-  const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
-  const std::uint64_t encoding =
-      (output.any_timeseries() ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
-  return count.echoes() * sizeof(Scatterer) + std::max({tracing, picturing, encoding}) +
+  const std::uint64_t picturing =
+      layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
+  const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
+                                 (output.polar ? polar : 0) + cartesian + encoded_bytes;
+  return count.echoes() * sizeof(Scatterer) +
+         std::max({tracing, volumes + series + clean + layers + layering, picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
          session.world.objects.size() * kRecordBytesPerObject;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/layers.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -77,6 +78,29 @@ PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const P
   return series;
 }
 
+// The same tasks with less in them: keys, and so all draws, are those of the whole.
+std::vector<LayerSeries> Pipeline::layers_of_ping(const Echoes& echoes, std::uint32_t ping,
+                                                  const Pose& pose, const PingSeries& whole,
+                                                  const Workers& workers) const {
+  std::vector<LayerSeries> layers;
+  for (const Layer layer : info_.layers) {
+    if (layer == Layer::quantisation) {
+      layers.push_back({layer, remainder(whole.pressure_pa, layers)});
+      continue;
+    }
+    const ScattererList part = scatterers_of(layer, layer_of_instance_, echoes.scatterers);
+    PingTask task{&part, {{0.0, pose}}, keys_of(ping), 0, {}, false};
+    if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
+    if (layer == Layer::volume) task.volumes = echoes.volumes;
+    PingSeries series;
+    backend_->synthesize({&task, 1}, {&series, 1}, workers);
+    layers.push_back({layer, std::move(series.pressure_pa)});
+  }
+  // Behind a converter its own layer holds what is left.
+  if (!session_.sonar.adc) settle(whole.pressure_pa, layers);
+  return layers;
+}
+
 LabelledImage Pipeline::image_of(const Echoes& echoes, const PingSeries& series,
                                  const Workers& workers) const {
   PolarInput input;
@@ -107,12 +131,24 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
     ++count;
   }
   if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
-  result.db_limits = db_limits_from_clean(image_of(echoes, series, workers));
+  const LabelledImage image = image_of(echoes, series, workers);
+  result.db_limits =
+      grey_gain_db_.empty()
+          ? db_limits_from_clean(image.clean_db, image.elevation_rad)
+          : db_limits_from_clean(with_gain(image.clean_db, grey_gain_db_), image.elevation_rad);
   return result;
 }
 
 Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   info_ = std::move(info);
+  layer_of_instance_ = layer_table(info_);
+  grey_gain_db_.clear();
+  if (info_.output.png &&
+      (info_.png.spreading != 0 || info_.png.absorption || info_.png.gain_db != 0)) {
+    grey_gain_db_ =
+        shown_gain_db(info_.png, info_.water.absorption_db_m,
+                      sample_range_m(info_.sonar, info_.water, 1), info_.record.samples);
+  }
   const std::optional<std::array<double, 2>>& given = session_.scenario.output.png_db;
   const bool needs_limits = info_.output.png && !given;
   if ((needs_limits || info_.noise_snr_db) && !ping_zero_) ping_zero_ = look_at_ping_zero(workers);
@@ -128,16 +164,26 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   return {};
 }
 
+GreyImage Pipeline::grey_of(const LabelledImage& polar) const {
+  const auto grey = [&](std::span<const float> shown_db) {
+    return grey_image(polar.rows, polar.columns, shown_db, info_.png.scale, info_.png_db_limits);
+  };
+  return grey_gain_db_.empty() ? grey(polar.level_db)
+                               : grey(with_gain(polar.level_db, grey_gain_db_));
+}
+
 void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
                             const Workers& workers) const {
   const OutputSelection& output = info_.output;
   LabelledImage polar = image_of(echoes, series, workers);
   if (output.png || output.polar) result.polar_annotations = annotations(polar);
-  if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
+  if (output.png) result.polar_grey = grey_of(polar);
   if (output.cartesian) {
     LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
     result.cartesian_annotations = annotations(cartesian);
-    if (output.png) result.cartesian_grey = grey_image(cartesian, info_.png_db_limits);
+    if (output.png) {
+      result.cartesian_grey = resample(*result.polar_grey, *info_.cartesian, cartesian_map_);
+    }
     result.cartesian = std::move(cartesian);
   }
   if (output.polar) result.polar = std::move(polar);
@@ -164,6 +210,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   }
   const bool pictures = output.polar || output.cartesian || output.png;
   PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
+  if (output.layers) {
+    result.layers = layers_of_ping(echoes, ping, result.sonar_in_world, series, workers);
+  }
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
   if (output.any_timeseries()) result.series = std::move(series.pressure_pa);

@@ -102,9 +102,11 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const Pin
                         const std::filesystem::path& folder, CaseReport& report) {
   const Stages stages{bench, report};
   const LabelledImage polar = time_images(stages, list, series);
-  const std::array<double, 2> limits = db_limits_from_clean(polar);
+  const std::array<double, 2> limits = db_limits_from_clean(polar.clean_db, polar.elevation_rad);
   GreyImage grey;
-  stages.add("grey", [&] { grey = grey_image(polar, limits); });
+  stages.add("grey", [&] {
+    grey = grey_image(polar.rows, polar.columns, polar.level_db, GreyScale::db, limits);
+  });
 
   const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);
   const auto samples = static_cast<std::uint64_t>(bench.setup.record.samples);

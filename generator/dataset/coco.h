@@ -4,7 +4,8 @@
 // annotations.jsonl has one line a ping:
 //   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
 //    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts"}]}]}
-// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code.
+// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Packed
+// pings have "array" and "index" in place of "file".
 //
 //   annotation_line  for_each_annotation_line
 //   write_coco

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dataset/layout.h"
+#include "dataset/packed.h"
 
 namespace ensonify {
 namespace {
@@ -17,25 +18,40 @@ Json json_of(const Annotation& annotation) {
           {"counts", annotation.rle_counts}};
 }
 
-// The picture that a detector trains on: the grey one, or the EXR file where there is none.
-void add_image(Json& images, const char* view, const std::vector<FileEntry>& files,
-               std::uint32_t ping, const char* grey, const char* exr, int rows, int columns,
-               const std::vector<Annotation>& annotations) {
-  std::string chosen;
-  for (const char* name : {exr, grey}) {
+// The picture that a detector trains on: the grey one, or the level where there is none. Its file,
+// or, of packed pings, the array that it is in and its place there. Empty where there is no
+// picture.
+Json picture_of(const SequenceInfo& info, std::uint32_t ping, std::string_view view,
+                const std::vector<FileEntry>& files) {
+  if (info.output.packed) {
+    const std::string array = image_array(info, view);
+    if (array.empty()) return {};
+    return {{"array", array}, {"index", ping - info.first_ping}};
+  }
+  const bool polar = view == "polar";
+  const char* const candidates[] = {polar ? layout::kPolarExr : layout::kCartesianExr,
+                                    polar ? layout::kPolarGrey : layout::kCartesianGrey};
+  Json picture;
+  for (const char* name : candidates) {
     const std::string path = layout::ping_file(name, ping);
     for (const FileEntry& entry : files) {
-      if (entry.path == path) chosen = path;
+      if (entry.path == path) picture = {{"file", path}};
     }
   }
-  if (chosen.empty()) return;
+  return picture;
+}
+
+void add_image(Json& images, const char* view, const Json& picture, std::pair<int, int> size,
+               const std::vector<Annotation>& annotations) {
+  if (picture.empty()) return;
   Json list = Json::array();
   for (const Annotation& annotation : annotations) list.push_back(json_of(annotation));
-  images.push_back({{"view", view},
-                    {"file", chosen},
-                    {"width", columns},
-                    {"height", rows},
-                    {"annotations", std::move(list)}});
+  Json image = {{"view", view}};
+  image.update(picture);
+  image["width"] = size.second;
+  image["height"] = size.first;
+  image["annotations"] = std::move(list);
+  images.push_back(std::move(image));
 }
 
 std::pair<int, int> size_of(const std::optional<GreyImage>& grey,
@@ -83,19 +99,18 @@ std::optional<PingRecord> parse(const Json& json) {
 
 }  // namespace
 
-PingRecord record_of(const PingResult& result, std::vector<FileEntry> files) {
+PingRecord record_of(const SequenceInfo& info, const PingResult& result,
+                     std::vector<FileEntry> files) {
   PingRecord record;
   record.ping = result.ping;
   record.time_s = result.time_s;
   record.sonar_in_world = result.sonar_in_world;
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
-  const auto [polar_rows, polar_columns] = size_of(result.polar_grey, result.polar);
-  add_image(record.images, "polar", files, result.ping, layout::kPolarGrey, layout::kPolarExr,
-            polar_rows, polar_columns, result.polar_annotations);
-  const auto [rows, columns] = size_of(result.cartesian_grey, result.cartesian);
-  add_image(record.images, "cartesian", files, result.ping, layout::kCartesianGrey,
-            layout::kCartesianExr, rows, columns, result.cartesian_annotations);
+  add_image(record.images, "polar", picture_of(info, result.ping, "polar", files),
+            size_of(result.polar_grey, result.polar), result.polar_annotations);
+  add_image(record.images, "cartesian", picture_of(info, result.ping, "cartesian", files),
+            size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations);
   record.files = std::move(files);
   return record;
 }

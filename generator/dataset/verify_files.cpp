@@ -12,6 +12,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
+#include "dataset/packed.h"
 #include "dataset/png.h"
 #include "dataset/tables.h"
 
@@ -232,10 +233,12 @@ struct CocoReader {
 
   void image(const Json& image) {
     const auto file = text_at(image, "file_name");
+    const auto packed = text_at(image, "array");
     if (count_at(image, "id") != ++images || !count_at(image, "width") ||
         !count_at(image, "height")) {
       fault = fmt::format("image {} lacks its id or size", images);
-    } else if (!file || !known.contains(*file)) {
+    } else if (packed ? !count_at(image, "index") || !known.contains(*packed)
+                      : !file || !known.contains(*file)) {
       fault = fmt::format("image {} names a file that is not of the data set", images);
     }
   }
@@ -279,9 +282,22 @@ std::string content_fault(const fs::path& dir, const std::string& relative, std:
 
 std::string format_fault(const fs::path& dir, const SequenceShape& shape, const std::string& name,
                          const std::string& name_template) {
+  const fs::path path = dir / layout::in_sequence(shape.sequence, name);
+  if (name_template.starts_with(layout::kLayerPrefix)) {
+    return npy_fault(path, kNpyComplex64, {shape.beams, shape.samples});
+  }
+  if (const auto form = packed_form(name_template)) {
+    NpyShape expected = {shape.pings()};
+    const NpyShape grids[] = {{shape.beams, shape.samples},
+                              {shape.samples, shape.beams},
+                              {shape.cartesian_height, shape.cartesian_width}};
+    const NpyShape& grid = grids[static_cast<int>(form->grid)];
+    expected.insert(expected.end(), grid.begin(), grid.end());
+    return npy_fault(path, form->descr, expected);
+  }
   for (const KnownFile& known : kKnownFiles) {
     if (known.name_template != name_template) continue;
-    return known.check(dir, dir / layout::in_sequence(shape.sequence, name), shape);
+    return known.check(dir, path, shape);
   }
   return {};
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/overwrite.h"
+#include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/png.h"
 #include "dataset/sha256.h"
@@ -20,7 +22,7 @@ namespace {
 
 // One file: where it goes and how its bytes come about.
 struct FileJob {
-  const char* name_template;
+  std::string name_template;
   std::function<Result<std::string>()> encode;
 };
 
@@ -44,6 +46,14 @@ bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
                     image->pixels.size() == area(rows, columns));
 }
 
+bool fit(const std::vector<Layer>& asked, const std::vector<LayerSeries>& layers,
+         std::size_t pixels) {
+  return std::equal(asked.begin(), asked.end(), layers.begin(), layers.end(),
+                    [&](Layer layer, const LayerSeries& series) {
+                      return series.layer == layer && series.pressure_pa.size() == pixels;
+                    });
+}
+
 // What of the result does not fit the sequence; empty if all does.
 std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const int beams = info.sonar.beam_count;
@@ -59,9 +69,12 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
   if (!fits(result.cartesian_grey, grid.height_px, grid.width_px)) return "cartesian_grey";
   if (is_bad(info.output.png, result.polar_grey || result.cartesian_grey)) return "png";
+  const bool all_grey = result.polar_grey && (result.cartesian_grey || !info.output.cartesian);
+  if (is_bad(info.output.png && info.output.packed, all_grey)) return "png";
   if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
     return "scatterers";
   }
+  if (!fit(info.layers, result.layers, area(beams, samples))) return "layers";
   if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
   if (result.object_in_world.size() > info.instances.size()) return "object_in_world";
   if (result.ping < info.first_ping || result.ping >= info.last_ping) return "ping";
@@ -113,10 +126,24 @@ void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& gr
                   }});
 }
 
+void add_scatterers_job(std::vector<FileJob>& jobs, const SequenceInfo& info,
+                        const PingResult& result) {
+  if (!info.output.scatterers) return;
+  jobs.push_back({layout::kScatterers, [&result]() -> Result<std::string> {
+                    return encode_scatterers(result.scatterers, result.amplitudes,
+                                             result.sonar_in_world);
+                  }});
+}
+
 // Long jobs first, so that no worker starts one when the others are done.
 std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result) {
   using namespace layout;
   std::vector<FileJob> jobs;
+  if (info.output.packed) {
+    jobs.push_back({kPiece, [&]() -> Result<std::string> { return encode_piece(info, result); }});
+    add_scatterers_job(jobs, info, result);
+    return jobs;
+  }
   if (info.output.polar) {
     add_image_jobs(jobs, *result.polar, polar_attributes(info), kPolarExr, kPolarInstance,
                    kPolarSemantic);
@@ -125,12 +152,16 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
     add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian), kCartesianExr,
                    kCartesianInstance, kCartesianSemantic);
   }
-  if (info.output.timeseries) {
-    jobs.push_back({kTimeseries, [&]() -> Result<std::string> {
-                      return encode_npy(result.series,
-                                        {static_cast<std::uint64_t>(info.sonar.beam_count),
-                                         static_cast<std::uint64_t>(info.record.samples)});
+  const NpyShape shape = {static_cast<std::uint64_t>(info.sonar.beam_count),
+                          static_cast<std::uint64_t>(info.record.samples)};
+  const auto add_series = [&](std::string name, const std::vector<std::complex<float>>& series) {
+    jobs.push_back({std::move(name), [&series, shape]() -> Result<std::string> {
+                      return encode_npy(series, shape);
                     }});
+  };
+  if (info.output.timeseries) add_series(kTimeseries, result.series);
+  for (const LayerSeries& layer : result.layers) {
+    add_series(layer_template(layer_name(layer.layer)), layer.pressure_pa);
   }
   if (info.output.timeseries_exr) {
     jobs.push_back({kTimeseriesExr, [&] {
@@ -138,12 +169,7 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
                                                info.sonar.beam_count, series_attributes(info));
                     }});
   }
-  if (info.output.scatterers) {
-    jobs.push_back({kScatterers, [&]() -> Result<std::string> {
-                      return encode_scatterers(result.scatterers, result.amplitudes,
-                                               result.sonar_in_world);
-                    }});
-  }
+  add_scatterers_job(jobs, info, result);
   if (info.output.png) {
     add_grey_job(jobs, result.polar_grey, kPolarGrey);
     add_grey_job(jobs, result.cartesian_grey, kCartesianGrey);
@@ -178,7 +204,7 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
     entries.push_back((*file)->entry);
     encoded.files.push_back(std::move(**file));
   }
-  encoded.record = to_line(record_of(result, std::move(entries)));
+  encoded.record = to_line(record_of(info, result, std::move(entries)));
   return encoded;
 }
 
