@@ -13,6 +13,9 @@ constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
 constexpr double kShadowBytesPerPixel = 0.02;
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
+// Five halves, an instance and a class.
+constexpr double kPackedBytesPerPixel = 5 * 2 + 2 + 1;
+constexpr double kPackedShadowBytesPerPixel = 2;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 
 struct PerPing {
@@ -33,7 +36,19 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
     cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
   }
+  const std::uint64_t layers = layer_count(session);
+  if (output.packed) {
+    const double labels = kPackedBytesPerPixel + (output.shadow ? kPackedShadowBytesPerPixel : 0);
+    const double polar = output.polar * labels + output.png + 8.0 * output.timeseries;
+    const double cartesian = output.cartesian * (labels + output.png);
+    add(0, (polar + 8.0 * static_cast<double>(layers)) * static_cast<double>(pixels) +
+               cartesian * static_cast<double>(cartesian_pixels));
+    if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
+    if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
+    return sum;
+  }
   if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
+  if (output.timeseries_exr) add(1, 8.0 * static_cast<double>(pixels));
   if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
   if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
   const double shadows = output.shadow ? kShadowBytesPerPixel : 0;
@@ -43,12 +58,25 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
   if (output.png && output.cartesian) {
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
   }
+  add(layers, 8.0 * static_cast<double>(layers * pixels));
   if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
   if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
   return sum;
 }
 
+std::uint64_t packed_array_count(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  const std::uint64_t of_image = 7 + output.shadow;
+  if (!output.packed) return 0;
+  return output.timeseries + layer_count(session) + (output.polar + output.cartesian) * of_image +
+         output.png * (1 + output.cartesian);
+}
+
 }  // namespace
+
+std::uint64_t layer_count(const Session& session) {
+  return sequence_info(session, 0, 0, 1).layers.size();
+}
 
 int pings_under_way(int threads, std::uint64_t pings) {
   const int lanes = threads + 1 + threads / 4;
@@ -72,7 +100,9 @@ Cost estimate_cost(const Session& session, int threads) {
   cost.pings = sequences * session.ping_times_s.size();
   // A sequence: axes, poses twice, objects, boxes, first returns, annotations, sequence.json. The
   // top: card, work, manifest and its hash, scenario, index, annotations, splits, provenance.
-  cost.files = cost.pings * ping.files + sequences * 9 + 11 + input_files(session.scenario).size();
+  const std::uint64_t arrays = packed_array_count(session);
+  cost.files = cost.pings * ping.files + sequences * (9 + arrays) + 11 +
+               input_files(session.scenario).size();
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000;
 

@@ -21,6 +21,9 @@ int pings_under_way(int threads, std::uint64_t pings);
 // As many sequences of `pings` each as it takes to have enough pings in hand.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences);
 
+// Layers of each ping, as sequence 0 has them.
+std::uint64_t layer_count(const Session& session);
+
 Cost estimate_cost(const Session& session, int threads);
 
 }  // namespace ensonify

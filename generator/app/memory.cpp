@@ -72,9 +72,16 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t cartesian_pixel =
       kImageBytesPerPixel + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
+  const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
+                                  ? count.pixels * sizeof(float)
+                                  : 0;
   const std::uint64_t cartesian = count.cartesian_pixels * cartesian_pixel + grey;
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
+
+  const std::uint64_t layers = layer_count(session) * series;
+  // The scatterers of one layer at a time stand beside all.
+  const std::uint64_t layering = layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
@@ -83,11 +90,12 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
-  const std::uint64_t picturing = volumes + series + clean + polar + std::max(cartesian, labels);
-  const std::uint64_t encoding =
-      (output.timeseries ? series : 0) + (output.polar ? polar : 0) + cartesian + encoded_bytes;
+  const std::uint64_t picturing =
+      layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
+  const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
+                                 (output.polar ? polar : 0) + cartesian + encoded_bytes;
   return (count.echoes() + count.echo.hidden) * sizeof(Scatterer) +
-         std::max({tracing, picturing, encoding}) +
+         std::max({tracing, volumes + series + clean + layers + layering, picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
          session.world.objects.size() * kRecordBytesPerObject;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/layers.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -88,6 +89,29 @@ PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const P
   return series;
 }
 
+// The same tasks with less in them: keys, and so all draws, are those of the whole.
+std::vector<LayerSeries> Pipeline::layers_of_ping(const Echoes& echoes, std::uint32_t ping,
+                                                  const Pose& pose, const PingSeries& whole,
+                                                  const Workers& workers) const {
+  std::vector<LayerSeries> layers;
+  for (const Layer layer : info_.layers) {
+    if (layer == Layer::quantisation) {
+      layers.push_back({layer, remainder(whole.pressure_pa, layers)});
+      continue;
+    }
+    const ScattererList part = scatterers_of(layer, layer_of_instance_, echoes.scatterers);
+    PingTask task{&part, {{0.0, pose}}, keys_of(ping), 0, {}, false};
+    if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
+    if (layer == Layer::volume) task.volumes = echoes.volumes;
+    PingSeries series;
+    backend_->synthesize({&task, 1}, {&series, 1}, workers);
+    layers.push_back({layer, std::move(series.pressure_pa)});
+  }
+  // Behind a converter its own layer holds what is left.
+  if (!session_.sonar.adc) settle(whole.pressure_pa, layers);
+  return layers;
+}
+
 PolarInput Pipeline::polar_input(const Echoes& echoes, const PingSeries& series) const {
   PolarInput input;
   input.scatterers = &echoes.scatterers;
@@ -117,12 +141,24 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
     ++count;
   }
   if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
-  result.db_limits = db_limits_from_clean(polar_image(polar_input(echoes, series), workers));
+  const LabelledImage image = polar_image(polar_input(echoes, series), workers);
+  result.db_limits =
+      grey_gain_db_.empty()
+          ? db_limits_from_clean(image.clean_db, image.elevation_rad)
+          : db_limits_from_clean(with_gain(image.clean_db, grey_gain_db_), image.elevation_rad);
   return result;
 }
 
 Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   info_ = std::move(info);
+  layer_of_instance_ = layer_table(info_);
+  grey_gain_db_.clear();
+  if (info_.output.png &&
+      (info_.png.spreading != 0 || info_.png.absorption || info_.png.gain_db != 0)) {
+    grey_gain_db_ =
+        shown_gain_db(info_.png, info_.water.absorption_db_m,
+                      sample_range_m(info_.sonar, info_.water, 1), info_.record.samples);
+  }
   const std::optional<std::array<double, 2>>& given = session_.scenario.output.png_db;
   const bool needs_limits = info_.output.png && !given;
   if ((needs_limits || info_.noise_snr_db) && !ping_zero_) ping_zero_ = look_at_ping_zero(workers);
@@ -136,6 +172,14 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   }
   info_.noise_power_pa2 = ping_zero_->mean_clean_pa2 / std::pow(10.0, *info_.noise_snr_db / 10.0);
   return {};
+}
+
+GreyImage Pipeline::grey_of(const LabelledImage& polar) const {
+  const auto grey = [&](std::span<const float> shown_db) {
+    return grey_image(polar.rows, polar.columns, shown_db, info_.png.scale, info_.png_db_limits);
+  };
+  return grey_gain_db_.empty() ? grey(polar.level_db)
+                               : grey(with_gain(polar.level_db, grey_gain_db_));
 }
 
 void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
@@ -156,7 +200,7 @@ void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const Ping
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
   }
-  if (output.png) result.polar_grey = grey_image(polar, info_.png_db_limits);
+  if (output.png) result.polar_grey = grey_of(polar);
   if (output.cartesian) {
     LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
     result.cartesian_annotations = annotations(cartesian);
@@ -165,7 +209,9 @@ void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const Ping
           add_amodal(resample(hidden.amodal, *info_.cartesian, cartesian_map_), occlusion,
                      result.cartesian_annotations);
     }
-    if (output.png) result.cartesian_grey = grey_image(cartesian, info_.png_db_limits);
+    if (output.png) {
+      result.cartesian_grey = resample(*result.polar_grey, *info_.cartesian, cartesian_map_);
+    }
     result.cartesian = std::move(cartesian);
   }
   if (output.polar) result.polar = std::move(polar);
@@ -193,9 +239,12 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
     }
   }
   PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
+  if (output.layers) {
+    result.layers = layers_of_ping(echoes, ping, result.sonar_in_world, series, workers);
+  }
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
-  if (output.timeseries) result.series = std::move(series.pressure_pa);
+  if (output.any_timeseries()) result.series = std::move(series.pressure_pa);
   return result;
 }
 

@@ -63,6 +63,10 @@ class Pipeline {
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose, bool wants_clean,
                        const Workers& workers) const;
+  std::vector<LayerSeries> layers_of_ping(const Echoes& echoes, std::uint32_t ping,
+                                          const Pose& pose, const PingSeries& whole,
+                                          const Workers& workers) const;
+  GreyImage grey_of(const LabelledImage& polar) const;
   void add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
                     const Workers& workers) const;
   PolarInput polar_input(const Echoes& echoes, const PingSeries& series) const;
@@ -75,6 +79,8 @@ class Pipeline {
   std::unique_ptr<Backend> backend_;
   std::vector<std::int32_t> cartesian_map_;
   std::vector<std::uint8_t> class_of_instance_;
+  std::vector<double> grey_gain_db_;  // [samples] of the grey pictures; empty: none
+  std::vector<Layer> layer_of_instance_;
   std::optional<FromPingZero> ping_zero_;
   HiddenPower hidden_power_;
 };

@@ -5,6 +5,7 @@
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
+#include "app/layers.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
@@ -139,6 +140,11 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
     info.cartesian = cartesian_grid(session.sonar, scenario.output.cartesian_height_px);
   }
   info.output = scenario.output.selection;
+  info.png = scenario.output.png;
+  if (info.output.layers) {
+    info.target_instances = target_instances(scenario);
+    info.layers = layers_of(info);
+  }
   info.first_ping = first_ping;
   info.last_ping = last_ping;
   return info;

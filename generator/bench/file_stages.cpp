@@ -124,9 +124,11 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const std
                         CaseReport& report) {
   const Stages stages{bench, report};
   const LabelledImage polar = time_images(stages, list, hits, series);
-  const std::array<double, 2> limits = db_limits_from_clean(polar);
+  const std::array<double, 2> limits = db_limits_from_clean(polar.clean_db, polar.elevation_rad);
   GreyImage grey;
-  stages.add("grey", [&] { grey = grey_image(polar, limits); });
+  stages.add("grey", [&] {
+    grey = grey_image(polar.rows, polar.columns, polar.level_db, GreyScale::db, limits);
+  });
 
   const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);
   const auto samples = static_cast<std::uint64_t>(bench.setup.record.samples);

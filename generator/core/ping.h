@@ -2,6 +2,8 @@
 // pipeline fills and the writers of dataset/ put on disk.
 //
 //   LabelledImage  GreyImage  Annotation   one picture and its labels
+//   GreySettings  OutputSelection          how and what is written
+//   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
 //   OrientedBox  Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence
 //   share
@@ -64,12 +66,27 @@ struct Annotation {
   double occlusion = 0;
 };
 
+// What a series adds up from. `target`: the instances that are chosen; `background`: all other
+// surfaces and point targets; `volume`: water, its volumes and their fish; `quantisation`: what the
+// converter changes.
+enum class Layer { noise, volume, target, background, quantisation };
+constexpr const char* layer_name(Layer layer) {
+  constexpr const char* kNames[] = {"noise", "volume", "target", "background", "quantisation"};
+  return kNames[static_cast<int>(layer)];
+}
+
+struct LayerSeries {
+  Layer layer = Layer::noise;
+  std::vector<std::complex<float>> pressure_pa;  // [beams x samples]
+};
+
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
   Pose sonar_in_world;                      // mount included
   std::vector<Pose> object_in_world;        // by instance id - 1
   std::vector<std::complex<float>> series;  // [beams x samples], Pa; empty: not asked for
+  std::vector<LayerSeries> layers;          // as SequenceInfo::layers
   std::optional<LabelledImage> polar;       // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<GreyImage> polar_grey;
@@ -114,8 +131,19 @@ struct CartesianGrid {
   double x_top_m = 0, y_left_m = 0;
 };
 
+// How grey pictures are made of levels: black and white are limits of
+// level + gain_db + spreading log10(r / 1 m) + 2 alpha r, the last term with `absorption`.
+enum class GreyScale { db, amplitude };
+struct GreySettings {
+  GreyScale scale = GreyScale::db;
+  double gain_db = 0;
+  double spreading = 0;     // dB a decade of range
+  bool absorption = false;  // by the water's alpha
+  friend bool operator==(const GreySettings&, const GreySettings&) = default;
+};
+
 struct OutputSelection {
-  bool timeseries = true;
+  bool timeseries = true;  // as NPY
   bool polar = true;
   bool cartesian = true;
   bool png = true;
@@ -124,6 +152,11 @@ struct OutputSelection {
   bool shadow = true;  // beside polar and Cartesian pictures
   bool amodal = true;  // in the annotations of all pictures
   bool polygons = false;
+  bool timeseries_exr = false;
+  bool layers = false;
+  bool packed = false;  // arrays of all pings in place of files of each
+
+  bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
 
 // A value of the scenario that was drawn: its key path, with items of lists by name, and what came
@@ -154,8 +187,11 @@ struct SequenceInfo {
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for
-  std::array<double, 2> png_db_limits{};   // black and white of the grey pictures
+  std::array<double, 2> png_db_limits{};   // black and white of the grey pictures, gain included
+  GreySettings png;
   OutputSelection output;
+  std::vector<Layer> layers;  // those that the sequence can have; empty: not asked
+  std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending
   std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
 };
 

@@ -41,14 +41,23 @@ Status for_each_image(const std::filesystem::path& dir, const std::vector<Sequen
 }
 
 Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, const Json& image) {
-  return {{"id", id},
-          {"file_name", layout::in_sequence(info.sequence, image.at("file").get<std::string>())},
-          {"width", image.at("width")},
-          {"height", image.at("height")},
-          {"view", image.at("view")},
-          {"sequence", info.sequence},
-          {"ping", line.at("ping")},
-          {"split", info.split}};
+  const auto full = [&](const Json& name) {
+    return layout::in_sequence(info.sequence, name.get<std::string>());
+  };
+  Json json = {{"id", id}};
+  if (const Json* file = member(image, "file")) {
+    json["file_name"] = full(*file);
+  } else {
+    json["array"] = full(image.at("array"));
+    json["index"] = image.at("index");
+  }
+  json.update({{"width", image.at("width")},
+               {"height", image.at("height")},
+               {"view", image.at("view")},
+               {"sequence", info.sequence},
+               {"ping", line.at("ping")},
+               {"split", info.split}});
+  return json;
 }
 
 Json mask_json(const Json& image, const Json& counts) {

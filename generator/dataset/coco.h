@@ -7,7 +7,8 @@
 //    "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden": [{"instance", "occlusion",
 //    "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
 // `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Without
-// output.amodal the last four are absent and nothing is hidden.
+// output.amodal the last four are absent and nothing is hidden. Packed pings have
+// "array" and "index" in place of "file".
 //
 //   annotation_line  for_each_annotation_line
 //   write_coco

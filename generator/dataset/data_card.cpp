@@ -68,11 +68,36 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 - Polar pictures: rows are samples, nearest first; columns are beams, 0 first. Cartesian pictures: the
   fan seen from above, boresight up, port left, nearest neighbour; the headers and `sequence.json`
   give metres per pixel and where pixel (0, 0) lies.
-- The grey pictures in `png/` are linear in dB between the two limits in `sequence.json`.
+- The grey pictures in `png/` are made of the level as `png` in `sequence.json` says: linear in dB
+  between two limits, or in amplitude up to one, with a gain that may grow with range. EXR pictures and
+  series have no such gain.
 
 )";
 
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
+
+// Arrays of all pings.
+std::string packed_rows(const OutputSelection& output) {
+  std::string text =
+      "\nArrays hold all pings of the sequence, in the order of `poses.csv`; `arrays` in\n"
+      "`sequence.json` has their shapes:\n\n| file | what |\n|---|---|\n";
+  text += row(output.timeseries, "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |");
+  text += row(output.layers,
+              "| `layers_*.npy` | the same of noise, volume, target, background and quantisation, "
+              "as far as there are any; their sum is the series |");
+  text += row(output.polar,
+              "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
+              "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
+              "`polar_instance_fraction` |");
+  text +=
+      row(output.polar,
+          "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |");
+  text += row(output.cartesian,
+              "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |");
+  text += row(output.png, "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |");
+  return text + row(output.scatterers,
+                    "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |");
+}
 
 std::string files_table(const OutputSelection& output) {
   std::string text = R"(## Files
@@ -99,7 +124,14 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
 | `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
 | `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
 )";
+  if (output.packed) return text + packed_rows(output) + "\n";
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
+  text += row(output.timeseries_exr,
+              "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
+              "float channels `p.re` and `p.im`, Pa |");
+  text += row(output.layers,
+              "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: noise, volume, target, "
+              "background and quantisation, as far as there are any; their sum is the series |");
   text += row(output.polar,
               "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
               "elevation and its spread, share of the winning instance |");
@@ -117,6 +149,25 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.points, "| `points/PPPPPP.ply` | the same as a point cloud in the world |");
   return text + "\n";
 }
+
+constexpr char kPackedLoading[] = R"(Without it:
+
+```python
+import glob, json
+import numpy as np
+
+for folder in sorted(glob.glob("sequences/*")):
+    about = json.load(open(f"{folder}/sequence.json"))
+    arrays = {name: np.load(f"{folder}/{name}", mmap_mode="r") for name in about["arrays"]}
+    first = about["pings"][0]            # row 0 of every array; ping p is row p - first
+
+coco = json.load(open("coco.json"))      # its images name an `array` and an `index` in it
+```
+
+`ensonify verify` checks every file; without it, `sha256sum -c dataset.sha256` and the hashes in
+`dataset.json` and `sequence.json` do.
+
+)";
 
 std::string loading_by_reader(const OutputSelection& output) {
   std::string code = R"(## Loading
@@ -140,6 +191,9 @@ for ping in data.split("train"):                # or data[0, 3]: sequence 0, pin
 }
 
 std::string loading(const SequenceInfo& info) {
+  if (info.output.packed) {
+    return loading_by_reader(info.output) + kPackedLoading;
+  }
   std::string code = loading_by_reader(info.output) + R"(Without it:
 
 ```python

@@ -72,14 +72,7 @@ void put(std::string& bytes, T value) {
   bytes.append(raw, sizeof raw);
 }
 
-Imf::Header part_header(const Part& part, const LabelledImage& image,
-                        const ExrAttributes& attributes) {
-  Imf::Header header(image.columns, image.rows);
-  header.setName(part.name);
-  header.setType(Imf::SCANLINEIMAGE);
-  header.setChunkCount(chunk_count(part, image));
-  header.compression() = part.compression;
-  header.insert("units", Imf::StringAttribute(part.units));
+void insert(const ExrAttributes& attributes, Imf::Header& header) {
   for (const auto& [key, text] : attributes.texts) {
     ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
     header.insert(key, Imf::StringAttribute(text));
@@ -88,6 +81,17 @@ Imf::Header part_header(const Part& part, const LabelledImage& image,
     ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
     header.insert(key, Imf::DoubleAttribute(number));
   }
+}
+
+Imf::Header part_header(const Part& part, const LabelledImage& image,
+                        const ExrAttributes& attributes) {
+  Imf::Header header(image.columns, image.rows);
+  header.setName(part.name);
+  header.setType(Imf::SCANLINEIMAGE);
+  header.setChunkCount(chunk_count(part, image));
+  header.compression() = part.compression;
+  header.insert("units", Imf::StringAttribute(part.units));
+  insert(attributes, header);
   for (const Channel& channel : part.channels) {
     header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
   }
@@ -163,7 +167,63 @@ class ChunkWriter {
   std::vector<std::uint8_t> planes_, differences_;
 };
 
+Imf::Header series_header(int samples, int beams, const ExrAttributes& attributes) {
+  Imf::Header header(beams, samples);
+  header.compression() = Imf::NO_COMPRESSION;
+  header.insert("units", Imf::StringAttribute("p.re, p.im: Pa (rms), complex baseband"));
+  insert(attributes, header);
+  for (const char* name : {"p.im", "p.re"}) {
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+  }
+  return header;
+}
+
+// The rows of a series, each a chunk of its own: y, size, p.im of all beams, p.re of all beams.
+// The table of their places comes first.
+void append_series_chunks(std::span<const std::complex<float>> series, int samples, int beams,
+                          std::string& bytes) {
+  const std::size_t table = bytes.size(), first = table + 8 * std::size_t(samples);
+  const std::size_t row_bytes = 2 * sizeof(float) * std::size_t(beams);
+  const std::size_t chunk_bytes = 2 * sizeof(std::int32_t) + row_bytes;
+  bytes.resize(first + samples * chunk_bytes);
+  for (std::int32_t n = 0; n < samples; ++n) {
+    const std::uint64_t here = first + n * chunk_bytes;
+    const std::int32_t head[] = {n, static_cast<std::int32_t>(row_bytes)};
+    std::memcpy(bytes.data() + table + 8 * std::size_t(n), &here, sizeof here);
+    std::memcpy(bytes.data() + here, head, sizeof head);
+  }
+  // Samples of one beam lie side by side: a few of them at once, so that none is fetched twice.
+  constexpr int kBlock = 16;
+  for (int begin = 0; begin < samples; begin += kBlock) {
+    const int end = std::min(samples, begin + kBlock);
+    for (int j = 0; j < beams; ++j) {
+      for (int n = begin; n < end; ++n) {
+        const std::complex<float> p = series[std::size_t(j) * samples + n];
+        const float parts[] = {p.imag(), p.real()};
+        char* row = bytes.data() + first + n * chunk_bytes + 2 * sizeof(std::int32_t);
+        std::memcpy(row + sizeof(float) * j, &parts[0], sizeof(float));
+        std::memcpy(row + sizeof(float) * (std::size_t(beams) + j), &parts[1], sizeof(float));
+      }
+    }
+  }
+}
+
 }  // namespace
+
+Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
+                                      int beams, const ExrAttributes& attributes) {
+  ENSONIFY_ASSERT(samples > 0 && beams > 0);
+  ENSONIFY_ASSERT(series.size() == std::size_t(samples) * std::size_t(beams));
+  return without_exceptions("encoding a series as EXR", [&]() -> Result<std::string> {
+    std::string bytes;
+    put(bytes, std::int32_t{Imf::MAGIC});
+    put(bytes, std::int32_t{Imf::EXR_VERSION});
+    MemoryStream stream(bytes);
+    series_header(samples, beams, attributes).writeTo(stream);
+    append_series_chunks(series, samples, beams, bytes);
+    return bytes;
+  });
+}
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const Part parts[] = {
@@ -218,8 +278,10 @@ Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
       part.width = window.max.x - window.min.x + 1;
       part.height = window.max.y - window.min.y + 1;
       for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-        const bool is_half = c.channel().type == Imf::HALF;
-        (is_half ? part.half_channels : part.other_channels).emplace_back(c.name());
+        auto& channels = c.channel().type == Imf::HALF    ? part.half_channels
+                         : c.channel().type == Imf::FLOAT ? part.float_channels
+                                                          : part.other_channels;
+        channels.emplace_back(c.name());
       }
       parts.push_back(std::move(part));
     }

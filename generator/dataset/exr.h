@@ -4,11 +4,16 @@
 // No date, host or path is in the headers: equal pictures give equal bytes. OpenEXR writes the
 // headers; the chunks are put together here, since deflating is most of the work.
 //
-//   encode_exr       a labelled image with its header attributes
-//   read_exr_parts   what the headers of a file say
-//   read_exr_halves  all five channels, as the halves that the file holds
+// A time series is a picture of one part:
+//   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
+//
+//   encode_exr         a labelled image with its header attributes
+//   encode_series_exr  a time series
+//   read_exr_parts     what the headers of a file say
+//   read_exr_halves    all five channels, as the halves that the file holds
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -31,10 +36,16 @@ struct ExrAttributes {
 // attributes of at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
+// Rows are samples, columns beams, as in the polar picture: `series` [beams x samples], Pa, is
+// turned. Needs series.size() == samples * beams, both positive.
+Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
+                                      int beams, const ExrAttributes& attributes);
+
 struct ExrPart {
   std::string name;
   int width = 0, height = 0;
-  std::vector<std::string> half_channels;   // sorted by name, as the file holds them
+  std::vector<std::string> half_channels;  // sorted by name, as the file holds them
+  std::vector<std::string> float_channels;
   std::vector<std::string> other_channels;  // of another pixel type
 };
 

@@ -14,6 +14,7 @@
 #include "dataset/finish.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
+#include "dataset/packed.h"
 #include "dataset/sequence_json.h"
 #include "dataset/tables.h"
 
@@ -209,6 +210,8 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
     auto line = read_sequence(dir, sequence);
     if (!line) return line.error();
     lines.push_back(std::move(*line));
+    // Those of a finishing that was cut off.
+    remove_pieces(dir, sequence.sequence);
   }
   std::vector<std::string> assets;
   for (const Asset& asset : info.assets) assets.push_back(asset_name(asset));

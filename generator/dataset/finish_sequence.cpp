@@ -11,6 +11,7 @@
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/overwrite.h"
+#include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/sequence_json.h"
 #include "dataset/tables.h"
@@ -25,9 +26,15 @@ struct Totals {
   std::uint64_t bytes = 0;
 };
 
+bool is_piece(const FileEntry& entry) {
+  const auto file = layout::parse_ping_file(entry.path);
+  return file && file->name_template == layout::kPiece;
+}
+
 std::vector<std::string> templates_of(const PingRecord& record) {
   std::vector<std::string> templates;
   for (const FileEntry& entry : record.files) {
+    if (is_piece(entry)) continue;
     const auto file = layout::parse_ping_file(entry.path);
     templates.push_back(file ? file->name_template : entry.path);
   }
@@ -144,7 +151,7 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
       return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
                                                info.sequence, record.ping, info.first_ping)};
     }
-    for (const FileEntry& entry : record.files) totals.bytes += entry.bytes;
+    for (const FileEntry& entry : record.files) totals.bytes += is_piece(entry) ? 0 : entry.bytes;
     return tables.add(record);
   });
   if (!read) return read.error();
@@ -165,7 +172,9 @@ Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const 
     file.append(file_line(entry, std::exchange(first, false)));
   }
   const Status read = for_each_record(dir, info, [&](const PingRecord& record) {
-    for (const FileEntry& entry : record.files) file.append(file_line(entry, false));
+    for (const FileEntry& entry : record.files) {
+      if (!is_piece(entry)) file.append(file_line(entry, false));
+    }
     return Status();
   });
   if (!read) return read;
@@ -180,6 +189,11 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info) {
   if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
   auto entries = write_axes(dir, info);
   if (!entries) return entries.error();
+  if (info.output.packed) {
+    const auto arrays = write_arrays(dir, info);
+    if (!arrays) return arrays.error();
+    entries->insert(entries->end(), arrays->begin(), arrays->end());
+  }
   const auto totals = write_tables(dir, info, *entries);
   if (!totals) return totals.error();
   return write_sequence_json(dir, info, *totals, std::move(*entries));
@@ -197,11 +211,12 @@ bool sequence_is_finished(const fs::path& dir, const SequenceInfo& info) {
 
 Status finish_sequence(const fs::path& dir, const SequenceInfo& info) {
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
-    if (sequence_is_finished(dir, info)) return {};
-    const Status written = write_sequence(dir, info);
+    Status written;
+    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info);
     // Another copy of the same work may have finished it, and taken the records away, meanwhile.
-    if (!written && sequence_is_finished(dir, info)) return {};
-    return written;
+    if (!written && !sequence_is_finished(dir, info)) return written;
+    remove_pieces(dir, info.sequence);
+    return {};
   });
 }
 

@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <charconv>
 
+#include "dataset/packed.h"
+
 namespace ensonify::layout {
 namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
 constexpr std::string_view kPingTemplates[] = {
-    kTimeseries,        kPolarExr,     kPolarInstance,
-    kPolarSemantic,     kCartesianExr, kCartesianInstance,
-    kCartesianSemantic, kPolarGrey,    kCartesianGrey,
-    kScatterers,        kPoints,       kPolarShadow,
-    kCartesianShadow};
+    kTimeseries,        kPolarExr,     kPolarInstance, kPolarSemantic,   kCartesianExr,
+    kCartesianInstance, kCartesianSemantic, kPolarGrey, kCartesianGrey, kScatterers,
+    kPoints, kPolarShadow, kCartesianShadow, kTimeseriesExr};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -42,6 +42,10 @@ bool is_or_holds(std::string_view name, std::string_view candidate) {
 }
 
 }  // namespace
+
+std::string layer_template(std::string_view layer) {
+  return fmt::format("{}{}.npy", kLayerPrefix, layer);
+}
 
 std::string sequence_folder(std::uint32_t sequence) {
   return fmt::format("sequences/{:06}", sequence);
@@ -102,6 +106,15 @@ bool is_layout_name(std::string_view relative) {
   const auto in_folder = [&](std::string_view name) {
     return is_or_holds(marked, folder + std::string(name));
   };
+  for (const char* layer : {"noise", "volume", "target", "background", "quantisation"}) {
+    if (in_folder(layer_template(layer))) return true;
+  }
+  if (in_folder(kPiece)) return true;
+  const std::size_t slash = marked.rfind('/');
+  if (slash != std::string::npos && in_folder(marked.substr(slash + 1)) &&
+      packed_form(marked.substr(slash + 1))) {
+    return true;
+  }
   const auto once = sequence_files();
   return std::any_of(once.begin(), once.end(), in_folder) ||
          std::any_of(std::begin(kPingTemplates), std::end(kPingTemplates), in_folder);

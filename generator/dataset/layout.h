@@ -28,6 +28,7 @@ inline constexpr char kTemporaryFolder[] = ".work/tmp";
 
 // Files of a ping; {ping} stands for its stem.
 inline constexpr char kTimeseries[] = "timeseries/{ping}.npy";
+inline constexpr char kTimeseriesExr[] = "timeseries/{ping}.exr";
 inline constexpr char kPolarExr[] = "polar/{ping}.exr";
 inline constexpr char kPolarInstance[] = "polar/{ping}_instance.png";
 inline constexpr char kPolarSemantic[] = "polar/{ping}_semantic.png";
@@ -38,8 +39,17 @@ inline constexpr char kCartesianSemantic[] = "cartesian/{ping}_semantic.png";
 inline constexpr char kCartesianShadow[] = "cartesian/{ping}_shadow.png";
 inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
 inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
+// Of a layer by its name (core/ping.h).
+inline constexpr char kLayerPrefix[] = "layers/{ping}_";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
 inline constexpr char kPoints[] = "points/{ping}.ply";
+
+// A ping's part of arrays (packed.h), until the sequence is finished.
+inline constexpr char kPieceFolder[] = "pieces";
+inline constexpr char kPiece[] = "pieces/{ping}.bin";
+
+// layers/{ping}_noise.npy
+std::string layer_template(std::string_view layer);
 
 std::string sequence_folder(std::uint32_t sequence);
 std::string in_sequence(std::uint32_t sequence, std::string_view name);

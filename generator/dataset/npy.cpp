@@ -161,6 +161,9 @@ std::optional<NpyHeader> parse_npy_header(std::string_view bytes) {
 }
 
 std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
+  if (descr == kNpyUint8) return 1;
+  if (descr == kNpyUint16) return 2;
+  if (descr == kNpyFloat16) return 2;
   if (descr == kNpyFloat32) return 4;
   if (descr == kNpyFloat64) return 8;
   if (descr == kNpyComplex64) return 8;

@@ -20,6 +20,9 @@
 
 namespace ensonify {
 
+inline constexpr char kNpyUint8[] = "'|u1'";
+inline constexpr char kNpyUint16[] = "'<u2'";
+inline constexpr char kNpyFloat16[] = "'<f2'";
 inline constexpr char kNpyFloat32[] = "'<f4'";
 inline constexpr char kNpyFloat64[] = "'<f8'";
 inline constexpr char kNpyComplex64[] = "'<c8'";

@@ -14,6 +14,7 @@
 #include "dataset/files.h"
 #include "dataset/json.h"
 #include "dataset/layout.h"
+#include "dataset/packed.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -92,6 +93,11 @@ void list_planned_sequence(const fs::path& dir, std::uint32_t sequence, Listing&
   for (const std::string& name : layout::sequence_files()) {
     listing.add(layout::in_sequence(sequence, name));
   }
+  if (const Json* arrays = member(*plan, "arrays"); arrays != nullptr && arrays->is_array()) {
+    for (const Json& name : *arrays) {
+      if (name.is_string()) listing.add(layout::in_sequence(sequence, name.get<std::string>()));
+    }
+  }
   Plan& planned = listing.add_plan(layout::sequence_folder(sequence) + "/");
   planned.first_ping = *first;
   planned.last_ping = *last;
@@ -145,10 +151,13 @@ Status plan_sequence(const fs::path& dir, const SequenceInfo& info,
                      const std::vector<std::string>& templates) {
   const std::string path = layout::plan_path(info.sequence);
   if (listed_file_size(dir, path)) return {};
-  const Json plan = {{"ensonify_plan", 1},
-                     {"first_ping", info.first_ping},
-                     {"last_ping", info.last_ping},
-                     {"each_ping", templates}};
+  Json plan = {{"ensonify_plan", 1},
+               {"first_ping", info.first_ping},
+               {"last_ping", info.last_ping},
+               {"each_ping", templates}};
+  if (info.output.packed) {
+    for (const PackedArray& array : packed_arrays(info)) plan["arrays"].push_back(array.file);
+  }
   const auto written = write_file_atomically(dir, path, json_text(plan));
   return written ? Status() : Status(written.error());
 }

@@ -7,6 +7,7 @@
 
 #include "dataset/layout.h"
 #include "dataset/mask.h"
+#include "dataset/packed.h"
 #include "dataset/rle.h"
 
 namespace ensonify {
@@ -52,32 +53,47 @@ Json hidden_json(const Annotation& annotation) {
   return json;
 }
 
-// The picture that a detector trains on: the grey one, or the EXR file where there is none.
-void add_image(Json& images, const char* view, const std::vector<FileEntry>& files,
-               std::uint32_t ping, const char* grey, const char* exr, int rows, int columns,
-               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden,
-               bool polygons) {
-  std::string chosen;
-  for (const char* name : {exr, grey}) {
+// The picture that a detector trains on: the grey one, or the level where there is none. Its file,
+// or, of packed pings, the array that it is in and its place there. Empty where there is no
+// picture.
+Json picture_of(const SequenceInfo& info, std::uint32_t ping, std::string_view view,
+                const std::vector<FileEntry>& files) {
+  if (info.output.packed) {
+    const std::string array = image_array(info, view);
+    if (array.empty()) return {};
+    return {{"array", array}, {"index", ping - info.first_ping}};
+  }
+  const bool polar = view == "polar";
+  const char* const candidates[] = {polar ? layout::kPolarExr : layout::kCartesianExr,
+                                    polar ? layout::kPolarGrey : layout::kCartesianGrey};
+  Json picture;
+  for (const char* name : candidates) {
     const std::string path = layout::ping_file(name, ping);
     for (const FileEntry& entry : files) {
-      if (entry.path == path) chosen = path;
+      if (entry.path == path) picture = {{"file", path}};
     }
   }
-  if (chosen.empty()) return;
+  return picture;
+}
+
+void add_image(Json& images, const char* view, const Json& picture, std::pair<int, int> size,
+               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden,
+               bool polygons) {
+  if (picture.empty()) return;
   Json list = Json::array();
   for (const Annotation& annotation : annotations) {
     list.push_back(json_of(annotation));
-    if (polygons) list.back()["polygons"] = polygons_json(annotation, rows, columns);
+    if (polygons) list.back()["polygons"] = polygons_json(annotation, size.first, size.second);
   }
   Json hidden_list = Json::array();
   for (const Annotation& annotation : hidden) hidden_list.push_back(hidden_json(annotation));
-  images.push_back({{"view", view},
-                    {"file", chosen},
-                    {"width", columns},
-                    {"height", rows},
-                    {"annotations", std::move(list)},
-                    {"hidden", std::move(hidden_list)}});
+  Json image = {{"view", view}};
+  image.update(picture);
+  image["width"] = size.second;
+  image["height"] = size.first;
+  image["annotations"] = std::move(list);
+  image["hidden"] = std::move(hidden_list);
+  images.push_back(std::move(image));
 }
 
 std::pair<int, int> size_of(const std::optional<GreyImage>& grey,
@@ -125,19 +141,20 @@ std::optional<PingRecord> parse(const Json& json) {
 
 }  // namespace
 
-PingRecord record_of(const PingResult& result, std::vector<FileEntry> files, bool polygons) {
+PingRecord record_of(const SequenceInfo& info, const PingResult& result,
+                     std::vector<FileEntry> files) {
   PingRecord record;
   record.ping = result.ping;
   record.time_s = result.time_s;
   record.sonar_in_world = result.sonar_in_world;
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
-  const auto [polar_rows, polar_columns] = size_of(result.polar_grey, result.polar);
-  add_image(record.images, "polar", files, result.ping, layout::kPolarGrey, layout::kPolarExr,
-            polar_rows, polar_columns, result.polar_annotations, result.polar_hidden, polygons);
-  const auto [rows, columns] = size_of(result.cartesian_grey, result.cartesian);
-  add_image(record.images, "cartesian", files, result.ping, layout::kCartesianGrey,
-            layout::kCartesianExr, rows, columns, result.cartesian_annotations,
+  const bool polygons = info.output.polygons;
+  add_image(record.images, "polar", picture_of(info, result.ping, "polar", files),
+            size_of(result.polar_grey, result.polar), result.polar_annotations,
+            result.polar_hidden, polygons);
+  add_image(record.images, "cartesian", picture_of(info, result.ping, "cartesian", files),
+            size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations,
             result.cartesian_hidden, polygons);
   record.files = std::move(files);
   return record;

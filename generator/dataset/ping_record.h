@@ -26,7 +26,8 @@ struct PingRecord {
   std::vector<FileEntry> files;       // relative to the sequence's folder
 };
 
-PingRecord record_of(const PingResult& result, std::vector<FileEntry> files, bool polygons);
+PingRecord record_of(const SequenceInfo& info, const PingResult& result,
+                     std::vector<FileEntry> files);
 
 // The content of its file.
 std::string to_line(const PingRecord& record);

@@ -2,6 +2,7 @@
 
 #include "dataset/layout.h"
 #include "dataset/model_json.h"
+#include "dataset/packed.h"
 
 namespace ensonify {
 namespace {
@@ -37,15 +38,64 @@ Json cartesian_json(const CartesianGrid& grid) {
            "metres_per_pixel; x along the boresight, y to port"}};
 }
 
-Json axes_json() {
-  return {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
-          {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
-          {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
-          {"first_return_m", "float32 [pings, beams], NaN: none"},
-          {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
-          {"frames",
-           "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
-           "quaternions w, x, y, z turn sonar into world"}};
+Json axes_json(const OutputSelection& output) {
+  Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
+               {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
+               {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
+               {"first_return_m", "float32 [pings, beams], NaN: none"},
+               {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
+               {"frames",
+                "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
+                "quaternions w, x, y, z turn sonar into world"}};
+  if (output.layers) {
+    axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";
+  }
+  if (output.timeseries_exr) {
+    axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
+  }
+  return axes;
+}
+
+// All that makes the picture's grey of the level Y in the EXR picture.
+Json png_json(const SequenceInfo& info) {
+  const GreySettings& png = info.png;
+  const bool db = png.scale == GreyScale::db;
+  Json json = {{"scale", db ? "db" : "amplitude"}, {"db", info.png_db_limits}};
+  if (png == GreySettings{}) return json;
+  json["gain_db"] = png.gain_db;
+  json["tvg"] = {{"spreading", png.spreading},
+                 {"absorption_db_m", png.absorption ? info.water.absorption_db_m : 0.0}};
+  json["formula"] =
+      std::string(
+          "shown = Y + gain_db + tvg.spreading log10(r) + 2 tvg.absorption_db_m r, r the "
+          "sample's range in metres, of sample 0 that of sample 1; grey = ") +
+      (db ? "255 (shown - db[0]) / (db[1] - db[0])" : "255 10^((shown - db[1]) / 20)") +
+      ", rounded, 0 to 255; 0 where Y = -99; Cartesian pictures show the nearest polar pixel";
+  return json;
+}
+
+// Null without layers; else what each one holds.
+Json layers_json(const SequenceInfo& info) {
+  if (!info.output.layers) return nullptr;
+  Json json = Json::object();
+  for (const Layer layer : info.layers) {
+    Json& about = json[layer_name(layer)];
+    about = Json::object();
+    if (layer == Layer::target) about["instances"] = info.target_instances;
+  }
+  return json;
+}
+
+// Shapes of the arrays that hold all pings; null where each ping has files.
+Json arrays_json(const SequenceInfo& info) {
+  if (!info.output.packed) return nullptr;
+  Json json = Json::object();
+  for (const PackedArray& array : packed_arrays(info)) {
+    NpyShape shape = {info.last_ping - info.first_ping};
+    shape.insert(shape.end(), array.shape.begin(), array.shape.end());
+    json[array.file] = {{"dtype", array.descr.substr(1, array.descr.size() - 2)}, {"shape", shape}};
+  }
+  return json;
 }
 
 // Numbers as numbers, everything else as it stands in YAML.
@@ -78,13 +128,15 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
           {"noise", noise_json(info)},
           {"synthesis", {{"tolerance", info.synthesis_tolerance}}},
           {"model", model_json(info)},
-          {"png",
-           info.output.png ? Json({{"scale", "db"}, {"db", info.png_db_limits}}) : Json(nullptr)},
+          {"png", info.output.png ? png_json(info) : Json(nullptr)},
+          {"layers", layers_json(info)},
           {"cartesian", info.cartesian ? cartesian_json(*info.cartesian) : Json(nullptr)},
           {"draws", draws_json(info.draws)},
           {"classes", info.classes},
           {"instances", std::move(instances)},
-          {"axes", axes_json()},
+          {"axes", axes_json(info.output)},
+          {"pack", info.output.packed ? "sequence" : "ping"},
+          {"arrays", arrays_json(info)},
           {"each_ping", each_ping},
           {"bytes", bytes}};
 }

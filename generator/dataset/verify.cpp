@@ -112,6 +112,9 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceSh
   for (const std::string& name : layout::sequence_files()) {
     if (name != layout::kSequenceJson) names.emplace_back(name, name);
   }
+  if (const Json* arrays = member(head, "arrays"); arrays != nullptr && arrays->is_object()) {
+    for (const auto& [name, about] : arrays->items()) names.emplace_back(name, name);
+  }
   const Json* each = member(head, "each_ping");
   if (each == nullptr || !each->is_array()) return names;
   for (const Json& item : *each) {
@@ -128,6 +131,10 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceSh
 void check_listed_files(Verification& v, const SequenceShape& shape, const Json& head,
                         std::vector<FileEntry> entries) {
   const std::string folder = layout::sequence_folder(shape.sequence) + "/";
+  const Json* arrays = member(head, "arrays");
+  if ((text_at(head, "pack") == "sequence") != (arrays != nullptr && arrays->is_object())) {
+    v.fault(folder + layout::kSequenceJson, "its keys pack and arrays contradict each other");
+  }
   const Json* each = member(head, "each_ping");
   if (each != nullptr && shape.pings() * each->size() > entries.size()) {
     // Also keeps a manifest that claims billions of pings from filling the memory.

@@ -10,6 +10,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
+#include "dataset/packed.h"
 #include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/schema.h"
@@ -71,7 +72,8 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
   }
   if ((*parts)[0].half_channels != std::vector<std::string>{"Y"} ||
       (*parts)[1].half_channels != labels || !(*parts)[0].other_channels.empty() ||
-      !(*parts)[1].other_channels.empty()) {
+      !(*parts)[1].other_channels.empty() || !(*parts)[0].float_channels.empty() ||
+      !(*parts)[1].float_channels.empty()) {
     return "does not have the channels Y, and " + fmt::format("{}", fmt::join(labels, ", "));
   }
   for (const ExrPart& part : *parts) {
@@ -80,6 +82,19 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
     }
   }
   return {};
+}
+
+std::string series_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+  const auto parts = read_exr_parts(path);
+  if (!parts) return "cannot be read as EXR: " + parts.error().message;
+  if (parts->size() != 1) return fmt::format("has {} parts, not one", parts->size());
+  const ExrPart& part = parts->front();
+  if (part.float_channels != std::vector<std::string>{"p.im", "p.re"} ||
+      !part.half_channels.empty() || !part.other_channels.empty()) {
+    return "does not have the float channels p.im and p.re alone";
+  }
+  if (std::cmp_equal(part.height, rows) && std::cmp_equal(part.width, columns)) return {};
+  return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
 }
 
 // Calls use(row) for every line after the header; the fault is a header or row that is not as
@@ -163,6 +178,8 @@ const KnownFile kKnownFiles[] = {
      [](auto&, auto& path, auto& s) {
        return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
      }},
+    {layout::kTimeseriesExr,
+     [](auto&, auto& path, auto& s) { return series_exr_fault(path, s.samples, s.beams); }},
     {layout::kScatterers,
      [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
     {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
@@ -231,9 +248,22 @@ std::string content_fault(const fs::path& dir, const std::string& relative, std:
 
 std::string format_fault(const fs::path& dir, const SequenceShape& shape, const std::string& name,
                          const std::string& name_template) {
+  const fs::path path = dir / layout::in_sequence(shape.sequence, name);
+  if (name_template.starts_with(layout::kLayerPrefix)) {
+    return npy_fault(path, kNpyComplex64, {shape.beams, shape.samples});
+  }
+  if (const auto form = packed_form(name_template)) {
+    NpyShape expected = {shape.pings()};
+    const NpyShape grids[] = {{shape.beams, shape.samples},
+                              {shape.samples, shape.beams},
+                              {shape.cartesian_height, shape.cartesian_width}};
+    const NpyShape& grid = grids[static_cast<int>(form->grid)];
+    expected.insert(expected.end(), grid.begin(), grid.end());
+    return npy_fault(path, form->descr, expected);
+  }
   for (const KnownFile& known : kKnownFiles) {
     if (known.name_template != name_template) continue;
-    return known.check(dir, dir / layout::in_sequence(shape.sequence, name), shape);
+    return known.check(dir, path, shape);
   }
   return {};
 }

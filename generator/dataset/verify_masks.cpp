@@ -124,7 +124,8 @@ struct CocoReader {
       hidden_schema{"coco", "hidden"};
 
   void image(const Json& image) {
-    const auto file = text_at(image, "file_name");
+    // Of packed pings an array, and the place in it.
+    const auto file = text_at(image, member(image, "array") != nullptr ? "array" : "file_name");
     const auto rows = count_at(image, "height"), columns = count_at(image, "width");
     images.push_back({rows.value_or(0), columns.value_or(0)});
     if (count_at(image, "id") != images.size()) {

@@ -15,6 +15,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
+#include "dataset/packed.h"
 #include "dataset/sequence_json.h"
 
 namespace ensonify {
@@ -205,6 +206,10 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
     return FolderState::continued;
   }
   if (overwrite) return empty_and_start(dir, asked);
+  // What a second copy of the work may have left when it was cut off.
+  for (std::uint64_t s = 0; s < folder->sequences_begun; ++s) {
+    remove_pieces(dir, static_cast<std::uint32_t>(s));
+  }
   remove_work_folder(dir);
   return FolderState::complete;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/overwrite.h"
+#include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/ply.h"
 #include "dataset/png.h"
@@ -21,7 +23,7 @@ namespace {
 
 // One file: where it goes and how its bytes come about.
 struct FileJob {
-  const char* name_template;
+  std::string name_template;
   std::function<Result<std::string>()> encode;
 };
 
@@ -45,13 +47,23 @@ bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
                     image->pixels.size() == area(rows, columns));
 }
 
+bool fit(const std::vector<Layer>& asked, const std::vector<LayerSeries>& layers,
+         std::size_t pixels) {
+  return std::equal(asked.begin(), asked.end(), layers.begin(), layers.end(),
+                    [&](Layer layer, const LayerSeries& series) {
+                      return series.layer == layer && series.pressure_pa.size() == pixels;
+                    });
+}
+
 // What of the result does not fit the sequence; empty if all does.
 std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const int beams = info.sonar.beam_count;
   const int samples = info.record.samples;
   const CartesianGrid grid = info.cartesian.value_or(CartesianGrid{});
   const auto is_bad = [](bool asked, bool fitting) { return asked && !fitting; };
-  if (is_bad(info.output.timeseries, result.series.size() == area(beams, samples))) return "series";
+  if (is_bad(info.output.any_timeseries(), result.series.size() == area(beams, samples))) {
+    return "series";
+  }
   const bool shadow = info.output.shadow;
   if (is_bad(info.output.polar, fits(result.polar, samples, beams, shadow))) return "polar";
   if (is_bad(info.output.cartesian,
@@ -61,9 +73,12 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
   if (!fits(result.cartesian_grey, grid.height_px, grid.width_px)) return "cartesian_grey";
   if (is_bad(info.output.png, result.polar_grey || result.cartesian_grey)) return "png";
+  const bool all_grey = result.polar_grey && (result.cartesian_grey || !info.output.cartesian);
+  if (is_bad(info.output.png && info.output.packed, all_grey)) return "png";
   if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
     return "scatterers";
   }
+  if (!fit(info.layers, result.layers, area(beams, samples))) return "layers";
   if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
   if (result.object_in_world.size() > info.instances.size()) return "object_in_world";
   if (result.ping < info.first_ping || result.ping >= info.last_ping) return "ping";
@@ -76,6 +91,15 @@ ExrAttributes polar_attributes(const SequenceInfo& info) {
           {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
            {"beam_spacing_rad", info.sonar.beam_spacing_rad},
            {"range_step_m", sample_range_m(info.sonar, info.water, 1)}}};
+}
+
+// Times of the samples and the carrier, which the phases refer to.
+ExrAttributes series_attributes(const SequenceInfo& info) {
+  ExrAttributes attributes = polar_attributes(info);
+  attributes.numbers.insert(attributes.numbers.end(),
+                            {{"sample_interval_s", info.record.sample_interval_s},
+                             {"carrier_frequency_hz", info.sonar.frequency_hz}});
+  return attributes;
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
@@ -121,10 +145,32 @@ std::vector<std::uint8_t> class_of_instance(const SequenceInfo& info) {
   return classes;
 }
 
+// What stays one file a ping in packed sequences too: their lengths differ.
+void add_list_jobs(std::vector<FileJob>& jobs, const SequenceInfo& info, const PingResult& result) {
+  if (info.output.scatterers) {
+    jobs.push_back({layout::kScatterers, [&result]() -> Result<std::string> {
+                      return encode_scatterers(result.scatterers, result.amplitudes,
+                                               result.sonar_in_world);
+                    }});
+  }
+  if (info.output.points) {
+    jobs.push_back({layout::kPoints, [&]() -> Result<std::string> {
+                      return encode_points(result.scatterers, result.sonar_in_world,
+                                           source_pressure_pa_m(info.sonar),
+                                           class_of_instance(info));
+                    }});
+  }
+}
+
 // Long jobs first, so that no worker starts one when the others are done.
 std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result) {
   using namespace layout;
   std::vector<FileJob> jobs;
+  if (info.output.packed) {
+    jobs.push_back({kPiece, [&]() -> Result<std::string> { return encode_piece(info, result); }});
+    add_list_jobs(jobs, info, result);
+    return jobs;
+  }
   if (info.output.polar) {
     add_image_jobs(
         jobs, *result.polar, polar_attributes(info),
@@ -135,26 +181,24 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
                    {kCartesianExr, kCartesianInstance, kCartesianSemantic,
                     info.output.shadow ? kCartesianShadow : nullptr});
   }
-  if (info.output.timeseries) {
-    jobs.push_back({kTimeseries, [&]() -> Result<std::string> {
-                      return encode_npy(result.series,
-                                        {static_cast<std::uint64_t>(info.sonar.beam_count),
-                                         static_cast<std::uint64_t>(info.record.samples)});
+  const NpyShape shape = {static_cast<std::uint64_t>(info.sonar.beam_count),
+                          static_cast<std::uint64_t>(info.record.samples)};
+  const auto add_series = [&](std::string name, const std::vector<std::complex<float>>& series) {
+    jobs.push_back({std::move(name), [&series, shape]() -> Result<std::string> {
+                      return encode_npy(series, shape);
+                    }});
+  };
+  if (info.output.timeseries) add_series(kTimeseries, result.series);
+  for (const LayerSeries& layer : result.layers) {
+    add_series(layer_template(layer_name(layer.layer)), layer.pressure_pa);
+  }
+  if (info.output.timeseries_exr) {
+    jobs.push_back({kTimeseriesExr, [&] {
+                      return encode_series_exr(result.series, info.record.samples,
+                                               info.sonar.beam_count, series_attributes(info));
                     }});
   }
-  if (info.output.scatterers) {
-    jobs.push_back({kScatterers, [&]() -> Result<std::string> {
-                      return encode_scatterers(result.scatterers, result.amplitudes,
-                                               result.sonar_in_world);
-                    }});
-  }
-  if (info.output.points) {
-    jobs.push_back({kPoints, [&]() -> Result<std::string> {
-                      return encode_points(result.scatterers, result.sonar_in_world,
-                                           source_pressure_pa_m(info.sonar),
-                                           class_of_instance(info));
-                    }});
-  }
+  add_list_jobs(jobs, info, result);
   if (info.output.png) {
     add_grey_job(jobs, result.polar_grey, kPolarGrey);
     add_grey_job(jobs, result.cartesian_grey, kCartesianGrey);
@@ -189,7 +233,7 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
     entries.push_back((*file)->entry);
     encoded.files.push_back(std::move(**file));
   }
-  encoded.record = to_line(record_of(result, std::move(entries), info.output.polygons));
+  encoded.record = to_line(record_of(info, result, std::move(entries)));
   return encoded;
 }
 

@@ -142,4 +142,13 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
   return image;
 }
 
+GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,
+                   const std::vector<std::int32_t>& map) {
+  GreyImage grey{grid.height_px, grid.width_px, std::vector<std::uint8_t>(map.size())};
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (map[i] >= 0) grey.pixels[i] = polar.pixels[static_cast<std::size_t>(map[i])];
+  }
+  return grey;
+}
+
 }  // namespace ensonify

@@ -26,4 +26,8 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map);
 
+// The same of a grey picture; black outside the fan.
+GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,
+                   const std::vector<std::int32_t>& map);
+
 }  // namespace ensonify

@@ -169,21 +169,44 @@ std::string noise_text(const Scenario& scenario) {
   return "";
 }
 
+const char* timeseries_word(const OutputSelection& selection) {
+  if (selection.timeseries) return selection.timeseries_exr ? "both" : "npy";
+  return selection.timeseries_exr ? "exr" : "none";
+}
+
+std::string png_text(const OutputSpec& output) {
+  if (!output.selection.png) return "false";
+  if (!output.png_db && output.png == GreySettings{}) return "true";
+  std::string text =
+      fmt::format("{{scale: {}", output.png.scale == GreyScale::db ? "db" : "amplitude");
+  if (output.png_db) text += fmt::format(", db: {}", numbers(*output.png_db));
+  return text + fmt::format(", tvg: {{spreading: {}, absorption: {}}}, gain_db: {}}}",
+                            number(output.png.spreading), output.png.absorption,
+                            number(output.png.gain_db));
+}
+
+std::string layers_text(const OutputSpec& output) {
+  if (!output.selection.layers) return "false";
+  if (!output.layer_targets) return "true";
+  std::string names;
+  for (const std::string& name : *output.layer_targets) {
+    names += (names.empty() ? "" : ", ") + quoted_if_needed(name);
+  }
+  return fmt::format("{{targets: [{}]}}", names);
+}
+
 std::string output_text(const OutputSpec& output) {
   std::string cartesian = "false";
   if (output.selection.cartesian) {
     cartesian = fmt::format("{{height_px: {}}}", output.cartesian_height_px);
   }
-  std::string png = output.selection.png ? "true" : "false";
-  if (output.selection.png && output.png_db) {
-    png = fmt::format("{{db: {}}}", numbers(*output.png_db));
-  }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "polygons: {}, scatterers: {}, points: {}}}\n",
-      output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
+      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}}}\n",
+      timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
       output.selection.shadow, output.selection.amodal, output.selection.polygons,
-      output.selection.scatterers, output.selection.points);
+      output.selection.scatterers, output.selection.points, layers_text(output),
+      output.selection.packed ? "sequence" : "ping");
 }
 
 }  // namespace

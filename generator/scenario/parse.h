@@ -55,6 +55,15 @@ void parse_trajectory(const InputFolder& input, const Value& value, TrajectorySp
 void parse_object_trajectory(const InputFolder& input, const Value& value,
                              TrajectorySpec& trajectory);  // without pings
 void parse_output(Faults& faults, const Value& value, OutputSpec& output);
+void parse_png(Faults& faults, const Value& output, OutputSpec& spec);
+void parse_layers(Faults& faults, const Value& output, OutputSpec& spec);
+void parse_pack(Faults& faults, const Value& output, OutputSelection& selection);
+void parse_timeseries(Faults& faults, const Value& output, OutputSelection& selection);
+
+// What output.layers.targets may name: objects, point targets and their classes, behind draws too.
+std::vector<std::string> layer_target_words(const Value& root);
+void check_layer_targets(Faults& faults, const Value& root, const std::vector<std::string>& words);
+
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 
 void parse_materials(const InputFolder& input, const Value& value,

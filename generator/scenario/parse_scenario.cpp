@@ -17,26 +17,6 @@ namespace {
 constexpr int kMaxSequences = 1'000'000;
 constexpr int kMaxImageHeight = 16384;
 
-void parse_image_options(Faults& faults, const Value& value, OutputSpec& output) {
-  if (const auto map = read_switch(faults, value, "cartesian", output.selection.cartesian);
-      map && open_map(faults, *map, {"height_px"})) {
-    read_integer(faults, *map, "height_px", 1, kMaxImageHeight, output.cartesian_height_px);
-  }
-  const auto map = read_switch(faults, value, "png", output.selection.png);
-  if (!map || !open_map(faults, *map, {"db"})) return;
-  std::array<double, 2> limits{};
-  if (!read_numbers(faults, *map, "db", from_to(-1000, 1000), limits)) return;
-  if (limits[0] < limits[1]) {
-    output.png_db = limits;
-    return;
-  }
-  const Value db = *child(*map, "db");
-  add_fault(faults, db.place, db.path,
-            fmt::format("the first level, {} dB, is not below the second, {} dB; accepted is "
-                        "[black, white] with black below white",
-                        limits[0], limits[1]));
-}
-
 // Labels that go with pictures: on where there are polar or Cartesian ones.
 void parse_hidden_labels(Faults& faults, const Value& value, OutputSelection& selection) {
   const bool with_labels = selection.polar || selection.cartesian;
@@ -150,25 +130,26 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
                 {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
-                 "scatterers", "points"})) {
+                 "scatterers", "points", "layers", "pack"})) {
     return;
   }
-  read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
-                    output.selection.timeseries);
-  if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
-    open_map(faults, *map, {});
+  OutputSelection& selection = output.selection;
+  const auto read_plain_switch = [&](const char* key, bool& wanted) {
+    if (const auto map = read_switch(faults, value, key, wanted)) open_map(faults, *map, {});
+  };
+  parse_timeseries(faults, value, selection);
+  read_plain_switch("polar", selection.polar);
+  if (const auto map = read_switch(faults, value, "cartesian", selection.cartesian);
+      map && open_map(faults, *map, {"height_px"})) {
+    read_integer(faults, *map, "height_px", 1, kMaxImageHeight, output.cartesian_height_px);
   }
-  parse_image_options(faults, value, output);
-  parse_hidden_labels(faults, value, output.selection);
-  if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
-    open_map(faults, *map, {});
-  }
-  if (const auto map = read_switch(faults, value, "polygons", output.selection.polygons)) {
-    open_map(faults, *map, {});
-  }
-  if (const auto map = read_switch(faults, value, "points", output.selection.points)) {
-    open_map(faults, *map, {});
-  }
+  parse_png(faults, value, output);
+  parse_hidden_labels(faults, value, selection);
+  read_plain_switch("polygons", selection.polygons);
+  read_plain_switch("scatterers", selection.scatterers);
+  read_plain_switch("points", selection.points);
+  parse_layers(faults, value, output);
+  parse_pack(faults, value, selection);
 }
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
@@ -197,6 +178,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   auto sections = keep_drawn_sections(*tree, input);
   const bool drawn = holds_distribution(*tree);
   std::vector<std::string> classes = class_names(root);
+  const std::vector<std::string> targets = layer_target_words(root);
   std::uint64_t seed = 0;
   Faults told_later;
   read_seed(told_later, root, "seed", seed);
@@ -205,6 +187,7 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   draw_values(*tree, seed, sequence, faults, wrong, draws);
   const std::size_t before = faults.list.size();
   Scenario scenario = read_scenario(input, root, label);
+  check_layer_targets(faults, root, targets);
   drop_faults_at(wrong, before, faults);
   if (!faults.empty()) return to_error(faults);
   scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),

@@ -167,6 +167,9 @@ struct OutputSpec {
   OutputSelection selection;  // shadow and amodal: on with polar or Cartesian pictures
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
+  GreySettings png;
+  // Names and classes of the layer `target`; absent: all that has an end and does not enclose.
+  std::optional<std::vector<std::string>> layer_targets;
 };
 
 // Shares of the whole, whatever their sum. Once `splits` is given, a share left out is 0.

@@ -87,6 +87,13 @@ class Memory(unittest.TestCase):
     def test_many_rays(self):
         self.check_announced(ROOM, "sonar.rays.elevation=500", "output.scatterers=true")
 
+    def test_layers(self):
+        self.check_announced(ROOM, "output.layers=true", "sonar.range_max_m=40",
+                             "noise={spectrum_level_db: 30}")
+
+    def test_packed_sequences(self):
+        self.check_announced(ROOM, "output.pack=sequence", "output.layers=true")
+
     def test_large_mesh(self):
         (self.folder / "floor.obj").write_text(floor(340))
         self.check_announced(MESH)

@@ -51,6 +51,7 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
   info.png_db_limits = {60, 120};
   info.output.scatterers = info.output.points = info.output.polygons = true;
+  info.output.timeseries_exr = true;
   info.last_ping = kPings;
   return info;
 }

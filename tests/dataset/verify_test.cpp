@@ -194,6 +194,10 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
     forged = bytes(name.c_str());
     forged.pop_back();
   }
+  SECTION("a picture in place of the series") {
+    name = "timeseries/000001.exr";
+    forged = bytes("polar/000001.exr");
+  }
   SECTION("range axis of another type") {
     name = "range_m.npy";
     forged = changed(name.c_str(), "<f8", "<i8");

@@ -40,6 +40,7 @@ TEST_CASE("a ping has the files of the layout") {
                                              "sequences/000000/polar/000002_semantic.png",
                                              "sequences/000000/polar/000002_shadow.png",
                                              "sequences/000000/scatterers/000002.npy",
+                                             "sequences/000000/timeseries/000002.exr",
                                              "sequences/000000/timeseries/000002.npy"};
   CHECK(names == expected);
 }

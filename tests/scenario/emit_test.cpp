@@ -52,7 +52,7 @@ trajectory:
   pings: 12
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
-output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {db: [-20, 40.5]}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, pack: sequence}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
 

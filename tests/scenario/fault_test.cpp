@@ -76,8 +76,10 @@ TEST_CASE("wrong numbers are faults with the accepted range") {
 TEST_CASE("wrong words, truth values, lists and maps are faults") {
   check_single_faults({
       {"scattering: {speckle: per_pings}", "4:23: scattering.speckle:", "did you mean per_ping?"},
-      {"output: {timeseries: exr}", "4:22: output.timeseries:", "accepted is one of npy, none"},
-      {"output: {timeseries: true}", "4:22: output.timeseries:", "accepted is one of npy, none"},
+      {"output: {timeseries: png}",
+       "4:22: output.timeseries:", "accepted is one of npy, exr, both, none"},
+      {"output: {timeseries: true}",
+       "4:22: output.timeseries:", "accepted is one of npy, exr, both, none"},
       {"output: {polar: yes}", "4:17: output.polar:", "true (on), false (off)"},
       {"output: {polar: 1}", "4:17: output.polar:", "true (on), false (off)"},
       {"output: {polar: \"true\"}", "4:17: output.polar:", "quoted text"},

@@ -148,6 +148,88 @@ TEST_CASE("shadows and amodal masks are on where there are polar or Cartesian pi
   CHECK_FALSE(selection("output: {amodal: off}\n").amodal);
 }
 
+// Protects the picture's settings, and that written back they say the same.
+TEST_CASE("grey pictures have a scale, limits, a gain and one that grows with range") {
+  const std::pair<const char*, GreySettings> cases[] = {
+      {"{scale: amplitude}", {GreyScale::amplitude, 0, 0, false}},
+      {"{gain_db: -3.5}", {GreyScale::db, -3.5, 0, false}},
+      {"{tvg: true}", {GreyScale::db, 0, 40, true}},
+      {"{tvg: {}}", {GreyScale::db, 0, 40, true}},
+      {"{tvg: false, scale: db}", {}},
+      {"{db: [1, 2], tvg: {spreading: 20, absorption: false}}", {GreyScale::db, 0, 20, false}}};
+  for (const auto& [text, settings] : cases) {
+    const auto scenario = parse(kHead + "output: {png: " + text + "}\n");
+    INFO(text << (scenario.ok() ? "" : scenario.error().message));
+    REQUIRE(scenario.ok());
+    CHECK(scenario->output.selection.png);
+    CHECK(scenario->output.png == settings);
+    const auto again = parse(to_yaml(*scenario, [](const auto& file) { return file.string(); }));
+    INFO((again.ok() ? "" : again.error().message));
+    REQUIRE(again.ok());
+    CHECK(again->output.png == settings);
+    CHECK(again->output.png_db == scenario->output.png_db);
+  }
+}
+
+// Protects the words that choose targets: names, classes, names with a count, also those that a
+// sequence happens not to draw.
+TEST_CASE("layers name their targets") {
+  const std::string world =
+      kHead +
+      "materials: {m: {reflectivity: 1}}\n"
+      "objects: [{name: ball, class: mine, count: {choice: [0, 2]}, material: m, "
+      "shape: {sphere: {radius_m: 1}}}]\n"
+      "point_targets: [{name: tip, target_strength_db: -40, position_m: [1, 0, 0]}]\n"
+      "volumes: [{name: water, uniform: {strength_db: -60}}]\n";
+  for (const char* word : {"ball", "ball_1", "mine", "tip", "point_target"}) {
+    const std::string text = world + "output: {layers: {targets: [" + word + "]}}\n";
+    const auto scenario = parse(text);
+    INFO((scenario.ok() ? "" : scenario.error().message));
+    REQUIRE(scenario.ok());
+    CHECK(scenario->output.selection.layers);
+    CHECK(scenario->output.layer_targets == std::vector<std::string>{word});
+    const auto again = parse(to_yaml(*scenario, [](const auto& file) { return file.string(); }));
+    REQUIRE(again.ok());
+    CHECK(again->output.layer_targets == scenario->output.layer_targets);
+  }
+  const auto wrong = parse(world + "output: {layers: {targets: [bal, water]}}\n");
+  REQUIRE_FALSE(wrong.ok());
+  CHECK(wrong.error().message.find("output.layers.targets.0") != std::string::npos);
+  CHECK(wrong.error().message.find("did you mean ball?") != std::string::npos);
+  CHECK(wrong.error().message.find("volumes are the layer volume") != std::string::npos);
+  CHECK_FALSE(parse(world)->output.selection.layers);
+  CHECK_FALSE(parse(world + "output: {layers: true}\n")->output.layer_targets);
+}
+
+// Protects whoever asks for pictures that an array cannot be.
+TEST_CASE("pings are packed by sequence only as arrays") {
+  CHECK_FALSE(parse(kHead)->output.selection.packed);
+  CHECK(parse(kHead + "output: {pack: sequence}\n")->output.selection.packed);
+  CHECK_FALSE(parse(kHead + "output: {pack: ping, timeseries: exr}\n")->output.selection.packed);
+  for (const char* format : {"exr", "both"}) {
+    const auto wrong = parse(kHead + "output: {pack: sequence, timeseries: " + format + "}\n");
+    REQUIRE_FALSE(wrong.ok());
+    CHECK(wrong.error().message.find("output.pack") != std::string::npos);
+  }
+}
+
+TEST_CASE("the series comes as NPY, as EXR, as both or not at all") {
+  const std::pair<const char*, std::pair<bool, bool>> words[] = {{"npy", {true, false}},
+                                                                 {"exr", {false, true}},
+                                                                 {"both", {true, true}},
+                                                                 {"none", {false, false}}};
+  for (const auto& [word, formats] : words) {
+    const auto scenario = parse(kHead + "output: {timeseries: " + word + "}\n");
+    REQUIRE(scenario.ok());
+    CHECK(scenario->output.selection.timeseries == formats.first);
+    CHECK(scenario->output.selection.timeseries_exr == formats.second);
+    const auto again = parse(to_yaml(*scenario, [](const auto& file) { return file.string(); }));
+    REQUIRE(again.ok());
+    CHECK(again->output.selection.timeseries == formats.first);
+    CHECK(again->output.selection.timeseries_exr == formats.second);
+  }
+}
+
 // Protects the reading of legitimate numbers of unusual look, and anchors in a scenario.
 TEST_CASE("unusual but legitimate forms are read") {
   const auto scenario =

@@ -1,0 +1,125 @@
+"""Grey pictures redone from the EXR picture with nothing but what sequence.json says of them."""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "independent"))
+import sonar_dataset  # noqa: E402
+
+ENSONIFY = os.environ["ENSONIFY"]
+
+SCENARIO = """ensonify: 1
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 6
+  beams: {count: 32, fov_deg: 32}
+  rays: {elevation: 12}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: room, material: m, shape: {box: {size_m: [9, 9, 3], inside: true}}}
+  - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
+water: {absorption: {fixed_db_m: 0.35}}
+noise: {spectrum_level_db: 40}
+"""
+
+
+def made(folder, *settings):
+    scenario = Path(folder, "scene.yaml")
+    scenario.write_text(SCENARIO)
+    command = [ENSONIFY, "generate", scenario, "-o", Path(folder, "out"), "--quiet"]
+    for setting in ("output.cartesian.height_px=120", *settings):
+        command += ["--set", setting]
+    subprocess.run(command, check=True)
+    return Path(folder, "out/sequences/000000")
+
+
+def exr_level(path):
+    return sonar_dataset.read_exr(path)[0].channels["Y"].astype(float)
+
+
+def redone(sequence, level_db, range_m):
+    """Grey and the most that half a step of the EXR's level can change it."""
+    png = json.loads((sequence / "sequence.json").read_text())["png"]
+    tvg = png.get("tvg", {"spreading": 0, "absorption_db_m": 0})
+    range_m = range_m.copy()
+    range_m[0] = range_m[1]
+    shown = (level_db + png.get("gain_db", 0)
+             + (tvg["spreading"] * np.log10(range_m) + 2 * tvg["absorption_db_m"] * range_m)[:, None])
+    half_step_db = np.spacing(np.abs(level_db).astype(np.float16)).astype(float) / 2
+    if png["scale"] == "amplitude":
+        grey = 255 * 10 ** ((shown - png["db"][1]) / 20)
+        slack = grey * (10 ** (half_step_db / 20) - 1)
+    else:
+        grey = 255 * (shown - png["db"][0]) / (png["db"][1] - png["db"][0])
+        slack = 255 * half_step_db / (png["db"][1] - png["db"][0])
+    grey[level_db <= -99] = 0
+    return np.clip(grey, 0, 255), slack
+
+
+class Grey(unittest.TestCase):
+    def check(self, *settings):
+        with tempfile.TemporaryDirectory() as folder:
+            sequence = made(folder, *settings)
+            level_db = exr_level(sequence / "polar/000000.exr")
+            picture = sonar_dataset.read_png(sequence / "png/000000_polar.png").astype(float)
+            grey, slack = redone(sequence, level_db, np.load(sequence / "range_m.npy"))
+            self.assertLessEqual(np.max(np.abs(grey - picture) - slack), 0.5 + 1e-3)
+            # A picture of one grey would agree with anything.
+            self.assertGreater(len(np.unique(picture)), 40)
+            series = np.load(sequence / "timeseries/000000.npy").T
+            with np.errstate(divide="ignore"):
+                from_series = 20 * np.log10(np.abs(series)) + 120
+            self.assertLess(np.max(np.abs(from_series - level_db)[level_db > 0]), 0.07)
+            return picture, json.loads((sequence / "sequence.json").read_text())["png"]
+
+    def test_as_it_comes(self):
+        _, png = self.check()
+        self.assertEqual(set(png), {"scale", "db"})
+
+    def test_tvg_and_gain_in_db(self):
+        plain, _ = self.check("output.png.db=[60, 150]")
+        picture, png = self.check(
+            "output.png={db: [60, 150], tvg: {spreading: 20, absorption: true}, gain_db: 4.5}")
+        self.assertEqual(png["tvg"], {"spreading": 20, "absorption_db_m": 0.35})
+        self.assertGreater(np.mean(picture[-40:]), np.mean(plain[-40:]) + 20)
+
+    def test_limits_follow_the_gain(self):
+        _, plain = self.check()
+        _, png = self.check("output.png={gain_db: 17}")
+        self.assertEqual(png["db"], [limit + 17 for limit in plain["db"]])
+        self.check("output.png={tvg: true}")
+
+    def test_amplitude(self):
+        self.check("output.png={scale: amplitude}")
+        self.check("output.png={scale: amplitude, db: [0, 130], tvg: {spreading: 40, absorption: false}}")
+
+    def test_the_cartesian_picture_shows_the_polar_one(self):
+        with tempfile.TemporaryDirectory() as folder:
+            sequence = made(folder, "output.png={scale: amplitude, tvg: true}")
+            about = json.loads((sequence / "sequence.json").read_text())
+            polar = sonar_dataset.read_png(sequence / "png/000000_polar.png")
+            seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
+            grid = about["cartesian"]
+            row, column = np.mgrid[:grid["height_px"], :grid["width_px"]]
+            x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
+            y = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
+            sample = np.hypot(x, y) / about["record"]["range_step_m"]
+            beams = about["sonar"]["beams"]
+            beam = np.arctan2(y, x) / beams["spacing_rad"] + beams["count"] / 2
+            inside = (beam > 0) & (beam < beams["count"]) & (sample < polar.shape[0] - 0.5)
+            # Beside an edge between two samples or sectors rounding decides.
+            clear = np.minimum(np.abs(sample % 1 - 0.5), np.abs((beam + 0.5) % 1 - 0.5)) > 1e-6
+            use = inside & clear
+            expected = polar[np.rint(sample[use]).astype(int), beam[use].astype(int)]
+            self.assertTrue(np.array_equal(seen[use], expected))
+            self.assertEqual(np.max(seen[~inside & clear]), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

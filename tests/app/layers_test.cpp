@@ -1,0 +1,253 @@
+// Layers of a series: what they hold, and that they add up.
+#include "app/layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <memory>
+
+#include "app/pipeline.h"
+#include "app/session.h"
+#include "catch.h"
+#include "small_data_set.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+using Samples = std::vector<std::complex<float>>;
+
+const std::string kHead = R"(ensonify: 1
+seed: 5
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 4
+  beams: {count: 48, fov_deg: 48}
+  rays: {elevation: 16}
+output: {layers: true, cartesian: false, png: false}
+)";
+const std::string kRoom = R"(materials:
+  wall: {reflectivity: 1e-3}
+  mirror: {reflectivity: 1e-2, coherent: {model: kirchhoff, reflection: 0.8, roughness_rms_m: 1e-4}}
+  glint: {reflectivity: 1e-2, coherent: {model: rician, k: 2}}
+objects:
+  - {name: room, class: structure, material: wall, shape: {box: {size_m: [7, 7, 3], inside: true}}}
+  - {name: ball, class: ball, material: mirror, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
+  - {name: post, class: post, material: glint, shape: {cylinder: {radius_m: 0.1, height_m: 2}}, pose: {position_m: [2, 0.6, 0]}}
+point_targets: [{name: tip, target_strength_db: -30, position_m: [1, 0.3, 0]}]
+)";
+const std::string kNoise = "noise: {spectrum_level_db: 60}\n";
+const std::string kWater =
+    "volumes:\n  - {name: water, uniform: {strength_db: -50}}\n"
+    "  - {name: herring, pose: {position_m: [2.5, -0.5, 0]}, school: {size_m: [1, 1, 1], fish: 40, "
+    "target_strength_db: -40}}\n";
+
+struct Scene {
+  explicit Scene(const std::string& text, const std::vector<Override>& overrides = {},
+                 BackendChoice backend = BackendChoice::cpu) {
+    auto scenario = parse_scenario(text, "layers.yaml", ".", overrides);
+    if (!scenario) FAIL(scenario.error().message);
+    auto prepared = prepare_session(std::move(*scenario), 0);
+    if (!prepared) FAIL(prepared.error().message);
+    session = std::make_unique<Session>(std::move(*prepared));
+    tracer = std::make_unique<Tracer>(session->world);
+    const SequenceInfo info = sequence_info(*session, 0, 0, 1);
+    pipeline =
+        std::make_unique<Pipeline>(*session, *tracer, info, Numerics{backend, best_simd_level()});
+    const Status started = pipeline->start_sequence(info, Workers(2));
+    if (!started) FAIL(started.error().message);
+  }
+  PingResult ping() const { return pipeline->run(0, Workers(2)); }
+
+  std::unique_ptr<Session> session;
+  std::unique_ptr<Tracer> tracer;
+  std::unique_ptr<Pipeline> pipeline;
+};
+
+std::vector<std::string> names_of(const PingResult& ping) {
+  std::vector<std::string> names;
+  for (const LayerSeries& layer : ping.layers) names.emplace_back(layer_name(layer.layer));
+  return names;
+}
+
+const Samples& layer_of(const PingResult& ping, Layer layer) {
+  for (const LayerSeries& series : ping.layers) {
+    if (series.layer == layer) return series.pressure_pa;
+  }
+  FAIL("no layer " << layer_name(layer));
+  return ping.series;
+}
+
+double energy(const Samples& samples) {
+  double sum = 0;
+  for (const auto p : samples) sum += std::norm(std::complex<double>(p));
+  return sum;
+}
+
+// ||whole - sum of layers|| / ||whole||
+double misfit(const PingResult& ping) {
+  return std::sqrt(energy(remainder(ping.series, ping.layers)) / energy(ping.series));
+}
+
+}  // namespace
+
+// Protects the promise of layers, over everything that makes a series: diffuse and mirror echoes,
+// point targets, fish, water, noise and a converter.
+TEST_CASE("layers add up to the series") {
+  const std::string adc = "sonar.receiver.adc";
+  const std::vector<Override> converter = {{adc, "{bits: 12, full_scale_db: 190}"}};
+  const struct {
+    std::string text;
+    std::vector<Override> overrides;
+    std::vector<std::string> layers;
+  } cases[] = {{kHead + kRoom, {}, {"target", "background"}},
+               {kHead + kRoom + kNoise, {}, {"noise", "target", "background"}},
+               {kHead + kRoom + kWater, {}, {"volume", "target", "background"}},
+               {kHead + kWater, {}, {"volume"}},
+               {kHead + kNoise, {}, {"noise"}},
+               {kHead + kRoom + kNoise + kWater,
+                converter,
+                {"noise", "volume", "target", "background", "quantisation"}}};
+  for (const auto& scene : cases) {
+    const PingResult ping = Scene(scene.text, scene.overrides).ping();
+    CHECK(names_of(ping) == scene.layers);
+    CHECK(energy(ping.series) > 0);
+    for (const LayerSeries& layer : ping.layers) {
+      INFO(layer_name(layer.layer));
+      CHECK(energy(layer.pressure_pa) > 0);
+    }
+    CAPTURE(scene.text, misfit(ping));
+    CHECK(misfit(ping) < 1e-6);
+  }
+}
+
+// Protects the sum where the backend is at its loosest and at its tightest, and by the reference.
+TEST_CASE("layers add up whatever the tolerance and the backend") {
+  const std::string text = kHead + kRoom + kNoise + kWater;
+  for (const char* tolerance : {"1e-3", "1e-5", "1e-7"}) {
+    const double worst = misfit(Scene(text, {{"synthesis.tolerance", tolerance}}).ping());
+    CAPTURE(tolerance, worst);
+    CHECK(worst < 1e-6);
+  }
+  const std::vector<Override> little = {{"sonar.range_max_m", "1.5"},
+                                        {"sonar.beams", "{count: 8, fov_deg: 8}"}};
+  CHECK(misfit(Scene(text, little, BackendChoice::reference).ping()) < 1e-6);
+}
+
+// Protects the sum and each layer where beams are sums of a few nodes that cancel, which a small
+// fan has not: rounding is 9e-6 of the series there at the loosest tolerance. A layer may be off by
+// that, no more: the remainder is not what makes the sum.
+TEST_CASE("layers of a wide fan add up, and each is its own") {
+  const std::vector<Override> loose = {{"sonar.beams", "{count: 512, fov_deg: 90}"},
+                                       {"sonar.range_max_m", "3"},
+                                       {"sonar.rays.elevation", "6"},
+                                       {"synthesis.tolerance", "1e-3"}};
+  const PingResult whole = Scene(kHead + kRoom + kNoise, loose).ping();
+  CAPTURE(misfit(whole));
+  CHECK(misfit(whole) < 1e-6);
+  CHECK(layer_of(whole, Layer::noise) == Scene(kHead + kNoise, loose).ping().series);
+  auto others = loose;
+  others.push_back({"materials.wall", "{reflectivity: 0}"});
+  const Samples alone = Scene(kHead + kRoom, others).ping().series;
+  const Samples& target = layer_of(whole, Layer::target);
+  Samples difference(alone.size());
+  for (std::size_t i = 0; i < alone.size(); ++i) difference[i] = alone[i] - target[i];
+  const double off = std::sqrt(energy(difference) / energy(whole.series));
+  CAPTURE(off);
+  CHECK(off < 3e-5);
+}
+
+// Protects the meaning of each layer: taken out of the world, everything else gives the same draws.
+TEST_CASE("a layer is what is left when the others are taken from the world") {
+  const PingResult whole = Scene(kHead + kRoom + kNoise + kWater).ping();
+  const auto same = [](const Samples& a, const Samples& b) {
+    Samples difference(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) difference[i] = a[i] - b[i];
+    return std::sqrt(energy(difference) / energy(b));
+  };
+  // Nothing else draws noise, and what is not there adds exact zeros.
+  CHECK(layer_of(whole, Layer::noise) == Scene(kHead + kNoise).ping().series);
+  // A target strength of nothing, of materials that scatter nothing: the geometry stays.
+  const std::string bare = kHead + kRoom;
+  const PingResult walls = Scene(bare, {{"materials.mirror", "{reflectivity: 0}"},
+                                        {"materials.glint", "{reflectivity: 0}"},
+                                        {"point_targets.0.target_strength_db", "-300"}})
+                               .ping();
+  CHECK(same(layer_of(Scene(bare).ping(), Layer::background), walls.series) < 1e-6);
+  const PingResult things = Scene(bare, {{"materials.wall", "{reflectivity: 0}"}}).ping();
+  CHECK(same(layer_of(Scene(bare).ping(), Layer::target), things.series) < 1e-6);
+}
+
+// Protects users from a series that changes because something more of it is written.
+TEST_CASE("asking for layers does not change the series") {
+  const std::string text = kHead + kRoom + kNoise + kWater;
+  CHECK(Scene(text).ping().series == Scene(text, {{"output.layers", "false"}}).ping().series);
+  CHECK(Scene(text, {{"output.layers", "false"}}).ping().layers.empty());
+}
+
+// Protects the converter's layer: within half a step where nothing is clipped.
+TEST_CASE("the quantisation is what the converter rounds off") {
+  const PingResult ping =
+      Scene(kHead + kRoom + kNoise, {{"sonar.receiver.adc", "{bits: 10, full_scale_db: 220}"}})
+          .ping();
+  const double step = 1e5 / 512;  // 220 dB re 1 uPa are 1e5 Pa
+  double largest = 0;
+  for (const auto q : layer_of(ping, Layer::quantisation)) {
+    largest = std::max<double>({largest, std::abs(q.real()), std::abs(q.imag())});
+  }
+  CHECK(largest <= step / 2 * (1 + 1e-3));
+  CHECK(largest > step / 4);
+}
+
+TEST_CASE("targets are all that ends and does not enclose, or what is named") {
+  const auto ids = [](const std::string& targets) {
+    const std::string text = kHead + kRoom + kWater;
+    const auto scenario = parse_scenario(
+        text, "layers.yaml", ".",
+        targets.empty() ? std::vector<Override>()
+                        : std::vector<Override>{{"output.layers", "{targets: " + targets + "}"}});
+    if (!scenario) FAIL(scenario.error().message);
+    return target_instances(*scenario);
+  };
+  using Ids = std::vector<std::uint16_t>;
+  CHECK(ids("") == Ids{2, 3, 4});
+  CHECK(ids("[ball]") == Ids{2});
+  CHECK(ids("[point_target, structure]") == Ids{1, 4});
+  CHECK(ids("[]") == Ids{});
+}
+
+// Protects objects with a count: their common name means all of them, an exact one only itself.
+TEST_CASE("the name of an entry with a count chooses all of its objects") {
+  const std::string text =
+      kHead +
+      "materials: {m: {reflectivity: 1}}\n"
+      "objects: [{name: rock, count: 3, material: m, shape: {sphere: {radius_m: "
+      "0.1}}}]\npoint_targets: [{name: rock_9x, target_strength_db: -40, "
+      "position_m: [1, 0, 0]}]\n";
+  const auto ids = [&](const std::string& targets) {
+    const auto scenario =
+        parse_scenario(text, "layers.yaml", ".", {{"output.layers", "{targets: " + targets + "}"}});
+    if (!scenario) FAIL(scenario.error().message);
+    return target_instances(*scenario);
+  };
+  CHECK(ids("[rock]") == std::vector<std::uint16_t>{1, 2, 3});
+  CHECK(ids("[rock_1]") == std::vector<std::uint16_t>{2});
+}
+
+// Protects the files: one a layer and ping, listed, checked, and the same for any threads.
+TEST_CASE("layers are written and verified") {
+  const Maker maker;
+  GenerateOptions o = maker.options("a");
+  o.input.overrides = {{"output.layers", "true"}, {"output.timeseries", "both"}};
+  const auto files = maker.make(o);
+  for (const char* layer : {"noise", "target", "background"}) {
+    const auto found = files.find("sequences/000000/layers/000002_" + std::string(layer) + ".npy");
+    REQUIRE(found != files.end());
+    CHECK(found->second.size() == files.at("sequences/000000/timeseries/000002.npy").size());
+  }
+  CHECK(files.count("sequences/000000/layers/000002_volume.npy") == 0);
+  o.output = maker.folder.path() / "b";
+  o.threads = 4;
+  CHECK(maker.make(o) == files);
+}

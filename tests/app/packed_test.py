@@ -1,0 +1,135 @@
+"""Arrays by sequence against the files by ping that they replace, read by readers of another hand."""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "independent"))
+import sonar_dataset  # noqa: E402
+
+ENSONIFY = os.environ["ENSONIFY"]
+
+SCENARIO = """ensonify: 1
+sequences: 2
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 3
+  beams: {count: 24, fov_deg: 24}
+  rays: {elevation: 8}
+  receiver: {adc: {bits: 14, full_scale_db: 190}}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: room, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
+trajectory: {ping_rate_hz: 5, pings: 4}
+noise: {spectrum_level_db: 40}
+output: {cartesian: {height_px: 60}, layers: true, scatterers: true}
+"""
+CHANNELS = {"level_db": (0, "Y"), "clean_db": (1, "clean_db"),
+            "elevation_rad": (1, "elevation_rad"), "elevation_std_rad": (1, "elevation_std_rad"),
+            "instance_fraction": (1, "instance_fraction")}
+
+
+def run(*arguments):
+    return subprocess.run([ENSONIFY, *map(str, arguments)], check=True, capture_output=True,
+                          text=True)
+
+
+def bits(array):
+    return np.ascontiguousarray(array).tobytes()
+
+
+class Packed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.scenario = Path(cls.folder.name, "scene.yaml")
+        cls.scenario.write_text(SCENARIO)
+        cls.made = {}
+        for pack in ("ping", "sequence"):
+            cls.made[pack] = Path(cls.folder.name, pack)
+            run("generate", cls.scenario, "-o", cls.made[pack], "--quiet", "--pings", "1:4",
+                "--set", f"output.pack={pack}")
+            run("verify", cls.made[pack])
+
+    def unpacked(self, sequence, name, ping):
+        """The part of an array that a ping's own files hold."""
+        stem = f"{ping:06d}"
+        name = name.removesuffix(".npy")
+        if name == "timeseries":
+            return np.load(sequence / f"timeseries/{stem}.npy")
+        view, what = name.split("_", 1)
+        if view == "layers":
+            return np.load(sequence / f"layers/{stem}_{what}.npy")
+        if what == "grey":
+            return sonar_dataset.read_png(sequence / f"png/{stem}_{view}.png")
+        if what in CHANNELS:
+            part, channel = CHANNELS[what]
+            return sonar_dataset.read_exr(sequence / f"{view}/{stem}.exr")[part].channels[channel]
+        return sonar_dataset.read_png(sequence / f"{view}/{stem}_{what}.png")
+
+    def test_arrays_equal_the_files_bit_for_bit(self):
+        for number in ("000000", "000001"):
+            files = self.made["ping"] / "sequences" / number
+            sequence = self.made["sequence"] / "sequences" / number
+            about = json.loads((sequence / "sequence.json").read_text())
+            self.assertEqual(about["pack"], "sequence")
+            self.assertEqual(len(about["arrays"]), 1 + 4 + 7 * 2 + 2)
+            for name, told in about["arrays"].items():
+                array = np.load(sequence / name)
+                self.assertEqual(array.dtype.str, told["dtype"], name)
+                self.assertEqual(list(array.shape), told["shape"], name)
+                self.assertEqual(len(array), 3)
+                for row in range(3):
+                    own = self.unpacked(files, name, 1 + row)
+                    self.assertEqual(own.shape, array[row].shape, name)
+                    self.assertEqual(bits(own.astype(array.dtype)), bits(array[row]), (name, row))
+            for name in ("poses.csv", "objects.csv", "first_return_m.npy", "scatterers/000002.npy"):
+                self.assertEqual((files / name).read_bytes(), (sequence / name).read_bytes())
+
+    def test_coco_points_into_the_arrays(self):
+        by_file, by_array = (json.loads((self.made[pack] / "coco.json").read_text())
+                             for pack in ("ping", "sequence"))
+        self.assertEqual(by_file["annotations"], by_array["annotations"])
+        self.assertEqual(len(by_array["images"]), 2 * 3 * 2)
+        for picture, place in zip(by_file["images"], by_array["images"]):
+            seen = sonar_dataset.read_png(self.made["ping"] / picture["file_name"])
+            held = np.load(self.made["sequence"] / place["array"])[place["index"]]
+            self.assertTrue(np.array_equal(seen, held))
+            self.assertEqual((place["height"], place["width"]), held.shape)
+            self.assertEqual(place["ping"], 1 + place["index"])
+
+    def test_check_tells_the_number_of_files(self):
+        for pack, folder in self.made.items():
+            # `check` is asked for all pings, of which one was left out.
+            told = run("check", self.scenario, "--set", f"output.pack={pack}").stdout
+            files = int(re.search(r"# files: (\d+)", told).group(1))
+            found = sum(path.is_file() for path in folder.rglob("*"))
+            self.assertEqual(files - found, 2 * (1 if pack == "sequence" else 14), pack)
+
+    def test_interrupted_work_goes_on(self):
+        whole = self.made["sequence"]
+        other = Path(self.folder.name, "other")
+        command = ["generate", self.scenario, "-o", other, "--quiet", "--pings", "1:4",
+                   "--threads", "1", "--set", "output.pack=sequence"]
+        process = subprocess.Popen([ENSONIFY, *map(str, command)])
+        while process.poll() is None and not list(other.glob("sequences/*/pieces/*.bin")):
+            pass
+        process.kill()
+        process.wait()
+        run(*command)
+        run("verify", other)
+        for path in whole.rglob("*"):
+            if path.is_file() and path.name != "provenance.json":
+                self.assertEqual(path.read_bytes(), (other / path.relative_to(whole)).read_bytes())
+
+
+if __name__ == "__main__":
+    unittest.main()
