@@ -186,6 +186,8 @@ def at(value, path):
 
 # Where users of ensonify choose the keys.
 FREE = {("draws",), ("model", "symbols")}
+# Members that hang on an output alone: a file without them is whole too.
+OPTIONAL = {"polygons"}
 
 
 def damages(data):
@@ -196,9 +198,10 @@ def damages(data):
             at(changed, path)["unheard_of"] = 1
             yield f"{path} unheard_of", changed
             for key in value:
-                changed = copy.deepcopy(data)
-                del at(changed, path)[key]
-                yield f"{path} without {key}", changed
+                if key not in OPTIONAL:
+                    changed = copy.deepcopy(data)
+                    del at(changed, path)[key]
+                    yield f"{path} without {key}", changed
                 changed = copy.deepcopy(data)
                 at(changed, path)[key] = {"a": []}
                 yield f"{path} {key} of another type", changed

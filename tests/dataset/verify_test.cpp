@@ -1,74 +1,21 @@
 #include "dataset/verify.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "catch.h"
+#include "dataset/damage.h"
 #include "dataset/exr.h"
 #include "dataset/sample.h"
 #include "dataset/sha256.h"
 
 using namespace ensonify;
+using damage::edit;
+using damage::faults;
+using damage::forge;
+using damage::mentions;
+using damage::reseal;
 namespace fs = std::filesystem;
-
-namespace {
-
-std::vector<std::string> faults(const fs::path& dir) {
-  const auto report = verify_dataset(dir, Workers(2));
-  INFO((report ? "" : report.error().message));
-  REQUIRE(report.ok());
-  return report->faults;
-}
-
-bool mentions(const std::vector<std::string>& faults, const std::string& text) {
-  return std::any_of(faults.begin(), faults.end(), [&](const std::string& fault) {
-    return fault.find(text) != std::string::npos;
-  });
-}
-
-void edit(const fs::path& file, const std::string& from, const std::string& to) {
-  std::string text = sample::read(file);
-  const auto at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  sample::write(file, text.replace(at, from.size(), to));
-}
-
-// Puts the hash of a changed file into its manifest, and so on up to the seal: what is left is the
-// fault that only a look inside the file can find.
-void forge(const fs::path& dir, const std::string& name, const std::string& bytes) {
-  const fs::path sequence = dir / "sequences/000000/sequence.json";
-  const fs::path file = dir / "sequences/000000" / name;
-  const std::string old = sample::read(file);
-  const auto line = [&](const std::string& content) {
-    return "\"path\":\"" + name + "\",\"bytes\":" + std::to_string(content.size()) +
-           ",\"sha256\":\"" + sha256_hex(content) + "\"";
-  };
-  const auto total = [](const std::string& text) {
-    const auto at = text.find("\"bytes\": ") + 9;
-    return text.substr(at, text.find(',', at) - at);
-  };
-  const std::string before = sample::read(sequence);
-  sample::write(file, bytes);
-  edit(sequence, line(old), line(bytes));
-  edit(sequence, "\"bytes\": " + total(before),
-       "\"bytes\": " + std::to_string(std::stoull(total(before)) + bytes.size() - old.size()));
-  edit(dir / "dataset.json", sha256_hex(before), sha256_hex(sample::read(sequence)));
-  sample::write(dir / "dataset.sha256",
-                sha256_hex(sample::read(dir / "dataset.json")) + "  dataset.json\n");
-}
-
-void reseal(const fs::path& dir, const std::string& name, const std::string& from,
-            const std::string& to) {
-  const std::string before = sample::read(dir / name);
-  edit(dir / name, from, to);
-  const std::string after = sample::read(dir / name);
-  if (name != "dataset.json") edit(dir / "dataset.json", sha256_hex(before), sha256_hex(after));
-  sample::write(dir / "dataset.sha256",
-                sha256_hex(sample::read(dir / "dataset.json")) + "  dataset.json\n");
-}
-
-}  // namespace
 
 // Protects from false alarms, and that verify looks at every file: its count and bytes are those of
 // the folder.
@@ -325,67 +272,6 @@ TEST_CASE("a sequence.json that does not fit its files is found though its hash 
   const auto found = faults(folder.path());
   REQUIRE_FALSE(found.empty());
   CHECK(mentions(found, expected));
-}
-
-// Protects readers of annotations: each line is held against its schema, and named.
-TEST_CASE("an annotation that is not as its schema says is found though its hash is right") {
-  const sample::TemporaryFolder folder;
-  sample::make_dataset(folder.path(), 1);
-  std::string text = sample::read(folder.path() / "sequences/000000/annotations.jsonl");
-  const auto second = text.find('\n') + 1;
-  const auto change = [&](const std::string& from, const std::string& to) {
-    const auto at = text.find(from, second);
-    REQUIRE(at != std::string::npos);
-    text.replace(at, from.size(), to);
-    forge(folder.path(), "annotations.jsonl", text);
-    return faults(folder.path());
-  };
-  const std::string place = "sequences/000000/annotations.jsonl: line 2: #/images/0";
-  SECTION("missing") {
-    CHECK(change("\"area\":", "\"aera\":").at(0) ==
-          place +
-              "/annotations/0 has the unknown key aera; #/images/0/annotations/0 lacks the key "
-              "area");
-  }
-  SECTION("of the wrong type") {
-    CHECK(change("\"width\":6", "\"width\":\"6\"").at(0) ==
-          place + "/width is \"6\", which is of the wrong type");
-  }
-}
-
-// Protects readers of the manifest, entry by entry.
-TEST_CASE("a manifest that is not as its schema says is found though its hash is right") {
-  const sample::TemporaryFolder folder;
-  sample::make_dataset(folder.path(), 1);
-  const auto told = [&](const char* name, const char* from, const char* to) {
-    reseal(folder.path(), name, from, to);
-    return faults(folder.path());
-  };
-  SECTION("an entry with a key too many") {
-    CHECK(mentions(
-        told("dataset.json", "\"path\": \"coco.json\"", "\"mode\": 1, \"path\": \"coco.json\""),
-        "dataset.json: #/files/1 has the unknown key mode"));
-  }
-  SECTION("a name that is none") {
-    CHECK(mentions(told("dataset.json", "\"name\": \"", "\"name\": 1, \"nam\": \""),
-                   "dataset.json: #/name is 1"));
-  }
-  SECTION("work.json") {
-    CHECK(mentions(told("work.json", "\"simd\"", "\"sind\""),
-                   "work.json: #/numerics has the unknown key sind"));
-  }
-  SECTION("coco: an annotation with a key too many") {
-    CHECK(mentions(told("coco.json", "\"iscrowd\":0", "\"iscrowd\":0,\"x\":1"),
-                   "coco.json: #/annotations/0 has the unknown key x"));
-  }
-  SECTION("coco: an image of the wrong type") {
-    CHECK(mentions(told("coco.json", "\"view\":\"polar\"", "\"view\":\"side\""),
-                   "coco.json: #/images/0/view is \"side\""));
-  }
-  SECTION("coco: a key missing at the top") {
-    CHECK(mentions(told("coco.json", "\"licenses\"", "\"licences\""),
-                   "coco.json: # has the unknown key licences; # lacks the key licenses"));
-  }
 }
 
 // Protects the forging itself, on which the test above stands: bytes that are as good are no fault.
