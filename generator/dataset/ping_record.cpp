@@ -151,8 +151,8 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
   record.first_return_m = result.first_return_m;
   const bool polygons = info.output.polygons;
   add_image(record.images, "polar", picture_of(info, result.ping, "polar", files),
-            size_of(result.polar_grey, result.polar), result.polar_annotations,
-            result.polar_hidden, polygons);
+            size_of(result.polar_grey, result.polar), result.polar_annotations, result.polar_hidden,
+            polygons);
   add_image(record.images, "cartesian", picture_of(info, result.ping, "cartesian", files),
             size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations,
             result.cartesian_hidden, polygons);
