@@ -70,17 +70,25 @@ struct PingResult {
 
 enum class InstanceKind { surface, point_target, volume };
 
+// A part of a surface with a material of its own, by the name that its file gives it.
+struct InstancePart {
+  std::string name;
+  std::string material;
+  Material scattering;
+};
+
 struct Instance {
   std::uint16_t id = 0;  // 1, 2, ...: objects as in the scenario, then point targets, then volumes
   std::string name;
   std::uint8_t class_id = 0;
   std::string class_name;
   InstanceKind kind = InstanceKind::surface;
-  std::string material;              // of a surface, by name
-  Material scattering;               // of a surface
-  bool vertex_reflectivity = false;  // of a surface: its mesh scales the reflectivity
-  double target_strength_db = 0;     // of a point target
-  double volume_strength_db = 0;     // of a volume, dB re 1/m
+  std::string material;                  // of a surface, by name
+  Material scattering;                   // of a surface
+  bool vertex_reflectivity = false;      // of a surface: its mesh scales the reflectivity
+  double target_strength_db = 0;         // of a point target
+  double volume_strength_db = 0;         // of a volume, dB re 1/m
+  std::vector<InstancePart> parts = {};  // of a surface: what has another material
 };
 
 // The Cartesian picture: pixel (row, column) has its centre at

@@ -127,11 +127,15 @@ struct CylinderSpec {  // axis z, centred at the origin, closed by two discs
   double radius_m = 0, height_m = 0;
 };
 struct PlaneSpec {};  // z = 0, without end
+struct PartSpec {     // a part of a mesh file, by its name, with a material of its own
+  std::string part, material;
+};
 struct MeshSpec {
   std::filesystem::path file;  // absolute or relative to the working directory
   double scale = 1;
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
+  std::vector<PartSpec> parts = {};  // the others have the object's material
 };
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
                                HeightfieldSpec, ModelSpec>;

@@ -67,8 +67,8 @@ struct SurfaceEchoes {
   bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
     if (!is_usable(hit, scattering.sonar)) return false;
     ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    moments = scatterer_moments(scattering.material[hit.instance], hit.reflectivity,
-                                hit.cos_incidence, hit.range_m, fan.solid_angle_sr[e]);
+    moments = scatterer_moments(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence,
+                                hit.range_m, fan.solid_angle_sr[e]);
     return is_an_echo(moments);
   }
 
@@ -151,10 +151,13 @@ constexpr std::uint64_t kPointKey = std::uint64_t{1} << 63;
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
-  SurfaceScattering scattering{sonar, water, {}};
+  SurfaceScattering scattering{sonar, water, {}, {}};
   scattering.material.resize(world.instances.size() + 1);
   for (const WorldObject& object : world.objects) {
     scattering.material[object.instance] = object.material;
+    if (object.parts.materials.empty()) continue;
+    scattering.part_material.resize(scattering.material.size());
+    scattering.part_material[object.instance] = object.parts.materials;
   }
   return scattering;
 }

@@ -33,6 +33,12 @@ class Instance:
     coherent: dict | None
     target_strength_db: float | None
     volume_strength_db: float | None
+    parts: tuple = ()
+
+    @property
+    def surfaces(self):
+        """Law and coherent part of the object, then of its parts that have their own."""
+        return ((self.law, self.coherent), *self.parts)
 
 
 @dataclass(frozen=True)
@@ -188,15 +194,18 @@ def sonar_from_json(info):
     )
 
 
+def _law(entry):
+    """The law of a surface or of one of its parts."""
+    return _optional_fields(
+        Law,
+        _rows(entry["law"], "rows"),
+        {name: name for name in ("model", "reflectivity", "exponent", "rows")},
+    )
+
+
 def instance_from_json(entry):
     """One entry of the list of instances."""
-    law = None
-    if entry["kind"] == "surface":
-        law = _optional_fields(
-            Law,
-            _rows(entry["law"], "rows"),
-            {name: name for name in ("model", "reflectivity", "exponent", "rows")},
-        )
+    law = _law(entry) if entry["kind"] == "surface" else None
     return Instance(
         entry["id"],
         entry["name"],
@@ -208,6 +217,7 @@ def instance_from_json(entry):
         entry.get("coherent"),
         entry.get("target_strength_db"),
         entry.get("strength_db"),
+        tuple((_law(part), part["coherent"]) for part in entry.get("parts", [])),
     )
 
 
