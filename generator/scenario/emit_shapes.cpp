@@ -36,6 +36,11 @@ std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
           return heightfield_text(s, name_file);
         } else if constexpr (std::is_same_v<S, ModelSpec>) {
           return fmt::format("model: {{kind: {}, size_m: {}}}", word_of(s.kind), number(s.size_m));
+        } else if constexpr (std::is_same_v<S, LevelSetSpec>) {
+          const std::string grid = s.grid.empty() ? "" : ", grid: " + quoted_if_needed(s.grid);
+          return fmt::format("level_set: {{file: {}{}, normals: {}}}",
+                             quoted_if_needed(name_file(s.file)), grid,
+                             s.smooth_normals ? "smooth" : "face");
         } else {
           return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}{}}}",
                              quoted_if_needed(name_file(s.file)), number(s.scale),

@@ -27,7 +27,8 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
     parse_shape(input, *shape, names, object.shape);
   } else {
     add_fault(faults, map.place, path_of(map, "shape"),
-              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield, model");
+              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield, model, "
+              "level_set");
   }
   if (const auto pose = child(map, "pose"); pose && open_map(faults, *pose, kPoseKeys)) {
     parse_pose(faults, *pose, object.pose);

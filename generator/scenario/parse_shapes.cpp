@@ -63,6 +63,16 @@ void parse_mesh(const InputFolder& input, const Value& map, const MaterialNames&
   shape = mesh;
 }
 
+void parse_level_set(const InputFolder& input, const Value& map, ShapeSpec& shape) {
+  LevelSetSpec level_set;
+  if (!open_map(input.faults, map, {"file", "grid", "normals"})) return;
+  parse_input_file(input, map, "file", {".vdb"}, level_set.file);
+  read_text(input.faults, map, "grid", level_set.grid);
+  read_choice<bool>(input.faults, map, "normals", {{"face", false}, {"smooth", true}},
+                    level_set.smooth_normals);
+  shape = level_set;
+}
+
 void parse_model(Faults& faults, const Value& map, ShapeSpec& shape) {
   ModelSpec model;
   if (!open_map(faults, map, {"kind", "size_m"})) return;
@@ -77,7 +87,7 @@ void parse_model(Faults& faults, const Value& map, ShapeSpec& shape) {
 void parse_shape(const InputFolder& input, const Value& map, const MaterialNames& names,
                  ShapeSpec& shape) {
   const std::vector<std::string_view> kinds = {"box",  "sphere",      "cylinder", "plane",
-                                               "mesh", "heightfield", "model"};
+                                               "mesh", "heightfield", "model",    "level_set"};
   if (!open_map(input.faults, map, kinds)) return;
   const auto kind = only_key_of(input.faults, map, kinds, "one of " + joined(kinds));
   if (!kind) return;
@@ -87,6 +97,7 @@ void parse_shape(const InputFolder& input, const Value& map, const MaterialNames
   if (*kind == "cylinder") parse_cylinder(input.faults, value, shape);
   if (*kind == "mesh") parse_mesh(input, value, names, shape);
   if (*kind == "heightfield") parse_heightfield(input, value, shape.emplace<HeightfieldSpec>());
+  if (*kind == "level_set") parse_level_set(input, value, shape);
   if (*kind == "model") parse_model(input.faults, value, shape);
   if (*kind == "plane" && open_map(input.faults, value, {})) shape = PlaneSpec{};
 }

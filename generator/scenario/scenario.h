@@ -137,8 +137,14 @@ struct MeshSpec {
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
   std::vector<PartSpec> parts = {};  // the others have the object's material
 };
+// The zero surface of an OpenVDB level set.
+struct LevelSetSpec {
+  std::filesystem::path file;
+  std::string grid;  // empty: the only one of the file
+  bool smooth_normals = true;
+};
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
-                               HeightfieldSpec, ModelSpec>;
+                               HeightfieldSpec, ModelSpec, LevelSetSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {

@@ -9,6 +9,7 @@
 #include "scenario/tables.h"
 #include "scenario/text.h"
 #include "world/heightfield.h"
+#include "world/level_set_vdb.h"
 #include "world/models/models.h"
 #include "world/place.h"
 #include "world/seabed.h"
@@ -57,6 +58,18 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
       warnings = cached->warnings;
+    }
+    return Shape(MeshShape{cached});
+  }
+  if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
+    // A mesh file does not end in .vdb; no name of a grid holds a line feed.
+    auto& cached =
+        meshes[{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false}];
+    if (!cached) {
+      Result<Mesh> loaded = load_level_set_vdb(
+          solid->file, solid->grid, solid->smooth_normals ? Normals::smooth : Normals::face);
+      if (!loaded) return loaded.error();
+      cached = std::make_shared<const Mesh>(std::move(*loaded));
     }
     return Shape(MeshShape{cached});
   }
@@ -198,7 +211,9 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
       world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
     }
     if (!shape) {
-      faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
+      const bool solid = std::holds_alternative<LevelSetSpec>(spec.shape);
+      faults.add(fmt::format("objects.{}.shape.{}.file", i, solid ? "level_set" : "mesh"),
+                 shape.error());
       continue;
     }
     Instance& instance = add_instance(world, spec.name, spec.class_name);
