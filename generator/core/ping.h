@@ -99,6 +99,12 @@ struct CartesianGrid {
   double x_top_m = 0, y_left_m = 0;
 };
 
+// The signed distance field of the scene: cubic voxels, with distances on either side of surfaces.
+struct SdfGrid {
+  double voxel_m = 0;
+  int band_voxels = 3;
+};
+
 struct OutputSelection {
   bool timeseries = true;
   bool polar = true;
@@ -135,6 +141,7 @@ struct SequenceInfo {
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for
+  std::optional<SdfGrid> sdf = {};         // absent: not asked for
   std::array<double, 2> png_db_limits{};   // black and white of the grey pictures
   OutputSelection output;
   std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)

@@ -74,7 +74,8 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
 
-std::string files_table(const OutputSelection& output) {
+std::string files_table(const SequenceInfo& first) {
+  const OutputSelection& output = first.output;
   std::string text = R"(## Files
 
 | file | what |
@@ -98,6 +99,12 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
 | `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
 | `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
 )";
+  if (first.sdf) {
+    text += fmt::format(
+        "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
+        "metres, voxels of {} m, world coordinates |\n",
+        first.sdf->voxel_m);
+  }
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
   text += row(output.polar,
               "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
@@ -161,7 +168,7 @@ data on.
 
 std::string data_card(const DatasetInfo& info) {
   const SequenceInfo& first = info.sequences.front();
-  return introduction(info) + classes_table(info) + kConventions + files_table(first.output) +
+  return introduction(info) + classes_table(info) + kConventions + files_table(first) +
          loading(first) + kLicence;
 }
 

@@ -100,7 +100,7 @@ bool is_layout_name(std::string_view relative) {
     return is_or_holds(marked, folder + std::string(name));
   };
   const auto once = sequence_files();
-  return std::any_of(once.begin(), once.end(), in_folder) ||
+  return in_folder(kSdf) || std::any_of(once.begin(), once.end(), in_folder) ||
          std::any_of(std::begin(kPingTemplates), std::end(kPingTemplates), in_folder);
 }
 

@@ -92,6 +92,7 @@ void list_planned_sequence(const fs::path& dir, std::uint32_t sequence, Listing&
   for (const std::string& name : layout::sequence_files()) {
     listing.add(layout::in_sequence(sequence, name));
   }
+  listing.add(layout::in_sequence(sequence, layout::kSdf));
   Plan& planned = listing.add_plan(layout::sequence_folder(sequence) + "/");
   planned.first_ping = *first;
   planned.last_ping = *last;

@@ -178,10 +178,15 @@ std::string output_text(const OutputSpec& output) {
   if (output.selection.png && output.png_db) {
     png = fmt::format("{{db: {}}}", numbers(*output.png_db));
   }
+  std::string sdf;
+  if (output.sdf) {
+    sdf = fmt::format(", sdf: {{voxel_m: {}, band_voxels: {}}}", number(output.sdf->voxel_m),
+                      output.sdf->band_voxels);
+  }
   return fmt::format(
-      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}}}\n",
+      "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, scatterers: {}{}}}\n",
       output.selection.timeseries ? "npy" : "none", output.selection.polar, cartesian, png,
-      output.selection.scatterers);
+      output.selection.scatterers, sdf);
 }
 
 }  // namespace

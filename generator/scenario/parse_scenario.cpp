@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kMaxSequences = 1'000'000;
 constexpr int kMaxImageHeight = 16384;
+constexpr int kMaxSdfBand = 100;
 
 void parse_image_options(Faults& faults, const Value& value, OutputSpec& output) {
   if (const auto map = read_switch(faults, value, "cartesian", output.selection.cartesian);
@@ -35,6 +36,22 @@ void parse_image_options(Faults& faults, const Value& value, OutputSpec& output)
             fmt::format("the first level, {} dB, is not below the second, {} dB; accepted is "
                         "[black, white] with black below white",
                         limits[0], limits[1]));
+}
+
+void parse_sdf(Faults& faults, const Value& value, OutputSpec& output) {
+  bool wanted = false;
+  const auto map = read_switch(faults, value, "sdf", wanted);
+  if (!wanted) return;
+  SdfGrid& sdf = output.sdf.emplace();
+  if (!map) {
+    const Value sdf_value = *child(value, "sdf");
+    add_fault(faults, sdf_value.place, path_of(sdf_value, "voxel_m"),
+              "missing, accepted is a map with it, as in {voxel_m: 0.05}");
+    return;
+  }
+  if (!open_map(faults, *map, {"voxel_m", "band_voxels"})) return;
+  read_number(faults, *map, "voxel_m", above_up_to(0, kMaxLengthM), sdf.voxel_m, Need::required);
+  read_integer(faults, *map, "band_voxels", 1, kMaxSdfBand, sdf.band_voxels);
 }
 
 // The head of a scenario.
@@ -132,7 +149,9 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 }
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
-  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers"})) return;
+  if (!open_map(faults, value, {"timeseries", "polar", "cartesian", "png", "scatterers", "sdf"})) {
+    return;
+  }
   read_choice<bool>(faults, value, "timeseries", {{"npy", true}, {"none", false}},
                     output.selection.timeseries);
   if (const auto map = read_switch(faults, value, "polar", output.selection.polar)) {
@@ -142,6 +161,7 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (const auto map = read_switch(faults, value, "scatterers", output.selection.scatterers)) {
     open_map(faults, *map, {});
   }
+  parse_sdf(faults, value, output);
 }
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {

@@ -177,6 +177,7 @@ struct OutputSpec {
   OutputSelection selection;
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
+  std::optional<SdfGrid> sdf = {};              // absent: none is written
 };
 
 // Shares of the whole, whatever their sum. Once `splits` is given, a share left out is 0.

@@ -203,10 +203,12 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
     std::vector<std::string> warnings;
     Result<Shape> shape =
-        field == nullptr ? shape_of(spec.shape, meshes, warnings)
-                         : Shape(MeshShape{terrain_of(
-                               *field, terrain_key(scenario.seed, sequence, spec.name),
-                               fmt::format("objects.{}.shape.heightfield", i), terrains, faults)});
+        field == nullptr
+            ? shape_of(spec.shape, meshes, warnings)
+            : Shape(MeshShape{
+                  terrain_of(*field, terrain_key(scenario.seed, sequence, spec.name),
+                             fmt::format("objects.{}.shape.heightfield", i), terrains, faults),
+                  true});
     for (const std::string& warning : warnings) {
       world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
     }

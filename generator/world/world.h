@@ -24,6 +24,7 @@ namespace ensonify {
 
 struct MeshShape {
   std::shared_ptr<const Mesh> mesh;
+  bool ground = false;  // terrain: solid below, along -z of its frame
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
