@@ -24,12 +24,12 @@ struct VdbGrid {
   float background = 0;
   VdbKind kind = VdbKind::fog;
   bool frustum = false;
-  bool mirrored = false;  // x counts backwards
   std::vector<VdbBox> boxes;
   // In place of boxes: signed distances in metres, three voxels to either side, within +-extent
   // voxels; the background is theirs.
   std::function<double(double x_m, double y_m, double z_m)> distance_m = nullptr;
   int extent = 0;
+  bool mirrored = false;  // x counts backwards
 };
 
 // A level set of a sphere about `offset_m`.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <openvdb/io/Stream.h>
+#include <openvdb/math/Proximity.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/Composite.h>
@@ -26,6 +27,7 @@ using openvdb::CoordBBox;
 using openvdb::FloatGrid;
 
 constexpr int kFarthestIndex = 1 << 30;
+constexpr int kMostSweeps = 8;
 constexpr int kLeaf = 8, kLargestBlock = 4096;  // the edges of OpenVDB's nodes
 
 struct Lattice {
@@ -140,7 +142,45 @@ struct IndexTriangles {
     const Vec3 p = surface.vertices_m[surface.triangles[n][v]];
     at = openvdb::Vec3d(p.x, p.y, p.z) / voxel_m;
   }
+  double distance_m(std::size_t n, const Coord& voxel) const {
+    openvdb::Vec3d corner[3], weights;
+    for (std::size_t v = 0; v < 3; ++v) getIndexSpacePoint(n, v, corner[v]);
+    const openvdb::Vec3d at = voxel.asVec3d();
+    return voxel_m * (openvdb::math::closestPointOnTriangleToPoint(corner[0], corner[1], corner[2],
+                                                                   at, weights) -
+                      at)
+                         .length();
+  }
 };
+
+// OpenVDB looks for the nearest triangle among those of the voxels before, and far from the surface
+// it can miss it: each voxel looks at its own and at those of all voxels around. False where none
+// was found nearer.
+bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatGrid& grid) {
+  bool changed = false;
+  auto numbers = nearest.getAccessor();
+  for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
+    for (auto value = leaf->beginValueOn(); value; ++value) {
+      const Coord at = value.getCoord();
+      openvdb::Int32 last = -1, best = -1;
+      double least = std::abs(*value) * (1 - 1e-6);  // float's rounding is no progress
+      for (const Coord& around : CoordBBox(at.offsetBy(-1), at.offsetBy(1))) {
+        const openvdb::Int32 number = numbers.getValue(around);
+        if (number == last || number < 0) continue;
+        last = number;
+        const double d = triangles.distance_m(static_cast<std::size_t>(number), at);
+        if (!(d < least)) continue;
+        least = d;
+        best = number;
+      }
+      if (best < 0) continue;
+      numbers.setValueOn(at, best);
+      value.setValue(std::copysign(static_cast<float>(least), *value));
+      changed = true;
+    }
+  }
+  return changed;
+}
 
 // To a narrower band: what lies beyond holds the new background.
 void trim(FloatGrid& grid, float background) {
@@ -159,9 +199,12 @@ void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid&
   // leave gaps in the band where it lies askew.
   const auto band = static_cast<float>(lattice.band_voxels + 2);
   // Renormalised distances would be no distances to the triangles any more.
-  auto own = openvdb::tools::meshToVolume<FloatGrid>(IndexTriangles{surface, lattice.voxel_m},
-                                                     scene.transform(), band, band,
-                                                     openvdb::tools::DISABLE_RENORMALIZATION);
+  const IndexTriangles triangles{surface, lattice.voxel_m};
+  openvdb::Int32Grid nearest(-1);
+  auto own = openvdb::tools::meshToVolume<FloatGrid>(
+      triangles, scene.transform(), band, band, openvdb::tools::DISABLE_RENORMALIZATION, &nearest);
+  for (int sweep = 0; sweep < kMostSweeps && refine(triangles, nearest, *own); ++sweep) {
+  }
   trim(*own, lattice.background());
   openvdb::tools::csgUnion(scene, *own);
 }

@@ -53,7 +53,7 @@ TEST_CASE("wrong level sets are faults at their place") {
   };
   CHECK(fault("grid: a").find("objects.0.shape.level_set.file: missing") != std::string::npos);
   CHECK(fault("file: a.obj").find("has another ending") != std::string::npos);
-  CHECK(fault("file: a.vdb, adaptivity: 0.5").find("unknown key `adaptivity`") !=
+  CHECK(fault("file: a.vdb, adaptivity: 0.5").find("level_set.adaptivity: unknown key") !=
         std::string::npos);
 }
 
