@@ -1,7 +1,11 @@
 #include "write_vdb.h"
 
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/global_control.h>
+
+#include <cmath>
+#include <type_traits>
 
 namespace ensonify::test {
 namespace {
@@ -12,8 +16,21 @@ openvdb::math::Transform::Ptr transform_of(const VdbGrid& grid) {
         openvdb::BBoxd(openvdb::Vec3d(0), openvdb::Vec3d(10)), 0.5, 1.0, grid.voxel_m);
   }
   auto transform = openvdb::math::Transform::createLinearTransform(grid.voxel_m);
+  if (grid.mirrored) transform->preScale(openvdb::Vec3d(-1, 1, 1));
   transform->postTranslate({grid.offset_m[0], grid.offset_m[1], grid.offset_m[2]});
   return transform;
+}
+
+void fill_distances(const VdbGrid& spec, openvdb::FloatGrid& grid) {
+  const double band = 3 * spec.voxel_m;
+  auto voxels = grid.getAccessor();
+  const openvdb::CoordBBox all(openvdb::Coord(-spec.extent), openvdb::Coord(spec.extent));
+  for (const openvdb::Coord& at : all) {
+    const double d =
+        spec.distance_m(at.x() * spec.voxel_m, at.y() * spec.voxel_m, at.z() * spec.voxel_m);
+    if (std::abs(d) < band) voxels.setValueOn(at, static_cast<float>(d));
+  }
+  openvdb::tools::signedFloodFill(grid.tree());
 }
 
 template <class Grid>
@@ -25,6 +42,12 @@ openvdb::GridBase::Ptr made(const VdbGrid& spec) {
                                     {box.high[0], box.high[1], box.high[2]});
     grid->tree().fill(region, Value(box.value), true);  // with tiles where it can
   }
+  if constexpr (std::is_same_v<Grid, openvdb::FloatGrid>) {
+    if (spec.distance_m) {
+      grid = Grid::create(static_cast<float>(3 * spec.voxel_m));
+      fill_distances(spec, *grid);
+    }
+  }
   grid->setName(spec.name);
   grid->setTransform(transform_of(spec));
   grid->setGridClass(spec.kind == VdbKind::level_set ? openvdb::GRID_LEVEL_SET
@@ -33,6 +56,16 @@ openvdb::GridBase::Ptr made(const VdbGrid& spec) {
 }
 
 }  // namespace
+
+VdbGrid vdb_sphere(double radius_m, double voxel_m) {
+  VdbGrid grid;
+  grid.name = "ball";
+  grid.voxel_m = voxel_m;
+  grid.kind = VdbKind::level_set;
+  grid.extent = static_cast<int>(radius_m / voxel_m) + 5;
+  grid.distance_m = [=](double x, double y, double z) { return std::hypot(x, y, z) - radius_m; };
+  return grid;
+}
 
 void write_vdb(const std::filesystem::path& file, const std::vector<VdbGrid>& grids) {
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);

@@ -25,7 +25,15 @@ struct VdbGrid {
   VdbKind kind = VdbKind::fog;
   bool frustum = false;
   std::vector<VdbBox> boxes;
+  // In place of boxes: signed distances in metres, three voxels to either side, within +-extent
+  // voxels; the background is theirs.
+  std::function<double(double x_m, double y_m, double z_m)> distance_m = nullptr;
+  int extent = 0;
+  bool mirrored = false;  // x counts backwards
 };
+
+// A level set of a sphere about `offset_m`.
+VdbGrid vdb_sphere(double radius_m, double voxel_m);
 
 void write_vdb(const std::filesystem::path& file, const std::vector<VdbGrid>& grids);
 

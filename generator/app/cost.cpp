@@ -103,8 +103,11 @@ Cost estimate_cost(const Session& session, int threads) {
   const std::uint64_t arrays = packed_array_count(session);
   cost.files = cost.pings * ping.files + sequences * (9 + arrays) + 11 +
                input_files(session.scenario).size();
+  const SdfSize sdf = sdf_size_of(session);
+  if (session.scenario.output.sdf) cost.files += sequences;
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
-                    cost.pings * 8000 + sequences * 20000 + 20000;
+                    cost.pings * 8000 + sequences * 20000 + 20000 +
+                    sequences * static_cast<std::uint64_t>(sdf.file_bytes);
 
   cost.peak_bytes =
       peak_bytes(session, threads, loaded, echoes, static_cast<std::uint64_t>(ping.bytes));

@@ -119,6 +119,17 @@ Status open_workshop(const Run& run, const SequenceInfo& info, Workshop& worksho
   return {};
 }
 
+// The scene at the sequence's first ping; nothing where it is not asked for.
+Result<std::string> sdf_of(const Run& run, const Session& session, const SequenceInfo& info) {
+  if (!info.sdf) return std::string();
+  const Turn turn(run.turns);
+  Result<std::string> sdf =
+      scene_sdf_vdb(session.world, object_poses(session, info.first_ping), *info.sdf,
+                    reach_of(session, info.first_ping, info.last_ping));
+  if (!sdf) return Error{sdf.error().kind, "output.sdf: " + sdf.error().message};
+  return sdf;
+}
+
 Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
   if (sequence_is_finished(run.options.output, light)) return {};
   if (Status opened = open_workshop(run, light, workshop); !opened) return opened;
@@ -131,7 +142,10 @@ Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Wor
     if (!started) return started;
   }
   Status made = make_pings(run, *workshop.pipeline, missing_pings(run, info), threads);
-  return made ? finish_sequence(run.options.output, workshop.pipeline->info()) : made;
+  if (!made) return made;
+  const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
+  return sdf ? finish_sequence(run.options.output, workshop.pipeline->info(), *sdf)
+             : Status(sdf.error());
 }
 
 int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {

@@ -50,6 +50,25 @@ bool wants_hidden(const OutputSelection& output) {
   return (output.polar || output.cartesian || output.png) && (output.shadow || output.amodal);
 }
 
+// What is loaded of a world: meshes and densities, each once.
+std::uint64_t loaded_bytes(const World& world) {
+  std::set<const void*> counted;
+  std::uint64_t sum = 0;
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || !counted.insert(shape->mesh.get()).second) continue;
+    const Mesh& mesh = *shape->mesh;
+    sum += (mesh.vertices.size() + mesh.normals.size()) * sizeof(float[3]) +
+           mesh.triangles.size() * sizeof(std::uint32_t[3]) +
+           mesh.reflectivity.size() * sizeof(float) + mesh.part.size();
+  }
+  for (const Volume& volume : world.volumes) {
+    const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
+    if (grid != nullptr && counted.insert(grid->get()).second) sum += (*grid)->bytes();
+  }
+  return sum;
+}
+
 // What one ping holds while it is computed, beside the backend's own.
 struct PingCounts {
   std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
@@ -180,12 +199,20 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
   const UnderWay run = under_way(session, threads);
-  const std::uint64_t worlds = varies_by_sequence(session.scenario) ? run.sequences : 1;
+  // The first world stays beside those of the sequences under way, which all load at once.
+  const bool vary = varies_by_sequence(session.scenario);
+  const std::uint64_t worlds = vary ? run.sequences : 1;
+  const std::uint64_t more_worlds = vary ? run.sequences * loaded_bytes(session.world) : 0;
+  const std::uint64_t loading =
+      vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
+           : 0;
   const std::uint64_t sum =
-      loaded.now_bytes + kLaterLibraryBytes + worlds * hierarchy_bytes(session.world) +
-      run.sequences * tables + run.scratches * scratch + run.workers * synthesis.thread_bytes +
-      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes;
-  return std::max(loaded.peak_bytes, sum);
+      loaded.now_bytes + more_worlds + kLaterLibraryBytes +
+      worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
+      run.workers * synthesis.thread_bytes +
+      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes +
+      run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes);
+  return std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
 }
 
 }  // namespace ensonify

@@ -1,6 +1,10 @@
 #include "app/session.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
@@ -72,6 +76,16 @@ void give_back_import(const World& world) {
   }
 }
 
+Status check_sdf(const Session& session) {
+  const double voxels = sdf_size_of(session).voxels;
+  if (voxels <= kMaxSdfVoxels) return {};
+  const double enough = session.scenario.output.sdf->voxel_m * std::sqrt(voxels / kMaxSdfVoxels);
+  return Error{ErrorKind::usage,
+               fmt::format("output.sdf.voxel_m: makes about {:.2g} voxels near surfaces; accepted "
+                           "are {:.2g}: take {:.2g} m or more, or a smaller band_voxels",
+                           voxels, kMaxSdfVoxels, 1.05 * enough)};
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -97,6 +111,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
+  if (Status fits = check_sdf(session); !fits) return fits.error();
   return session;
 }
 
@@ -145,9 +160,28 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
     info.target_instances = target_instances(scenario);
     info.layers = layers_of(info);
   }
+  info.sdf = scenario.output.sdf;
   info.first_ping = first_ping;
   info.last_ping = last_ping;
   return info;
+}
+
+SdfRegion reach_of(const Session& session, std::uint32_t first_ping, std::uint32_t last_ping) {
+  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (std::uint32_t ping = first_ping; ping < last_ping; ++ping) {
+    const Vec3 p = sonar_pose(session, ping).position_m;
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const double range = session.sonar.range_max_m;
+  return {low - Vec3{range, range, range}, high + Vec3{range, range, range}};
+}
+
+SdfSize sdf_size_of(const Session& session) {
+  if (!session.scenario.output.sdf || session.world.objects.empty()) return {};
+  const auto pings = static_cast<std::uint32_t>(session.ping_times_s.size());
+  return sdf_size(session.world, object_poses(session, 0), *session.scenario.output.sdf,
+                  reach_of(session, 0, pings));
 }
 
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence) {

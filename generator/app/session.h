@@ -4,6 +4,7 @@
 //   Session          prepare_session  prepare_without_world
 //   sequence_info    what one sequence's files say of it
 //   pick_split       train, val or test
+//   reach_of  sdf_size_of
 #pragma once
 
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "core/ping.h"
 #include "scenario/scenario.h"
 #include "world/path.h"
+#include "world/scene_sdf.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -42,6 +44,12 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
 
 // A draw keyed by seed and sequence: the same whatever else is run.
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence);
+
+// The box that the sonar hears, from all places of the pings [first, last).
+SdfRegion reach_of(const Session& session, std::uint32_t first_ping, std::uint32_t last_ping);
+
+// What output.sdf takes of one sequence; nothing where it is not asked for.
+SdfSize sdf_size_of(const Session& session);
 
 // Where the sonar is at a ping, and each of World::objects.
 Pose sonar_pose(const Session& session, std::uint32_t ping);

@@ -1,6 +1,7 @@
 // How a surface throws sound back: the parameters, without the formulas (acoustics/scattering.h).
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 namespace ensonify {
@@ -23,6 +24,12 @@ struct Material {
   double rician_k = 0;         // K, power ratio of the constant part to the random one
   double reflection = 0;       // R of kirchhoff, -1 ... 1
   double roughness_rms_m = 0;  // h of kirchhoff
+};
+
+// Parts of a mesh that scatter in another way than the rest of their object.
+struct PartMaterials {
+  std::vector<std::uint16_t> of_part;  // by Mesh::part: 0 the object's own, k: materials[k - 1]
+  std::vector<Material> materials;     // both empty: the object's own everywhere
 };
 
 }  // namespace ensonify

@@ -109,18 +109,26 @@ struct OrientedBox {
 
 enum class InstanceKind { surface, point_target, volume };
 
+// A part of a surface with a material of its own, by the name that its file gives it.
+struct InstancePart {
+  std::string name;
+  std::string material;
+  Material scattering;
+};
+
 struct Instance {
   std::uint16_t id = 0;  // 1, 2, ...: objects as in the scenario, then point targets, then volumes
   std::string name;
   std::uint8_t class_id = 0;
   std::string class_name;
   InstanceKind kind = InstanceKind::surface;
-  std::string material;              // of a surface, by name
-  Material scattering;               // of a surface
-  bool vertex_reflectivity = false;  // of a surface: its mesh scales the reflectivity
-  double target_strength_db = 0;     // of a point target
-  double volume_strength_db = 0;     // of a volume, dB re 1/m
-  std::optional<OrientedBox> box;    // absent: a point, or without end
+  std::string material;                  // of a surface, by name
+  Material scattering;                   // of a surface
+  bool vertex_reflectivity = false;      // of a surface: its mesh scales the reflectivity
+  double target_strength_db = 0;         // of a point target
+  double volume_strength_db = 0;         // of a volume, dB re 1/m
+  std::vector<InstancePart> parts = {};  // of a surface: what has another material
+  std::optional<OrientedBox> box = {};   // absent: a point, or without end
 };
 
 // The Cartesian picture: pixel (row, column) has its centre at
@@ -140,6 +148,12 @@ struct GreySettings {
   double spreading = 0;     // dB a decade of range
   bool absorption = false;  // by the water's alpha
   friend bool operator==(const GreySettings&, const GreySettings&) = default;
+};
+
+// The signed distance field of the scene: cubic voxels, with distances on either side of surfaces.
+struct SdfGrid {
+  double voxel_m = 0;
+  int band_voxels = 3;
 };
 
 struct OutputSelection {
@@ -187,6 +201,7 @@ struct SequenceInfo {
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for
+  std::optional<SdfGrid> sdf = {};         // absent: not asked for
   std::array<double, 2> png_db_limits{};   // black and white of the grey pictures, gain included
   GreySettings png;
   OutputSelection output;

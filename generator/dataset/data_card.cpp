@@ -99,7 +99,8 @@ std::string packed_rows(const OutputSelection& output) {
                     "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |");
 }
 
-std::string files_table(const OutputSelection& output) {
+std::string files_table(const SequenceInfo& first) {
+  const OutputSelection& output = first.output;
   std::string text = R"(## Files
 
 | file | what |
@@ -124,6 +125,12 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
 | `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
 | `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
 )";
+  if (first.sdf) {
+    text += fmt::format(
+        "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
+        "metres, voxels of {} m, world coordinates |\n",
+        first.sdf->voxel_m);
+  }
   if (output.packed) return text + packed_rows(output) + "\n";
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
   text += row(output.timeseries_exr,
@@ -241,7 +248,7 @@ data on.
 
 std::string data_card(const DatasetInfo& info) {
   const SequenceInfo& first = info.sequences.front();
-  return introduction(info) + classes_table(info) + kConventions + files_table(first.output) +
+  return introduction(info) + classes_table(info) + kConventions + files_table(first) +
          loading(first) + kLicence;
 }
 

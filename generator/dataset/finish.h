@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.h"
@@ -20,9 +21,11 @@ namespace ensonify {
 bool sequence_is_finished(const std::filesystem::path& dir, const SequenceInfo& info);
 
 // Writes the sequence's arrays and tables from the records of its pings
-// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished.
+// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished. `sdf_vdb`:
+// the bytes of sdf.vdb, where info.sdf asks for them.
 // Error (usage): records of some pings, or their files, are missing. Error (io): as it says.
-Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info);
+Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info,
+                       std::string_view sdf_vdb = {});
 
 // An input file of the scenario; goes to assets/<sha256>.<extension>.
 struct Asset {

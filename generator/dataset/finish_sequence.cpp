@@ -183,7 +183,7 @@ Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const 
   return committed ? Status() : Status(committed.error());
 }
 
-Status write_sequence(const fs::path& dir, const SequenceInfo& info) {
+Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb) {
   if (const Status there = check_all_there(dir, info); !there) return there;
   // A sequence without pings has no plan yet.
   if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
@@ -193,6 +193,12 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info) {
     const auto arrays = write_arrays(dir, info);
     if (!arrays) return arrays.error();
     entries->insert(entries->end(), arrays->begin(), arrays->end());
+  }
+  if (info.sdf) {
+    auto entry =
+        write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kSdf), sdf_vdb);
+    if (!entry) return entry.error();
+    entries->push_back(std::move(*entry));
   }
   const auto totals = write_tables(dir, info, *entries);
   if (!totals) return totals.error();
@@ -209,10 +215,10 @@ bool sequence_is_finished(const fs::path& dir, const SequenceInfo& info) {
   }
 }
 
-Status finish_sequence(const fs::path& dir, const SequenceInfo& info) {
+Status finish_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb) {
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
-    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info);
+    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info, sdf_vdb);
     // Another copy of the same work may have finished it, and taken the records away, meanwhile.
     if (!written && !sequence_is_finished(dir, info)) return written;
     remove_pieces(dir, info.sequence);

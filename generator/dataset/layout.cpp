@@ -118,7 +118,7 @@ bool is_layout_name(std::string_view relative) {
     return true;
   }
   const auto once = sequence_files();
-  return std::any_of(once.begin(), once.end(), in_folder) ||
+  return in_folder(kSdf) || std::any_of(once.begin(), once.end(), in_folder) ||
          std::any_of(std::begin(kPingTemplates), std::end(kPingTemplates), in_folder);
 }
 

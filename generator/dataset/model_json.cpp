@@ -215,6 +215,12 @@ Json instance_json(const Instance& instance) {
       json["law"] = law_json(instance.scattering);
       json["vertex_reflectivity"] = instance.vertex_reflectivity;
       json["coherent"] = coherent_json(instance.scattering);
+      for (const InstancePart& part : instance.parts) {
+        json["parts"].push_back({{"name", part.name},
+                                 {"material", part.material},
+                                 {"law", law_json(part.scattering)},
+                                 {"coherent", coherent_json(part.scattering)}});
+      }
       break;
     case InstanceKind::point_target:
       json["kind"] = "point_target";

@@ -98,6 +98,7 @@ void list_planned_sequence(const fs::path& dir, std::uint32_t sequence, Listing&
       if (name.is_string()) listing.add(layout::in_sequence(sequence, name.get<std::string>()));
     }
   }
+  listing.add(layout::in_sequence(sequence, layout::kSdf));
   Plan& planned = listing.add_plan(layout::sequence_folder(sequence) + "/");
   planned.first_ping = *first;
   planned.last_ping = *last;

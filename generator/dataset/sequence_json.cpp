@@ -38,6 +38,15 @@ Json cartesian_json(const CartesianGrid& grid) {
            "metres_per_pixel; x along the boresight, y to port"}};
 }
 
+Json sdf_json(const SdfGrid& sdf) {
+  return {{"file", layout::kSdf},
+          {"grid", "sdf"},
+          {"voxel_m", sdf.voxel_m},
+          {"band_voxels", sdf.band_voxels},
+          {"frame", "world, at the first ping; voxel i has its middle at i voxel_m; metres"},
+          {"sign", "negative in what is solid; beyond the band +- band_voxels voxel_m"}};
+}
+
 Json axes_json(const OutputSelection& output) {
   Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
                {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
@@ -131,6 +140,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
           {"png", info.output.png ? png_json(info) : Json(nullptr)},
           {"layers", layers_json(info)},
           {"cartesian", info.cartesian ? cartesian_json(*info.cartesian) : Json(nullptr)},
+          {"sdf", info.sdf ? sdf_json(*info.sdf) : Json(nullptr)},
           {"draws", draws_json(info.draws)},
           {"classes", info.classes},
           {"instances", std::move(instances)},

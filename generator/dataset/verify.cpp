@@ -115,6 +115,8 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceSh
   if (const Json* arrays = member(head, "arrays"); arrays != nullptr && arrays->is_object()) {
     for (const auto& [name, about] : arrays->items()) names.emplace_back(name, name);
   }
+  const Json* sdf = member(head, "sdf");
+  if (sdf != nullptr && sdf->is_object()) names.emplace_back(layout::kSdf, layout::kSdf);
   const Json* each = member(head, "each_ping");
   if (each == nullptr || !each->is_array()) return names;
   for (const Json& item : *each) {

@@ -166,6 +166,17 @@ std::string annotations_fault(const fs::path& path, const SequenceShape& shape) 
   return "does not have one line for every ping, in order";
 }
 
+// The head of an OpenVDB file, its random tag set to zeros.
+std::string vdb_fault(const fs::path& path) {
+  constexpr std::string_view kMagic(" BDV\0\0\0\0", 8);
+  const std::string head = start_of(path);
+  if (!head.starts_with(kMagic)) return "is not an OpenVDB file";
+  if (head.find("00000000-0000-0000-0000-000000000000") != 21) {
+    return "is not an OpenVDB file of ensonify's form";
+  }
+  return {};
+}
+
 using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
 
 struct KnownFile {
@@ -224,6 +235,7 @@ const KnownFile kKnownFiles[] = {
     {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
     {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
     {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
+    {layout::kSdf, [](auto&, auto& path, auto&) { return vdb_fault(path); }},
     {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
     {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
 };

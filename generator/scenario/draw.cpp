@@ -66,7 +66,7 @@ bool reads_whole_numbers(std::string_view path) {
                        end - (dot == std::string_view::npos ? 0 : dot + 1));
   };
   const std::string_view last = segment_before(path.size());
-  for (const char* key : {"count", "pings", "fish", "height_px", "bits", "nbar"}) {
+  for (const char* key : {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels"}) {
     if (last == key) return true;
   }
   const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);

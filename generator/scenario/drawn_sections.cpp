@@ -22,7 +22,8 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
     const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
     const std::string inner = fmt::format("{}.{}", path, segment);
     if (!drawn) {
-      for_each_file(node.items[i], in_map ? segment : "", inner, visit);
+      const bool keyed = in_map && key != "parts";  // whose keys are the names of parts
+      for_each_file(node.items[i], keyed ? segment : "", inner, visit);
       continue;
     }
     for (std::size_t k = 0; k < node.items[i].items.size(); ++k) {

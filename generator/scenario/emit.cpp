@@ -200,13 +200,18 @@ std::string output_text(const OutputSpec& output) {
   if (output.selection.cartesian) {
     cartesian = fmt::format("{{height_px: {}}}", output.cartesian_height_px);
   }
+  std::string sdf;
+  if (output.sdf) {
+    sdf = fmt::format(", sdf: {{voxel_m: {}, band_voxels: {}}}", number(output.sdf->voxel_m),
+                      output.sdf->band_voxels);
+  }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}}}\n",
+      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}}}\n",
       timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
       output.selection.shadow, output.selection.amodal, output.selection.polygons,
       output.selection.scatterers, output.selection.points, layers_text(output),
-      output.selection.packed ? "sequence" : "ping");
+      output.selection.packed ? "sequence" : "ping", sdf);
 }
 
 }  // namespace

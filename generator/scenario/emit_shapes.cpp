@@ -5,6 +5,19 @@
 #include "scenario/emit.h"
 
 namespace ensonify {
+namespace {
+
+std::string parts_text(const std::vector<PartSpec>& parts) {
+  if (parts.empty()) return "";
+  std::string text;
+  for (const PartSpec& part : parts) {
+    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", quoted_if_needed(part.part),
+                        quoted_if_needed(part.material));
+  }
+  return ", parts: {" + text + "}";
+}
+
+}  // namespace
 
 std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
   return std::visit(
@@ -23,11 +36,17 @@ std::string shape_text(const ShapeSpec& shape, const NameFile& name_file) {
           return heightfield_text(s, name_file);
         } else if constexpr (std::is_same_v<S, ModelSpec>) {
           return fmt::format("model: {{kind: {}, size_m: {}}}", word_of(s.kind), number(s.size_m));
+        } else if constexpr (std::is_same_v<S, LevelSetSpec>) {
+          const std::string grid = s.grid.empty() ? "" : ", grid: " + quoted_if_needed(s.grid);
+          return fmt::format("level_set: {{file: {}{}, normals: {}}}",
+                             quoted_if_needed(name_file(s.file)), grid,
+                             s.smooth_normals ? "smooth" : "face");
         } else {
-          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}}}",
+          return fmt::format("mesh: {{file: {}, scale: {}, normals: {}, reflectivity: {}{}}}",
                              quoted_if_needed(name_file(s.file)), number(s.scale),
                              s.smooth_normals ? "smooth" : "face",
-                             s.vertex_reflectivity ? "vertex_color" : "material");
+                             s.vertex_reflectivity ? "vertex_color" : "material",
+                             parts_text(s.parts));
         }
       },
       shape);

@@ -24,7 +24,14 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"rotation_deg"}, {"quaternion_wxyz"}},
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
-      {{"box"}, {"sphere"}, {"cylinder"}, {"plane"}, {"mesh"}, {"heightfield"}, {"model"}},
+      {{"box"},
+       {"sphere"},
+       {"cylinder"},
+       {"plane"},
+       {"mesh"},
+       {"heightfield"},
+       {"model"},
+       {"level_set"}},
       {{"size_m", "roughness", "ripples"}, {"file", "height_scale", "height_offset_m"}},
       {{"uniform"}, {"vdb"}, {"plume"}, {"school"}},
       {{"gaussian"}, {"flat"}, {"lfm"}, {"cw"}, {"table"}},
@@ -78,7 +85,8 @@ using Segments = std::vector<std::string_view>;
 
 // Whether the keys of the map at this path are names of the user's, of which none excludes another.
 bool holds_names(std::span<const std::string_view> path) {
-  return path.size() == 1 && path[0] == "materials";
+  if (path.size() == 1) return path[0] == "materials";
+  return path.size() == 5 && path[0] == "objects" && path[3] == "mesh" && path[4] == "parts";
 }
 
 // Whether at this path a word stands for a map of it: `flat` for {flat: {}}.

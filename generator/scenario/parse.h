@@ -6,6 +6,7 @@
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
+//   MaterialNames  parse_material_name
 //   parse_place  check_places        in parse_place.cpp
 //   parse_heightfield                in parse_terrain.cpp
 //   parse_pose  parse_input_file     shared by several
@@ -14,6 +15,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "scenario/reader.h"
@@ -70,7 +72,18 @@ void parse_materials(const InputFolder& input, const Value& value,
                      std::vector<MaterialSpec>& materials);
 void parse_objects(const InputFolder& input, const Value& value,
                    const std::vector<MaterialSpec>& materials, std::vector<ObjectSpec>& objects);
-void parse_shape(const InputFolder& input, const Value& map, ShapeSpec& shape);
+
+// The materials that can be referred to, kept for the whole list of objects.
+struct MaterialNames {
+  std::unordered_set<std::string_view> set;
+  std::vector<std::string_view> list;
+};
+// The name of one of them, which must be given.
+void parse_material_name(Faults& faults, const Value& map, std::string_view key,
+                         const MaterialNames& names, std::string& material);
+
+void parse_shape(const InputFolder& input, const Value& map, const MaterialNames& names,
+                 ShapeSpec& shape);
 void parse_heightfield(const InputFolder& input, const Value& map, HeightfieldSpec& field);
 void parse_point_targets(Faults& faults, const Value& value, std::vector<PointTargetSpec>& targets);
 void parse_volumes(const InputFolder& input, const Value& value, std::vector<VolumeSpec>& volumes);

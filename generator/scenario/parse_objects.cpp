@@ -15,24 +15,6 @@ namespace {
 constexpr std::size_t kMaxInstances = 65534;
 constexpr std::size_t kMaxClasses = 255;
 
-// The materials that can be referred to, kept for the whole list of objects.
-struct MaterialNames {
-  std::unordered_set<std::string_view> set;
-  std::vector<std::string_view> list;
-};
-
-void parse_material_name(Faults& faults, const Value& map, const MaterialNames& names,
-                         std::string& material) {
-  if (!read_text(faults, map, "material", material, Need::required)) return;
-  if (names.set.contains(material) || faults.list.size() >= kMaxFaults) return;
-  std::string accepted = "none is defined under materials";
-  if (!names.list.empty()) accepted = "accepted are the keys of materials: " + joined(names.list);
-  const Value value = *child(map, "material");
-  add_fault(
-      faults, value.place, value.path,
-      fmt::format("no material {}{}, {}", shown(material), hint(material, names.list), accepted));
-}
-
 void parse_object(const InputFolder& input, const Value& map, const MaterialNames& names,
                   ObjectSpec& object) {
   Faults& faults = input.faults;
@@ -40,12 +22,13 @@ void parse_object(const InputFolder& input, const Value& map, const MaterialName
     return;
   read_text(faults, map, "name", object.name, Need::required);
   read_text(faults, map, "class", object.class_name);
-  parse_material_name(faults, map, names, object.material);
+  parse_material_name(faults, map, "material", names, object.material);
   if (const auto shape = child(map, "shape")) {
-    parse_shape(input, *shape, object.shape);
+    parse_shape(input, *shape, names, object.shape);
   } else {
     add_fault(faults, map.place, path_of(map, "shape"),
-              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield, model");
+              "missing, accepted is one of box, sphere, cylinder, plane, mesh, heightfield, model, "
+              "level_set");
   }
   if (const auto pose = child(map, "pose"); pose && open_map(faults, *pose, kPoseKeys)) {
     parse_pose(faults, *pose, object.pose);
@@ -130,6 +113,18 @@ std::vector<std::string> class_names(const Value& root) {
   add_list("point_targets", PointTargetSpec{}.class_name);
   add_list("volumes", VolumeSpec{}.class_name);
   return names;
+}
+
+void parse_material_name(Faults& faults, const Value& map, std::string_view key,
+                         const MaterialNames& names, std::string& material) {
+  if (!read_text(faults, map, key, material, Need::required)) return;
+  if (names.set.contains(material) || faults.list.size() >= kMaxFaults) return;
+  std::string accepted = "none is defined under materials";
+  if (!names.list.empty()) accepted = "accepted are the keys of materials: " + joined(names.list);
+  const Value value = *child(map, key);
+  add_fault(
+      faults, value.place, value.path,
+      fmt::format("no material {}{}, {}", shown(material), hint(material, names.list), accepted));
 }
 
 void parse_pose(Faults& faults, const Value& map, PoseSpec& pose) {

@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kMaxSequences = 1'000'000;
 constexpr int kMaxImageHeight = 16384;
+constexpr int kMaxSdfBand = 100;
 
 // Labels that go with pictures: on where there are polar or Cartesian ones.
 void parse_hidden_labels(Faults& faults, const Value& value, OutputSelection& selection) {
@@ -31,6 +32,22 @@ void parse_hidden_labels(Faults& faults, const Value& value, OutputSelection& se
   };
   read("shadow", with_labels, "polar or cartesian", selection.shadow);
   read("amodal", with_labels || selection.png, "polar, cartesian or png", selection.amodal);
+}
+
+void parse_sdf(Faults& faults, const Value& value, OutputSpec& output) {
+  bool wanted = false;
+  const auto map = read_switch(faults, value, "sdf", wanted);
+  if (!wanted) return;
+  SdfGrid& sdf = output.sdf.emplace();
+  if (!map) {
+    const Value sdf_value = *child(value, "sdf");
+    add_fault(faults, sdf_value.place, path_of(sdf_value, "voxel_m"),
+              "missing, accepted is a map with it, as in {voxel_m: 0.05}");
+    return;
+  }
+  if (!open_map(faults, *map, {"voxel_m", "band_voxels"})) return;
+  read_number(faults, *map, "voxel_m", above_up_to(0, kMaxLengthM), sdf.voxel_m, Need::required);
+  read_integer(faults, *map, "band_voxels", 1, kMaxSdfBand, sdf.band_voxels);
 }
 
 // The head of a scenario.
@@ -130,7 +147,7 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
                 {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
-                 "scatterers", "points", "layers", "pack"})) {
+                 "scatterers", "points", "layers", "pack", "sdf"})) {
     return;
   }
   OutputSelection& selection = output.selection;
@@ -150,6 +167,7 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   read_plain_switch("points", selection.points);
   parse_layers(faults, value, output);
   parse_pack(faults, value, selection);
+  parse_sdf(faults, value, output);
 }
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {

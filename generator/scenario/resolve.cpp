@@ -105,6 +105,7 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
   if (!add_drawn("objects")) {
     for (const ObjectSpec& object : scenario.objects) {
       if (const auto* mesh = std::get_if<MeshSpec>(&object.shape)) add(mesh->file);
+      if (const auto* solid = std::get_if<LevelSetSpec>(&object.shape)) add(solid->file);
       if (const auto* field = std::get_if<HeightfieldSpec>(&object.shape)) {
         if (!field->file.empty()) add(field->file);
         if (!field->reflectivity_map.empty()) add(field->reflectivity_map);

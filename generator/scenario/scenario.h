@@ -127,14 +127,24 @@ struct CylinderSpec {  // axis z, centred at the origin, closed by two discs
   double radius_m = 0, height_m = 0;
 };
 struct PlaneSpec {};  // z = 0, without end
+struct PartSpec {     // a part of a mesh file, by its name, with a material of its own
+  std::string part, material;
+};
 struct MeshSpec {
   std::filesystem::path file;  // absolute or relative to the working directory
   double scale = 1;
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
+  std::vector<PartSpec> parts = {};  // the others have the object's material
+};
+// The zero surface of an OpenVDB level set.
+struct LevelSetSpec {
+  std::filesystem::path file;
+  std::string grid;  // empty: the only one of the file
+  bool smooth_normals = true;
 };
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
-                               HeightfieldSpec, ModelSpec>;
+                               HeightfieldSpec, ModelSpec, LevelSetSpec>;
 
 // Name, material and shape must be given.
 struct ObjectSpec {
@@ -170,6 +180,7 @@ struct OutputSpec {
   GreySettings png;
   // Names and classes of the layer `target`; absent: all that has an end and does not enclose.
   std::optional<std::vector<std::string>> layer_targets;
+  std::optional<SdfGrid> sdf = {};  // absent: none is written
 };
 
 // Shares of the whole, whatever their sum. Once `splits` is given, a share left out is 0.

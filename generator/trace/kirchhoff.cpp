@@ -53,8 +53,18 @@ struct Bend {
 };
 
 bool is_mirror(const SurfaceScattering& scattering, const Hit& hit) {
-  return hit.instance != 0 &&
-         scattering.material[hit.instance].coherent == CoherentModel::kirchhoff;
+  return hit.instance != 0 && material_at(scattering, hit).coherent == CoherentModel::kirchhoff;
+}
+
+// Where the material changes there is an edge, though the surface goes on.
+bool same_surface(const Hit& a, const Hit& b) {
+  return a.instance == b.instance && a.part == b.part;
+}
+
+bool any_mirror(std::span<const Material> materials) {
+  return std::ranges::any_of(materials, [](const Material& material) {
+    return material.coherent == CoherentModel::kirchhoff;
+  });
 }
 
 Hit shoot(const Sector& sector, double azimuth_rad, double elevation_rad) {
@@ -112,8 +122,8 @@ Want cuts_for_edges(const Part& part) {
   Want want;
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 2; ++k) {
-      want.azimuth |= part.hits[k][i].instance != part.hits[k + 1][i].instance;
-      want.elevation |= part.hits[i][k].instance != part.hits[i][k + 1].instance;
+      want.azimuth |= !same_surface(part.hits[k][i], part.hits[k + 1][i]);
+      want.elevation |= !same_surface(part.hits[i][k], part.hits[i][k + 1]);
     }
   }
   return want;
@@ -187,7 +197,7 @@ std::complex<double> bend_factor(const Bend& bend, double wavelength_m) {
 
 std::complex<double> amplitude_of(const Part& part, const Sector& sector) {
   const Hit& middle = part.hits[1][1];
-  const Material& material = sector.scattering.material[middle.instance];
+  const Material& material = material_at(sector.scattering, middle);
   const double solid_angle = cell_solid_angle_sr(part.azimuth_rad[2] - part.azimuth_rad[0],
                                                  part.elevation_rad[0], part.elevation_rad[2]);
   const auto with_changes = [&](double azimuth_m, double elevation_m) {
@@ -281,10 +291,10 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
                                             const SurfaceScattering& scattering,
                                             const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
-  const bool any = std::any_of(
-      scattering.material.begin(), scattering.material.end(),
-      [](const Material& material) { return material.coherent == CoherentModel::kirchhoff; });
-  if (!any) return {};
+  if (!any_mirror(scattering.material) &&
+      std::ranges::none_of(scattering.part_material, any_mirror)) {
+    return {};
+  }
   const Sonar& sonar = scattering.sonar;
   const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;

@@ -122,13 +122,16 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
   gather(mesh, query, found, instance, t);
   meet_triangles(local_origin(scene, query, instance), pose.rotation, t);
   const bool plain = mesh.normals.empty() && mesh.reflectivity.empty();
+  const std::vector<std::uint16_t>& of_part = object->parts.of_part;
   for (int i = 0; i < t.count; ++i) {
     Hit& hit = hits[t.ray[i]];
     hit = {t.range_m[i],
            static_cast<float>(t.cos_incidence[i]),
            object->instance,
            1,
+           0,
            {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
+    if (!of_part.empty()) hit.part = of_part[mesh.part[found[t.ray[i]].triangle]];
     if (plain) continue;
     const Vec3 direction = local_ray(scene, query, t.ray[i], instance).direction;
     interpolate(mesh, found[t.ray[i]], direction, pose.rotation, hit);

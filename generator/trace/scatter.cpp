@@ -101,10 +101,13 @@ constexpr std::uint64_t kPointKey = std::uint64_t{1} << 63;
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
-  SurfaceScattering scattering{sonar, water, {}};
+  SurfaceScattering scattering{sonar, water, {}, {}};
   scattering.material.resize(world.instances.size() + 1);
   for (const WorldObject& object : world.objects) {
     scattering.material[object.instance] = object.material;
+    if (object.parts.materials.empty()) continue;
+    scattering.part_material.resize(scattering.material.size());
+    scattering.part_material[object.instance] = object.parts.materials;
   }
   return scattering;
 }

@@ -1,6 +1,6 @@
 // Hits to scatterers: the physics of one echo, put on record.
 //
-//   SurfaceScattering      what a sequence fixes
+//   SurfaceScattering  material_at   what a sequence fixes
 //   surface_scatterers     one scatterer for each ray that found something
 //   surface_scatterer_list the same, sorted
 //   point_target_scatterers  school_scatterers  HiddenTarget
@@ -22,7 +22,14 @@ struct SurfaceScattering {
   Sonar sonar;
   Water water;
   std::vector<Material> material;  // by instance id; [0] is unused
+  // By instance id, then Hit::part - 1; empty where no object has parts.
+  std::vector<std::vector<Material>> part_material = {};
 };
+
+inline const Material& material_at(const SurfaceScattering& scattering, const Hit& hit) {
+  return hit.part == 0 ? scattering.material[hit.instance]
+                       : scattering.part_material[hit.instance][hit.part - 1];
+}
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world);

@@ -63,8 +63,8 @@ struct SurfaceEchoes {
   bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
     if (!is_usable(hit, scattering.sonar)) return false;
     ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    moments = scatterer_moments(scattering.material[hit.instance], hit.reflectivity,
-                                hit.cos_incidence, hit.range_m, fan.solid_angle_sr[e]);
+    moments = scatterer_moments(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence,
+                                hit.range_m, fan.solid_angle_sr[e]);
     return is_an_echo(moments);
   }
 

@@ -23,6 +23,7 @@ struct Hit {
   float cos_incidence = 0;     // |ray . normal|
   std::uint32_t instance = 0;  // 0: the ray missed
   float reflectivity = 1;      // factor of the mesh's own on the material's
+  std::uint16_t part = 0;      // 0: of the object's own material; k: WorldObject::parts
   Vec3 normal{};               // unit length, of either sign, in the world
 };
 

@@ -7,8 +7,10 @@
 
 #include "core/random.h"
 #include "scenario/tables.h"
+#include "scenario/text.h"
 #include "world/boxes.h"
 #include "world/heightfield.h"
+#include "world/level_set_vdb.h"
 #include "world/models/models.h"
 #include "world/place.h"
 #include "world/seabed.h"
@@ -57,6 +59,18 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
       if (!loaded) return loaded.error();
       cached = std::make_shared<const Mesh>(std::move(*loaded));
       warnings = cached->warnings;
+    }
+    return Shape(MeshShape{cached});
+  }
+  if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
+    // A mesh file does not end in .vdb; no name of a grid holds a line feed.
+    auto& cached =
+        meshes[{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false}];
+    if (!cached) {
+      Result<Mesh> loaded = load_level_set_vdb(
+          solid->file, solid->grid, solid->smooth_normals ? Normals::smooth : Normals::face);
+      if (!loaded) return loaded.error();
+      cached = std::make_shared<const Mesh>(std::move(*loaded));
     }
     return Shape(MeshShape{cached});
   }
@@ -147,6 +161,40 @@ void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t se
   object.pose = pose_at(*object.path, span_of(*object.path).start_s);
 }
 
+Error no_part(const MeshSpec& spec, const Mesh& mesh, const std::string& part) {
+  const std::vector<std::string_view> names(mesh.part_names.begin(), mesh.part_names.end());
+  const std::string file = spec.file.string();
+  if (names.empty()) {
+    return {ErrorKind::usage, file +
+                                  ": more than 256 names of materials or parts, accepted are "
+                                  "fewer where parts are told apart"};
+  }
+  return {ErrorKind::usage, fmt::format("{}: no part {}{}, accepted are {}", file, shown(part),
+                                        hint(part, names), joined(names))};
+}
+
+// Parts of one material are one; those of the object's own are none.
+void set_parts(const MeshSpec& spec, const Mesh& mesh,
+               const std::map<std::string, Material>& materials, const std::string& key,
+               WorldObject& object, Instance& instance, Faults& faults) {
+  PartMaterials& parts = object.parts;
+  std::map<std::string, std::uint16_t> number = {{instance.material, 0}};
+  for (const PartSpec& part : spec.parts) {
+    const auto named = std::find(mesh.part_names.begin(), mesh.part_names.end(), part.part);
+    if (named == mesh.part_names.end()) {
+      faults.add(fmt::format("{}.{}", key, part.part), no_part(spec, mesh, part.part));
+      continue;
+    }
+    const Material& material = materials.at(part.material);
+    const auto [entry, fresh] = number.emplace(part.material, parts.materials.size() + 1);
+    if (fresh) parts.materials.push_back(material);
+    parts.of_part.resize(mesh.part_names.size(), 0);
+    parts.of_part[named - mesh.part_names.begin()] = entry->second;
+    instance.parts.push_back({part.part, part.material, material});
+  }
+  if (parts.materials.empty()) parts = {};
+}
+
 void add_objects(const Scenario& scenario, std::uint32_t sequence,
                  const std::map<std::string, Material>& materials, World& world, Faults& faults) {
   MeshCache meshes;
@@ -156,28 +204,35 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
     std::vector<std::string> warnings;
     Result<Shape> shape =
-        field == nullptr ? shape_of(spec.shape, meshes, warnings)
-                         : Shape(MeshShape{terrain_of(
-                               *field, terrain_key(scenario.seed, sequence, spec.name),
-                               fmt::format("objects.{}.shape.heightfield", i), terrains, faults)});
+        field == nullptr
+            ? shape_of(spec.shape, meshes, warnings)
+            : Shape(MeshShape{
+                  terrain_of(*field, terrain_key(scenario.seed, sequence, spec.name),
+                             fmt::format("objects.{}.shape.heightfield", i), terrains, faults),
+                  true});
     for (const std::string& warning : warnings) {
       world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
     }
     if (!shape) {
-      faults.add(fmt::format("objects.{}.shape.mesh.file", i), shape.error());
+      const bool solid = std::holds_alternative<LevelSetSpec>(spec.shape);
+      faults.add(fmt::format("objects.{}.shape.{}.file", i, solid ? "level_set" : "mesh"),
+                 shape.error());
       continue;
     }
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);
     if (faults.lines.empty()) instance.box = box_of(*shape);  // a faulty file has no mesh
-    if (const auto* mesh = std::get_if<MeshSpec>(&spec.shape)) {
-      instance.vertex_reflectivity = mesh->vertex_reflectivity;
-    }
+    const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
+    if (mesh != nullptr) instance.vertex_reflectivity = mesh->vertex_reflectivity;
     if (field != nullptr) instance.vertex_reflectivity = !field->reflectivity_map.empty();
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
-    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), world.objects.back(), faults);
+    WorldObject& object = world.objects.back();
+    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), object, faults);
+    if (mesh == nullptr) continue;
+    set_parts(*mesh, *std::get<MeshShape>(object.shape).mesh, materials,
+              fmt::format("objects.{}.shape.mesh.parts", i), object, instance, faults);
   }
 }
 

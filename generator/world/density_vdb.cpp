@@ -1,30 +1,18 @@
 #include "world/density_vdb.h"
 
-#include <fmt/format.h>
-#include <openvdb/openvdb.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
 #include <cmath>
-#include <new>
 #include <optional>
+
+#include "world/vdb_file.h"
 
 namespace ensonify {
 namespace {
 
 constexpr float kMaxDensity = 1e6f;
-constexpr int kFarthestIndex = 1 << 30;
 
 using Trouble = std::optional<std::string>;
-
-std::string names_in(const openvdb::GridPtrVec& grids) {
-  std::string names;
-  for (const auto& grid : grids) {
-    names += (names.empty() ? "" : ", ") + grid->getName();
-    if (names.size() > 300) return names + ", ...";
-  }
-  return names.empty() ? "none" : names;
-}
 
 Trouble trouble_with(const openvdb::GridBase& base, const openvdb::FloatGrid* grid) {
   if (grid == nullptr) {
@@ -46,12 +34,9 @@ Trouble trouble_with(const openvdb::GridBase& base, const openvdb::FloatGrid* gr
     if (*value >= 0 && *value <= kMaxDensity) continue;
     return fmt::format("holds the density {}, accepted are 0 to {}", *value, kMaxDensity);
   }
-  const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
-  for (int i = 0; i < 3; ++i) {
-    if (box.min()[i] < -kFarthestIndex || box.max()[i] > kFarthestIndex) {
-      return fmt::format("has voxels beyond index {}, accepted is a grid nearer to its origin",
-                         kFarthestIndex);
-    }
+  if (!is_near_origin(grid->evalActiveVoxelBoundingBox())) {
+    return fmt::format("has voxels beyond index {}, accepted is a grid nearer to its origin",
+                       kFarthestVdbIndex);
   }
   return std::nullopt;
 }
@@ -110,41 +95,21 @@ Result<DensityGrid> density_of(const openvdb::FloatGrid& grid) {
 Result<DensityGrid> load(const std::filesystem::path& path, const std::string& name) {
   // All threads come from core/parallel.h; OpenVDB would start some to free its trees.
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
-  openvdb::initialize();
-  openvdb::io::File file(path.string());
-  file.open(false);
-  if (!file.hasGrid(name)) {
-    return Error{ErrorKind::usage, fmt::format("has no grid `{}`, accepted are {}", name,
-                                               names_in(*file.readAllGridMetadata()))};
+  Result<openvdb::GridBase::Ptr> base = read_vdb_grid(path, name);
+  if (!base) return base.error();
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*base);
+  if (const Trouble trouble = trouble_with(**base, grid.get())) {
+    return grid_trouble(**base, *trouble);
   }
-  const openvdb::GridBase::Ptr base = file.readGrid(name);
-  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(base);
-  const auto with_name = [&](const std::string& trouble) {
-    return Error{ErrorKind::usage, fmt::format("grid `{}` {}", name, trouble)};
-  };
-  if (const Trouble trouble = trouble_with(*base, grid.get())) return with_name(*trouble);
   Result<DensityGrid> density = density_of(*grid);
-  if (!density) return with_name(density.error().message);
+  if (!density) return grid_trouble(**base, density.error().message);
   return density;
 }
 
 }  // namespace
 
 Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid) {
-  const auto refuse = [&](const std::string& trouble) {
-    return Error{ErrorKind::usage, fmt::format("{}: {}", file.string(), trouble)};
-  };
-  try {
-    Result<DensityGrid> density = load(file, grid);
-    if (!density) return refuse(density.error().message);
-    return density;
-  } catch (const std::bad_alloc&) {
-    return refuse("needs more memory than there is: too large, or damaged");
-  } catch (const std::exception& e) {
-    std::string what = e.what();
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    return refuse(fmt::format("cannot be read ({}), accepted is an OpenVDB file", what));
-  }
+  return load_from_vdb(file, [&] { return load(file, grid); });
 }
 
 }  // namespace ensonify

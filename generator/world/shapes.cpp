@@ -1,5 +1,6 @@
 #include "world/shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -94,5 +95,26 @@ std::optional<SurfaceHit> intersect(const PlaneShape&, const Ray& ray, double ne
   if (!(range > nearest_m) || !std::isfinite(range)) return std::nullopt;
   return SurfaceHit{range, {0, 0, 1}};
 }
+
+double signed_distance_m(const BoxShape& box, Vec3 p) {
+  const Vec3 q{std::abs(p.x) - box.half_size_m.x, std::abs(p.y) - box.half_size_m.y,
+               std::abs(p.z) - box.half_size_m.z};
+  const Vec3 outside{std::max(q.x, 0.0), std::max(q.y, 0.0), std::max(q.z, 0.0)};
+  const double distance = length(outside) + std::min(std::max({q.x, q.y, q.z}), 0.0);
+  return box.inside ? -distance : distance;
+}
+
+double signed_distance_m(const SphereShape& sphere, Vec3 p) {
+  const double distance = length(p) - sphere.radius_m;
+  return sphere.inside ? -distance : distance;
+}
+
+double signed_distance_m(const CylinderShape& cylinder, Vec3 p) {
+  const double side = std::hypot(p.x, p.y) - cylinder.radius_m;
+  const double end = std::abs(p.z) - cylinder.half_height_m;
+  return std::hypot(std::max(side, 0.0), std::max(end, 0.0)) + std::min(std::max(side, end), 0.0);
+}
+
+double signed_distance_m(const PlaneShape&, Vec3 p) { return p.z; }
 
 }  // namespace ensonify

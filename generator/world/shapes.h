@@ -3,6 +3,7 @@
 //   BoxShape SphereShape CylinderShape PlaneShape
 //   intersect     nearest hit of a ray
 //   half_extents  of the bounding box around the origin
+//   signed_distance_m  from the surface, negative in what is solid
 #pragma once
 
 #include <optional>
@@ -51,5 +52,12 @@ inline Vec3 half_extents(const SphereShape& s) { return {s.radius_m, s.radius_m,
 inline Vec3 half_extents(const CylinderShape& c) {
   return {c.radius_m, c.radius_m, c.half_height_m};
 }
+
+// Exact on both sides. Solid is the inside of a body, the outside of a room and what is below a
+// plane.
+double signed_distance_m(const BoxShape& box, Vec3 p);
+double signed_distance_m(const SphereShape& sphere, Vec3 p);
+double signed_distance_m(const CylinderShape& cylinder, Vec3 p);
+double signed_distance_m(const PlaneShape& plane, Vec3 p);
 
 }  // namespace ensonify

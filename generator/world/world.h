@@ -24,6 +24,7 @@ namespace ensonify {
 
 struct MeshShape {
   std::shared_ptr<const Mesh> mesh;
+  bool ground = false;  // terrain: solid below, along -z of its frame
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
@@ -33,6 +34,7 @@ struct WorldObject {
   Pose pose;  // in the world; of an object that moves: at its start
   Material material;
   std::shared_ptr<const Path> path = nullptr;  // null: at rest
+  PartMaterials parts = {};
 };
 
 struct PointTarget {
@@ -55,8 +57,9 @@ struct World {
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
 // vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
 // each line behind the key that names the file; usage, or io where nothing is wrong but the
-// reading. Procedural terrain is drawn by seed, sequence and name. What the scenario leaves to be
-// placed is placed for `sequence`; usage where there is no room.
+// reading; usage, a part that a mesh does not have. Procedural terrain is drawn by seed, sequence
+// and name. What the scenario leaves to be placed is placed for `sequence`; usage where there is no
+// room.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
 
 // Its instances and classes alone, without materials; reads no file.

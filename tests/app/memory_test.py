@@ -99,5 +99,15 @@ class Memory(unittest.TestCase):
         self.check_announced(MESH)
 
 
+    def test_large_mesh_in_every_sequence(self):
+        (self.folder / "floor.obj").write_text(floor(340))
+        self.check_announced(
+            MESH, "sequences=4", "trajectory.pings=1", "materials.m.reflectivity={uniform: [1e-3, 2e-3]}"
+        )
+
+    def test_distance_field(self):
+        self.check_announced(ROOM, "output.sdf.voxel_m=0.04", "sonar.range_max_m=10")
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -98,3 +98,18 @@ TEST_CASE("a volume tells its strength") {
   CHECK(instance_json(instance)["kind"] == "volume");
   CHECK(instance_json(instance)["strength_db"] == -60);
 }
+
+// Protects whoever works the laws out again: a part's own law stands beside the object's.
+TEST_CASE("parts of an instance say how they scatter") {
+  Instance instance = surface({.reflectivity = 1e-3});
+  CHECK_FALSE(instance_json(instance).contains("parts"));
+  Material steel{.law = ScatteringLaw::lommel_seeliger, .reflectivity = 0.5};
+  steel.coherent = CoherentModel::rician;
+  steel.rician_k = 2;
+  instance.parts = {{"mast", "steel", steel}};
+  CHECK(instance_json(instance)["parts"] ==
+        Json::array({{{"name", "mast"},
+                      {"material", "steel"},
+                      {"law", {{"model", "lommel_seeliger"}, {"reflectivity", 0.5}}},
+                      {"coherent", {{"model", "rician"}, {"k", 2.0}}}}}));
+}

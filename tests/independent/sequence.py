@@ -33,7 +33,13 @@ class Instance:
     coherent: dict | None
     target_strength_db: float | None
     volume_strength_db: float | None
-    box: dict | None
+    box: dict | None = None
+    parts: tuple = ()
+
+    @property
+    def surfaces(self):
+        """Law and coherent part of the object, then of its parts that have their own."""
+        return ((self.law, self.coherent), *self.parts)
 
 
 @dataclass(frozen=True)
@@ -189,15 +195,18 @@ def sonar_from_json(info):
     )
 
 
+def _law(entry):
+    """The law of a surface or of one of its parts."""
+    return _optional_fields(
+        Law,
+        _rows(entry["law"], "rows"),
+        {name: name for name in ("model", "reflectivity", "exponent", "rows")},
+    )
+
+
 def instance_from_json(entry):
     """One entry of the list of instances."""
-    law = None
-    if entry["kind"] == "surface":
-        law = _optional_fields(
-            Law,
-            _rows(entry["law"], "rows"),
-            {name: name for name in ("model", "reflectivity", "exponent", "rows")},
-        )
+    law = _law(entry) if entry["kind"] == "surface" else None
     return Instance(
         entry["id"],
         entry["name"],
@@ -210,6 +219,7 @@ def instance_from_json(entry):
         entry.get("target_strength_db"),
         entry.get("strength_db"),
         box=entry.get("box"),
+        parts=tuple((_law(part), part["coherent"]) for part in entry.get("parts", [])),
     )
 
 

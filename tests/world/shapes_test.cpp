@@ -109,3 +109,19 @@ TEST_CASE("a small far sphere is hit exactly") {
   REQUIRE(hit);
   CHECK(hit->range_m == Approx(999.99).epsilon(1e-13));
 }
+
+// Protects the scene's distance field: points along the normals of faces, rims and corners.
+TEST_CASE("signed distances are negative in what is solid") {
+  const BoxShape box{{1, 2, 3}, false};
+  CHECK(signed_distance_m(box, {0, 0, 0}) == -1);
+  CHECK(signed_distance_m(box, {4, 6, 0}) == Approx(5));
+  CHECK(signed_distance_m(box, {-2, -4, -5}) == Approx(3));
+  CHECK(signed_distance_m(BoxShape{{1, 2, 3}, true}, {0.5, 0, 0}) == 0.5);
+  CHECK(signed_distance_m(SphereShape{2, false}, {0, 0, 5}) == 3);
+  CHECK(signed_distance_m(SphereShape{2, true}, {0, 0, 5}) == -3);
+  const CylinderShape cylinder{1, 2};
+  CHECK(signed_distance_m(cylinder, {0, 0.5, 0}) == -0.5);
+  CHECK(signed_distance_m(cylinder, {0, 0.5, 2.25}) == 0.25);
+  CHECK(signed_distance_m(cylinder, {4, 0, -6}) == Approx(5));
+  CHECK(signed_distance_m(PlaneShape{}, {7, 8, -2}) == -2);
+}

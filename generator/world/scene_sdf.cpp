@@ -1,0 +1,350 @@
+#include "world/scene_sdf.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/math/Proximity.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/MeshToVolume.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <numbers>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+#include "world/ground_block.h"
+
+namespace ensonify {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using openvdb::FloatGrid;
+
+constexpr int kFarthestIndex = 1 << 30;
+constexpr int kMostSweeps = 8;
+constexpr int kLeaf = 8, kLargestBlock = 4096;  // the edges of OpenVDB's nodes
+
+struct Lattice {
+  double voxel_m = 0;
+  int band_voxels = 0;
+  CoordBBox box;  // of the region
+
+  double band_m() const { return voxel_m * band_voxels; }
+  float background() const { return static_cast<float>(band_m()); }
+};
+
+FloatGrid::Ptr empty_grid(const Lattice& lattice) {
+  auto grid = FloatGrid::create(lattice.background());
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(lattice.voxel_m));
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->setName("sdf");
+  return grid;
+}
+
+struct ClosedFormSolid {
+  const Shape* shape = nullptr;
+  Pose pose;
+
+  double distance_m(Vec3 p) const {
+    const Vec3 local = inverse_transform_point(pose, p);
+    return std::visit(
+        [&](const auto& s) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(s)>, MeshShape>) {
+            return HUGE_VAL;
+          } else {
+            return signed_distance_m(s, local);
+          }
+        },
+        *shape);
+  }
+};
+
+using Solids = std::vector<ClosedFormSolid>;
+
+double nearest_m(const Solids& solids, Vec3 p) {
+  double least = HUGE_VAL;
+  for (const ClosedFormSolid& solid : solids) least = std::min(least, solid.distance_m(p));
+  return least;
+}
+
+// Halves blocks of the lattice down to leaves where a surface is near: no distance changes faster
+// than the place.
+struct ClosedFormFiller {
+  const Lattice& lattice;
+  FloatGrid& grid;
+  FloatGrid::Accessor voxels = grid.getAccessor();
+
+  Vec3 place(const Coord& at, double offset = 0) const {
+    return lattice.voxel_m * Vec3{at.x() + offset, at.y() + offset, at.z() + offset};
+  }
+
+  void leaf(const Solids& solids, const CoordBBox& block) {
+    auto* values = voxels.touchLeaf(block.min());
+    for (const Coord& at : block) {
+      const double d = nearest_m(solids, place(at));
+      const float f = static_cast<float>(d);
+      if (std::abs(f) < lattice.background()) {
+        values->setValueOn(at, f);
+      } else {
+        values->setValueOff(at, std::copysign(lattice.background(), f));
+      }
+    }
+  }
+
+  void block(const Solids& solids, const Coord& low, int edge) {
+    const CoordBBox all = CoordBBox::createCube(low, edge);
+    if (!all.hasOverlap(lattice.box)) return;
+    const double half = std::numbers::sqrt3 / 2 * (edge - 1) * lattice.voxel_m;
+    const Vec3 middle = place(low, (edge - 1) / 2.0);
+    const double d = nearest_m(solids, middle);
+    if (std::abs(d) > half + lattice.band_m()) {
+      if (d < 0) grid.fill(all, -lattice.background(), false);
+      return;
+    }
+    Solids near;
+    for (const ClosedFormSolid& solid : solids) {
+      if (solid.distance_m(middle) <= d + 2 * half) near.push_back(solid);
+    }
+    if (edge == kLeaf) return leaf(near, all);
+    const int part = edge / 2;
+    for (int i = 0; i < 8; ++i) {
+      block(near, low.offsetBy((i & 1) * part, (i >> 1 & 1) * part, (i >> 2) * part), part);
+    }
+  }
+
+  void region(const Solids& solids) {
+    const Coord low = lattice.box.min() & ~(kLargestBlock - 1);
+    for (int x = low.x(); x <= lattice.box.max().x(); x += kLargestBlock) {
+      for (int y = low.y(); y <= lattice.box.max().y(); y += kLargestBlock) {
+        for (int z = low.z(); z <= lattice.box.max().z(); z += kLargestBlock) {
+          block(solids, {x, y, z}, kLargestBlock);
+        }
+      }
+    }
+  }
+};
+
+// As meshToVolume asks for them, in double: far from the origin floats would be too coarse.
+struct IndexTriangles {
+  const PlacedTriangles& surface;
+  double voxel_m = 0;
+
+  std::size_t polygonCount() const { return surface.triangles.size(); }
+  std::size_t pointCount() const { return surface.vertices_m.size(); }
+  std::size_t vertexCount(std::size_t) const { return 3; }
+  void getIndexSpacePoint(std::size_t n, std::size_t v, openvdb::Vec3d& at) const {
+    const Vec3 p = surface.vertices_m[surface.triangles[n][v]];
+    at = openvdb::Vec3d(p.x, p.y, p.z) / voxel_m;
+  }
+  double distance_m(std::size_t n, const Coord& voxel) const {
+    openvdb::Vec3d corner[3], weights;
+    for (std::size_t v = 0; v < 3; ++v) getIndexSpacePoint(n, v, corner[v]);
+    const openvdb::Vec3d at = voxel.asVec3d();
+    return voxel_m * (openvdb::math::closestPointOnTriangleToPoint(corner[0], corner[1], corner[2],
+                                                                   at, weights) -
+                      at)
+                         .length();
+  }
+};
+
+// OpenVDB looks for the nearest triangle among those of the voxels before, and far from the surface
+// it can miss it: each voxel looks at its own and at those of all voxels around. False where none
+// was found nearer.
+bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatGrid& grid) {
+  bool changed = false;
+  auto numbers = nearest.getAccessor();
+  for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
+    for (auto value = leaf->beginValueOn(); value; ++value) {
+      const Coord at = value.getCoord();
+      openvdb::Int32 last = -1, best = -1;
+      double least = std::abs(*value) * (1 - 1e-6);  // float's rounding is no progress
+      for (const Coord& around : CoordBBox(at.offsetBy(-1), at.offsetBy(1))) {
+        const openvdb::Int32 number = numbers.getValue(around);
+        if (number == last || number < 0) continue;
+        last = number;
+        const double d = triangles.distance_m(static_cast<std::size_t>(number), at);
+        if (!(d < least)) continue;
+        least = d;
+        best = number;
+      }
+      if (best < 0) continue;
+      numbers.setValueOn(at, best);
+      value.setValue(std::copysign(static_cast<float>(least), *value));
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+// To a narrower band: what lies beyond holds the new background.
+void trim(FloatGrid& grid, float background) {
+  for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
+    for (auto value = leaf->beginValueOn(); value; ++value) {
+      if (std::abs(*value) < background) continue;
+      leaf->setValueOff(value.pos(), std::copysign(background, *value));
+    }
+  }
+  openvdb::tools::changeLevelSetBackground(grid.tree(), background);
+}
+
+void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid& scene) {
+  if (surface.triangles.empty()) return;
+  // OpenVDB walks outwards from face to face of the voxels, for twice the band less two, and would
+  // leave gaps in the band where it lies askew.
+  const auto band = static_cast<float>(lattice.band_voxels + 2);
+  // Renormalised distances would be no distances to the triangles any more.
+  const IndexTriangles triangles{surface, lattice.voxel_m};
+  openvdb::Int32Grid nearest(-1);
+  auto own = openvdb::tools::meshToVolume<FloatGrid>(
+      triangles, scene.transform(), band, band, openvdb::tools::DISABLE_RENORMALIZATION, &nearest);
+  for (int sweep = 0; sweep < kMostSweeps && refine(triangles, nearest, *own); ++sweep) {
+  }
+  trim(*own, lattice.background());
+  openvdb::tools::csgUnion(scene, *own);
+}
+
+Vec3 widened(Vec3 p, double by_m) { return p + Vec3{by_m, by_m, by_m}; }
+
+PlacedTriangles triangles_of(const MeshShape& shape, const Pose& pose, const SdfGrid& grid,
+                             const SdfRegion& region) {
+  if (!shape.ground) return placed(*shape.mesh, pose);
+  const double margin = (grid.band_voxels + 2) * grid.voxel_m;
+  return ground_block(*shape.mesh, pose, widened(region.low_m, -margin),
+                      widened(region.high_m, margin));
+}
+
+std::optional<Lattice> lattice_of(const SdfGrid& grid, const SdfRegion& region) {
+  Lattice lattice{grid.voxel_m, grid.band_voxels, {}};
+  const auto index = [&](double m, auto round) { return round(m / grid.voxel_m); };
+  const auto down = [](double x) { return std::floor(x); };
+  const auto up = [](double x) { return std::ceil(x); };
+  const double low[] = {index(region.low_m.x, down), index(region.low_m.y, down),
+                        index(region.low_m.z, down)};
+  const double high[] = {index(region.high_m.x, up), index(region.high_m.y, up),
+                         index(region.high_m.z, up)};
+  for (int i = 0; i < 3; ++i) {
+    if (!(low[i] >= -kFarthestIndex) || !(high[i] <= kFarthestIndex)) return std::nullopt;
+    lattice.box.min()[i] = static_cast<int>(low[i]);
+    lattice.box.max()[i] = static_cast<int>(high[i]);
+  }
+  return lattice;
+}
+
+FloatGrid::Ptr scene_grid(const World& world, std::span<const Pose> poses, const SdfGrid& spec,
+                          const SdfRegion& region, const Lattice& lattice) {
+  FloatGrid::Ptr grid = empty_grid(lattice);
+  Solids solids;
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    const Shape& shape = world.objects[i].shape;
+    if (!std::holds_alternative<MeshShape>(shape)) solids.push_back({&shape, poses[i]});
+  }
+  if (!solids.empty()) ClosedFormFiller{lattice, *grid}.region(solids);
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    const auto* mesh = std::get_if<MeshShape>(&world.objects[i].shape);
+    if (mesh != nullptr) add_mesh(triangles_of(*mesh, poses[i], spec, region), lattice, *grid);
+  }
+  grid->clip(lattice.box);
+  return grid;
+}
+
+// OpenVDB tags every file with random characters, behind its magic number, three versions and a
+// flag.
+std::string without_tag(std::string bytes) {
+  constexpr std::size_t kTagAt = 8 + 3 * 4 + 1;
+  constexpr std::string_view kNone = "00000000-0000-0000-0000-000000000000";
+  const bool there =
+      bytes.size() > kTagAt + kNone.size() && bytes[kTagAt + 8] == '-' && bytes[kTagAt + 23] == '-';
+  ENSONIFY_ASSERT(there);
+  return bytes.replace(kTagAt, kNone.size(), kNone);
+}
+
+std::string file_of(const FloatGrid::Ptr& grid) {
+  std::ostringstream bytes;
+  openvdb::io::Stream stream(bytes);
+  // Not every OpenVDB is built with its other compressors.
+  stream.setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+  stream.write(openvdb::GridCPtrVec{grid});
+  return without_tag(std::move(bytes).str());
+}
+
+// Of the plane's part in the region, at most.
+double largest_cut_m2(const SdfRegion& region) {
+  const Vec3 d = region.high_m - region.low_m;
+  return 1.5 * std::max({d.x * d.y, d.y * d.z, d.z * d.x});
+}
+
+double area_of(const Shape& shape, const Pose& pose, const SdfGrid& grid, const SdfRegion& region) {
+  constexpr double kPi = std::numbers::pi;
+  if (const auto* mesh = std::get_if<MeshShape>(&shape)) {
+    return area_m2(triangles_of(*mesh, pose, grid, region));
+  }
+  double area = largest_cut_m2(region);
+  if (const auto* box = std::get_if<BoxShape>(&shape)) {
+    const Vec3 h = box->half_size_m;
+    area = std::min(6 * area, 8 * (h.x * h.y + h.y * h.z + h.z * h.x));
+  } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+    area = std::min(6 * area, 4 * kPi * sphere->radius_m * sphere->radius_m);
+  } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) {
+    const double r = cylinder->radius_m;
+    area = std::min(6 * area, 2 * kPi * r * (r + 2 * cylinder->half_height_m));
+  }
+  return area;
+}
+
+}  // namespace
+
+SdfSize sdf_size(const World& world, std::span<const Pose> object_in_world, const SdfGrid& grid,
+                 const SdfRegion& region) {
+  double area = 0;
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    area += area_of(world.objects[i].shape, object_in_world[i], grid, region);
+  }
+  const double cells = area / (grid.voxel_m * grid.voxel_m);
+  // Leaves of 8^3 floats that the band passes through, whichever way it lies.
+  const double leaves = cells / 64 * 1.5 * (1 + 2.0 * grid.band_voxels / kLeaf);
+  SdfSize size;
+  size.voxels = cells * 2 * grid.band_voxels;
+  size.file_bytes = 3 * size.voxels;
+  // A mesh has a wider band, and a grid of triangles' numbers, while it is made.
+  size.memory_bytes = 3 * 2300 * leaves + 2 * size.file_bytes;
+  return size;
+}
+
+Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
+                                  const SdfGrid& grid, const SdfRegion& region) {
+  ENSONIFY_ASSERT(object_in_world.size() == world.objects.size());
+  const double voxels = sdf_size(world, object_in_world, grid, region).voxels;
+  if (voxels > kMaxSdfVoxels) {
+    return Error{
+        ErrorKind::usage,
+        fmt::format("{:.3g} voxels, accepted are {:.3g}: take a voxel_m of {:.2g} or more, "
+                    "a smaller band_voxels or a shorter range",
+                    voxels, kMaxSdfVoxels,
+                    grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
+  }
+  const std::optional<Lattice> lattice = lattice_of(grid, region);
+  if (!lattice) {
+    return Error{ErrorKind::usage,
+                 "the sonar's reach is beyond 2^30 voxels from the world's origin, accepted is a "
+                 "larger voxel_m"};
+  }
+  try {
+    // All threads come from core/parallel.h.
+    return tbb::task_arena(1).execute([&] {
+      openvdb::initialize();
+      return file_of(scene_grid(world, object_in_world, grid, region, *lattice));
+    });
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::device,
+                 "out of memory; take a larger voxel_m, or fewer threads, which have fewer "
+                 "sequences under way"};
+  }
+}
+
+}  // namespace ensonify

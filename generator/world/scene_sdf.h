@@ -1,0 +1,46 @@
+// The signed distance field of a world's solid objects.
+//
+//   SdfRegion          the box that it is wanted in
+//   sdf_size           what it will take
+//   scene_sdf_vdb      as an OpenVDB file
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/error.h"
+#include "core/ping.h"
+#include "world/world.h"
+
+namespace ensonify {
+
+struct SdfRegion {
+  Vec3 low_m, high_m;  // in the world
+};
+
+// Estimated from the area of the surfaces.
+struct SdfSize {
+  double voxels = 0;        // within the band
+  double memory_bytes = 0;  // while it is made
+  double file_bytes = 0;
+};
+SdfSize sdf_size(const World& world, std::span<const Pose> object_in_world, const SdfGrid& grid,
+                 const SdfRegion& region);
+
+inline constexpr double kMaxSdfVoxels = 2147483648.0;
+
+// The bytes of an OpenVDB file with one level set of floats, `sdf`, cubic voxels, voxel i with its
+// middle at i voxel_m of the world. The least distance of all objects where they stand
+// (`object_in_world`, one an object): exact outside of all, and inside of one that meets no other;
+// where solids reach into each other its amount is too small. Closed forms by their formulas, to
+// float's rounding; meshes and models by their triangles, inside where no way leads out; terrain as
+// a block down to below the region; a mesh that is not closed is unsigned. Active voxels are those
+// nearer than band_voxels to a surface, the others hold +- the band's width. Nothing is active
+// outside of the region. Equal input gives equal bytes. One thread.
+// Errors (usage): more than kMaxSdfVoxels, or a region beyond 2^30 voxels from the world's origin;
+// (device): out of memory.
+Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
+                                  const SdfGrid& grid, const SdfRegion& region);
+
+}  // namespace ensonify
