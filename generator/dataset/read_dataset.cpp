@@ -209,6 +209,11 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   }
   const auto head = manifest_of(path, *text);
   if (!head) return head.error();
+  if (text_at(*head, "pack") == "sequence") {
+    return usage(dataset.dir,
+                 "its pings are packed into arrays of each sequence; accepted are data sets of "
+                 "output.pack: ping");
+  }
   StoredSequence sequence;
   sequence.row = row;
   sequence.seed = count_in(*head, {"seed"});
