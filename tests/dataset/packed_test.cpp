@@ -125,6 +125,7 @@ TEST_CASE("arrays hold what the pings hold, one behind the other") {
       expected[v + "instance_fraction.npy"] += halves(image->instance_fraction);
       expected[v + "instance.npy"] += raw(image->instance);
       expected[v + "semantic.npy"] += raw(image->semantic);
+      expected[v + "shadow.npy"] += raw(image->shadow);
     }
   }
   CHECK(packed_arrays(info).size() == expected.size());
@@ -141,13 +142,16 @@ TEST_CASE("arrays hold what the pings hold, one behind the other") {
   CHECK(faults(folder.path()) == std::vector<std::string>{});
 }
 
-// Protects few files: no picture and no series of a ping, no piece; scatterers differ in length and
-// stay one a ping.
-TEST_CASE("a packed sequence has no files of pings but the scatterers") {
+// Protects few files: no picture and no series of a ping, no piece; scatterers and points differ in
+// length and stay one a ping.
+TEST_CASE("a packed sequence has no files of pings but its lists") {
   for (const auto& [name, bytes] : whole()) {
     const auto file =
         layout::parse_ping_file(name.starts_with(kFolder) ? name.substr(kFolder.size()) : "");
-    if (file) CHECK(file->name_template == layout::kScatterers);
+    if (file) {
+      CHECK((file->name_template == layout::kScatterers ||
+             file->name_template == layout::kPoints));
+    }
     CHECK(name.find("pieces") == std::string::npos);
   }
 }

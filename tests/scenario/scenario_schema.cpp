@@ -64,7 +64,7 @@ sonar:
 water: {absorption: {fixed_db_m: 0.1}}
 noise: {snr_db: 20}
 synthesis: {tolerance: 1e-6}
-output: {polar: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}}
+output: {polar: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}}
 )",
     R"(ensonify: 1
 sonar: {preset: blueview_p900_90, pulse: {cw: {duration_s: 1e-4}}, beams: {shading: {chebyshev: {}}}}
@@ -78,6 +78,8 @@ objects:
   - {name: way, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {poses: [{}], jitter: {period_s: 5}}}
   - {name: lawn, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {lawnmower: {corner_m: [0, 0, 0], length_m: 9, width_m: 4, spacing_m: 2, speed_m_s: 1}}}
   - {name: orbit, material: b, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 9, speed_m_s: 1}}}
+  - {name: solid, material: b, shape: {level_set: {file: a.vdb}}}
+  - {name: parts, material: b, shape: {mesh: {file: a.obj, parts: {hull: a}}}}
   - {name: lies, material: b, shape: {box: {size_m: [1, 1, 1]}}, place: {on: made, area_m: [[0, 0], [1, 1]]}}
 point_targets: [{name: p, target_strength_db: 0, position_m: [1, 0, 0]}]
 volumes:
