@@ -1,6 +1,5 @@
 #include "app/session.h"
 
-#include <fmt/format.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -77,13 +76,13 @@ void give_back_import(const World& world) {
 }
 
 Status check_sdf(const Session& session) {
-  const double voxels = sdf_size_of(session).voxels;
-  if (voxels <= kMaxSdfVoxels) return {};
-  const double enough = session.scenario.output.sdf->voxel_m * std::sqrt(voxels / kMaxSdfVoxels);
-  return Error{ErrorKind::usage,
-               fmt::format("output.sdf.voxel_m: makes about {:.2g} voxels near surfaces; accepted "
-                           "are {:.2g}: take {:.2g} m or more, or a smaller band_voxels",
-                           voxels, kMaxSdfVoxels, 1.05 * enough)};
+  const std::optional<SdfGrid>& sdf = session.scenario.output.sdf;
+  if (!sdf) return {};
+  const auto pings = static_cast<std::uint32_t>(session.ping_times_s.size());
+  Status fits =
+      sdf_fits(session.world, object_poses(session, 0), *sdf, reach_of(session, 0, pings));
+  if (fits) return {};
+  return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {

@@ -236,14 +236,19 @@ std::optional<Lattice> lattice_of(const SdfGrid& grid, const SdfRegion& region) 
   return lattice;
 }
 
-FloatGrid::Ptr scene_grid(const World& world, std::span<const Pose> poses, const SdfGrid& spec,
-                          const SdfRegion& region, const Lattice& lattice) {
-  FloatGrid::Ptr grid = empty_grid(lattice);
+Solids closed_forms_of(const World& world, std::span<const Pose> poses) {
   Solids solids;
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const Shape& shape = world.objects[i].shape;
     if (!std::holds_alternative<MeshShape>(shape)) solids.push_back({&shape, poses[i]});
   }
+  return solids;
+}
+
+FloatGrid::Ptr scene_grid(const World& world, std::span<const Pose> poses, const SdfGrid& spec,
+                          const SdfRegion& region, const Lattice& lattice) {
+  FloatGrid::Ptr grid = empty_grid(lattice);
+  const Solids solids = closed_forms_of(world, poses);
   if (!solids.empty()) ClosedFormFiller{lattice, *grid}.region(solids);
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const auto* mesh = std::get_if<MeshShape>(&world.objects[i].shape);
@@ -273,67 +278,77 @@ std::string file_of(const FloatGrid::Ptr& grid) {
   return without_tag(std::move(bytes).str());
 }
 
-// Of the plane's part in the region, at most.
-double largest_cut_m2(const SdfRegion& region) {
-  const Vec3 d = region.high_m - region.low_m;
-  return 1.5 * std::max({d.x * d.y, d.y * d.z, d.z * d.x});
+// Cubes of the smallest edge whose balls the surface passes through.
+double cubes_met(const Solids& solids, Vec3 middle, double edge_m, int halvings) {
+  if (std::abs(nearest_m(solids, middle)) > std::numbers::sqrt3 / 2 * edge_m) return 0;
+  if (halvings == 0) return 1;
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const auto side = [&](int bit) { return (i >> bit & 1 ? 0.25 : -0.25) * edge_m; };
+    sum += cubes_met(solids, middle + Vec3{side(0), side(1), side(2)}, edge_m / 2, halvings - 1);
+  }
+  return sum;
 }
 
-double area_of(const Shape& shape, const Pose& pose, const SdfGrid& grid, const SdfRegion& region) {
-  constexpr double kPi = std::numbers::pi;
-  if (const auto* mesh = std::get_if<MeshShape>(&shape)) {
-    return area_m2(triangles_of(*mesh, pose, grid, region));
-  }
-  double area = largest_cut_m2(region);
-  if (const auto* box = std::get_if<BoxShape>(&shape)) {
-    const Vec3 h = box->half_size_m;
-    area = std::min(6 * area, 8 * (h.x * h.y + h.y * h.z + h.z * h.x));
-  } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-    area = std::min(6 * area, 4 * kPi * sphere->radius_m * sphere->radius_m);
-  } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) {
-    const double r = cylinder->radius_m;
-    area = std::min(6 * area, 2 * kPi * r * (r + 2 * cylinder->half_height_m));
-  }
-  return area;
+// Of what lies in the cube around the region, from cubes of a sixty-fourth of its edge: a layer of
+// them as thick as their balls, sqrt 3 edges, is met.
+double closed_form_area_m2(const Solids& solids, const SdfRegion& region) {
+  if (solids.empty()) return 0;
+  constexpr int kHalvings = 6;
+  const Vec3 size = region.high_m - region.low_m;
+  const double edge_m = std::max({size.x, size.y, size.z});
+  const double smallest_m = std::ldexp(edge_m, -kHalvings);
+  return cubes_met(solids, 0.5 * (region.low_m + region.high_m), edge_m, kHalvings) * smallest_m *
+         smallest_m / std::numbers::sqrt3;
+}
+
+// Of 8^3 floats, that the band passes through, whichever way it lies.
+double leaves_of(double area_m2, double voxel_m, int band_voxels) {
+  return area_m2 / (kLeaf * kLeaf * voxel_m * voxel_m) * 1.5 * (1 + 2.0 * band_voxels / kLeaf);
 }
 
 }  // namespace
 
 SdfSize sdf_size(const World& world, std::span<const Pose> object_in_world, const SdfGrid& grid,
                  const SdfRegion& region) {
-  double area = 0;
+  constexpr double kLeafBytes = 2300;
+  double meshes = 0;
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
-    area += area_of(world.objects[i].shape, object_in_world[i], grid, region);
+    const auto* mesh = std::get_if<MeshShape>(&world.objects[i].shape);
+    if (mesh != nullptr) meshes += area_m2(triangles_of(*mesh, object_in_world[i], grid, region));
   }
-  const double cells = area / (grid.voxel_m * grid.voxel_m);
-  // Leaves of 8^3 floats that the band passes through, whichever way it lies.
-  const double leaves = cells / 64 * 1.5 * (1 + 2.0 * grid.band_voxels / kLeaf);
+  const double area = meshes + closed_form_area_m2(closed_forms_of(world, object_in_world), region);
   SdfSize size;
-  size.voxels = cells * 2 * grid.band_voxels;
+  size.voxels = area / (grid.voxel_m * grid.voxel_m) * 2 * grid.band_voxels;
   size.file_bytes = 3 * size.voxels;
-  // A mesh has a wider band, and a grid of triangles' numbers, while it is made.
-  size.memory_bytes = 3 * 2300 * leaves + 2 * size.file_bytes;
+  // A mesh has a wider band while it is made, and a grid of its triangles' numbers.
+  size.memory_bytes = kLeafBytes * (leaves_of(area, grid.voxel_m, grid.band_voxels) +
+                                    2 * leaves_of(meshes, grid.voxel_m, grid.band_voxels + 2)) +
+                      2 * size.file_bytes;
   return size;
+}
+
+Status sdf_fits(const World& world, std::span<const Pose> object_in_world, const SdfGrid& grid,
+                const SdfRegion& region) {
+  const double voxels = sdf_size(world, object_in_world, grid, region).voxels;
+  if (voxels > kMaxSdfVoxels) {
+    return Error{ErrorKind::usage,
+                 fmt::format("makes about {:.2g} voxels near surfaces, accepted are {:.2g}: take "
+                             "{:.2g} m or more, a smaller band_voxels or a shorter range",
+                             voxels, kMaxSdfVoxels,
+                             grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
+  }
+  if (lattice_of(grid, region)) return {};
+  return Error{ErrorKind::usage,
+               "the sonar's reach is beyond 2^30 voxels from the world's origin, accepted is a "
+               "larger voxel_m"};
 }
 
 Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
                                   const SdfGrid& grid, const SdfRegion& region) {
   ENSONIFY_ASSERT(object_in_world.size() == world.objects.size());
-  const double voxels = sdf_size(world, object_in_world, grid, region).voxels;
-  if (voxels > kMaxSdfVoxels) {
-    return Error{
-        ErrorKind::usage,
-        fmt::format("{:.3g} voxels, accepted are {:.3g}: take a voxel_m of {:.2g} or more, "
-                    "a smaller band_voxels or a shorter range",
-                    voxels, kMaxSdfVoxels,
-                    grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
-  }
+  if (Status fits = sdf_fits(world, object_in_world, grid, region); !fits) return fits.error();
   const std::optional<Lattice> lattice = lattice_of(grid, region);
-  if (!lattice) {
-    return Error{ErrorKind::usage,
-                 "the sonar's reach is beyond 2^30 voxels from the world's origin, accepted is a "
-                 "larger voxel_m"};
-  }
   try {
     // All threads come from core/parallel.h.
     return tbb::task_arena(1).execute([&] {

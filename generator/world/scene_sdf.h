@@ -2,6 +2,7 @@
 //
 //   SdfRegion          the box that it is wanted in
 //   sdf_size           what it will take
+//   sdf_fits           whether that is too much
 //   scene_sdf_vdb      as an OpenVDB file
 #pragma once
 
@@ -30,6 +31,10 @@ SdfSize sdf_size(const World& world, std::span<const Pose> object_in_world, cons
 
 inline constexpr double kMaxSdfVoxels = 2147483648.0;
 
+// Errors (usage): more than kMaxSdfVoxels, or a region beyond 2^30 voxels from the world's origin.
+Status sdf_fits(const World& world, std::span<const Pose> object_in_world, const SdfGrid& grid,
+                const SdfRegion& region);
+
 // The bytes of an OpenVDB file with one level set of floats, `sdf`, cubic voxels, voxel i with its
 // middle at i voxel_m of the world. The least distance of all objects where they stand
 // (`object_in_world`, one an object): exact outside of all, and inside of one that meets no other;
@@ -38,8 +43,7 @@ inline constexpr double kMaxSdfVoxels = 2147483648.0;
 // a block down to below the region; a mesh that is not closed is unsigned. Active voxels are those
 // nearer than band_voxels to a surface, the others hold +- the band's width. Nothing is active
 // outside of the region. Equal input gives equal bytes. One thread.
-// Errors (usage): more than kMaxSdfVoxels, or a region beyond 2^30 voxels from the world's origin;
-// (device): out of memory.
+// Errors: those of sdf_fits; (device) out of memory.
 Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
                                   const SdfGrid& grid, const SdfRegion& region);
 

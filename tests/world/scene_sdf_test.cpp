@@ -214,7 +214,7 @@ TEST_CASE("a field of too many voxels is refused") {
   const auto fine = scene_sdf_vdb(world, poses_of(world), {1e-5, 3}, kRegion);
   REQUIRE_FALSE(fine.ok());
   CHECK(fine.error().kind == ErrorKind::usage);
-  CHECK(fine.error().message.find("take a voxel_m of") != std::string::npos);
+  CHECK(fine.error().message.find("m or more") != std::string::npos);
   const World none;
   const auto far = scene_sdf_vdb(none, {}, {1e-3, 3}, {{9e6, 0, 0}, {9e6, 1, 1}});
   REQUIRE_FALSE(far.ok());
