@@ -81,7 +81,7 @@ class Packed(unittest.TestCase):
             sequence = self.made["sequence"] / "sequences" / number
             about = json.loads((sequence / "sequence.json").read_text())
             self.assertEqual(about["pack"], "sequence")
-            self.assertEqual(len(about["arrays"]), 1 + 4 + 7 * 2 + 2)
+            self.assertEqual(len(about["arrays"]), 1 + 4 + 8 * 2 + 2)
             for name, told in about["arrays"].items():
                 array = np.load(sequence / name)
                 self.assertEqual(array.dtype.str, told["dtype"], name)
