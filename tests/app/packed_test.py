@@ -112,7 +112,7 @@ class Packed(unittest.TestCase):
             told = run("check", self.scenario, "--set", f"output.pack={pack}").stdout
             files = int(re.search(r"# files: (\d+)", told).group(1))
             found = sum(path.is_file() for path in folder.rglob("*"))
-            self.assertEqual(files - found, 2 * (1 if pack == "sequence" else 14), pack)
+            self.assertEqual(files - found, 2 * (1 if pack == "sequence" else 16), pack)
 
     def test_interrupted_work_goes_on(self):
         whole = self.made["sequence"]

@@ -165,7 +165,7 @@ def check_masks(checklist, ping):
 
 
 def check_shadow(checklist, ping):
-    """Every shadow: behind an echo of its caster in that beam.
+    """Every shadow: behind an echo of its caster in that beam, if it has one: black ones have none.
 
     A pixel may hear some echo and still lie in shadow: more is hidden than heard.
     """
@@ -178,7 +178,7 @@ def check_shadow(checklist, ping):
         nearest = np.full(ping.sonar.beams, np.inf)
         np.minimum.at(nearest, mine["beam"], mine["delay_s"] * ping.sonar.bandwidth_hz)
         beams, samples = np.nonzero(shadow == identity)
-        before = samples + 1 < nearest[beams]
+        before = np.isfinite(nearest[beams]) & (samples + 1 < nearest[beams])
         if before.any():
             offenders.append(
                 f"instance {identity}: {np.count_nonzero(before)} pixels before its echo"
