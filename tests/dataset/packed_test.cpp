@@ -149,8 +149,7 @@ TEST_CASE("a packed sequence has no files of pings but its lists") {
     const auto file =
         layout::parse_ping_file(name.starts_with(kFolder) ? name.substr(kFolder.size()) : "");
     if (file) {
-      CHECK((file->name_template == layout::kScatterers ||
-             file->name_template == layout::kPoints));
+      CHECK((file->name_template == layout::kScatterers || file->name_template == layout::kPoints));
     }
     CHECK(name.find("pieces") == std::string::npos);
   }

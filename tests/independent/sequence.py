@@ -1,8 +1,5 @@
-"""A data set as the checks see it.
-
-Every key name of dataset.json and sequence.json is spelled in this file and nowhere else, so
-that a change of those names is a change here.
-"""
+"""A data set as the checks see it: every key name of dataset.json and sequence.json is spelled here
+and nowhere else."""
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
