@@ -212,7 +212,11 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       run.workers * synthesis.thread_bytes +
       run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes +
       run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes);
-  return std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
+  const std::uint64_t peak =
+      std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
+  // The heap's gaps and what is too small to be counted above: whoever asks a cluster for this much
+  // must not be short of it.
+  return peak + peak / 10;
 }
 
 }  // namespace ensonify
