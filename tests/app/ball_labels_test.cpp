@@ -1,0 +1,162 @@
+// Mask, elevation and their Cartesian copies of a ball over the floor, against closed forms.
+#include <cmath>
+#include <limits>
+
+#include "app/pipeline.h"
+#include "catch.h"
+#include "labels/cartesian.h"
+#include "temporary_folder.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+// The ball is as high as the sonar; the floor is met beyond it only.
+constexpr const char* kBall = R"(ensonify: 1
+name: ball
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 9
+  beams: {count: 41, fov_deg: 20.5}
+  rays: {elevation: 401}
+  elevation: {fan_deg: 30}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: floor, class: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}
+  - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [5, 0.3, 0]}}
+output: {cartesian: {height_px: 400}}
+)";
+constexpr double kDistance_m = 5, kAside_m = 0.3, kRadius_m = 0.5;
+constexpr int kBeams = 41, kRays = 401;
+
+struct Seen {
+  PingResult ping;
+  Sonar sonar;
+  Water water;
+  Record record;
+  CartesianGrid grid;
+};
+
+Seen look() {
+  const TemporaryFolder folder;
+  auto scenario = load_scenario(folder.write("ball.yaml", kBall));
+  REQUIRE(scenario.ok());
+  auto session = prepare_session(std::move(*scenario), 0);
+  REQUIRE(session.ok());
+  const Tracer tracer(session->world);
+  const SequenceInfo info = sequence_info(*session, 0, 0, 1);
+  Pipeline pipeline(*session, tracer, info, Numerics{});
+  REQUIRE(pipeline.start_sequence(info, Workers(2)).ok());
+  return {pipeline.run(0, Workers(2)), session->sonar, session->water, session->record,
+          *info.cartesian};
+}
+
+// The ball as the upright plane through a beam cuts it: a circle.
+struct Slice {
+  double ahead_m = 0, radius_m = 0;  // no circle: radius 0
+};
+
+Slice slice_of(double azimuth_rad) {
+  const double off = kAside_m * std::cos(azimuth_rad) - kDistance_m * std::sin(azimuth_rad);
+  const double ahead = kDistance_m * std::cos(azimuth_rad) + kAside_m * std::sin(azimuth_rad);
+  return {ahead, std::sqrt(std::max(0.0, kRadius_m * kRadius_m - off * off))};
+}
+
+// The range at which a ray of this elevation meets the circle; infinity where it does not.
+double range_of(const Slice& slice, double elevation_rad) {
+  const double along = slice.ahead_m * std::cos(elevation_rad);
+  const double across = slice.ahead_m * std::sin(elevation_rad);
+  const double under = slice.radius_m * slice.radius_m - across * across;
+  const bool missed = slice.radius_m == 0 || under < 0;
+  return missed ? std::numeric_limits<double>::infinity() : along - std::sqrt(under);
+}
+
+double ray_elevation(const Sonar& sonar, int ray) {
+  return sonar.elevation_fan_rad * ((ray + 0.5) / kRays - 0.5);
+}
+
+}  // namespace
+
+// Protects the outline: a pixel is the ball's exactly where one of the beam's rays meets the circle
+// within c/2b of its sample. Pixels within 1e-3 samples of such a limit are left out.
+TEST_CASE("the mask of a ball has the outline of its circles") {
+  const Seen seen = look();
+  const LabelledImage& polar = *seen.ping.polar;
+  const double step_m = sample_range_m(seen.sonar, seen.water, 1);
+  int balls = 0;
+  for (int beam = 0; beam < kBeams; ++beam) {
+    const Slice slice = slice_of(beam_azimuth_rad(seen.sonar, beam));
+    for (int n = 0; n < static_cast<int>(6 / step_m); ++n) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (int ray = 0; ray < kRays; ++ray) {
+        const double range_m = range_of(slice, ray_elevation(seen.sonar, ray));
+        nearest = std::min(nearest, std::abs(range_m / step_m - n));
+      }
+      if (std::abs(nearest - 1) < 1e-3) continue;
+      const bool is_ball = nearest < 1;
+      INFO("beam " << beam << " sample " << n);
+      REQUIRE(polar.instance[std::size_t(n) * kBeams + beam] == (is_ball ? 2 : 0));
+      balls += is_ball;
+    }
+  }
+  CHECK(balls > 200);
+}
+
+// Protects elevation and its spread. At a range r the ball is met at plus and minus
+// acos((r^2 + a^2 - q^2) / (2 r a)), a and q being the circle's distance and radius: the mean is 0,
+// the spread lies between those of the ranges within a sample of the pixel's.
+TEST_CASE("a ball as high as the sonar has elevation 0 and the spread of its circles") {
+  const Seen seen = look();
+  const LabelledImage& polar = *seen.ping.polar;
+  const double step_m = sample_range_m(seen.sonar, seen.water, 1);
+  int pixels = 0;
+  for (int beam = 0; beam < kBeams; ++beam) {
+    const Slice slice = slice_of(beam_azimuth_rad(seen.sonar, beam));
+    const double a = slice.ahead_m, q = slice.radius_m;
+    const auto angle_at = [&](double range_m) {
+      const double cosine = (range_m * range_m + a * a - q * q) / (2 * range_m * a);
+      return std::acos(std::clamp(cosine, -1.0, 1.0));
+    };
+    const double last_m = std::sqrt(a * a - q * q);  // where rays touch
+    for (int n = 0; n < static_cast<int>(6 / step_m); ++n) {
+      const std::size_t at = std::size_t(n) * kBeams + beam;
+      if (polar.instance[at] != 2) continue;
+      const double near_m = std::max((n - 1) * step_m, a - q);
+      const double far_m = std::min((n + 1) * step_m, last_m);
+      INFO("beam " << beam << " sample " << n);
+      CHECK(std::abs(polar.elevation_rad[at]) < 1e-5);
+      CHECK(polar.elevation_std_rad[at] > angle_at(near_m) - 1e-4);
+      CHECK(polar.elevation_std_rad[at] < angle_at(far_m) + 1e-4);
+      CHECK(polar.instance_fraction[at] == 1);
+      ++pixels;
+    }
+  }
+  CHECK(pixels > 200);
+}
+
+// Protects Cartesian labels: every one is the polar one of the pixel that the map names.
+TEST_CASE("Cartesian labels are the polar ones through the map") {
+  const Seen seen = look();
+  const LabelledImage &polar = *seen.ping.polar, &cartesian = *seen.ping.cartesian;
+  const auto map = cartesian_map(seen.grid, seen.sonar, seen.water, seen.record);
+  REQUIRE(map.size() == cartesian.instance.size());
+  const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (map[i] < 0) {
+      REQUIRE((cartesian.instance[i] == 0 && cartesian.shadow[i] == 0));
+      continue;
+    }
+    const auto p = static_cast<std::size_t>(map[i]);
+    REQUIRE(cartesian.instance[i] == polar.instance[p]);
+    REQUIRE(cartesian.semantic[i] == polar.semantic[p]);
+    REQUIRE(cartesian.shadow[i] == polar.shadow[p]);
+    REQUIRE(same(cartesian.clean_db[i], polar.clean_db[p]));
+    REQUIRE(same(cartesian.elevation_rad[i], polar.elevation_rad[p]));
+    REQUIRE(same(cartesian.elevation_std_rad[i], polar.elevation_std_rad[p]));
+    REQUIRE(same(cartesian.instance_fraction[i], polar.instance_fraction[p]));
+    ++inside;
+  }
+  CHECK(inside > map.size() / 4);
+}
