@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <functional>
@@ -49,7 +50,11 @@ openvdb::FloatGrid::Ptr grid_of(const std::string& bytes) {
   openvdb::io::File file(folder.write("sdf.vdb", bytes).string());
   file.open(false);
   REQUIRE(file.hasGrid("sdf"));
-  return openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("sdf"));
+  auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("sdf"));
+  // OpenVDB would start threads to free it, which the thread sanitizer cannot follow.
+  return {grid.get(), [grid](openvdb::FloatGrid*) mutable {
+            tbb::task_arena(1).execute([&] { grid.reset(); });
+          }};
 }
 
 openvdb::FloatGrid::Ptr grid_of(const World& world) { return grid_of(bytes_of(world)); }
