@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -47,8 +46,8 @@ std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_
     put(at, world.x);
     put(at, world.y);
     put(at, world.z);
-    put(at, static_cast<float>(20 * std::log10(source_pressure_pa_m * std::sqrt(energy) * s.gain) +
-                               120));
+    const double peak_pa_per_m = source_pressure_pa_m * s.gain;
+    put(at, level_db(peak_pa_per_m * peak_pa_per_m * energy));
     put(at, static_cast<float>(length(s.position_m)));
     put(at, s.arrival.azimuth_rad);
     put(at, s.arrival.elevation_rad);
