@@ -2,10 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "app/pipeline.h"
 #include "catch.h"
 #include "labels/cartesian.h"
-#include "temporary_folder.h"
+#include "run_scene.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -29,28 +28,6 @@ output: {cartesian: {height_px: 400}}
 )";
 constexpr double kDistance_m = 5, kAside_m = 0.3, kRadius_m = 0.5;
 constexpr int kBeams = 41, kRays = 401;
-
-struct Seen {
-  PingResult ping;
-  Sonar sonar;
-  Water water;
-  Record record;
-  CartesianGrid grid;
-};
-
-Seen look() {
-  const TemporaryFolder folder;
-  auto scenario = load_scenario(folder.write("ball.yaml", kBall));
-  REQUIRE(scenario.ok());
-  auto session = prepare_session(std::move(*scenario), 0);
-  REQUIRE(session.ok());
-  const Tracer tracer(session->world);
-  const SequenceInfo info = sequence_info(*session, 0, 0, 1);
-  Pipeline pipeline(*session, tracer, info, Numerics{});
-  REQUIRE(pipeline.start_sequence(info, Workers(2)).ok());
-  return {pipeline.run(0, Workers(2)), session->sonar, session->water, session->record,
-          *info.cartesian};
-}
 
 // The ball as the upright plane through a beam cuts it: a circle.
 struct Slice {
@@ -81,16 +58,17 @@ double ray_elevation(const Sonar& sonar, int ray) {
 // Protects the outline: a pixel is the ball's exactly where one of the beam's rays meets the circle
 // within c/2b of its sample. Pixels within 1e-3 samples of such a limit are left out.
 TEST_CASE("the mask of a ball has the outline of its circles") {
-  const Seen seen = look();
-  const LabelledImage& polar = *seen.ping.polar;
-  const double step_m = sample_range_m(seen.sonar, seen.water, 1);
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  const LabelledImage& polar = *ping.polar;
+  const double step_m = sample_range_m(run.session().sonar, run.session().water, 1);
   int balls = 0;
   for (int beam = 0; beam < kBeams; ++beam) {
-    const Slice slice = slice_of(beam_azimuth_rad(seen.sonar, beam));
+    const Slice slice = slice_of(beam_azimuth_rad(run.session().sonar, beam));
     for (int n = 0; n < static_cast<int>(6 / step_m); ++n) {
       double nearest = std::numeric_limits<double>::infinity();
       for (int ray = 0; ray < kRays; ++ray) {
-        const double range_m = range_of(slice, ray_elevation(seen.sonar, ray));
+        const double range_m = range_of(slice, ray_elevation(run.session().sonar, ray));
         nearest = std::min(nearest, std::abs(range_m / step_m - n));
       }
       if (std::abs(nearest - 1) < 1e-3) continue;
@@ -107,12 +85,13 @@ TEST_CASE("the mask of a ball has the outline of its circles") {
 // acos((r^2 + a^2 - q^2) / (2 r a)), a and q being the circle's distance and radius: the mean is 0,
 // the spread lies between those of the ranges within a sample of the pixel's.
 TEST_CASE("a ball as high as the sonar has elevation 0 and the spread of its circles") {
-  const Seen seen = look();
-  const LabelledImage& polar = *seen.ping.polar;
-  const double step_m = sample_range_m(seen.sonar, seen.water, 1);
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  const LabelledImage& polar = *ping.polar;
+  const double step_m = sample_range_m(run.session().sonar, run.session().water, 1);
   int pixels = 0;
   for (int beam = 0; beam < kBeams; ++beam) {
-    const Slice slice = slice_of(beam_azimuth_rad(seen.sonar, beam));
+    const Slice slice = slice_of(beam_azimuth_rad(run.session().sonar, beam));
     const double a = slice.ahead_m, q = slice.radius_m;
     const auto angle_at = [&](double range_m) {
       const double cosine = (range_m * range_m + a * a - q * q) / (2 * range_m * a);
@@ -137,9 +116,11 @@ TEST_CASE("a ball as high as the sonar has elevation 0 and the spread of its cir
 
 // Protects Cartesian labels: every one is the polar one of the pixel that the map names.
 TEST_CASE("Cartesian labels are the polar ones through the map") {
-  const Seen seen = look();
-  const LabelledImage &polar = *seen.ping.polar, &cartesian = *seen.ping.cartesian;
-  const auto map = cartesian_map(seen.grid, seen.sonar, seen.water, seen.record);
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  const LabelledImage &polar = *ping.polar, &cartesian = *ping.cartesian;
+  const auto map = cartesian_map(*run.info().cartesian, run.session().sonar, run.session().water,
+                                 run.session().record);
   REQUIRE(map.size() == cartesian.instance.size());
   const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   std::size_t inside = 0;

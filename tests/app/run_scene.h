@@ -5,22 +5,24 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "app/pipeline.h"
 #include "app/session.h"
+#include "temporary_folder.h"
 
 namespace ensonify::test {
 
 class SceneRun {
  public:
   explicit SceneRun(const std::string& name, const std::vector<Override>& overrides = {})
-      : session_(load(name, overrides)), tracer_(session_.world) {
-    pipeline_ =
-        std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1), Numerics{});
-    if (Status s = pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2)); !s) {
-      throw std::runtime_error(s.error().message);
-    }
+      : SceneRun(load(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"), overrides)) {}
+  // Of a scenario's text.
+  static SceneRun of_text(const std::string& text) {
+    const TemporaryFolder folder;
+    return SceneRun(load(folder.write("scene.yaml", text), {}));
   }
+
   const Session& session() const { return session_; }
   const SequenceInfo& info() const { return pipeline_->info(); }
   PingResult ping(std::uint32_t number, int threads = 2) const {
@@ -28,9 +30,15 @@ class SceneRun {
   }
 
  private:
-  static Session load(const std::string& name, const std::vector<Override>& overrides) {
-    auto scenario =
-        load_scenario(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"), overrides);
+  explicit SceneRun(Session session) : session_(std::move(session)), tracer_(session_.world) {
+    pipeline_ =
+        std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1), Numerics{});
+    if (Status s = pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2)); !s) {
+      throw std::runtime_error(s.error().message);
+    }
+  }
+  static Session load(const std::filesystem::path& file, const std::vector<Override>& overrides) {
+    auto scenario = load_scenario(file, overrides);
     if (!scenario) throw std::runtime_error(scenario.error().message);
     auto session = prepare_session(std::move(*scenario), 0);
     if (!session) throw std::runtime_error(session.error().message);

@@ -1,9 +1,8 @@
 // Shadows against closed forms.
 #include <cmath>
 
-#include "app/pipeline.h"
 #include "catch.h"
-#include "temporary_folder.h"
+#include "run_scene.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -33,18 +32,11 @@ objects:
 // to where the ray over its far edge meets the floor, h d / (h - a) = 5.857 m away on the ground;
 // rays of 0.04 degrees there are 0.02 m apart, a sample is 0.025 m.
 TEST_CASE("the shadow of a wall ends where the ray over its edge meets the floor") {
-  const TemporaryFolder folder;
-  auto scenario = load_scenario(folder.write("shadow.yaml", kWall));
-  REQUIRE(scenario.ok());
-  auto session = prepare_session(std::move(*scenario), 0);
-  REQUIRE(session.ok());
-  const Tracer tracer(session->world);
-  Pipeline pipeline(*session, tracer, sequence_info(*session, 0, 0, 1), Numerics{});
-  REQUIRE(pipeline.start_sequence(sequence_info(*session, 0, 0, 1), Workers(2)).ok());
-  const PingResult ping = pipeline.run(0, Workers(2));
+  const SceneRun run = SceneRun::of_text(kWall);
+  const PingResult ping = run.ping(0);
   REQUIRE(ping.polar.has_value());
 
-  const double step_m = sample_range_m(session->sonar, session->water, 1);
+  const double step_m = sample_range_m(run.session().sonar, run.session().water, 1);
   const double height_m = 2, top_m = 0.6, far_edge_m = 4.1;
   const double ground_m = height_m * far_edge_m / (height_m - top_m);
   const double end_m = std::hypot(ground_m, height_m);
