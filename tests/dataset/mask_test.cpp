@@ -67,6 +67,14 @@ TEST_CASE("an outline holds the pixels of its mask and no others") {
   check_outline({"###", "#.#", "###"});
 }
 
+// Protects polygons from crossing themselves: COCO's own tools take each ring as a simple one.
+TEST_CASE("pixels that touch at a corner have rings of their own") {
+  const auto rings = rings_of(mask_from({"#.", ".#"}));
+  REQUIRE(rings.size() == 2);
+  CHECK(rings[0] == std::vector<Corner>{{0, 0}, {1, 0}, {1, 1}, {0, 1}});
+  CHECK(rings[1] == std::vector<Corner>{{1, 1}, {2, 1}, {2, 2}, {1, 2}});
+}
+
 // Protects those who sum areas by the shoelace rule: parts count, holes are taken away.
 TEST_CASE("rings enclose the area of the mask, holes counted off") {
   for (const Picture& picture :
