@@ -41,4 +41,18 @@ ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad
   return pattern;
 }
 
+std::vector<double> array_weights(const BeamShading& shading, int elements) {
+  const ReceivePattern pattern = make_receive_pattern(shading, 1.0);  // any width: only u matters
+  std::vector<double> weights;
+  for (int n = 0; n < elements; ++n) {
+    const double place = (n - (elements - 1) / 2.0) / elements;
+    double sum = 1;
+    for (int m = 1; 2 * m < elements; ++m) {
+      sum += 2 * shaded_line(pattern, m) * std::cos(2 * kPi * m * place);
+    }
+    weights.push_back(sum / elements);
+  }
+  return weights;
+}
+
 }  // namespace ensonify

@@ -3,10 +3,12 @@
 //   line_pattern                               uniform line: elevation, two-way
 //   hann_line  taylor_line  chebyshev_line     shaded lines, against u
 //   ReceivePattern  make_...  receive_pattern  one of them: azimuth, receive
+//   array_weights                              of single elements
 //   transmit_pattern                           azimuth, transmission
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include "core/host_device.h"
 #include "core/sonar.h"
@@ -97,6 +99,11 @@ ENSONIFY_HD inline double shaded_line(const ReceivePattern& pattern, double u) {
 ENSONIFY_HD inline double receive_pattern(const ReceivePattern& pattern, double angle_rad) {
   return shaded_line(pattern, pattern.aperture * std::sin(angle_rad));
 }
+
+// Weights of a line of elements, their sum 1: against u = elements spacing sin(angle) / lambda the
+// line has the continuous pattern of the same shading at every whole u below elements / 2
+// (Woodward and Lawson, J. IEE 95, 1948). [elements]. Needs elements >= 1.
+std::vector<double> array_weights(const BeamShading& shading, int elements);
 
 // One-way transmit amplitude in azimuth, sinc(0.442946 sin(azimuth) / sin(width/2)): -3 dB at
 // exactly +- width/2. Width 0: 1 everywhere. Needs width <= pi.

@@ -12,8 +12,6 @@
 #include "labels/shadow.h"
 #include "synthesis/adc.h"
 #include "synthesis/draw.h"
-#include "trace/kirchhoff.h"
-#include "trace/volume.h"
 
 namespace ensonify {
 
@@ -38,37 +36,6 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   hidden_power_ = hidden_power(session.sonar, session.record);
 }
 
-Pipeline::Echoes Pipeline::echoes_of(const Tracer& tracer, const Pose& sonar_in_world,
-                                     bool wants_hidden, const Workers& workers) const {
-  const std::vector<Hit> hits =
-      tracer.trace_fan(fan_, sonar_in_world, session_.sonar.range_max_m, workers);
-  std::vector<Scatterer> more =
-      kirchhoff_scatterers(fan_, hits, tracer, sonar_in_world, scattering_, workers);
-  PointScatterers points;
-  std::vector<HiddenTarget>* hidden = wants_hidden ? &points.hidden : nullptr;
-  points.heard = point_target_scatterers(session_.world, tracer, sonar_in_world, session_.sonar,
-                                         session_.water, hidden);
-  const std::vector<Scatterer> fish = school_scatterers(
-      session_.world, tracer, sonar_in_world, session_.sonar, session_.water, workers, hidden);
-  points.heard.insert(points.heard.end(), fish.begin(), fish.end());
-  more.insert(more.end(), points.heard.begin(), points.heard.end());
-  Echoes echoes;
-  echoes.scatterers =
-      with_more(surface_scatterer_list(fan_, hits, scattering_, workers), more, workers);
-  attenuate(echoes.scatterers, session_.world.volumes, sonar_in_world, session_.sonar,
-            session_.water, workers);
-  echoes.volumes = volume_echoes(fan_, hits, session_.world.volumes, sonar_in_world, session_.sonar,
-                                 session_.water, session_.record, workers);
-  if (!wants_hidden) return echoes;
-  const HitsBehind behind =
-      tracer.trace_behind(fan_, hits, sonar_in_world, session_.sonar.range_max_m, workers);
-  echoes.hidden = hidden_echoes(fan_, hits, behind, points, scattering_,
-                                session_.world.instances.size(), workers);
-  attenuate(echoes.hidden.list, session_.world.volumes, sonar_in_world, session_.sonar,
-            session_.water, workers);
-  return echoes;
-}
-
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   RandomKeys keys;
   keys.speckle = stream_key(info_.seed, Stream::speckle, info_.sequence);
@@ -79,7 +46,7 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   return keys;
 }
 
-PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose,
+PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
                                bool wants_clean, const Workers& workers) const {
   const PingTask task{&echoes.scatterers,    {{0.0, pose}},  keys_of(ping),
                       info_.noise_power_pa2, echoes.volumes, wants_clean};
@@ -90,7 +57,7 @@ PingSeries Pipeline::series_of(const Echoes& echoes, std::uint32_t ping, const P
 }
 
 // The same tasks with less in them: keys, and so all draws, are those of the whole.
-std::vector<LayerSeries> Pipeline::layers_of_ping(const Echoes& echoes, std::uint32_t ping,
+std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
                                                   const Pose& pose, const PingSeries& whole,
                                                   const Workers& workers) const {
   std::vector<LayerSeries> layers;
@@ -112,7 +79,7 @@ std::vector<LayerSeries> Pipeline::layers_of_ping(const Echoes& echoes, std::uin
   return layers;
 }
 
-PolarInput Pipeline::polar_input(const Echoes& echoes, const PingSeries& series) const {
+PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& series) const {
   PolarInput input;
   input.scatterers = &echoes.scatterers;
   input.volumes = echoes.volumes;
@@ -128,7 +95,9 @@ PolarInput Pipeline::polar_input(const Echoes& echoes, const PingSeries& series)
 
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
-  const Echoes echoes = echoes_of(tracer_.at(object_poses(session_, 0)), pose, false, workers);
+  const Tracer tracer = tracer_.at(object_poses(session_, 0));
+  const PingEchoes echoes =
+      ping_echoes({session_, fan_, scattering_, tracer, 0, pose, false}, workers);
   const PingSeries series = series_of(echoes, 0, pose, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
@@ -182,7 +151,7 @@ GreyImage Pipeline::grey_of(const LabelledImage& polar) const {
                                : grey(with_gain(polar.level_db, grey_gain_db_));
 }
 
-void Pipeline::add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
+void Pipeline::add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
                             const Workers& workers) const {
   const OutputSelection& output = info_.output;
   const PolarInput input = polar_input(echoes, series);
@@ -230,7 +199,8 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   }
   const bool pictures = output.polar || output.cartesian || output.png;
   const bool wants_hidden = pictures && (output.shadow || output.amodal);
-  Echoes echoes = echoes_of(tracer, result.sonar_in_world, wants_hidden, workers);
+  PingEchoes echoes = ping_echoes(
+      {session_, fan_, scattering_, tracer, ping, result.sonar_in_world, wants_hidden}, workers);
   result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);

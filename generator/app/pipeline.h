@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "app/hidden_power.h"
+#include "app/ping_echoes.h"
 #include "app/session.h"
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "core/simd.h"
 #include "labels/polar.h"
 #include "synthesis/backend.h"
-#include "trace/hidden.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 
@@ -46,30 +46,22 @@ class Pipeline {
   const SequenceInfo& info() const { return info_; }
 
  private:
-  // All that one ping hears.
-  struct Echoes {
-    ScattererList scatterers;
-    std::vector<VolumeEcho> volumes;
-    HiddenEchoes hidden;  // where shadows or amodal masks are asked for
-  };
   struct FromPingZero {
     std::array<double, 2> db_limits{};
     double mean_clean_pa2 = 0;  // over the pixels that hear an echo; 0: none does
   };
 
   FromPingZero look_at_ping_zero(const Workers& workers) const;
-  Echoes echoes_of(const Tracer& tracer, const Pose& sonar_in_world, bool wants_hidden,
-                   const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const Echoes& echoes, std::uint32_t ping, const Pose& pose, bool wants_clean,
-                       const Workers& workers) const;
-  std::vector<LayerSeries> layers_of_ping(const Echoes& echoes, std::uint32_t ping,
+  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
+                       bool wants_clean, const Workers& workers) const;
+  std::vector<LayerSeries> layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
                                           const Pose& pose, const PingSeries& whole,
                                           const Workers& workers) const;
   GreyImage grey_of(const LabelledImage& polar) const;
-  void add_pictures(PingResult& result, const Echoes& echoes, const PingSeries& series,
+  void add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
                     const Workers& workers) const;
-  PolarInput polar_input(const Echoes& echoes, const PingSeries& series) const;
+  PolarInput polar_input(const PingEchoes& echoes, const PingSeries& series) const;
 
   const Session& session_;
   const Tracer& tracer_;

@@ -43,6 +43,8 @@ struct Scatterer {
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
   std::uint16_t path = 0;  // 0 direct
+  // Of the received path: the sound comes in as if from received_path_m along `arrival`.
+  float received_path_m = 0;
 };
 
 // All scatterers of one ping, sorted by beam, then delay, then key. Those of beam j are

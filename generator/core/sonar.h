@@ -1,11 +1,13 @@
 // What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
 //
-//   Pulse  Window  BeamShading  Adc   parts of it       name_of: their words in scenarios and files
+//   Pulse  Window  BeamShading  ArrayReceiver  Adc   parts of it   name_of: their words in
+//   scenarios and files
 //   Sonar    the instrument                 beam_azimuth_rad  sector_of
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
 #pragma once
 
+#include <complex>
 #include <optional>
 #include <vector>
 
@@ -40,6 +42,25 @@ struct BeamShading {
   int nbar = 5;               // of taylor: side lobes up to this one are near side_lobe_db
 };
 
+// dynamic: at each sample on the point of the beam from which an echo arrives just then, in the
+// plane of elevation 0. none: on infinity.
+enum class Focus { none, dynamic };
+// How beams are turned to their azimuth: by a delay of the whole signal, or by the carrier's phase.
+enum class Steering { true_delay, phase };
+
+// A line of elements along the sonar's y axis, about its origin: element n at
+// y = (n - (elements - 1)/2) spacing. Sound goes out from the origin.
+struct ArrayReceiver {
+  int elements = 0;
+  double spacing_m = 0;
+  double element_width_m = 0;  // of each one's aperture along the line; 0: it hears all directions
+  BeamShading shading;         // weights of the elements, their sum 1; the width follows
+  Focus focus = Focus::dynamic;
+  Steering steering = Steering::true_delay;
+  // What each makes of the sound: gain and phase errors, 0 where it is dead. [elements]
+  std::vector<std::complex<double>> response;
+};
+
 // Quantises real and imaginary part of every sample to 2^bits steps over +- full scale.
 struct Adc {
   int bits = 16;
@@ -70,6 +91,7 @@ struct Sonar {
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
   Normalization normalization = Normalization::calibrated;
+  std::optional<ArrayReceiver> array;  // absent: ideal sectors, mixed by the beam's pattern
   std::optional<Adc> adc;
 };
 

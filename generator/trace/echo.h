@@ -35,6 +35,7 @@ inline void set_echo(double range_m, const EchoDirection& direction, std::uint32
   s.gain = static_cast<float>(two_way_loss(range_m, water.absorption_db_m) *
                               direction.elevation_pattern * direction.transmit_pattern);
   s.beam = beam;
+  s.received_path_m = static_cast<float>(range_m);
 }
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);
