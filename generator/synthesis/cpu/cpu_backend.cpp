@@ -3,6 +3,7 @@
 
 #include "acoustics/pulse.h"
 #include "core/error.h"
+#include "synthesis/cpu/array_synthesis.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/ping_synthesis.h"
 
@@ -32,6 +33,10 @@ std::unique_ptr<PingSynthesis> make_synthesis(const SynthesisSetup& setup) {
       setup, make_mixing(setup.sonar), pulse_spectrum(setup.sonar, setup.record.transform), {}};
   tables.autospectrum = fast_autospectrum(tables.spectrum);
   std::unique_ptr<PingSynthesis> fast;
+  if (setup.sonar.array) {
+    if (setup.tolerance >= kFinestFast) fast = make_array_synthesis(tables);
+    return fast ? std::move(fast) : make_double_array_synthesis(tables);
+  }
   if (setup.tolerance >= kFinestFast) fast = make_fast_synthesis(tables);
   return fast ? std::move(fast) : make_double_synthesis(tables);
 }
