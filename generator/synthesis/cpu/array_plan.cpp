@@ -137,8 +137,11 @@ GroupLine ArrayPlan::line(int first_element, int count, double turns_per_m) cons
 std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;
   const int bins = setup.record.transform, half = bins / 2;
-  SpreadKernel spread =
-      choose_spread_kernel(tables.spectrum, -half, kKernelShare * setup.tolerance);
+  // Every echo is deposited once for each element: a grid twice as long costs less than a kernel
+  // of two vectors.
+  const double tolerance = kKernelShare * setup.tolerance;
+  SpreadKernel spread = choose_spread_kernel(tables.spectrum, -half, tolerance, 8);
+  if (spread.points == 0) spread = choose_spread_kernel(tables.spectrum, -half, tolerance);
   if (spread.points == 0 || spread.width > 16) return nullptr;
   const int points = spread.points;
   auto plan = std::make_shared<ArrayPlan>(

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "synthesis/cpu/array_beams.h"
+#include "synthesis/cpu/array_nodes.h"
 #include "synthesis/cpu/array_power.h"
 #include "synthesis/cpu/array_records.h"
 
@@ -14,6 +15,7 @@ using Complex = std::complex<double>;
 struct PingScratch {
   ArrayEchoes echoes;
   AlignedBuffer<Complex> spectra;
+  NodeRecords nodes;
   FineRecords fine;
   std::vector<std::complex<float>> mean;
 };
@@ -22,6 +24,7 @@ class ArraySynthesis final : public PingSynthesis {
  public:
   ArraySynthesis(const SynthesisTables& tables, std::shared_ptr<const ArrayPlan> plan)
       : plan_(std::move(plan)),
+        nodes_(make_array_nodes(*plan_)),
         kernels_(kernels_of(tables.setup.simd)),
         power_(make_array_power(tables)) {}
 
@@ -37,11 +40,13 @@ class ArraySynthesis final : public PingSynthesis {
                    const Workers& workers) const;
 
   std::shared_ptr<const ArrayPlan> plan_;
+  std::shared_ptr<const ArrayNodes> nodes_;  // none: all samples as those near by
   const Kernels& kernels_;
   std::unique_ptr<const ArrayPower> power_;
   mutable Pool<PingScratch> ping_pool_;
   mutable Pool<PointChunk> chunk_pool_;
   mutable Pool<RecordScratch> record_pool_;
+  mutable Pool<SteerScratch> steer_pool_;
 };
 
 SynthesisMemory ArraySynthesis::memory(bool) const {
@@ -49,6 +54,11 @@ SynthesisMemory ArraySynthesis::memory(bool) const {
   memory.shared_bytes += plan_->taps.tap.size() * (sizeof(float) + sizeof(std::int32_t) / 8.0);
   memory.ping_bytes += std::uint64_t(plan_->elements()) * plan_->bins() * sizeof(Complex) +
                        fine_bytes(*plan_) + cells() * sizeof(std::complex<float>);
+  if (nodes_) {
+    memory.shared_bytes += node_table_bytes(*nodes_);
+    memory.ping_bytes += node_ping_bytes(*plan_, *nodes_);
+    memory.thread_bytes += node_thread_bytes(*plan_, *nodes_);
+  }
   memory.echo_bytes += 4 * sizeof(double) + 2 * sizeof(float);
   memory.thread_bytes += record_scratch_bytes(*plan_) + sizeof(PointChunk);
   return memory;
@@ -63,8 +73,14 @@ void ArraySynthesis::spectra(const PingTask& task, EchoAmplitude amplitude, Ping
 
 void ArraySynthesis::beams(PingScratch& scratch, std::complex<float>* series,
                            const Workers& workers) const {
-  make_fine_records(*plan_, scratch.spectra, record_pool_, workers, scratch.fine);
-  direct_beams(*plan_, kernels_, scratch.fine, 0, plan_->samples(), workers, series);
+  const int near = nodes_ ? nodes_->near_samples : plan_->samples();
+  if (near > 0) {
+    make_fine_records(*plan_, scratch.spectra, record_pool_, workers, scratch.fine);
+    direct_beams(*plan_, kernels_, scratch.fine, 0, near, workers, series);
+  }
+  if (!nodes_) return;
+  node_beams(*plan_, *nodes_, kernels_, scratch.spectra, steer_pool_, workers, scratch.nodes,
+             series);
 }
 
 void ArraySynthesis::clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,

@@ -84,6 +84,12 @@ struct Kernels {
   // of 16; without paths the weights are complex and hold the phase.
   void (*array_beam)(const BeamElement* elements, int count, double first_element,
                      const PathArrays* paths, int samples, float* re, float* im);
+  // out[bin] = sum_tap weight_tap(t) rows[tap][bin] of complex numbers; weight [kSteerTaps]
+  // [kSteerDegree + 1], constant term last, t twice for each bin.
+  void (*array_steer)(const double* rows, std::int64_t stride, const double* weight,
+                      const double* t, int bins, double* out);
+  // (re, im) += the sum, for a multiple of 16 samples.
+  void (*array_nodes)(const NodeSum* sum, const float* t, int samples, float* re, float* im);
 };
 
 // The table of a level that this processor has.

@@ -29,6 +29,7 @@ extern const Kernels kKernels;
 const Kernels kKernels = {draw_normals, apply_path,   place,   deposit, add_scaled, widen,
                           narrow,       multiply,     multiply_add, product, fold,  unfold,
                           combine,      store_complex, store_power, add_square,
-                          array_paths,  array_deposit, widen_planes, array_beam};
+                          array_paths,  array_deposit, widen_planes, array_beam,
+                          array_steer,  array_nodes};
 
 }  // namespace ensonify::ENSONIFY_LEVEL

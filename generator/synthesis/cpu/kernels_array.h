@@ -56,6 +56,21 @@ struct BeamElement {
   float weight_re, weight_im;
 };
 
+// Bins whose node weights are one polynomial, and its degree.
+constexpr int kSteerBins = 64;
+constexpr int kSteerTaps = 9;
+constexpr int kSteerDegree = 4;
+
+// What a beam makes of its nodes over a stretch of samples: coefficients are polynomials of
+// t = -1 .. 1 over the stretch, [taps][degree + 1][re, im], constant term last.
+struct NodeSum {
+  const float* coefficient;
+  int taps, degree;
+  const float* re;  // of the first tap; the others follow at `stride`
+  const float* im;
+  std::int64_t stride;
+};
+
 struct ArrayGroup {
   int count = 0;
   double first_element = 0;

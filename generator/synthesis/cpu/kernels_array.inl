@@ -191,3 +191,64 @@ void array_beam(const BeamElement* elements, int count, double first_element,
     }
   }
 }
+
+void array_steer(const double* __restrict rows, std::int64_t stride,
+                 const double* __restrict weight, const double* __restrict t, int bins,
+                 double* __restrict out) {
+  static_assert(kSteerDegree == 4);
+  for (int i = 0; i < 2 * bins; ++i) {
+    double sum = 0;
+    const double x = t[i];
+#pragma GCC unroll 9
+    for (int k = 0; k < kSteerTaps; ++k) {
+      const double* w = weight + 5 * k;
+      sum += ((((w[0] * x + w[1]) * x + w[2]) * x + w[3]) * x + w[4]) * rows[k * stride + i];
+    }
+    out[i] = sum;
+  }
+}
+
+// Whole vectors of samples, as many as registers hold beside the coefficients.
+template <int kDegree>
+inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
+  constexpr int kAtOnce = 2;
+  constexpr int kStep = kAtOnce * kLanes <= 16 ? kAtOnce : 1;
+  for (int i = 0; i < samples; i += kStep * kLanes) {
+    Vector sum_re[kStep], sum_im[kStep], x[kStep];
+    for (int v = 0; v < kStep; ++v) {
+      sum_re[v] = load(re + i + v * kLanes);
+      sum_im[v] = load(im + i + v * kLanes);
+      x[v] = load(t + i + v * kLanes);
+    }
+    const float* c = sum->coefficient;
+    const float* from_re = sum->re + i;
+    const float* from_im = sum->im + i;
+    for (int k = 0; k < sum->taps; ++k, c += 2 * (kDegree + 1)) {
+#pragma GCC unroll 2
+      for (int v = 0; v < kStep; ++v) {
+        Vector a = Vector{} + c[0], b = Vector{} + c[1];
+#pragma GCC unroll 4
+        for (int d = 1; d <= kDegree; ++d) {
+          a = a * x[v] + c[2 * d];
+          b = b * x[v] + c[2 * d + 1];
+        }
+        const Vector p = load(from_re + v * kLanes), q = load(from_im + v * kLanes);
+        sum_re[v] += a * p;
+        sum_re[v] -= b * q;
+        sum_im[v] += a * q;
+        sum_im[v] += b * p;
+      }
+      from_re += sum->stride;
+      from_im += sum->stride;
+    }
+    for (int v = 0; v < kStep; ++v) {
+      store(re + i + v * kLanes, sum_re[v]);
+      store(im + i + v * kLanes, sum_im[v]);
+    }
+  }
+}
+
+void array_nodes(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
+  const auto run = sum->degree == 0 ? nodes_of_degree<0> : nodes_of_degree<3>;
+  run(sum, t, samples, re, im);
+}
