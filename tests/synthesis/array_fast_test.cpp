@@ -229,8 +229,8 @@ TEST_CASE("array: expected power") {
   for (std::size_t i = 0; i < exact.clean_power_pa2.size(); ++i) {
     if (exact.clean_power_pa2[i] < 1e-4 * largest) continue;
     ++judged;
-    worst = std::max(worst, std::abs(10 * std::log10(fast.clean_power_pa2[i] /
-                                                     exact.clean_power_pa2[i])));
+    const double ratio = double(fast.clean_power_pa2[i]) / exact.clean_power_pa2[i];
+    worst = std::max(worst, std::abs(10 * std::log10(ratio)));
   }
   CAPTURE(judged, worst);
   CHECK(judged > 20);
