@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/starved_cells.h"
 
 namespace ensonify {
 namespace {
@@ -26,6 +27,9 @@ Status check(const ScenarioOptions& options) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const int threads = Workers().threads();
+  if (const auto starved = starved_warning(*session, Tracer(session->world), Workers(threads))) {
+    fmt::print(stderr, "warning: {}\n", *starved);
+  }
   const Cost cost = estimate_cost(*session, threads);
   fmt::print("{}", to_yaml(session->scenario,
                            [](const std::filesystem::path& file) { return file.string(); }));

@@ -104,8 +104,10 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
-  const std::uint64_t merging =
+  std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
+  // Those of rays by need are sorted from one list into another.
+  if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
@@ -150,6 +152,20 @@ UnderWay under_way(const Session& session, int threads) {
   return run;
 }
 
+// Those that can become scatterers.
+std::uint64_t rays_of(const Session& session, const Fan& fan, std::span<const Hit> hits,
+                      const Pose& pose) {
+  if (session.sonar.rays_per_cell == 0) {
+    return std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
+  }
+  const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i].instance != 0 || pieces[i] > 1) sum += pieces[i];
+  }
+  return sum;
+}
+
 }  // namespace
 
 EchoCounts count_echoes(const Session& session) {
@@ -164,9 +180,8 @@ EchoCounts count_echoes(const Session& session) {
     const Pose pose = sonar_pose(session, ping);
     const Tracer moment = tracer.at(object_poses(session, ping));
     const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
-    const auto met = std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
-    most.surface = std::max<std::uint64_t>(most.surface, met);
+    most.surface = std::max(most.surface, rays_of(session, fan, hits, pose));
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
     const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);

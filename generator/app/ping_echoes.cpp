@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "trace/by_need.h"
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
 #include "trace/volume.h"
@@ -21,6 +22,17 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   return points;
 }
 
+// Of surfaces: a scatterer a ray.
+ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
+                             const Workers& workers) {
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  if (session.sonar.rays_per_cell == 0) {
+    return surface_scatterer_list(fan, hits, scattering, workers);
+  }
+  const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
+  return surface_scatterers_by_need(fan, hits, pieces, tracer, pose, scattering, workers);
+}
+
 }  // namespace
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
@@ -31,8 +43,7 @@ PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
   PingEchoes echoes;
-  echoes.scatterers =
-      with_more(surface_scatterer_list(fan, hits, scattering, workers), more, workers);
+  echoes.scatterers = with_more(surface_echoes(moment, hits, workers), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);

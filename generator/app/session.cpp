@@ -102,6 +102,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                  "sonar.pulse.table.file: its amplitudes are zero on every bin of the record; "
                  "accepted is a table with amplitude across the band"};
   }
+  session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 

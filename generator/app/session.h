@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/ping.h"
 #include "scenario/scenario.h"
+#include "trace/by_need.h"
 #include "world/path.h"
 #include "world/scene_sdf.h"
 #include "world/world.h"
@@ -25,6 +26,7 @@ struct Session {
   Sonar sonar;
   Water water;
   Record record;
+  ResolutionCell cell;
   Pose mount;  // sonar on the body
   World world;
   Path path;                         // of the body

@@ -90,6 +90,7 @@ struct Sonar {
   double elevation_fan_rad = 0;  // rays span [-fan/2, fan/2]
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
+  int rays_per_cell = 0;  // scatterers that a resolution cell gets at least; 0: as the fan has it
   Normalization normalization = Normalization::calibrated;
   std::optional<ArrayReceiver> array;  // absent: ideal sectors, mixed by the beam's pattern
   std::optional<Adc> adc;

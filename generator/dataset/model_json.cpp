@@ -159,7 +159,10 @@ Json sonar_json(const SequenceInfo& info) {
             {"order", "beam 0 to starboard (most negative azimuth), azimuth grows to port"}}},
           {"elevation",
            {{"width_rad", sonar.elevation_width_rad}, {"fan_rad", sonar.elevation_fan_rad}}},
-          {"rays", {{"elevation", sonar.rays_elevation}, {"azimuth", sonar.rays_azimuth}}},
+          {"rays",
+           {{"elevation", sonar.rays_elevation},
+            {"azimuth", sonar.rays_azimuth},
+            {"per_cell", sonar.rays_per_cell}}},
           {"adc", adc_json(sonar.adc)},
           {"normalization", name_of(sonar.normalization)}};
 }

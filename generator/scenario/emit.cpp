@@ -63,8 +63,8 @@ std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   line("beams", beams_text(sonar));
   line("elevation", fmt::format("{{width_deg: {}, fan_deg: {}}}", number(sonar.elevation_width_deg),
                                 number(sonar.elevation_fan_deg)));
-  line("rays",
-       fmt::format("{{elevation: {}, azimuth: {}}}", sonar.rays_elevation, sonar.rays_azimuth));
+  line("rays", fmt::format("{{elevation: {}, azimuth: {}, per_cell: {}}}", sonar.rays_elevation,
+                           sonar.rays_azimuth, sonar.rays_per_cell));
   if (sonar.adc) {
     line("receiver", fmt::format("{{adc: {{bits: {}, full_scale_db: {}}}}}", sonar.adc->bits,
                                  number(sonar.adc->full_scale_db)));

@@ -12,6 +12,7 @@ namespace {
 constexpr NumberRange kLevelDb = from_to(-300, 400);
 constexpr int kMaxBits = 24;
 constexpr int kMaxRays = 1'000'000;
+constexpr int kMaxPerCell = 1000;
 
 // Larger pings would take more than 2 GiB for one stage alone, or run for days.
 constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
@@ -36,9 +37,10 @@ void parse_elevation(Faults& faults, const Value& elevation, Need need, SonarSpe
 }
 
 void parse_rays(Faults& faults, const Value& rays, Need need, SonarSpec& sonar) {
-  if (!open_map(faults, rays, {"elevation", "azimuth"})) return;
+  if (!open_map(faults, rays, {"elevation", "azimuth", "per_cell"})) return;
   read_integer(faults, rays, "elevation", 1, kMaxRays, sonar.rays_elevation, need);
   read_integer(faults, rays, "azimuth", 1, kMaxRays, sonar.rays_azimuth);
+  read_integer(faults, rays, "per_cell", 0, kMaxPerCell, sonar.rays_per_cell);
 }
 
 void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar) {

@@ -28,6 +28,7 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.elevation_fan_rad = radians(spec.elevation_fan_deg);
   sonar.rays_elevation = spec.rays_elevation;
   sonar.rays_azimuth = spec.rays_azimuth;
+  sonar.rays_per_cell = spec.rays_per_cell;
   sonar.normalization = scenario.scattering.normalization;
   return sonar;
 }
