@@ -26,6 +26,7 @@
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
+#include "scenario/receiver_spec.h"
 #include "scenario/terrain_spec.h"
 #include "scenario/volume_spec.h"
 
@@ -59,6 +60,7 @@ struct SonarSpec {
   double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
+  std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;
 };
@@ -255,7 +257,7 @@ bool varies_by_sequence(const Scenario& scenario);
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
-// material.table are empty.
+// material.table are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 Pose pose_of(const PoseSpec& spec);
