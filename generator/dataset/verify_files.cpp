@@ -187,77 +187,61 @@ struct KnownFile {
 const KnownFile kKnownFiles[] = {
     {layout::kTimeseries,
      [](auto&, auto& path, auto& s) {
-  return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
+       return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
      }},
     {layout::kTimeseriesExr,
-     [](auto&, auto& path, auto& s) {
-  return series_exr_fault(path, s.samples, s.beams); }},
+     [](auto&, auto& path, auto& s) { return series_exr_fault(path, s.samples, s.beams); }},
     {layout::kChannels,
      [](auto&, auto& path, auto& s) {
-  return npy_fault(path, kNpyComplex64, {s.elements, s.samples});
+       return npy_fault(path, kNpyComplex64, {s.elements, s.samples});
      }},
     {layout::kScatterers,
-     [auto&, auto& path, auto&) {
-  return npy_fault(path, kNpyScatterer, {0}); }},
-    {layout::kPoints, [](auto&, auto& path, auto&) {
-  return ply_fault(path); }},
+     [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
+    {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
     {layout::kPolarExr,
-     [](auto&, auto& path, auto& s) {
-  return exr_fault(path, s.samples, s.beams); }},
+     [](auto&, auto& path, auto& s) { return exr_fault(path, s.samples, s.beams); }},
     {layout::kPolarInstance,
-     [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.samples, s.beams, 16); }},
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarSemantic,
-     [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.samples, s.beams, 8); }},
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kPolarShadow,
-     [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.samples, s.beams, 16); }},
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarGrey,
-     [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.samples, s.beams, 8); }},
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kCartesianExr,
      [](auto&, auto& path, auto& s) {
-  return exr_fault(path, s.cartesian_height, s.cartesian_width);
+       return exr_fault(path, s.cartesian_height, s.cartesian_width);
      }},
     {layout::kCartesianInstance,
      [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},
     {layout::kCartesianSemantic,
      [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
      }},
     {layout::kCartesianShadow,
      [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},
     {layout::kCartesianGrey,
      [](auto&, auto& path, auto& s) {
-  return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
      }},
     {"azimuth_rad.npy",
-     [](auto&, auto& path, auto& s) {
-  return npy_fault(path, kNpyFloat64, {s.beams}); }},
+     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.beams}); }},
     {"range_m.npy",
-     [](auto&, auto& path, auto& s) {
-  return npy_fault(path, kNpyFloat64, {s.samples}); }},
+     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.samples}); }},
     {"first_return_m.npy",
      [](auto&, auto& path, auto& s) {
-  return npy_fault(path, kNpyFloat32, {s.pings(), s.beams});
+       return npy_fault(path, kNpyFloat32, {s.pings(), s.beams});
      }},
-    {"poses.csv", [](auto&, auto& path, auto& s) {
-  return poses_fault(path, s); }},
-    {"poses.tum", [](auto&, auto& path, auto& s) {
-  return tum_fault(path, s); }},
-    {"objects.csv", [](auto&, auto& path, auto& s) {
-  return objects_fault(path, s); }},
-    {layout::kSdf, [](auto&, auto& path, auto&) {
-  return vdb_fault(path); }},
-    {"boxes.csv", [](auto&, auto& path, auto& s) {
-  return boxes_fault(path, s); }},
-    {layout::kAnnotations, [](auto&, auto& path, auto& s) {
-  return annotations_fault(path, s); }},
+    {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
+    {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
+    {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
+    {layout::kSdf, [](auto&, auto& path, auto&) { return vdb_fault(path); }},
+    {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
+    {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
 };
 
 }  // namespace
