@@ -26,6 +26,7 @@ def beams_of_target(bench, range_m, receiver=None, beams=None, azimuth_deg=0.0, 
             "sonar": {
                 "bandwidth_hz": BAND_HZ,
                 "range_max_m": range_m + 1,
+                "elevation": {"fan_deg": 30},
                 "beams": beams or {"count": 161, "spacing_deg": 0.05},
                 "receiver": {"mode": "array", **(receiver or {})},
             },
@@ -110,7 +111,7 @@ def beams_off_the_axis(bench):
             Row(f"array.phase.{azimuth}", f"steering by phase to {azimuth} deg: loss of the peak",
                 loss, float(decibels((delayed[4] / turned[4]) ** 2)), 0.03)
         )
-    fan = {"count": 601, "spacing_deg": 0.2}
+    fan = {"count": 481, "spacing_deg": 0.2}
     broadside, degrees = beams_of_target(bench, 5, beams=fan)
     oblique, _ = beams_of_target(bench, 5, beams=fan, azimuth_deg=45)
     rows.append(
