@@ -21,6 +21,15 @@ double half_power_u(const ReceivePattern& pattern) {
   return (low + high) / 2;
 }
 
+// T_(elements-1)(x0 cos(pi u / elements)), in units of the main lobe: all its side lobes are equal.
+// Dolph, Proc. IRE 34, 1946.
+double dolph_array(double side_lobe_db, int elements, double u) {
+  const int order = elements - 1;
+  const double height = std::pow(10.0, -side_lobe_db / 20);
+  const double x = std::cosh(std::acosh(height) / order) * std::cos(kPi * u / elements);
+  return (x > 1 ? std::cosh(order * std::acosh(x)) : std::cos(order * std::acos(x))) / height;
+}
+
 }  // namespace
 
 ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad) {
@@ -43,12 +52,16 @@ ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad
 
 std::vector<double> array_weights(const BeamShading& shading, int elements) {
   const ReceivePattern pattern = make_receive_pattern(shading, 1.0);  // any width: only u matters
+  const auto value_at = [&](int u) {
+    return shading.kind == Shading::chebyshev ? dolph_array(shading.side_lobe_db, elements, u)
+                                              : shaded_line(pattern, u);
+  };
   std::vector<double> weights;
   for (int n = 0; n < elements; ++n) {
     const double place = (n - (elements - 1) / 2.0) / elements;
     double sum = 1;
     for (int m = 1; 2 * m < elements; ++m) {
-      sum += 2 * shaded_line(pattern, m) * std::cos(2 * kPi * m * place);
+      sum += 2 * value_at(m) * std::cos(2 * kPi * m * place);
     }
     weights.push_back(sum / elements);
   }

@@ -102,7 +102,8 @@ ENSONIFY_HD inline double receive_pattern(const ReceivePattern& pattern, double 
 
 // Weights of a line of elements, their sum 1: against u = elements spacing sin(angle) / lambda the
 // line has the continuous pattern of the same shading at every whole u below elements / 2
-// (Woodward and Lawson, J. IEE 95, 1948). [elements]. Needs elements >= 1.
+// (Woodward and Lawson, J. IEE 95, 1948), and of chebyshev that of Dolph's array of so many
+// elements, whose side lobes are all alike. [elements]. Needs elements >= 1.
 std::vector<double> array_weights(const BeamShading& shading, int elements);
 
 // One-way transmit amplitude in azimuth, sinc(0.442946 sin(azimuth) / sin(width/2)): -3 dB at

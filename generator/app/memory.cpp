@@ -98,9 +98,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
-  const std::uint64_t layers = layer_count(session) * series;
+  const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
+  // They stand from synthesis to files, as layers do.
+  const std::uint64_t layers = layer_count(session) * series + channels;
   // The scatterers of one layer at a time stand beside all.
-  const std::uint64_t layering = layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
+  const std::uint64_t layering = layers > channels ? count.echoes() * sizeof(Scatterer) : 0;
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.

@@ -33,7 +33,7 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   for (const Instance& instance : info_.instances) {
     class_of_instance_.push_back(instance.class_id);
   }
-  hidden_power_ = hidden_power(session.sonar, session.record);
+  hidden_power_ = hidden_power(session.sonar, session.water, session.record);
 }
 
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
@@ -49,7 +49,8 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
 PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
                                bool wants_clean, const Workers& workers) const {
   const PingTask task{&echoes.scatterers,    {{0.0, pose}},  keys_of(ping),
-                      info_.noise_power_pa2, echoes.volumes, wants_clean};
+                      info_.noise_power_pa2, echoes.volumes, wants_clean,
+                      info_.output.channels};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
   if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
@@ -215,6 +216,7 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
   if (output.any_timeseries()) result.series = std::move(series.pressure_pa);
+  result.channels = std::move(series.channels_pa);
   return result;
 }
 

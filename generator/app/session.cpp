@@ -8,11 +8,13 @@
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
+#include "app/array_receiver.h"
 #include "app/layers.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
 #include "scenario/tables.h"
+#include "synthesis/array.h"
 
 namespace ensonify {
 namespace {
@@ -103,6 +105,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                  "accepted is a table with amplitude across the band"};
   }
   session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
+  Result<std::optional<ArrayReceiver>> array =
+      array_receiver(scenario, session.sonar, session.water, session.record);
+  if (!array) return array.error();
+  session.sonar.array = std::move(*array);
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
@@ -141,6 +147,11 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.speckle = scenario.scattering.speckle;
   info.receive_aperture_wavelengths =
       make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
+  if (session.sonar.array) {
+    const ArrayGeometry array = make_array_geometry(session.sonar);
+    info.element_y_m = array.y_m;
+    info.element_weight = array.weight;
+  }
   info.processing_gain = processing_gain(session.sonar);
   info.pulse_extent_s = pulse_extent_s(session.sonar);
   info.noise_snr_db = scenario.noise_snr_db;

@@ -83,11 +83,12 @@ struct LayerSeries {
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
-  Pose sonar_in_world;                      // mount included
-  std::vector<Pose> object_in_world;        // by instance id - 1
-  std::vector<std::complex<float>> series;  // [beams x samples], Pa; empty: not asked for
-  std::vector<LayerSeries> layers;          // as SequenceInfo::layers
-  std::optional<LabelledImage> polar;       // absent: not asked for
+  Pose sonar_in_world;                        // mount included
+  std::vector<Pose> object_in_world;          // by instance id - 1
+  std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: not asked for
+  std::vector<LayerSeries> layers;            // as SequenceInfo::layers
+  std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
+  std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
@@ -168,7 +169,8 @@ struct OutputSelection {
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
-  bool packed = false;  // arrays of all pings in place of files of each
+  bool channels = false;  // what each element of an array hears
+  bool packed = false;    // arrays of all pings in place of files of each
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
@@ -187,9 +189,10 @@ struct SequenceInfo {
   std::uint64_t seed = 0;
   std::string split;  // train, val or test
   Sonar sonar;
-  double receive_aperture_wavelengths = 0;  // of the shaded line that has the beam's width
-  double processing_gain = 1;               // of the pulse: the noise's power is divided by it
-  double pulse_extent_s = 0;                // T_p
+  double receive_aperture_wavelengths = 0;          // of the shaded line that has the beam's width
+  std::vector<double> element_y_m, element_weight;  // of sonar.array, [elements]
+  double processing_gain = 1;  // of the pulse: the noise's power is divided by it
+  double pulse_extent_s = 0;   // T_p
   Water water;
   Record record;
   double synthesis_tolerance = 1e-5;

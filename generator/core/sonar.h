@@ -105,6 +105,8 @@ struct Water {
 const char* name_of(PulseShape shape);
 const char* name_of(Window window);
 const char* name_of(Shading shading);
+const char* name_of(Focus focus);
+const char* name_of(Steering steering);
 
 // The length of a stored record and of the transforms behind it (Eq 10-13).
 struct Record {

@@ -82,6 +82,10 @@ std::string packed_rows(const OutputSelection& output) {
       "\nArrays hold all pings of the sequence, in the order of `poses.csv`; `arrays` in\n"
       "`sequence.json` has their shapes:\n\n| file | what |\n|---|---|\n";
   text += row(output.timeseries, "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |");
+  text +=
+      row(output.channels,
+          "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
+          "array hears |");
   text += row(output.layers,
               "| `layers_*.npy` | the same of noise, volume, target, background and quantisation, "
               "as far as there are any; their sum is the series |");
@@ -136,6 +140,10 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.timeseries_exr,
               "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
               "float channels `p.re` and `p.im`, Pa |");
+  text +=
+      row(output.channels,
+          "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
+          "array hears |");
   text += row(output.layers,
               "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: noise, volume, target, "
               "background and quantisation, as far as there are any; their sum is the series |");

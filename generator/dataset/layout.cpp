@@ -12,11 +12,11 @@ namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
 constexpr std::string_view kPingTemplates[] = {
-    kTimeseries,        kPolarExr,     kPolarInstance,
-    kPolarSemantic,     kCartesianExr, kCartesianInstance,
-    kCartesianSemantic, kPolarGrey,    kCartesianGrey,
-    kScatterers,        kPoints,       kPolarShadow,
-    kCartesianShadow,   kTimeseriesExr};
+    kTimeseries,        kPolarExr,      kPolarInstance,
+    kPolarSemantic,     kCartesianExr,  kCartesianInstance,
+    kCartesianSemantic, kPolarGrey,     kCartesianGrey,
+    kScatterers,        kPoints,        kPolarShadow,
+    kCartesianShadow,   kTimeseriesExr, kChannels};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 

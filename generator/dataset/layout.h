@@ -42,6 +42,7 @@ inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
 inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
 // Of a layer by its name (core/ping.h).
 inline constexpr char kLayerPrefix[] = "layers/{ping}_";
+inline constexpr char kChannels[] = "channels/{ping}.npy";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
 inline constexpr char kPoints[] = "points/{ping}.ply";
 

@@ -58,6 +58,7 @@ NpyShape shape_of(const SequenceInfo& info, PackedGrid grid) {
   const auto beams = static_cast<std::uint64_t>(info.sonar.beam_count);
   const auto samples = static_cast<std::uint64_t>(info.record.samples);
   if (grid == PackedGrid::series) return {beams, samples};
+  if (grid == PackedGrid::channels) return {info.element_y_m.size(), samples};
   if (grid == PackedGrid::polar) return {samples, beams};
   const CartesianGrid cartesian = info.cartesian.value_or(CartesianGrid{});
   return {static_cast<std::uint64_t>(cartesian.height_px),
@@ -74,6 +75,10 @@ void for_each_array(const SequenceInfo& info, Use use) {
   if (output.timeseries) {
     use("timeseries.npy", kNpyComplex64, PackedGrid::series,
         [](const PingResult& r, char* out) { copy_values(r.series, out); });
+  }
+  if (output.channels) {
+    use("channels.npy", kNpyComplex64, PackedGrid::channels,
+        [](const PingResult& r, char* out) { copy_values(r.channels, out); });
   }
   for (std::size_t i = 0; i < info.layers.size(); ++i) {
     use(layer_file(info.layers[i]), kNpyComplex64, PackedGrid::series,
@@ -101,6 +106,7 @@ void for_each_array(const SequenceInfo& info, Use use) {
 SequenceInfo sequence_of_all() {
   SequenceInfo info;
   info.output.layers = true;
+  info.output.channels = true;
   info.layers = {Layer::noise, Layer::volume, Layer::target, Layer::background,
                  Layer::quantisation};
   return info;

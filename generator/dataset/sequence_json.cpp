@@ -59,6 +59,11 @@ Json axes_json(const OutputSelection& output) {
   if (output.layers) {
     axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";
   }
+  if (output.channels) {
+    axes["channels"] =
+        "complex64 [elements, samples], Pa (rms): p_n(t) of model.series, noise included, before "
+        "any converter; elements by rising y";
+  }
   if (output.timeseries_exr) {
     axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
   }

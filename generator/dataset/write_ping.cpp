@@ -78,6 +78,10 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
     return "scatterers";
   }
+  if (is_bad(info.output.channels,
+             result.channels.size() == info.element_y_m.size() * info.record.samples)) {
+    return "channels";
+  }
   if (!fit(info.layers, result.layers, area(beams, samples))) return "layers";
   if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
   if (result.object_in_world.size() > info.instances.size()) return "object_in_world";
@@ -181,14 +185,14 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
                    {kCartesianExr, kCartesianInstance, kCartesianSemantic,
                     info.output.shadow ? kCartesianShadow : nullptr});
   }
-  const NpyShape shape = {static_cast<std::uint64_t>(info.sonar.beam_count),
-                          static_cast<std::uint64_t>(info.record.samples)};
   const auto add_series = [&](std::string name, const std::vector<std::complex<float>>& series) {
-    jobs.push_back({std::move(name), [&series, shape]() -> Result<std::string> {
-                      return encode_npy(series, shape);
+    const auto samples = static_cast<std::uint64_t>(info.record.samples);
+    jobs.push_back({std::move(name), [&series, samples]() -> Result<std::string> {
+                      return encode_npy(series, {series.size() / samples, samples});
                     }});
   };
   if (info.output.timeseries) add_series(kTimeseries, result.series);
+  if (info.output.channels) add_series(kChannels, result.channels);
   for (const LayerSeries& layer : result.layers) {
     add_series(layer_template(layer_name(layer.layer)), layer.pressure_pa);
   }

@@ -66,11 +66,13 @@ bool reads_whole_numbers(std::string_view path) {
                        end - (dot == std::string_view::npos ? 0 : dot + 1));
   };
   const std::string_view last = segment_before(path.size());
-  for (const char* key : {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels"}) {
+  for (const char* key :
+       {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels", "elements"}) {
     if (last == key) return true;
   }
   const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
-  return segment_before(parent_end) == "rays";
+  const std::string_view parent = segment_before(parent_end);
+  return parent == "rays" || parent == "dead";
 }
 
 std::optional<std::int64_t> whole_number(const Node& node) {

@@ -1,6 +1,7 @@
 #include <type_traits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "scenario/drawn_sections.h"
 #include "scenario/emit.h"
@@ -48,6 +49,27 @@ std::string beams_text(const SonarSpec& sonar) {
   return text + "}";
 }
 
+std::string array_text(const ArraySpec& array) {
+  std::string text = "mode: array";
+  if (array.elements) text += fmt::format(", elements: {}", *array.elements);
+  if (array.spacing_m) text += ", spacing_m: " + number(*array.spacing_m);
+  if (array.shading) text += ", shading: " + shading_text(*array.shading);
+  return text + fmt::format(
+                    ", element_width_m: {}, focus: {}, steering: {}, gain_error_db: {}, "
+                    "phase_error_deg: {}, dead: [{}]",
+                    number(array.element_width_m), name_of(array.focus), name_of(array.steering),
+                    number(array.gain_error_db), number(array.phase_error_deg),
+                    fmt::join(array.dead, ", "));
+}
+
+// Empty: what is left out says as much.
+std::string receiver_text(const SonarSpec& sonar) {
+  std::string text = sonar.array ? array_text(*sonar.array) : "";
+  if (!sonar.adc) return text;
+  return text + fmt::format("{}adc: {{bits: {}, full_scale_db: {}}}", text.empty() ? "" : ", ",
+                            sonar.adc->bits, number(sonar.adc->full_scale_db));
+}
+
 std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   std::string text = "sonar:\n";
   const auto line = [&](std::string_view key, const std::string& value) {
@@ -65,9 +87,8 @@ std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
                                 number(sonar.elevation_fan_deg)));
   line("rays", fmt::format("{{elevation: {}, azimuth: {}, per_cell: {}}}", sonar.rays_elevation,
                            sonar.rays_azimuth, sonar.rays_per_cell));
-  if (sonar.adc) {
-    line("receiver", fmt::format("{{adc: {{bits: {}, full_scale_db: {}}}}}", sonar.adc->bits,
-                                 number(sonar.adc->full_scale_db)));
+  if (const std::string receiver = receiver_text(sonar); !receiver.empty()) {
+    line("receiver", "{" + receiver + "}");
   }
   line("mount", fmt::format("{{{}}}", pose_keys(sonar.mount)));
   return text;
@@ -207,11 +228,12 @@ std::string output_text(const OutputSpec& output) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}}}\n",
+      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}}}\n",
       timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
       output.selection.shadow, output.selection.amodal, output.selection.polygons,
       output.selection.scatterers, output.selection.points, layers_text(output),
-      output.selection.packed ? "sequence" : "ping", sdf);
+      output.selection.packed ? "sequence" : "ping",
+      output.selection.channels ? ", channels: true" : "", sdf);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // The sections of a scenario, each read into its struct; faults are added, what is right is kept.
 //
 //   parse_sonar                      with the preset it names
-//   parse_pulse  parse_beams         parts of it, each in a file of its name
+//   parse_pulse  parse_beams  parse_receiver  parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
@@ -38,6 +38,11 @@ inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 void parse_sonar(const InputFolder& input, const Value& value, SonarSpec& sonar);
 void parse_pulse(const InputFolder& input, const Value& sonar, PulseSpec& pulse);
 void parse_beams(Faults& faults, const Value& beams, Need need, SonarSpec& sonar);
+void parse_shading(Faults& faults, const Value& map, BeamShading& shading);  // its key `shading`
+void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar);
+
+// What does not go with the receiver, in scattering and output.
+void check_array(Faults& faults, const Value& root, const Scenario& scenario);
 
 // A chirp or burst against the bandwidth; `sonar_value` is merged with its preset.
 void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec& sonar);

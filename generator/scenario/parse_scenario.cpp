@@ -125,6 +125,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   }
   if (const auto v = child(root, "output")) parse_output(faults, *v, scenario.output);
   if (const auto v = child(root, "splits")) parse_splits(faults, *v, scenario.splits);
+  check_array(faults, root, scenario);
   check_ping_size(faults, root, scenario);
   check_burst_length(faults, root, scenario);
   return scenario;
@@ -147,7 +148,7 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
                 {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
-                 "scatterers", "points", "layers", "pack", "sdf"})) {
+                 "scatterers", "points", "layers", "channels", "pack", "sdf"})) {
     return;
   }
   OutputSelection& selection = output.selection;
@@ -166,6 +167,7 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   read_plain_switch("scatterers", selection.scatterers);
   read_plain_switch("points", selection.points);
   parse_layers(faults, value, output);
+  read_plain_switch("channels", selection.channels);
   parse_pack(faults, value, selection);
   parse_sdf(faults, value, output);
 }

@@ -10,7 +10,6 @@ namespace ensonify {
 namespace {
 
 constexpr NumberRange kLevelDb = from_to(-300, 400);
-constexpr int kMaxBits = 24;
 constexpr int kMaxRays = 1'000'000;
 constexpr int kMaxPerCell = 1000;
 
@@ -41,16 +40,6 @@ void parse_rays(Faults& faults, const Value& rays, Need need, SonarSpec& sonar) 
   read_integer(faults, rays, "elevation", 1, kMaxRays, sonar.rays_elevation, need);
   read_integer(faults, rays, "azimuth", 1, kMaxRays, sonar.rays_azimuth);
   read_integer(faults, rays, "per_cell", 0, kMaxPerCell, sonar.rays_per_cell);
-}
-
-void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar) {
-  if (!open_map(faults, receiver, {"adc"})) return;
-  const auto map = child(receiver, "adc");
-  if (!map || !open_map(faults, *map, {"bits", "full_scale_db"})) return;
-  Adc adc;
-  read_integer(faults, *map, "bits", 1, kMaxBits, adc.bits, Need::required);
-  read_number(faults, *map, "full_scale_db", kLevelDb, adc.full_scale_db, Need::required);
-  sonar.adc = adc;
 }
 
 void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {

@@ -26,6 +26,7 @@
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
+#include "scenario/receiver_spec.h"
 #include "scenario/terrain_spec.h"
 #include "scenario/volume_spec.h"
 
@@ -60,6 +61,7 @@ struct SonarSpec {
   int rays_elevation = 0;
   int rays_azimuth = 1;
   int rays_per_cell = 0;  // 0: left out
+  std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;
 };
@@ -256,7 +258,7 @@ bool varies_by_sequence(const Scenario& scenario);
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
-// material.table are empty.
+// material.table are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 Pose pose_of(const PoseSpec& spec);

@@ -56,12 +56,14 @@ struct PingTask {
   RandomKeys keys;
   double noise_power_pa2 = 0;  // E|p|^2 of the noise in every sample; 0: none
   std::span<const VolumeEcho> volumes;
-  bool wants_clean = true;  // without, clean_power_pa2 stays empty
+  bool wants_clean = true;      // without, clean_power_pa2 stays empty
+  bool wants_channels = false;  // of an array: without, channels_pa stays empty
 };
 
 struct PingSeries {
   std::vector<std::complex<float>> pressure_pa;  // [beams x samples], complex baseband
   std::vector<float> clean_power_pa2;            // [beams x samples], expected, without noise
+  std::vector<std::complex<float>> channels_pa;  // [elements x samples], what each element hears
 };
 
 // What a backend keeps in memory beside tasks and results.
@@ -85,6 +87,10 @@ class Backend {
   // clean_j(t_n) = |the same sum over the means|^2
   //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes
   //              included.
+  // With sonar.array both are what synthesis/array.h says, summed over all elements: a volume's
+  // scatterer is at the sector's azimuth, elevation 0 and range c t_n / 2, and noise is drawn for
+  // every element and every sample of the record's period. channels_pa are the elements' p_n(t),
+  // noise included, before any delay.
   // Throws std::bad_alloc where memory does not suffice.
   virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                           const Workers& workers) const = 0;

@@ -175,6 +175,13 @@ class Ping:
         single = folder / "layers" / f"{self.stem}_{name}.npy"
         return self._array(folder / f"layers_{name}.npy", single, f"layer {name}")
 
+    @property
+    def channels(self) -> np.ndarray:
+        """complex64 [elements, samples], Pa: what each element hears (`output.channels`)."""
+        folder = self.sequence.folder
+        single = folder / "channels" / f"{self.stem}.npy"
+        return self._array(folder / "channels.npy", single, "channels")
+
     def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
         if packed.exists():
             return read_npy(packed)[self.row]

@@ -1,5 +1,6 @@
 #include "acoustics/pattern.h"
 
+#include <complex>
 #include <vector>
 
 #include "catch.h"
@@ -191,4 +192,67 @@ TEST_CASE("the transmit pattern") {
   const double null = std::asin(std::sin(radians(10)) / 0.4429464707);
   CHECK(transmit_pattern(null, radians(20)) == Approx(0).margin(1e-12));
   CHECK(transmit_pattern(null + 0.1, radians(20)) < 0);
+}
+
+// Protects the array's calibration (weights sum to 1, so that a focused echo keeps its level) and
+// that its beams are those of the continuous line: equal at every whole u below half the elements,
+// where Woodward and Lawson fix them.
+TEST_CASE("element weights give the continuous line's pattern") {
+  for (const BeamShading& shading : {kUniform, kHann, kTaylor}) {
+    for (const int elements : {1, 2, 3, 20, 101}) {
+      INFO(name_of(shading.kind) << ", " << elements << " elements");
+      const std::vector<double> weights = array_weights(shading, elements);
+      REQUIRE(weights.size() == static_cast<std::size_t>(elements));
+      const ReceivePattern pattern = make_receive_pattern(shading, radians(1));
+      for (int u = 0; 2 * u < elements; ++u) {
+        std::complex<double> sum = 0;
+        for (int n = 0; n < elements; ++n) {
+          sum += weights[n] * std::polar(1.0, 2 * kPi * u * (n - (elements - 1) / 2.0) / elements);
+        }
+        CHECK(std::abs(sum - shaded_line(pattern, u)) < 1e-12);
+      }
+    }
+  }
+  for (const double weight : array_weights(kUniform, 101)) CHECK(weight == Approx(1 / 101.0));
+}
+
+// The side lobes between those points: within 0.5 dB of the continuous line's for 101 elements.
+TEST_CASE("element weights keep the shading's side lobes") {
+  for (const BeamShading& shading : {kUniform, kHann, kTaylor}) {
+    INFO(name_of(shading.kind));
+    const std::vector<double> weights = array_weights(shading, 101);
+    for (const Lobe& lobe : side_lobes(make_receive_pattern(shading, radians(1)), 4)) {
+      double sum = 0;
+      for (int n = 0; n < 101; ++n) sum += weights[n] * std::cos(2 * kPi * lobe.u * (n - 50) / 101);
+      CHECK(db(sum) == Approx(lobe.level_db).margin(0.5));
+    }
+  }
+}
+
+// Protects Dolph's array: every side lobe as high as asked for, whatever the number of elements,
+// and real weights about the middle whose sum is 1.
+TEST_CASE("chebyshev weights have equal side lobes") {
+  for (const int elements : {1, 2, 7, 20, 101}) {
+    INFO(elements << " elements");
+    const std::vector<double> weights = array_weights(kChebyshev, elements);
+    double total = 0;
+    for (int n = 0; n < elements; ++n) {
+      total += weights[n];
+      CHECK(weights[n] == Approx(weights[elements - 1 - n]));
+    }
+    CHECK(total == Approx(1));
+    std::vector<double> lobes;
+    double before = 1, last = 1;
+    for (double u = 1e-3; u < elements / 2.0; u += 1e-3) {
+      double sum = 0;
+      for (int n = 0; n < elements; ++n) {
+        sum += weights[n] * std::cos(2 * kPi * u * (n - (elements - 1) / 2.0) / elements);
+      }
+      if (last > before && last >= std::abs(sum)) lobes.push_back(db(last));
+      before = last;
+      last = std::abs(sum);
+    }
+    if (elements > 2) CHECK(lobes.size() + 2 >= static_cast<std::size_t>(elements / 2));
+    for (const double lobe : lobes) CHECK(lobe == Approx(-35).margin(0.01));
+  }
 }

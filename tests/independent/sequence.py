@@ -157,6 +157,7 @@ def sonar_from_json(info):
     sonar, water, rays = info["sonar"], info["water"], info["sonar"]["rays"]
     beams, noise, adc = sonar["beams"], info.get("noise") or {}, sonar.get("adc")
     unsupported = ["volumes"] if any(i["kind"] == "volume" for i in info["instances"]) else []
+    unsupported += ["an array of elements"] if "receiver" in info["sonar"] else []
     pulse = dict(_rows(sonar["pulse"], "rows"), window=sonar.get("window", "none"))
     return Sonar(
         beams=beams["count"],

@@ -89,12 +89,15 @@ volumes:
 trajectory: {file: a.csv}
 )",
     R"(ensonify: 1
-sonar: {preset: blueview_p900_90, pulse: {table: {file: a.csv}}, beams: {shading: {taylor: {}}}}
+sonar: {preset: blueview_p900_90, pulse: {table: {file: a.csv}}, beams: {shading: {taylor: {}}}, receiver: {mode: array}}
 water: {absorption: {model: ainslie_mccolm}}
+output: {channels: true}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {at_m: [0, 0, 0]}}}
 )",
     R"(ensonify: 1
-sonar: {preset: blueview_p900_90, pulse: {gaussian: {}}, beams: {shading: {hann: {}}}, mount: {}}
+sonar: {preset: blueview_p900_90, pulse: {gaussian: {}}, beams: {shading: {hann: {}}}, mount: {},
+        receiver: {mode: array, elements: 8, spacing_m: 1e-3, element_width_m: 5e-4, focus: none, dead: [1],
+                   shading: {taylor: {}}, steering: phase, gain_error_db: 1, phase_error_deg: 2}}
 scattering: {}
 water: {}
 output: {}

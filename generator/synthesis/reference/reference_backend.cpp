@@ -12,6 +12,7 @@
 #include "synthesis/backend.h"
 #include "synthesis/draw.h"
 #include "synthesis/mixing.h"
+#include "synthesis/reference/array_reference.h"
 
 namespace ensonify {
 namespace {
@@ -222,6 +223,7 @@ std::vector<float> ReferenceBackend::clean_power(const PingTask& task,
 }  // namespace
 
 std::unique_ptr<Backend> make_reference_backend(const SynthesisSetup& setup) {
+  if (setup.sonar.array) return make_array_reference_backend(setup);
   return std::make_unique<ReferenceBackend>(setup);
 }
 

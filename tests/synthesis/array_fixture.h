@@ -1,0 +1,97 @@
+// Element-level arrays for the tests of synthesis.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "synthesis/array.h"
+#include "synthesis/ping_fixture.h"
+
+namespace ensonify::test {
+
+// The backends that every case of an array runs on.
+struct ArrayBackend {
+  const char* name;
+  std::unique_ptr<Backend> (*make)(const SynthesisSetup&);
+};
+inline const std::vector<ArrayBackend> kArrayBackends = {
+    {"reference", make_reference_backend},
+};
+
+inline constexpr double kWavelengthM = 1500 / 900e3;
+
+// `elements` at half a wavelength, sound ones; bandwidth as given.
+inline Sonar line_array(int elements, int beams, double fov_deg, double range_max_m,
+                        double bandwidth_hz = 29.9e3) {
+  Sonar sonar = p900(beams, fov_deg, range_max_m);
+  sonar.bandwidth_hz = bandwidth_hz;
+  ArrayReceiver& array = sonar.array.emplace();
+  array.elements = elements;
+  array.spacing_m = kWavelengthM / 2;
+  array.response.assign(elements, 1.0);
+  return sonar;
+}
+
+// A point target anywhere, straight there and back.
+inline Scatterer target_at(const Sonar& sonar, double azimuth_deg, double elevation_deg,
+                           double range_m) {
+  Scatterer s = point_target(sonar, 0, range_m, 0);
+  s.gain = 1;
+  s.beam = sector_of(sonar, radians(azimuth_deg)).value_or(0);
+  s.arrival = {static_cast<float>(radians(azimuth_deg)),
+               static_cast<float>(radians(elevation_deg))};
+  s.received_path_m = static_cast<float>(range_m);
+  return s;
+}
+
+// Amplitude of the echo of one target in every beam at the sample of its range, over that of a
+// sound element on the boresight.
+inline std::vector<double> beam_cut(const ArrayBackend& kind, const Sonar& sonar,
+                                    const Scatterer& target) {
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = sorted_by_beam_and_delay({target}, sonar.beam_count);
+  const PingTask task{&list, {{0.0, {}}}, {}, 0, {}, false};
+  PingSeries series;
+  kind.make(setup)->synthesize({&task, 1}, {&series, 1}, Workers(2));
+  const auto sample = static_cast<std::size_t>(std::lround(target.delay_s * sonar.bandwidth_hz));
+  std::vector<double> cut;
+  for (int j = 0; j < sonar.beam_count; ++j) {
+    const std::complex<float> p = series.pressure_pa[j * setup.record.samples + sample];
+    cut.push_back(std::abs(std::complex<double>(p)) / source_pressure_pa_m(sonar));
+  }
+  return cut;
+}
+
+inline double decibels(double amplitude) { return 20 * std::log10(std::abs(amplitude)); }
+
+inline std::size_t peak_of(const std::vector<double>& cut) {
+  return static_cast<std::size_t>(std::max_element(cut.begin(), cut.end()) - cut.begin());
+}
+
+// The place of the maximum in steps, by a parabola through three values.
+inline double fine_peak(const std::vector<double>& cut) {
+  const std::size_t at = peak_of(cut);
+  const double a = cut.at(at - 1), b = cut[at], c = cut.at(at + 1);
+  return static_cast<double>(at) + (a - c) / (2 * (a - 2 * b + c));
+}
+
+inline double width_deg(const Sonar& sonar, const std::vector<double>& cut) {
+  const std::size_t peak = peak_of(cut);
+  return width_above(cut, peak, cut[peak] * std::sqrt(0.5)) * degrees(sonar.beam_spacing_rad);
+}
+
+// Level of the highest lobe outside the first minima, over the peak.
+inline double highest_lobe_db(const std::vector<double>& cut) {
+  const std::size_t peak = peak_of(cut);
+  double highest = 0;
+  std::size_t i = peak;
+  while (i + 1 < cut.size() && cut[i + 1] < cut[i]) ++i;
+  for (; i < cut.size(); ++i) highest = std::max(highest, cut[i]);
+  i = peak;
+  while (i > 0 && cut[i - 1] < cut[i]) --i;
+  for (std::size_t k = 0; k < i; ++k) highest = std::max(highest, cut[k]);
+  return decibels(highest / cut[peak]);
+}
+
+}  // namespace ensonify::test
