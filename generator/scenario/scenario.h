@@ -20,6 +20,7 @@
 
 #include "core/error.h"
 #include "core/material.h"
+#include "core/multipath.h"
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -201,6 +202,7 @@ struct Scenario {
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
+  std::optional<Multipath> multipath;  // absent: direct echoes alone
   TrajectorySpec trajectory;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;
