@@ -175,7 +175,8 @@ struct VolumeSpec {
 };
 
 struct OutputSpec {
-  OutputSelection selection;  // shadow and amodal: on with polar or Cartesian pictures
+  // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
+  OutputSelection selection;
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
   GreySettings png;
