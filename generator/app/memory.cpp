@@ -11,6 +11,7 @@
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
 #include "trace/kirchhoff.h"
+#include "trace/multipath.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -27,12 +28,12 @@ constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // of two scenes
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
 // LabelledImage: five floats, an instance and a class.
 constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
-// Of the shadow and of the set of instances.
+// Of the shadow (and of the mask of bounced echoes), and of the set of instances.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // What a hit behind another is on its way to a label: a hit, and a scatterer in three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A scatterer's part in labels: Echo and its sample.
-constexpr std::uint64_t kLabelBytesPerEcho = 40;
+constexpr std::uint64_t kLabelBytesPerEcho = 48;
 
 std::uint64_t hierarchy_bytes(const World& world) {
   std::set<const Mesh*> meshes;
@@ -86,10 +87,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const bool hidden = wants_hidden(output);
   const std::uint64_t shadow = output.shadow ? kShadowBytesPerPixel : 0;
+  const std::uint64_t ghosts = output.multipath ? kShadowBytesPerPixel : 0;
   const std::uint64_t polar_pixel =
-      kImageBytesPerPixel + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
+      kImageBytesPerPixel + ghosts + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
   const std::uint64_t cartesian_pixel =
-      kImageBytesPerPixel + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
+      kImageBytesPerPixel + ghosts + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
   const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
                                   ? count.pixels * sizeof(float)
@@ -180,11 +182,14 @@ EchoCounts count_echoes(const Session& session) {
   EchoCounts most;
   for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
     const Pose pose = sonar_pose(session, ping);
-    const Tracer moment = tracer.at(object_poses(session, ping));
+    const std::vector<Pose> poses = object_poses(session, ping);
+    const Tracer moment = tracer.at(poses);
     const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
     most.surface = std::max(most.surface, rays_of(session, fan, hits, pose));
-    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
+    const auto bounced = bounced_echoes(
+        {session.bounces, session.world, moment, poses, pose, scattering}, fan, hits, workers);
+    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size() + bounced.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
     const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);
     most.hidden = std::max<std::uint64_t>(most.hidden, behind.hits.size());

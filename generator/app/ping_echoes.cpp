@@ -5,10 +5,21 @@
 #include "trace/by_need.h"
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
+#include "trace/multipath.h"
 #include "trace/volume.h"
 
 namespace ensonify {
 namespace {
+
+std::vector<Scatterer> bounced(const Moment& moment, const std::vector<Hit>& hits,
+                               const Workers& workers) {
+  const Session& session = moment.session;
+  if (session.bounces.paths.empty()) return {};
+  const std::vector<Pose> objects = object_poses(session, moment.ping);
+  return bounced_echoes({session.bounces, session.world, moment.tracer, objects,
+                         moment.sonar_in_world, moment.scattering},
+                        moment.fan, hits, workers);
+}
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
@@ -42,6 +53,8 @@ PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
+  const std::vector<Scatterer> over_mirrors = bounced(moment, hits, workers);
+  more.insert(more.end(), over_mirrors.begin(), over_mirrors.end());
   PingEchoes echoes;
   echoes.scatterers = with_more(surface_echoes(moment, hits, workers), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);

@@ -91,6 +91,7 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
   input.beams = session_.sonar.beam_count;
   input.samples = session_.record.samples;
   input.class_of_instance = class_of_instance_;
+  input.multipath = info_.output.multipath;
   return input;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
@@ -87,6 +89,24 @@ Status check_sdf(const Session& session) {
   return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
+// Over a mirror sound is heard from one side alone.
+Status check_in_water(const Session& session) {
+  if (!session.scenario.multipath) return {};
+  const auto& [surface, bottom, objects, bounces] = *session.scenario.multipath;
+  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
+    const double z = sonar_pose(session, ping).position_m.z;
+    const bool above = surface && z >= surface->z_m;
+    if (!above && !(bottom && z <= bottom->z_m)) continue;
+    const double z_m = above ? surface->z_m : bottom->z_m;
+    return Error{ErrorKind::usage,
+                 fmt::format("multipath.{0}.z_m: at ping {1} the sonar is at z = {2} m, {3} the "
+                             "{0} at {4} m; accepted is a {0} {5} the sonar at every ping",
+                             above ? "surface" : "bottom", ping, z,
+                             above ? "not below" : "not above", z_m, above ? "above" : "below")};
+  }
+  return {};
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -118,6 +138,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   if (Status fits = check_sdf(session); !fits) return fits.error();
+  Result<BouncePlan> bounces = make_bounce_plan(session.scenario);
+  if (!bounces) return bounces.error();
+  session.bounces = std::move(*bounces);
+  if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   return session;
 }
 
@@ -159,6 +183,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (scenario.noise_spectrum_level_db) {
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
+  info.multipath = scenario.multipath;
+  info.paths = session.bounces.paths;
   info.draws = scenario.draws;
   info.instances = session.world.instances;
   info.classes = session.world.classes;

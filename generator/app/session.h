@@ -15,6 +15,7 @@
 #include "core/ping.h"
 #include "scenario/scenario.h"
 #include "trace/by_need.h"
+#include "trace/mirrors.h"
 #include "world/path.h"
 #include "world/scene_sdf.h"
 #include "world/world.h"
@@ -29,12 +30,14 @@ struct Session {
   ResolutionCell cell;
   Pose mount;  // sonar on the body
   World world;
+  BouncePlan bounces;                // without paths where there is no multipath
   Path path;                         // of the body
   std::vector<double> ping_times_s;  // of all pings, whatever range is run
 };
 
 // Loads meshes, tables and paths; `sequence` keys what the world draws. Errors (usage): those of
-// load_pulse_table, build_world, load_path and ping_times, all at once.
+// load_pulse_table, build_world, load_path and ping_times, all at once; of make_bounce_plan, and of
+// a sonar that leaves the water between surface and bottom.
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
 
 // The same without building anything: its world holds only ids, names and classes.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/material.h"
+#include "core/multipath.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -39,6 +40,9 @@ struct LabelledImage {
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
   std::vector<std::uint16_t> shadow;  // the instance that casts it; 0: none. Empty: not asked for
+  // The instance whose bounced echoes bring most, where these bring more than the direct ones do;
+  // 0: none. Empty: not asked for.
+  std::vector<std::uint16_t> multipath = {};
 };
 
 struct GreyImage {
@@ -67,11 +71,13 @@ struct Annotation {
 };
 
 // What a series adds up from. `target`: the instances that are chosen; `background`: all other
-// surfaces and point targets; `volume`: water, its volumes and their fish; `quantisation`: what the
-// converter changes.
-enum class Layer { noise, volume, target, background, quantisation };
+// surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`: what comes
+// over mirrors, whoever throws it back, none of which is in the layers before; `quantisation`: what
+// the converter changes.
+enum class Layer { noise, volume, target, background, multipath, quantisation };
 constexpr const char* layer_name(Layer layer) {
-  constexpr const char* kNames[] = {"noise", "volume", "target", "background", "quantisation"};
+  constexpr const char* kNames[] = {"noise",      "volume",    "target",
+                                    "background", "multipath", "quantisation"};
   return kNames[static_cast<int>(layer)];
 }
 
@@ -164,8 +170,9 @@ struct OutputSelection {
   bool png = true;
   bool scatterers = false;
   bool points = false;
-  bool shadow = true;  // beside polar and Cartesian pictures
-  bool amodal = true;  // in the annotations of all pictures
+  bool shadow = true;      // beside polar and Cartesian pictures
+  bool amodal = true;      // in the annotations of all pictures
+  bool multipath = false;  // ghost masks beside polar and Cartesian pictures
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
@@ -200,6 +207,8 @@ struct SequenceInfo {
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none
+  std::optional<Multipath> multipath = {};
+  std::vector<SoundPath> paths = {};  // of scatterers, by id
   std::vector<DrawnValue> draws;
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]

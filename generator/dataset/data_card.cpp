@@ -76,8 +76,14 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
 
+const char* layer_words(const SequenceInfo& info) {
+  return info.multipath ? "noise, volume, target, background, multipath and quantisation"
+                        : "noise, volume, target, background and quantisation";
+}
+
 // Arrays of all pings.
-std::string packed_rows(const OutputSelection& output) {
+std::string packed_rows(const SequenceInfo& info) {
+  const OutputSelection& output = info.output;
   std::string text =
       "\nArrays hold all pings of the sequence, in the order of `poses.csv`; `arrays` in\n"
       "`sequence.json` has their shapes:\n\n| file | what |\n|---|---|\n";
@@ -86,9 +92,12 @@ std::string packed_rows(const OutputSelection& output) {
       row(output.channels,
           "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
           "array hears |");
-  text += row(output.layers,
-              "| `layers_*.npy` | the same of noise, volume, target, background and quantisation, "
-              "as far as there are any; their sum is the series |");
+  if (output.layers) {
+    text += fmt::format(
+        "| `layers_*.npy` | the same of {}, as far as there are any; their sum is "
+        "the series |\n",
+        layer_words(info));
+  }
   text += row(output.polar,
               "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
               "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
@@ -96,6 +105,9 @@ std::string packed_rows(const OutputSelection& output) {
   text +=
       row(output.polar,
           "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |");
+  text += row(output.polar && output.multipath,
+              "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
+              "than the direct ones, 0: none; no other mask counts such echoes |");
   text += row(output.cartesian,
               "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |");
   text += row(output.png, "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |");
@@ -135,7 +147,7 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
         "metres, voxels of {} m, world coordinates |\n",
         first.sdf->voxel_m);
   }
-  if (output.packed) return text + packed_rows(output) + "\n";
+  if (output.packed) return text + packed_rows(first) + "\n";
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
   text += row(output.timeseries_exr,
               "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
@@ -144,9 +156,12 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
       row(output.channels,
           "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
           "array hears |");
-  text += row(output.layers,
-              "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: noise, volume, target, "
-              "background and quantisation, as far as there are any; their sum is the series |");
+  if (output.layers) {
+    text += fmt::format(
+        "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {}, as far as "
+        "there are any; their sum is the series |\n",
+        layer_words(first));
+  }
   text += row(output.polar,
               "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
               "elevation and its spread, share of the winning instance |");
@@ -156,6 +171,11 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.polar && output.shadow,
               "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
               "0: none |");
+  text +=
+      row(output.polar && output.multipath,
+          "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
+          "heard there, where they are more than the direct ones, 0: none; no other mask counts "
+          "such echoes |");
   text += row(output.cartesian, "| `cartesian/PPPPPP*` | the same, seen from above |");
   text += row(output.png, "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |");
   text += row(output.scatterers,

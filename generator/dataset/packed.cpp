@@ -47,10 +47,13 @@ constexpr LabelArray kLabelArrays[] = {
     {"instance", kNpyUint16, copy_layer<&LabelledImage::instance>},
     {"semantic", kNpyUint8, copy_layer<&LabelledImage::semantic>}};
 constexpr LabelArray kShadowArray = {"shadow", kNpyUint16, copy_layer<&LabelledImage::shadow>};
+constexpr LabelArray kMultipathArray = {"multipath", kNpyUint16,
+                                        copy_layer<&LabelledImage::multipath>};
 
 std::vector<LabelArray> label_arrays(const OutputSelection& output) {
   std::vector<LabelArray> arrays(std::begin(kLabelArrays), std::end(kLabelArrays));
   if (output.shadow) arrays.push_back(kShadowArray);
+  if (output.multipath) arrays.push_back(kMultipathArray);
   return arrays;
 }
 
@@ -107,8 +110,9 @@ SequenceInfo sequence_of_all() {
   SequenceInfo info;
   info.output.layers = true;
   info.output.channels = true;
-  info.layers = {Layer::noise, Layer::volume, Layer::target, Layer::background,
-                 Layer::quantisation};
+  info.output.multipath = true;
+  info.layers = {Layer::noise,      Layer::volume,    Layer::target,
+                 Layer::background, Layer::multipath, Layer::quantisation};
   return info;
 }
 

@@ -206,6 +206,8 @@ const KnownFile kKnownFiles[] = {
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kPolarShadow,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
+    {layout::kPolarMultipath,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarGrey,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kCartesianExr,
@@ -221,6 +223,10 @@ const KnownFile kKnownFiles[] = {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
      }},
     {layout::kCartesianShadow,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
+     }},
+    {layout::kCartesianMultipath,
      [](auto&, auto& path, auto& s) {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},

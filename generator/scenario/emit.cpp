@@ -180,6 +180,20 @@ std::string point_targets_text(const std::vector<PointTargetSpec>& targets) {
   return text;
 }
 
+std::string multipath_text(const Scenario& scenario) {
+  if (!scenario.multipath) return "";
+  const auto& [surface, bottom, objects, bounces] = *scenario.multipath;
+  std::string text = "multipath: {";
+  const auto add = [&](const char* key, const std::optional<FlatSurface>& flat) {
+    if (!flat) return;
+    text += fmt::format("{}: {{z_m: {}, reflection: {}, roughness_rms_m: {}}}, ", key,
+                        number(flat->z_m), number(flat->reflection), number(flat->roughness_rms_m));
+  };
+  add("surface", surface);
+  add("bottom", bottom);
+  return text + fmt::format("objects: {}, bounces: {}}}\n", objects, bounces);
+}
+
 std::string noise_text(const Scenario& scenario) {
   if (const auto level = scenario.noise_spectrum_level_db) {
     return fmt::format("noise: {{spectrum_level_db: {}}}\n", number(*level));
@@ -216,11 +230,14 @@ std::string layers_text(const OutputSpec& output) {
   return fmt::format("{{targets: [{}]}}", names);
 }
 
-std::string output_text(const OutputSpec& output) {
+std::string output_text(const Scenario& scenario) {
+  const OutputSpec& output = scenario.output;
   std::string cartesian = "false";
   if (output.selection.cartesian) {
     cartesian = fmt::format("{{height_px: {}}}", output.cartesian_height_px);
   }
+  std::string multipath;
+  if (scenario.multipath) multipath = fmt::format("multipath: {}, ", output.selection.multipath);
   std::string sdf;
   if (output.sdf) {
     sdf = fmt::format(", sdf: {{voxel_m: {}, band_voxels: {}}}", number(output.sdf->voxel_m),
@@ -228,9 +245,9 @@ std::string output_text(const OutputSpec& output) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}}}\n",
+      "{}polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}}}\n",
       timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
-      output.selection.shadow, output.selection.amodal, output.selection.polygons,
+      output.selection.shadow, output.selection.amodal, multipath, output.selection.polygons,
       output.selection.scatterers, output.selection.points, layers_text(output),
       output.selection.packed ? "sequence" : "ping",
       output.selection.channels ? ", channels: true" : "", sdf);
@@ -253,11 +270,12 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   add("objects", objects_text(scenario.objects, name_file));
   add("point_targets", point_targets_text(scenario.point_targets));
   add("volumes", volumes_text(scenario.volumes, name_file));
+  add("multipath", multipath_text(scenario));
   add("trajectory", trajectory_text(scenario.trajectory, name_file));
   add("noise", noise_text(scenario));
   add("synthesis",
       fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance)));
-  add("output", output_text(scenario.output));
+  add("output", output_text(scenario));
   add("splits",
       fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
                   number(scenario.splits.val), number(scenario.splits.test)));

@@ -4,6 +4,7 @@
 //   parse_pulse  parse_beams  parse_receiver  parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
+//   parse_multipath  parse_multipath_mask   in parse_multipath.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
 //   MaterialNames  parse_material_name
@@ -70,6 +71,10 @@ void parse_timeseries(Faults& faults, const Value& output, OutputSelection& sele
 // What output.layers.targets may name: objects, point targets and their classes, behind draws too.
 std::vector<std::string> layer_target_words(const Value& root);
 void check_layer_targets(Faults& faults, const Value& root, const std::vector<std::string>& words);
+
+void parse_multipath(Faults& faults, const Value& value, Multipath& multipath);
+// output.multipath, when both are known: on where there are multipath and pictures.
+void parse_multipath_mask(Faults& faults, const Value& root, Scenario& scenario);
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 

@@ -103,8 +103,8 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   scenario.trajectory.pings = 1;
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
-            "objects", "point_targets", "volumes", "trajectory", "noise", "synthesis", "output",
-            "splits"});
+            "objects", "point_targets", "volumes", "multipath", "trajectory", "noise", "synthesis",
+            "output", "splits"});
   parse_head(faults, root, scenario);
   parse_sonar(input, child_or_empty(root, "sonar"), scenario.sonar);
   if (const auto v = child(root, "water")) parse_water(faults, *v, scenario.water);
@@ -117,6 +117,9 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
     parse_point_targets(faults, *v, scenario.point_targets);
   }
   if (const auto v = child(root, "volumes")) parse_volumes(input, *v, scenario.volumes);
+  if (const auto v = child(root, "multipath")) {
+    parse_multipath(faults, *v, scenario.multipath.emplace());
+  }
   check_instances(faults, root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
@@ -124,6 +127,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
     read_number(faults, *v, "tolerance", from_to(1e-7, 1e-3), scenario.synthesis_tolerance);
   }
   if (const auto v = child(root, "output")) parse_output(faults, *v, scenario.output);
+  parse_multipath_mask(faults, root, scenario);
   if (const auto v = child(root, "splits")) parse_splits(faults, *v, scenario.splits);
   check_array(faults, root, scenario);
   check_ping_size(faults, root, scenario);
@@ -147,8 +151,8 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
-                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
-                 "scatterers", "points", "layers", "channels", "pack", "sdf"})) {
+                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "multipath",
+                 "polygons", "scatterers", "points", "layers", "channels", "pack", "sdf"})) {
     return;
   }
   OutputSelection& selection = output.selection;

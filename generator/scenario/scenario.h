@@ -20,6 +20,7 @@
 
 #include "core/error.h"
 #include "core/material.h"
+#include "core/multipath.h"
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -177,7 +178,8 @@ struct VolumeSpec {
 };
 
 struct OutputSpec {
-  OutputSelection selection;  // shadow and amodal: on with polar or Cartesian pictures
+  // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
+  OutputSelection selection;
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
   GreySettings png;
@@ -204,6 +206,7 @@ struct Scenario {
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
+  std::optional<Multipath> multipath;  // absent: direct echoes alone
   TrajectorySpec trajectory;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;

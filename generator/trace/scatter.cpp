@@ -94,9 +94,6 @@ struct PointEchoes {
   }
 };
 
-// Beyond every ray's key; a target is not drawn, its key only settles ties.
-constexpr std::uint64_t kPointKey = std::uint64_t{1} << 63;
-
 }  // namespace
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
@@ -177,7 +174,7 @@ std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer&
     std::optional<std::uint32_t> hidden_by;
     std::optional<Scatterer> s = echoes.at(target.position_m, target.target_strength_db, hidden_by);
     if (!s) continue;
-    s->key = kPointKey | target.instance;
+    s->key = point_target_key(target.instance);
     s->instance = target.instance;
     echoes.sort_out(*s, hidden_by, scatterers, hidden);
   }
@@ -201,7 +198,7 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
         std::optional<Scatterer> s =
             echoes.at(school.fish_m[i], school.target_strength_db, hidden_by);
         if (!s) continue;
-        s->key = kPointKey | std::uint64_t{i + 1} << 32 | school.instance;
+        s->key = fish_key(school.instance, i);
         s->instance = school.instance;
         echoes.sort_out(*s, hidden_by, found[block], hidden ? &not_heard[block] : nullptr);
       }

@@ -1,4 +1,4 @@
-// From one hit to its scatterer. Private to scatter.cpp and hidden.cpp.
+// From one hit to its scatterer, and keys. Private to trace/.
 #pragma once
 
 #include <cmath>
@@ -16,6 +16,14 @@ namespace ensonify {
 inline bool is_an_echo(const ScattererMoments& moments) {
   return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
          moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
+}
+
+// Beyond every ray's key; a target is not drawn, its key only settles ties.
+inline std::uint64_t point_target_key(std::uint32_t instance) {
+  return std::uint64_t{1} << 63 | instance;
+}
+inline std::uint64_t fish_key(std::uint32_t school, std::size_t fish) {
+  return point_target_key(school) | std::uint64_t{fish + 1} << 32;
 }
 
 inline bool is_usable(const Hit& hit, const Sonar& sonar) {

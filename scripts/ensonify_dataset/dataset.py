@@ -14,7 +14,7 @@ from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, rea
 
 FORMAT_VERSION = 1
 SPLITS = ("train", "val", "test")
-_MASKS = ("instance", "semantic", "shadow")
+_MASKS = ("instance", "semantic", "shadow", "multipath")
 _SECOND_PART = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
 
 
@@ -100,6 +100,11 @@ class View:
     def shadow(self) -> np.ndarray:
         """The instance whose shadow it is."""
         return self._stored("shadow").astype(np.int32)
+
+    @property
+    def multipath(self) -> np.ndarray:
+        """The instance heard over mirrors, where that is more than what comes straight."""
+        return self._stored("multipath").astype(np.int32)
 
     @property
     def grey(self) -> np.ndarray:
