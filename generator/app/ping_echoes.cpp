@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "trace/bent.h"
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
 #include "trace/volume.h"
@@ -25,19 +26,19 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
-  const double range_max_m = session.sonar.range_max_m;
-  const std::vector<Hit> hits = tracer.trace_fan(fan, pose, range_max_m, workers);
+  const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
   PingEchoes echoes;
   echoes.scatterers =
-      with_more(surface_scatterer_list(fan, hits, scattering, workers), more, workers);
+      with_more(surface_scatterer_list(fan, hits, scattering, workers, paths), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);
   if (!wants_hidden) return echoes;
-  const HitsBehind behind = tracer.trace_behind(fan, hits, pose, range_max_m, workers);
+  const FanHitsBehind behind =
+      trace_behind(tracer, fan, hits, pose, session.sonar, session.water, workers);
   echoes.hidden =
       hidden_echoes(fan, hits, behind, points, scattering, session.world.instances.size(), workers);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);
