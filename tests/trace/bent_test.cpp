@@ -71,11 +71,14 @@ TEST_CASE("bent rays meet a floor at the place and time of the closed forms") {
       const Vec3 d =
           rotate(pose.rotation, unit_vector(fan.azimuth_rad[ray / fan.rays_elevation],
                                             fan.elevation_rad[ray % fan.rays_elevation]));
-      if (found.hits[ray].instance == 0) continue;
-      ++met;
       const double speed = 1500 + gradient * -4, end_speed = 1500 + gradient * -20;
       const Arrival expected = arrival(d.z, speed, gradient, end_speed);
       INFO(gradient << " " << ray);
+      // A ray that turns before the floor has a root of something negative.
+      const bool comes = expected.time_s > 0 && expected.time_s * 1490 <= 120;
+      REQUIRE((found.hits[ray].instance != 0) == comes);
+      if (!comes) continue;
+      ++met;
       const RayPath& path = found.paths[ray];
       const Vec3 at = transform_point(pose, path.position_m);
       CHECK(at.z == Approx(-20).margin(1e-9));
@@ -90,7 +93,7 @@ TEST_CASE("bent rays meet a floor at the place and time of the closed forms") {
       CHECK(path.tube_area_m2 == Approx(lateral * lateral).epsilon(1e-9));
       CHECK(path.spreading_m2 == Approx(speed / end_speed * lateral * lateral).epsilon(1e-9));
     }
-    CHECK(met > 150);
+    CHECK(met > 100);
   }
 }
 
@@ -249,7 +252,7 @@ TEST_CASE("a target is hidden by what stands on its bent way, not on the straigh
   const double gradient = -20, sag = 12.0 * 12 / 8 * 20 / 1500;
   const auto target = [&](double plate_z) {
     World world = world_of({{BoxShape{{0.1, 1, 0.05}, false}, {{6, 0, plate_z}, {}}}});
-    world.point_targets.push_back({2, -40, {12, 0, 0}});
+    world.point_targets.push_back({2, {12, 0, 0}, -40});
     world.instances.push_back({});
     const Tracer tracer(world);
     std::vector<HiddenTarget> hidden;
@@ -267,7 +270,7 @@ TEST_CASE("a target is hidden by what stands on its bent way, not on the straigh
 
 TEST_CASE("a target on a floor is not hidden by the floor") {
   World world = world_of({{PlaneShape{}, {{0, 0, -3}, {}}}});
-  world.point_targets.push_back({2, -40, {9, 1, -3}});
+  world.point_targets.push_back({2, {9, 1, -3}, -40});
   world.instances.push_back({});
   const Tracer tracer(world);
   CHECK(point_target_scatterers(world, tracer, {}, sonar_of(20), one_gradient(3)).size() == 1);
