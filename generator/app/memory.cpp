@@ -10,6 +10,7 @@
 #include "app/cost.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
+#include "trace/bent.h"
 #include "trace/kirchhoff.h"
 #include "trace/multipath.h"
 #include "trace/tracer.h"
@@ -114,7 +115,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
+  const bool bent = bends(session.water);
+  const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
+  const std::uint64_t paths_behind = bent && hidden ? 2 * count.echo.hidden * sizeof(BentHit) : 0;
+  const std::uint64_t tracing =
+      count.rays * sizeof(Hit) + paths + volumes + std::max(merging, behind + paths_behind);
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -184,14 +189,15 @@ EchoCounts count_echoes(const Session& session) {
     const Pose pose = sonar_pose(session, ping);
     const std::vector<Pose> poses = object_poses(session, ping);
     const Tracer moment = tracer.at(poses);
-    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
+    const auto hits = trace_fan(moment, fan, pose, session.sonar, session.water, workers).hits;
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
     most.surface = std::max(most.surface, rays_of(session, fan, hits, pose));
     const auto bounced = bounced_echoes(
         {session.bounces, session.world, moment, poses, pose, scattering}, fan, hits, workers);
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size() + bounced.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
-    const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);
+    const auto behind =
+        trace_behind(moment, fan, hits, pose, session.sonar, session.water, workers).behind;
     most.hidden = std::max<std::uint64_t>(most.hidden, behind.hits.size());
   }
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "trace/bent.h"
 #include "trace/by_need.h"
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
@@ -35,33 +36,33 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 
 // Of surfaces: a scatterer a ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
-                             const Workers& workers) {
+                             std::span<const RayPath> paths, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
   if (session.sonar.rays_per_cell == 0) {
-    return surface_scatterer_list(fan, hits, scattering, workers);
+    return surface_scatterer_list(fan, hits, scattering, workers, paths);
   }
   const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
-  return surface_scatterers_by_need(fan, hits, pieces, tracer, pose, scattering, workers);
+  return surface_scatterers_by_need(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
 }
 
 }  // namespace
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
-  const double range_max_m = session.sonar.range_max_m;
-  const std::vector<Hit> hits = tracer.trace_fan(fan, pose, range_max_m, workers);
+  const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
   const std::vector<Scatterer> over_mirrors = bounced(moment, hits, workers);
   more.insert(more.end(), over_mirrors.begin(), over_mirrors.end());
   PingEchoes echoes;
-  echoes.scatterers = with_more(surface_echoes(moment, hits, workers), more, workers);
+  echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);
   if (!wants_hidden) return echoes;
-  const HitsBehind behind = tracer.trace_behind(fan, hits, pose, range_max_m, workers);
+  const FanHitsBehind behind =
+      trace_behind(tracer, fan, hits, pose, session.sonar, session.water, workers);
   echoes.hidden =
       hidden_echoes(fan, hits, behind, points, scattering, session.world.instances.size(), workers);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);

@@ -40,6 +40,20 @@ Water water_of(const WaterSpec& spec, double frequency_hz) {
   return water;
 }
 
+Result<std::optional<SoundProfile>> profile_of(const WaterSpec& spec) {
+  if (!spec.profile) return std::optional<SoundProfile>();
+  SoundProfile profile{0, spec.profile->depth_m, spec.profile->sound_speed_m_s};
+  if (!spec.profile->file.empty()) {
+    auto loaded = load_sound_profile(spec.profile->file);
+    if (!loaded) {
+      return Error{loaded.error().kind, "water.profile.file: " + loaded.error().message};
+    }
+    profile = std::move(*loaded);
+  }
+  profile.surface_z_m = spec.profile->surface_z_m;
+  return std::optional(std::move(profile));
+}
+
 Result<std::vector<PulseTableRow>> pulse_table_of(const Scenario& scenario, const Sonar& sonar) {
   if (sonar.pulse.shape != PulseShape::table) return std::vector<PulseTableRow>();
   auto table = load_pulse_table(scenario.sonar.pulse.file, sonar);
@@ -114,10 +128,12 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
+  Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);
   Result<Path> path =
       load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, sequence));
-  if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
+  if (std::optional<Error> error = all_errors(pulse, profile, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
+  session.water.profile = std::move(*profile);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
   if (!pulse_is_heard(session.sonar, session.record.transform)) {
     return Error{ErrorKind::usage,

@@ -96,9 +96,17 @@ struct Sonar {
   std::optional<Adc> adc;
 };
 
+// Sound speed against depth: linear between the rows, constant beyond the first and the last.
+struct SoundProfile {
+  double surface_z_m = 0;         // height in the world of depth 0
+  std::vector<double> depth_m;    // rising
+  std::vector<double> speed_m_s;  // [depth_m]
+};
+
 struct Water {
-  double sound_speed_m_s = 1500;
-  double absorption_db_m = 0;  // at the carrier
+  double sound_speed_m_s = 1500;             // what the instrument takes it to be
+  double absorption_db_m = 0;                // at the carrier
+  std::optional<SoundProfile> profile = {};  // absent: that speed everywhere
 };
 
 // As scenarios and sequence.json spell them.

@@ -33,7 +33,7 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
 | source level | {level} dB re 1 µPa·m |
 | beams | {beams}, {spacing:.4g}° apart, {width:.4g}° wide |
 | range | {near:.6g} m to {far:.6g} m, {samples} samples of {step:.4g} m |
-| sound speed, absorption | {c} m/s, {alpha:.4g} dB/m |
+| sound speed, absorption | {c} m/s{bent}, {alpha:.4g} dB/m |
 
 )",
       fmt::arg("name", info.identity.name), fmt::arg("version", info.identity.program_version),
@@ -44,7 +44,11 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
       fmt::arg("width", degrees(sonar.beam_width_rad)), fmt::arg("near", sonar.range_min_m),
       fmt::arg("far", sonar.range_max_m), fmt::arg("samples", first.record.samples),
       fmt::arg("step", sample_range_m(sonar, first.water, 1)),
-      fmt::arg("c", first.water.sound_speed_m_s), fmt::arg("alpha", first.water.absorption_db_m));
+      fmt::arg("c", first.water.sound_speed_m_s),
+      fmt::arg("bent", first.water.profile ? " on the range axis; in the water by the profile of "
+                                             "`sequence.json`, which bends rays"
+                                           : ""),
+      fmt::arg("alpha", first.water.absorption_db_m));
 }
 
 std::string classes_table(const DatasetInfo& info) {

@@ -138,6 +138,17 @@ Json coherent_json(const Material& material) {
 
 }  // namespace
 
+Json water_json(const Water& water) {
+  Json json = {{"sound_speed_m_s", water.sound_speed_m_s},
+               {"absorption_db_m", water.absorption_db_m}};
+  if (const auto& profile = water.profile) {
+    json["profile"] = {{"surface_z_m", profile->surface_z_m},
+                       {"depth_m", profile->depth_m},
+                       {"sound_speed_m_s", profile->speed_m_s}};
+  }
+  return json;
+}
+
 Json sonar_json(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
   Json json = {{"frequency_hz", sonar.frequency_hz},

@@ -94,7 +94,22 @@ std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   return text;
 }
 
-std::string water_text(const WaterSpec& water) {
+std::string list_text(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + number(value);
+  return "[" + text + "]";
+}
+
+std::string profile_text(const ProfileSpec& profile, const NameFile& name_file) {
+  const std::string rows =
+      profile.file.empty()
+          ? fmt::format("depth_m: {}, sound_speed_m_s: {}", list_text(profile.depth_m),
+                        list_text(profile.sound_speed_m_s))
+          : "file: " + quoted_if_needed(name_file(profile.file));
+  return fmt::format("  profile: {{{}, surface_z_m: {}}}\n", rows, number(profile.surface_z_m));
+}
+
+std::string water_text(const WaterSpec& water, const NameFile& name_file) {
   std::string absorption;
   if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&water.absorption)) {
     absorption = "fixed_db_m: " + number(fixed->db_m);
@@ -112,7 +127,9 @@ std::string water_text(const WaterSpec& water) {
         fmt::format("{{from: {{temperature_c: {}, salinity_psu: {}, depth_m: {}}}}}",
                     number(from->temperature_c), number(from->salinity_psu), number(from->depth_m));
   }
-  return fmt::format("water:\n  sound_speed_m_s: {}\n  absorption: {{{}}}\n", speed, absorption);
+  const std::string profile = water.profile ? profile_text(*water.profile, name_file) : "";
+  return fmt::format("water:\n  sound_speed_m_s: {}\n{}  absorption: {{{}}}\n", speed, profile,
+                     absorption);
 }
 
 std::string scattering_text(const ScatteringSpec& scattering) {
@@ -264,7 +281,7 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
     text += drawn != nullptr ? section_text(key, *drawn, name_file) : written;
   };
   add("sonar", sonar_text(scenario.sonar, name_file));
-  add("water", water_text(scenario.water));
+  add("water", water_text(scenario.water, name_file));
   add("scattering", scattering_text(scenario.scattering));
   add("materials", materials_text(scenario.materials, name_file));
   add("objects", objects_text(scenario.objects, name_file));

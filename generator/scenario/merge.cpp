@@ -24,6 +24,7 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"rotation_deg"}, {"quaternion_wxyz"}},
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
+      {{"depth_m", "sound_speed_m_s"}, {"file"}},
       {{"box"},
        {"sphere"},
        {"cylinder"},

@@ -3,6 +3,7 @@
 //   parse_sonar                      with the preset it names
 //   parse_pulse  parse_beams  parse_receiver  parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
+//   parse_profile  check_profile_conflicts   in parse_profile.cpp
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
 //   parse_multipath  parse_multipath_mask   in parse_multipath.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
@@ -51,7 +52,11 @@ void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec&
 // Of two values that contradict each other, the one that the user wrote.
 Value blamed(const Value& value, const Value& other);
 
-void parse_water(Faults& faults, const Value& value, WaterSpec& water);
+void parse_profile(const InputFolder& input, const Value& value, ProfileSpec& profile);
+void parse_water(const InputFolder& input, const Value& value, WaterSpec& water);
+
+// What a sound speed profile cannot stand beside yet.
+void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);
 
 // What only shows when sonar and water are both known: the size of a ping, a burst longer than the
 // record.

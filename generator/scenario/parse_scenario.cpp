@@ -107,7 +107,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
             "output", "splits"});
   parse_head(faults, root, scenario);
   parse_sonar(input, child_or_empty(root, "sonar"), scenario.sonar);
-  if (const auto v = child(root, "water")) parse_water(faults, *v, scenario.water);
+  if (const auto v = child(root, "water")) parse_water(input, *v, scenario.water);
   if (const auto v = child(root, "scattering")) parse_scattering(faults, *v, scenario.scattering);
   if (const auto v = child(root, "materials")) parse_materials(input, *v, scenario.materials);
   if (const auto v = child(root, "objects")) {
@@ -132,6 +132,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   check_array(faults, root, scenario);
   check_ping_size(faults, root, scenario);
   check_burst_length(faults, root, scenario);
+  check_profile_conflicts(faults, root, scenario);
   return scenario;
 }
 

@@ -95,6 +95,9 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
     return true;
   };
   if (!add_drawn("sonar") && !scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
+  if (const auto& profile = scenario.water.profile; !add_drawn("water") && profile) {
+    if (!profile->file.empty()) add(profile->file);
+  }
   if (!add_drawn("materials")) {
     for (const MaterialSpec& material : scenario.materials) {
       if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);

@@ -82,10 +82,18 @@ struct SoundSpeedSpec {
   double temperature_c = 0, salinity_psu = 0, depth_m = 0;
 };
 
+// Of a file, or of rows.
+struct ProfileSpec {
+  std::filesystem::path file;  // CSV: depth_m, sound_speed_m_s
+  std::vector<double> depth_m, sound_speed_m_s;
+  double surface_z_m = 0;  // height in the world of depth 0
+};
+
 struct WaterSpec {
   double sound_speed_m_s = 1500;  // not looked at where it is worked out:
   std::optional<SoundSpeedSpec> sound_speed_from;
   std::variant<SeaAbsorptionSpec, FixedAbsorptionSpec> absorption;
+  std::optional<ProfileSpec> profile = {};  // absent: that sound speed everywhere
 };
 
 struct ScatteringSpec {

@@ -48,7 +48,7 @@ void cut_column(const Sonar& sonar, const Fan& fan, std::size_t column,
 }
 
 // The scatterers of one column, `first_ray` being its lowest ray in the whole fan.
-void add_column(const Fan& cut, std::span<const Hit> hits, std::span<const std::uint16_t> pieces,
+void add_column(const Fan& cut, const FanHits& found, std::span<const std::uint16_t> pieces,
                 const SurfaceScattering& scattering, std::uint32_t beam, std::uint64_t first_ray,
                 std::vector<Scatterer>& scatterers) {
   const SurfaceEchoes echoes{cut, scattering};
@@ -56,9 +56,11 @@ void add_column(const Fan& cut, std::span<const Hit> hits, std::span<const std::
   std::uint32_t ray = 0;
   for (std::size_t e = 0; e < pieces.size(); ++e) {
     for (std::uint64_t piece = 0; piece < pieces[e]; ++piece, ++ray) {
-      if (!echoes.moments(hits[ray], ray, moments)) continue;
+      const Hit& hit = found.hits[ray];
+      const RayPath* path = found.paths.empty() ? nullptr : &found.paths[ray];
+      if (!echoes.moments(hit, ray, moments, path)) continue;
       Scatterer& s = scatterers.emplace_back();
-      echoes.set(0, ray, hits[ray], moments, s);
+      echoes.set(0, ray, hit, moments, s, path);
       s.beam = beam;
       s.key = piece << 32 | (first_ray + e);
     }
@@ -138,12 +140,12 @@ std::vector<std::uint16_t> pieces_by_need(const Sonar& sonar, const ResolutionCe
   return all;
 }
 
-ScattererList surface_scatterers_by_need(const Fan& fan, std::span<const Hit> hits,
+ScattererList surface_scatterers_by_need(const Fan& fan, const FanRaysMet& met,
                                          std::span<const std::uint16_t> pieces,
                                          const Tracer& tracer, const Pose& sonar_in_world,
                                          const SurfaceScattering& scattering,
                                          const Workers& workers) {
-  ENSONIFY_ASSERT(hits.size() == fan.size() && pieces.size() == fan.size());
+  ENSONIFY_ASSERT(met.hits.size() == fan.size() && pieces.size() == fan.size());
   const Sonar& sonar = scattering.sonar;
   const std::size_t rows = fan.elevation_rad.size();
   std::vector<std::vector<Scatterer>> of_beam(fan.beams);
@@ -156,9 +158,17 @@ ScattererList surface_scatterers_by_need(const Fan& fan, std::span<const Hit> hi
       const auto part = pieces.subspan(first, rows);
       cut_column(sonar, fan, column, part, cut);
       const bool is_cut = cut.elevation_rad.size() > rows;
-      const std::vector<Hit> found =
-          is_cut ? tracer.trace_fan(cut, sonar_in_world, sonar.range_max_m, Workers(1))
-                 : std::vector<Hit>(hits.begin() + first, hits.begin() + first + rows);
+      FanHits found;
+      if (is_cut) {
+        found = trace_fan(tracer, cut, sonar_in_world, sonar, scattering.water, Workers(1));
+      } else {
+        const auto hits = met.hits.subspan(first, rows);
+        found.hits.assign(hits.begin(), hits.end());
+        if (!met.paths.empty()) {
+          const auto paths = met.paths.subspan(first, rows);
+          found.paths.assign(paths.begin(), paths.end());
+        }
+      }
       add_column(cut, found, part, scattering, static_cast<std::uint32_t>(beam), first,
                  of_beam[beam]);
     }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "trace/bent.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 
@@ -51,9 +52,15 @@ std::vector<std::uint16_t> pieces_by_need(const Sonar& sonar, const ResolutionCe
                                           const Fan& fan, std::span<const Hit> hits,
                                           const Pose& sonar_in_world);
 
+// What the rays of the fan met; `paths` as surface_scatterer_list wants them.
+struct FanRaysMet {
+  std::span<const Hit> hits;
+  std::span<const RayPath> paths = {};
+};
+
 // As surface_scatterer_list, with a ray through the middle of every piece. Pieces of one cell are
 // keyed by the fan's ray and, in the upper half, by their number from 0.
-ScattererList surface_scatterers_by_need(const Fan& fan, std::span<const Hit> hits,
+ScattererList surface_scatterers_by_need(const Fan& fan, const FanRaysMet& met,
                                          std::span<const std::uint16_t> pieces,
                                          const Tracer& tracer, const Pose& sonar_in_world,
                                          const SurfaceScattering& scattering,

@@ -91,7 +91,7 @@ trajectory: {file: a.csv}
 )",
     R"(ensonify: 1
 sonar: {preset: blueview_p900_90, pulse: {table: {file: a.csv}}, beams: {shading: {taylor: {}}}, receiver: {mode: array}}
-water: {absorption: {model: ainslie_mccolm}}
+water: {absorption: {model: ainslie_mccolm}, profile: {file: a.csv}}
 output: {channels: true}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {at_m: [0, 0, 0]}}}
 )",
@@ -100,7 +100,7 @@ sonar: {preset: blueview_p900_90, pulse: {gaussian: {}}, beams: {shading: {hann:
         receiver: {mode: array, elements: 8, spacing_m: 1e-3, element_width_m: 5e-4, focus: none, dead: [1],
                    shading: {taylor: {}}, steering: phase, gain_error_db: 1, phase_error_deg: 2}}
 scattering: {}
-water: {}
+water: {profile: {depth_m: [0, 10], sound_speed_m_s: [1500, 1510]}}
 output: {}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {along: {}}}}
 )"};
@@ -214,8 +214,8 @@ std::vector<std::string> docs_blocks(const std::string& language) {
 }
 
 Samples::Samples() {
-  for (const char* name :
-       {"a.npy", "a.png", "a.obj", "a.tum", "a.csv", "a.vdb", "sand.csv", "pulse.csv"}) {
+  for (const char* name : {"a.npy", "a.png", "a.obj", "a.tum", "a.csv", "a.vdb", "sand.csv",
+                           "pulse.csv", "cast.csv"}) {
     folder_.write(name, "");
   }
   fs::create_directory_symlink(fs::path(ENSONIFY_SCENES) / "meshes", folder() / "meshes");

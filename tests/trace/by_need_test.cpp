@@ -61,7 +61,7 @@ struct View {
         scattering(make_surface_scattering(s, kWater, bed.world)) {}
 
   ScattererList by_need(const Workers& workers) const {
-    return surface_scatterers_by_need(fan, hits, pieces_by_need(sonar, cell, fan, hits, kPose),
+    return surface_scatterers_by_need(fan, {hits}, pieces_by_need(sonar, cell, fan, hits, kPose),
                                       tracer, kPose, scattering, workers);
   }
 };
