@@ -8,9 +8,11 @@
 #include <string>
 
 #include "app/cost.h"
+#include "core/random.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
 #include "trace/kirchhoff.h"
+#include "trace/surface_points.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -108,7 +110,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
+  // Those on surfaces stand in two more lists before they are sorted.
+  const std::uint64_t sorting =
+      session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
+  const std::uint64_t tracing =
+      count.rays * sizeof(Hit) + volumes + std::max({merging, behind, sorting});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -166,7 +172,13 @@ EchoCounts count_echoes(const Session& session) {
     const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
     const auto met = std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
-    most.surface = std::max<std::uint64_t>(most.surface, met);
+    const auto& tiles = session.surface_tiles;
+    const auto surface =
+        tiles ? surface_point_list(*tiles, moment, object_poses(session, ping), pose, scattering,
+                                   stream_key(session.scenario.seed, Stream::speckle, 0), workers)
+                    .size()
+              : static_cast<std::size_t>(met);
+    most.surface = std::max<std::uint64_t>(most.surface, surface);
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
     const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);
@@ -202,7 +214,10 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   // The first world stays beside those of the sequences under way, which all load at once.
   const bool vary = varies_by_sequence(session.scenario);
   const std::uint64_t worlds = vary ? run.sequences : 1;
-  const std::uint64_t more_worlds = vary ? run.sequences * loaded_bytes(session.world) : 0;
+  const std::uint64_t tile_bytes =
+      session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
+  const std::uint64_t more_worlds =
+      vary ? run.sequences * (loaded_bytes(session.world) + tile_bytes) : 0;
   const std::uint64_t loading =
       vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
            : 0;

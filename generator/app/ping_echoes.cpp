@@ -4,13 +4,14 @@
 
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
+#include "trace/surface_points.h"
 #include "trace/volume.h"
 
 namespace ensonify {
 namespace {
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = wants_hidden ? &points.hidden : nullptr;
   points.heard =
@@ -21,18 +22,25 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   return points;
 }
 
+ScattererList diffuse_scatterers(const Moment& moment, std::span<const Hit> hits,
+                                 const Workers& workers) {
+  const std::optional<SurfaceTiles>& tiles = moment.session.surface_tiles;
+  if (!tiles) return surface_scatterer_list(moment.fan, hits, moment.scattering, workers);
+  return surface_point_list(*tiles, moment.tracer, object_poses(moment.session, moment.ping),
+                            moment.sonar_in_world, moment.scattering, moment.speckle_key, workers);
+}
+
 }  // namespace
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
   const double range_max_m = session.sonar.range_max_m;
   const std::vector<Hit> hits = tracer.trace_fan(fan, pose, range_max_m, workers);
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
   PingEchoes echoes;
-  echoes.scatterers =
-      with_more(surface_scatterer_list(fan, hits, scattering, workers), more, workers);
+  echoes.scatterers = with_more(diffuse_scatterers(moment, hits, workers), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);

@@ -1,5 +1,6 @@
 #include "app/session.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -85,6 +86,35 @@ Status check_sdf(const Session& session) {
   return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
+// Settled by all pings of the sequence, whatever range is run.
+Status cut_surfaces(Session& session) {
+  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
+  const double width_s = pulse_width_s(session.sonar, session.record.transform);
+  std::vector<Pose> sonar_in_world;
+  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
+    sonar_in_world.push_back(sonar_pose(session, ping));
+  }
+  const auto seen_by = [&](std::size_t object) {
+    std::vector<Pose> poses;
+    for (std::size_t ping = 0; ping < sonar_in_world.size(); ++ping) {
+      poses.push_back(
+          pose_in(object_pose(session.world.objects[object], session.ping_times_s[ping]),
+                  sonar_in_world[ping]));
+    }
+    return poses;
+  };
+  session.surface_tiles = surface_tiles(
+      session.world, {session.sonar, session.water.sound_speed_m_s * width_s / 2, seen_by},
+      Workers());
+  const std::uint64_t leaves = session.surface_tiles->most_leaves;
+  if (leaves <= kMostLeaves) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("scattering.speckle: surface needs {} scatterers in one ping, accepted "
+                           "are up to {}; fewer come of a shorter range_max_m, a wider beam, a "
+                           "longer pulse or a sonar farther from the surfaces",
+                           leaves, kMostLeaves)};
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -111,6 +141,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   if (Status fits = check_sdf(session); !fits) return fits.error();
+  if (Status fits = cut_surfaces(session); !fits) return fits.error();
   return session;
 }
 
