@@ -174,6 +174,23 @@ double pulse_extent_s(const Sonar& sonar) {
   }
 }
 
+double pulse_width_s(const Sonar& sonar, int transform) {
+  const std::vector<double> squared =
+      envelope_squared(unscaled_spectrum(sonar, transform), kPeakGrid);
+  const long count = static_cast<long>(squared.size());
+  const long top = std::max_element(squared.begin(), squared.end()) - squared.begin();
+  const double half = squared[top] / 2;
+  // Steps from the peak to where it falls below the half, to either side around the record.
+  const auto reach = [&](long side) {
+    const auto at = [&](long k) { return squared[((top + side * k) % count + count) % count]; };
+    long k = 1;
+    while (k < count / 2 && at(k) > half) ++k;
+    const double above = at(k - 1), below = at(k);
+    return static_cast<double>(k) - (below < half ? (half - below) / (above - below) : 0);
+  };
+  return (reach(1) + reach(-1)) / (kPeakGrid * sonar.bandwidth_hz);
+}
+
 double processing_gain(const Sonar& sonar) {
   return sonar.pulse.shape == PulseShape::lfm ? sonar.bandwidth_hz * sonar.pulse.duration_s : 1;
 }

@@ -3,6 +3,7 @@
 //   pulse_spectrum       S_m on the bins of a record
 //   pulse_is_heard       whether any of it falls on a bin
 //   pulse_extent_s       how long it rings: T_p
+//   pulse_width_s        how long it is loud
 //   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
 #pragma once
@@ -37,6 +38,9 @@ bool pulse_is_heard(const Sonar& sonar, int transform);
 // of the peak, looked for at t = k / (8b) and rounded outward to it (65,536 samples at most); 0 of
 // the others.
 double pulse_extent_s(const Sonar& sonar);
+
+// The -3 dB width of |s(t)|^2 about its peak, looked for at t = k / (32 b) and interpolated.
+double pulse_width_s(const Sonar& sonar, int transform);
 
 // b duration of lfm, 1 of the others: noise power is divided by it.
 double processing_gain(const Sonar& sonar);

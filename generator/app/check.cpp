@@ -38,6 +38,10 @@ Status check(const ScenarioOptions& options) {
              session->record.samples,
              std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
                  session->sonar.rays_elevation);
+  if (const auto& tiles = session->surface_tiles) {
+    fmt::print("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
+               tiles->most_leaves, tiles->tiles.size());
+  }
   fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {} with {} threads\n", cost.files,
              bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), threads);
   return {};

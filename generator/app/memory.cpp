@@ -8,11 +8,13 @@
 #include <string>
 
 #include "app/cost.h"
+#include "core/random.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
 #include "trace/bent.h"
 #include "trace/kirchhoff.h"
 #include "trace/multipath.h"
+#include "trace/surface_points.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -115,11 +117,14 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
+  // Those on surfaces stand in two more lists before they are sorted.
+  const std::uint64_t sorting =
+      session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
   const bool bent = bends(session.water);
   const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
   const std::uint64_t paths_behind = bent && hidden ? 2 * count.echo.hidden * sizeof(BentHit) : 0;
-  const std::uint64_t tracing =
-      count.rays * sizeof(Hit) + paths + volumes + std::max(merging, behind + paths_behind);
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes +
+                                std::max({merging, behind + paths_behind, sorting});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -191,9 +196,15 @@ EchoCounts count_echoes(const Session& session) {
     const Tracer moment = tracer.at(poses);
     const auto hits = trace_fan(moment, fan, pose, session.sonar, session.water, workers).hits;
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
-    most.surface = std::max(most.surface, rays_of(session, fan, hits, pose));
     const auto bounced = bounced_echoes(
         {session.bounces, session.world, moment, poses, pose, scattering}, fan, hits, workers);
+    const auto& tiles = session.surface_tiles;
+    const std::uint64_t surface =
+        tiles ? surface_point_list(*tiles, moment, poses, pose, scattering,
+                                   stream_key(session.scenario.seed, Stream::speckle, 0), workers)
+                    .size()
+              : rays_of(session, fan, hits, pose);
+    most.surface = std::max(most.surface, surface);
     most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size() + bounced.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
     const auto behind =
@@ -230,7 +241,10 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   // The first world stays beside those of the sequences under way, which all load at once.
   const bool vary = varies_by_sequence(session.scenario);
   const std::uint64_t worlds = vary ? run.sequences : 1;
-  const std::uint64_t more_worlds = vary ? run.sequences * loaded_bytes(session.world) : 0;
+  const std::uint64_t tile_bytes =
+      session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
+  const std::uint64_t more_worlds =
+      vary ? run.sequences * (loaded_bytes(session.world) + tile_bytes) : 0;
   const std::uint64_t loading =
       vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
            : 0;

@@ -7,6 +7,7 @@
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
 #include "trace/multipath.h"
+#include "trace/surface_points.h"
 #include "trace/volume.h"
 
 namespace ensonify {
@@ -23,7 +24,7 @@ std::vector<Scatterer> bounced(const Moment& moment, const std::vector<Hit>& hit
 }
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = wants_hidden ? &points.hidden : nullptr;
   points.heard =
@@ -34,10 +35,14 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   return points;
 }
 
-// Of surfaces: a scatterer a ray.
+// Of surfaces: those fixed on them, or one a ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
+  if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
+    return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
+                              speckle_key, workers);
+  }
   if (session.sonar.rays_per_cell == 0) {
     return surface_scatterer_list(fan, hits, scattering, workers, paths);
   }
@@ -48,7 +53,7 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
 }  // namespace
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
   const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);

@@ -39,7 +39,7 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   RandomKeys keys;
   keys.speckle = stream_key(info_.seed, Stream::speckle, info_.sequence);
-  keys.speckle_ping = info_.speckle == SpeckleMode::per_ray ? 0 : ping;
+  keys.speckle_ping = info_.speckle == SpeckleMode::per_ping ? ping : 0;
   keys.noise = stream_key(info_.seed, Stream::noise, info_.sequence);
   keys.noise_ping = ping;
   keys.volume = stream_key(info_.seed, Stream::volume, info_.sequence);
@@ -98,8 +98,8 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
   const Tracer tracer = tracer_.at(object_poses(session_, 0));
-  const PingEchoes echoes =
-      ping_echoes({session_, fan_, scattering_, tracer, 0, pose, false}, workers);
+  const PingEchoes echoes = ping_echoes(
+      {session_, fan_, scattering_, tracer, 0, pose, false, keys_of(0).speckle}, workers);
   const PingSeries series = series_of(echoes, 0, pose, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
@@ -122,6 +122,8 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
 
 Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   info_ = std::move(info);
+  // Where scatterers lie on surfaces is drawn for each sequence.
+  if (info_.speckle == SpeckleMode::surface) ping_zero_.reset();
   layer_of_instance_ = layer_table(info_);
   grey_gain_db_.clear();
   if (info_.output.png &&
@@ -201,8 +203,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   }
   const bool pictures = output.polar || output.cartesian || output.png;
   const bool wants_hidden = pictures && (output.shadow || output.amodal);
-  PingEchoes echoes = ping_echoes(
-      {session_, fan_, scattering_, tracer, ping, result.sonar_in_world, wants_hidden}, workers);
+  PingEchoes echoes = ping_echoes({session_, fan_, scattering_, tracer, ping, result.sonar_in_world,
+                                   wants_hidden, keys_of(ping).speckle},
+                                  workers);
   result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);

@@ -38,9 +38,9 @@ class Pipeline {
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
   // From here on pings are those of this sequence. What follows from the clean image of ping 0,
-  // which holds no draw and so is worked out once, is filled in: the noise power of noise.snr_db,
-  // black and white of the grey pictures where the scenario does not give them.
-  // Error (usage): noise.snr_db, and ping 0 hears nothing.
+  // which holds no draw (but places on surfaces) and so is worked out once, is filled in: the noise
+  // power of noise.snr_db, black and white of the grey pictures where the scenario does not give
+  // them. Error (usage): noise.snr_db, and ping 0 hears nothing.
   Status start_sequence(SequenceInfo info, const Workers& workers);
 
   const SequenceInfo& info() const { return info_; }

@@ -1,5 +1,6 @@
 #include "app/session.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -121,6 +122,33 @@ Status check_in_water(const Session& session) {
   return {};
 }
 
+// Settled by all pings of the sequence, whatever range is run.
+Status cut_surfaces(Session& session) {
+  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
+  std::vector<Pose> sonar_in_world;
+  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
+    sonar_in_world.push_back(sonar_pose(session, ping));
+  }
+  const auto seen_by = [&](std::size_t object) {
+    std::vector<Pose> poses;
+    for (std::size_t ping = 0; ping < sonar_in_world.size(); ++ping) {
+      poses.push_back(
+          pose_in(object_pose(session.world.objects[object], session.ping_times_s[ping]),
+                  sonar_in_world[ping]));
+    }
+    return poses;
+  };
+  session.surface_tiles =
+      surface_tiles(session.world, {session.sonar, session.cell.range_m, seen_by}, Workers());
+  const std::uint64_t leaves = session.surface_tiles->most_leaves;
+  if (leaves <= kMostLeaves) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("scattering.speckle: surface needs {} scatterers in one ping, accepted "
+                           "are up to {}; fewer come of a shorter range_max_m, a wider beam, a "
+                           "longer pulse or a sonar farther from the surfaces",
+                           leaves, kMostLeaves)};
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -158,6 +186,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (!bounces) return bounces.error();
   session.bounces = std::move(*bounces);
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
+  if (Status fits = cut_surfaces(session); !fits) return fits.error();
   return session;
 }
 

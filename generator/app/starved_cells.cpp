@@ -10,6 +10,7 @@ namespace ensonify {
 std::optional<std::string> starved_warning(const Session& session, const Tracer& tracer,
                                            const Workers& workers) {
   constexpr double kShare = 0.05;
+  if (session.surface_tiles) return std::nullopt;  // has enough by itself
   const Fan fan = make_fan(session.sonar);
   const Pose pose = sonar_pose(session, 0);
   const std::vector<Hit> hits =

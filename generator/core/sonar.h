@@ -70,8 +70,9 @@ struct Adc {
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
 enum class Normalization { calibrated, mean_square };
 
-// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame.
-enum class SpeckleMode { per_ping, per_ray };
+// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame. surface: the
+// scatterers are fixed on the surfaces (trace/surface_points.h).
+enum class SpeckleMode { per_ping, per_ray, surface };
 
 struct Sonar {
   double frequency_hz = 0;  // carrier f_c
@@ -115,6 +116,7 @@ const char* name_of(Window window);
 const char* name_of(Shading shading);
 const char* name_of(Focus focus);
 const char* name_of(Steering steering);
+const char* name_of(SpeckleMode speckle);
 
 // The length of a stored record and of the transforms behind it (Eq 10-13).
 struct Record {

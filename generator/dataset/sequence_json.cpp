@@ -7,10 +7,6 @@
 namespace ensonify {
 namespace {
 
-const char* name_of(SpeckleMode speckle) {
-  return speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray";
-}
-
 Json record_json(const SequenceInfo& info) {
   return {{"samples", info.record.samples},
           {"transform", info.record.transform},

@@ -137,7 +137,7 @@ std::string scattering_text(const ScatteringSpec& scattering) {
       "scattering: {{lambert_exponent: {}, normalization: {}, speckle: {}}}\n",
       number(scattering.lambert_exponent),
       scattering.normalization == Normalization::calibrated ? "calibrated" : "mean_square",
-      scattering.speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray");
+      name_of(scattering.speckle));
 }
 
 std::string material_keys(const MaterialSpec& material, const NameFile& name_file) {

@@ -70,6 +70,12 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
     refuse(child(root, "multipath"),
            "bounces are not worked out along bent rays: accepted is multipath or water.profile");
   }
+  if (scenario.scattering.speckle == SpeckleMode::surface) {
+    const auto scattering = child(root, "scattering");
+    refuse(scattering ? child(*scattering, "speckle") : scattering,
+           "scatterers fixed on surfaces are not looked for along bent rays: accepted beside "
+           "water.profile are per_ping and per_ray");
+  }
   if (const auto materials = child(root, "materials")) {
     for (const MaterialSpec& material : scenario.materials) {
       if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;

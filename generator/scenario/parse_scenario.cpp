@@ -146,7 +146,9 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
       {{"calibrated", Normalization::calibrated}, {"mean_square", Normalization::mean_square}},
       scattering.normalization);
   read_choice<SpeckleMode>(faults, value, "speckle",
-                           {{"per_ping", SpeckleMode::per_ping}, {"per_ray", SpeckleMode::per_ray}},
+                           {{"per_ping", SpeckleMode::per_ping},
+                            {"per_ray", SpeckleMode::per_ray},
+                            {"surface", SpeckleMode::surface}},
                            scattering.speckle);
 }
 

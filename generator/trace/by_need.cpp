@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "acoustics/envelope.h"
 #include "acoustics/pulse.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
@@ -70,20 +69,7 @@ void add_column(const Fan& cut, const FanHits& found, std::span<const std::uint1
 }  // namespace
 
 ResolutionCell resolution_cell(const Sonar& sonar, const Water& water, int transform) {
-  constexpr int kSteps = 16;
-  const std::vector<double> squared = envelope_squared(pulse_spectrum(sonar, transform), kSteps);
-  const auto count = static_cast<std::ptrdiff_t>(squared.size());
-  const std::ptrdiff_t peak = std::max_element(squared.begin(), squared.end()) - squared.begin();
-  const double half = squared[peak] / 2;
-  // From the peak to where the power first falls through half of it.
-  const auto width = [&](int way) {
-    const auto at = [&](std::ptrdiff_t k) { return squared[(peak + way * k + count) % count]; };
-    std::ptrdiff_t k = 1;
-    while (k < count / 2 && at(k) > half) ++k;
-    return static_cast<double>(k) - (half - at(k)) / (at(k - 1) - at(k));
-  };
-  const double steps = width(1) + width(-1);
-  return {sonar.beam_width_rad, steps / (kSteps * sonar.bandwidth_hz) * water.sound_speed_m_s / 2};
+  return {sonar.beam_width_rad, water.sound_speed_m_s * pulse_width_s(sonar, transform) / 2};
 }
 
 Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation_rad) {
