@@ -208,8 +208,7 @@ Complex doppler_bin(const DopplerPulse& pulse, double doppler, int m) {
   const double x = (m - pulse.transform / 2) / static_cast<double>(pulse.transform);
   const double sent =
       (x - doppler * sonar.frequency_hz / sonar.bandwidth_hz) / (1 + doppler);  // f' / b
-  return receiver(sonar, x) * sent_pulse(sonar, pulse.table, sent) /
-         ((1 + doppler) * pulse.peak);
+  return receiver(sonar, x) * sent_pulse(sonar, pulse.table, sent) / ((1 + doppler) * pulse.peak);
 }
 
 std::vector<Complex> doppler_spectrum(const DopplerPulse& pulse, double doppler) {
