@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/cost.h"
+#include "app/motion.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
 #include "trace/kirchhoff.h"
@@ -108,7 +109,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
+  // Those that are still to move, in blocks, in one row and sorted.
+  const std::uint64_t moving =
+      moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
+  const std::uint64_t tracing =
+      volumes + std::max(count.rays * sizeof(Hit) + std::max(merging, behind), moving);
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -193,7 +198,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
                          const EchoCounts& echoes, std::uint64_t encoded_bytes) {
   const PingCounts count = counts_of(session, echoes);
   const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
-                                                      session.scenario.synthesis_tolerance})
+                                                      session.scenario.synthesis_tolerance,
+                                                      best_simd_level(), max_doppler(session)})
                                         ->memory(!session.world.volumes.empty());
   const std::uint64_t tables =
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);

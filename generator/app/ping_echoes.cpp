@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/motion.h"
 #include "trace/hidden.h"
 #include "trace/kirchhoff.h"
 #include "trace/volume.h"
@@ -21,9 +22,8 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   return points;
 }
 
-}  // namespace
-
-PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
+// With everything where it is when the ping goes out.
+PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden] = moment;
   const double range_max_m = session.sonar.range_max_m;
   const std::vector<Hit> hits = tracer.trace_fan(fan, pose, range_max_m, workers);
@@ -41,6 +41,14 @@ PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   echoes.hidden =
       hidden_echoes(fan, hits, behind, points, scattering, session.world.instances.size(), workers);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);
+  return echoes;
+}
+
+}  // namespace
+
+PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
+  PingEchoes echoes = echoes_at_rest(moment, workers);
+  move(moment, workers, echoes);
   return echoes;
 }
 

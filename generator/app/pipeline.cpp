@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -22,8 +23,9 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const SynthesisSetup setup{session.sonar, session.water, session.record,
-                             session.scenario.synthesis_tolerance, numerics.simd};
+  const SynthesisSetup setup{session.sonar,  session.water,
+                             session.record, session.scenario.synthesis_tolerance,
+                             numerics.simd,  max_doppler(session)};
   backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
                                                           : make_cpu_backend(setup);
   if (info_.cartesian) {

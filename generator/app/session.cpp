@@ -9,6 +9,7 @@
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
@@ -111,6 +112,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   if (Status fits = check_sdf(session); !fits) return fits.error();
+  if (Status can = check_motion(session); !can) return can.error();
   return session;
 }
 
@@ -138,6 +140,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.record = session.record;
   info.synthesis_tolerance = scenario.synthesis_tolerance;
   info.speckle = scenario.scattering.speckle;
+  info.motion_within_ping = scenario.motion_within_ping;
   info.receive_aperture_wavelengths =
       make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
   info.processing_gain = processing_gain(session.sonar);

@@ -202,6 +202,7 @@ struct Scenario {
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
   TrajectorySpec trajectory;
+  bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;
   double synthesis_tolerance = 1e-5;  // relative L2 of the series

@@ -62,6 +62,7 @@ sonar:
   pulse: {flat: {}}
   receiver: {adc: {bits: 12, full_scale_db: 170}}
 water: {absorption: {fixed_db_m: 0.1}}
+motion_within_ping: true
 noise: {snr_db: 20}
 synthesis: {tolerance: 1e-6}
 output: {polar: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}}
