@@ -164,10 +164,16 @@ Json sonar_json(const SequenceInfo& info) {
           {"normalization", name_of(sonar.normalization)}};
 }
 
+constexpr const char* kMotion =
+    "poses are those of transmission; the sonar hears scatterer i where it is tau_i later, and "
+    "what moves throws its sound back where it is then. With eta_i = scatterers doppler, in place "
+    "of s(t - tau_i) stands the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
+    "f_c)/(1 + eta_i), scaled as s is; P is the sent pulse, R the receiver's window and band";
+
 Json model_json(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
   const bool calibrated = sonar.normalization == Normalization::calibrated;
-  return {
+  Json json = {
       {"series",
        "p_j(t_n) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) "
        "s(t_n - tau_i); plus the echoes of instances of kind volume; plus noise where `noise` is "
@@ -193,6 +199,8 @@ Json model_json(const SequenceInfo& info) {
        "s(t) = S(t)/max|S|, S(t) = sum_m W(d_m) exp(i 2 pi d_m t), d_m = (m - M/2) b/M, m = 0 ... "
        "M-1, the maximum over t = k/(32 b); the record is one period of it, t modulo M/b"},
       {"pulse_spectrum", spectrum_formula(sonar.pulse, sonar.window)}};
+  if (info.motion_within_ping) json["motion"] = kMotion;
+  return json;
 }
 
 Json instance_json(const Instance& instance) {
