@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/cost.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
@@ -120,11 +121,14 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   // Those on surfaces stand in two more lists before they are sorted.
   const std::uint64_t sorting =
       session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
+  // Those that are still to move, in blocks, in one row and sorted.
+  const std::uint64_t moving =
+      moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
   const bool bent = bends(session.water);
   const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
   const std::uint64_t paths_behind = bent && hidden ? 2 * count.echo.hidden * sizeof(BentHit) : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes +
-                                std::max({merging, behind + paths_behind, sorting});
+                                std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -232,7 +236,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
                          const EchoCounts& echoes, std::uint64_t encoded_bytes) {
   const PingCounts count = counts_of(session, echoes);
   const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
-                                                      session.scenario.synthesis_tolerance})
+                                                      session.scenario.synthesis_tolerance,
+                                                      best_simd_level(), max_doppler(session)})
                                         ->memory(!session.world.volumes.empty());
   const std::uint64_t tables =
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/motion.h"
 #include "trace/bent.h"
 #include "trace/by_need.h"
 #include "trace/hidden.h"
@@ -50,9 +51,8 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
   return surface_scatterers_by_need(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
 }
 
-}  // namespace
-
-PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
+// With everything where it is when the ping goes out.
+PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
   const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
@@ -71,6 +71,14 @@ PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   echoes.hidden =
       hidden_echoes(fan, hits, behind, points, scattering, session.world.instances.size(), workers);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);
+  return echoes;
+}
+
+}  // namespace
+
+PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
+  PingEchoes echoes = echoes_at_rest(moment, workers);
+  move(moment, workers, echoes);
   return echoes;
 }
 

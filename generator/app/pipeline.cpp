@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -22,8 +23,9 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const SynthesisSetup setup{session.sonar, session.water, session.record,
-                             session.scenario.synthesis_tolerance, numerics.simd};
+  const SynthesisSetup setup{session.sonar,  session.water,
+                             session.record, session.scenario.synthesis_tolerance,
+                             numerics.simd,  max_doppler(session)};
   backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
                                                           : make_cpu_backend(setup);
   if (info_.cartesian) {
@@ -46,11 +48,10 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   return keys;
 }
 
-PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
-                               bool wants_clean, const Workers& workers) const {
-  const PingTask task{&echoes.scatterers,    {{0.0, pose}},  keys_of(ping),
-                      info_.noise_power_pa2, echoes.volumes, wants_clean,
-                      info_.output.channels};
+PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
+                               const Workers& workers) const {
+  const PingTask task{&echoes.scatterers, keys_of(ping), info_.noise_power_pa2,
+                      echoes.volumes,     wants_clean,   info_.output.channels};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
   if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
@@ -59,7 +60,7 @@ PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, con
 
 // The same tasks with less in them: keys, and so all draws, are those of the whole.
 std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                                  const Pose& pose, const PingSeries& whole,
+                                                  const PingSeries& whole,
                                                   const Workers& workers) const {
   std::vector<LayerSeries> layers;
   for (const Layer layer : info_.layers) {
@@ -68,7 +69,7 @@ std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std:
       continue;
     }
     const ScattererList part = scatterers_of(layer, layer_of_instance_, echoes.scatterers);
-    PingTask task{&part, {{0.0, pose}}, keys_of(ping), 0, {}, false};
+    PingTask task{&part, keys_of(ping), 0, {}, false};
     if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
     if (layer == Layer::volume) task.volumes = echoes.volumes;
     PingSeries series;
@@ -100,7 +101,7 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
   const Tracer tracer = tracer_.at(object_poses(session_, 0));
   const PingEchoes echoes = ping_echoes(
       {session_, fan_, scattering_, tracer, 0, pose, false, keys_of(0).speckle}, workers);
-  const PingSeries series = series_of(echoes, 0, pose, true, workers);
+  const PingSeries series = series_of(echoes, 0, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
                  session_.sonar.beam_count, session_.record.samples);
@@ -213,9 +214,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
+  PingSeries series = series_of(echoes, ping, pictures, workers);
   if (output.layers) {
-    result.layers = layers_of_ping(echoes, ping, result.sonar_in_world, series, workers);
+    result.layers = layers_of_ping(echoes, ping, series, workers);
   }
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);

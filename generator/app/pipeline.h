@@ -53,11 +53,10 @@ class Pipeline {
 
   FromPingZero look_at_ping_zero(const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
-                       bool wants_clean, const Workers& workers) const;
+  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
+                       const Workers& workers) const;
   std::vector<LayerSeries> layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                          const Pose& pose, const PingSeries& whole,
-                                          const Workers& workers) const;
+                                          const PingSeries& whole, const Workers& workers) const;
   GreyImage grey_of(const LabelledImage& polar) const;
   void add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
                     const Workers& workers) const;

@@ -13,6 +13,7 @@
 #include "acoustics/water.h"
 #include "app/array_receiver.h"
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
@@ -187,6 +188,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.bounces = std::move(*bounces);
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
+  if (Status can = check_motion(session); !can) return can.error();
   return session;
 }
 
@@ -214,6 +216,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.record = session.record;
   info.synthesis_tolerance = scenario.synthesis_tolerance;
   info.speckle = scenario.scattering.speckle;
+  info.motion_within_ping = scenario.motion_within_ping;
   info.receive_aperture_wavelengths =
       make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
   if (session.sonar.array) {

@@ -204,6 +204,7 @@ struct SequenceInfo {
   Record record;
   double synthesis_tolerance = 1e-5;
   SpeckleMode speckle = SpeckleMode::per_ping;
+  bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none

@@ -181,6 +181,12 @@ Json sonar_json(const SequenceInfo& info) {
   return json;
 }
 
+constexpr const char* kMotion =
+    "poses are those of transmission; the sonar hears scatterer i where it is tau_i later, and "
+    "what moves throws its sound back where it is then. With eta_i = scatterers doppler, in place "
+    "of s(t - tau_i) stands the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
+    "f_c)/(1 + eta_i), scaled as s is; P is the sent pulse, R the receiver's window and band";
+
 Json model_json(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
   const bool calibrated = sonar.normalization == Normalization::calibrated;
@@ -211,6 +217,7 @@ Json model_json(const SequenceInfo& info) {
        "M-1, the maximum over t = k/(32 b); the record is one period of it, t modulo M/b"},
       {"pulse_spectrum", spectrum_formula(sonar.pulse, sonar.window)}};
   if (sonar.array) set_array_model(info, json);
+  if (info.motion_within_ping) json["motion"] = kMotion;
   return json;
 }
 

@@ -289,6 +289,7 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   add("volumes", volumes_text(scenario.volumes, name_file));
   add("multipath", multipath_text(scenario));
   add("trajectory", trajectory_text(scenario.trajectory, name_file));
+  add("motion_within_ping", scenario.motion_within_ping ? "motion_within_ping: true\n" : "");
   add("noise", noise_text(scenario));
   add("synthesis",
       fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance)));

@@ -70,6 +70,11 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
     refuse(child(root, "multipath"),
            "bounces are not worked out along bent rays: accepted is multipath or water.profile");
   }
+  if (scenario.motion_within_ping) {
+    refuse(child(root, "motion_within_ping"),
+           "the sonar's motion is not followed along bent rays: accepted is motion_within_ping or "
+           "water.profile");
+  }
   if (scenario.scattering.speckle == SpeckleMode::surface) {
     const auto scattering = child(root, "scattering");
     refuse(scattering ? child(*scattering, "speckle") : scattering,

@@ -103,8 +103,8 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   scenario.trajectory.pings = 1;
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
-            "objects", "point_targets", "volumes", "multipath", "trajectory", "noise", "synthesis",
-            "output", "splits"});
+            "objects", "point_targets", "volumes", "multipath", "trajectory", "motion_within_ping",
+            "noise", "synthesis", "output", "splits"});
   parse_head(faults, root, scenario);
   parse_sonar(input, child_or_empty(root, "sonar"), scenario.sonar);
   if (const auto v = child(root, "water")) parse_water(input, *v, scenario.water);
@@ -122,6 +122,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   }
   check_instances(faults, root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
+  read_boolean(faults, root, "motion_within_ping", scenario.motion_within_ping);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
   if (const auto v = child(root, "synthesis"); v && open_map(faults, *v, {"tolerance"})) {
     read_number(faults, *v, "tolerance", from_to(1e-7, 1e-3), scenario.synthesis_tolerance);

@@ -216,6 +216,7 @@ struct Scenario {
   std::vector<VolumeSpec> volumes;
   std::optional<Multipath> multipath;  // absent: direct echoes alone
   TrajectorySpec trajectory;
+  bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;
   double synthesis_tolerance = 1e-5;  // relative L2 of the series

@@ -31,6 +31,13 @@ TEST_CASE("the model describes the normalization in use") {
   CHECK(sequence_head(info, {}, 0)["noise"].is_null());
 }
 
+TEST_CASE("the model speaks of motion where there is any") {
+  SequenceInfo info = sample_info();
+  CHECK_FALSE(model_json(info).contains("motion"));
+  info.motion_within_ping = true;
+  CHECK(model_json(info)["motion"].get<std::string>().find("tau_i later") != std::string::npos);
+}
+
 TEST_CASE("the model describes pulse and window") {
   auto info = sample::sequence_info(0);
   CHECK(words(info, "pulse_spectrum").starts_with("W(d) = exp("));

@@ -62,6 +62,7 @@ sonar:
   pulse: {flat: {}}
   receiver: {adc: {bits: 12, full_scale_db: 170}}
 water: {absorption: {fixed_db_m: 0.1}}
+motion_within_ping: true
 noise: {snr_db: 20}
 multipath: {surface: {z_m: 1, reflection: -1}, bottom: {z_m: -9, reflection: 0.3}, objects: true}
 synthesis: {tolerance: 1e-6}
