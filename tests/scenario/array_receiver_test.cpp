@@ -106,10 +106,10 @@ TEST_CASE("what does not go with an array, or needs one, is told") {
   const auto scale =
       faults_of(with_receiver("mode: array", "scattering: {normalization: mean_square}\n"));
   CHECK(scale.size() == 1);
-  CHECK(tells(scale, "t.yaml:4:14: scattering.normalization:", "calibrated"));
+  CHECK(tells(scale, "t.yaml:4:29: scattering.normalization:", "calibrated"));
   const auto channels = faults_of(kHead + "output: {channels: true}\n");
   CHECK(channels.size() == 1);
-  CHECK(tells(channels, "t.yaml:4:10: output.channels:", "sonar.receiver.mode: array"));
+  CHECK(tells(channels, "t.yaml:4:20: output.channels:", "sonar.receiver.mode: array"));
   CHECK(faults_of(kHead + "output: {channels: false}\n").empty());
 }
 
