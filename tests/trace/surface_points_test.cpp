@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <set>
 
 #include "catch.h"
 #include "surface_fixture.h"
@@ -42,11 +41,12 @@ std::vector<SurfaceLeaf> all_leaves(const SurfaceTiles& tiles, std::uint64_t key
   return leaves;
 }
 
-// Sees all around, up and down.
+// Sees all around, up and down; a wide beam, so that a few scatterers are enough.
 Sonar open_sonar(double range_max_m) {
   Sonar sonar = narrow_sonar(range_max_m);
   sonar.beam_count = 360;
   sonar.elevation_fan_rad = kPi;
+  sonar.beam_width_rad = radians(6);
   return sonar;
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("leaves add up to the surface of every shape") {
     for (const SurfaceLeaf& leaf : all_leaves(scene.tiles)) area += leaf.area_m2;
     return area;
   };
-  CHECK(sum(BoxShape{{1, 0.5, 2}, false}) == Approx(4 * (2 + 1 + 0.5)).epsilon(1e-9));
+  CHECK(sum(BoxShape{{1, 0.5, 2}, false}) == Approx(8 * (0.5 + 2 + 1)).epsilon(1e-9));
   CHECK(sum(SphereShape{1, false}) == Approx(4 * kPi).epsilon(1e-9));
   CHECK(sum(CylinderShape{0.5, 1}) == Approx(2 * kPi + kPi / 2).epsilon(1e-9));
   CHECK(sum(MeshShape{tetrahedron()}) == Approx(8 * std::sqrt(3.0)).epsilon(1e-9));
@@ -78,14 +78,12 @@ TEST_CASE("leaves add up to the surface of every shape") {
 TEST_CASE("keys are unique and leave the reserved bits alone") {
   const SurfaceScene scene = room({{}}, {{2, SphereShape{0.3, false}, {{3, 0, 0}, {}}, diffuse()},
                                          {3, PlaneShape{}, {{0, 0, -1}, {}}, diffuse()}});
-  std::set<std::uint64_t> keys;
-  const auto leaves = all_leaves(scene.tiles);
-  for (const SurfaceLeaf& leaf : leaves) {
-    keys.insert(leaf.key);
-    REQUIRE(leaf.key >> 62 == 0);
-  }
-  CHECK(keys.size() == leaves.size());
-  CHECK(leaves.size() > 100'000);
+  std::vector<std::uint64_t> keys;
+  for (const SurfaceLeaf& leaf : all_leaves(scene.tiles)) keys.push_back(leaf.key);
+  CHECK(keys.size() > 100'000);
+  std::ranges::sort(keys);
+  CHECK(std::ranges::adjacent_find(keys) == keys.end());
+  CHECK(keys.back() >> 62 == 0);
 }
 
 // Protects speckle statistics: 20 in the smallest -3 dB cell, at every range and from every ping.
@@ -159,12 +157,14 @@ TEST_CASE("scatterers stay where they are while the sonar moves") {
   const SurfaceScene scene = room({a, b});
   const auto from_a = in_world(scene.at(a), a), from_b = in_world(scene.at(b), b);
   int both = 0;
+  double farthest = 0;
   for (const auto& [key, place] : from_a) {
     const auto other = from_b.find(key);
     if (other == from_b.end()) continue;
     ++both;
-    REQUIRE(length(other->second - place) < 1e-9);
+    farthest = std::max(farthest, length(other->second - place));
   }
+  CHECK(farthest < 1e-9);
   CHECK(both > 0.3 * double(from_a.size()));
   // Another sequence or seed has others in the same leaves.
   const auto other = in_world(scene.at(a, 2), a);
@@ -232,9 +232,11 @@ TEST_CASE("what faces the sonar is heard and nothing else") {
     std::size_t expected = 0;
     for (const SurfaceLeaf& leaf : all_leaves(scene.tiles)) {
       const Vec3 p = transform_point(pose, leaf.position_m);
+      // Outwards: all bodies here are convex, about their origin.
+      const double sign = dot(leaf.position_m, leaf.normal) < 0 ? -1 : 1;
+      const double towards = sign * dot(p, rotate(pose.rotation, leaf.normal));
       const double range = length(p);
-      if (std::abs(dot(p, rotate(pose.rotation, leaf.normal))) / range < 1e-6) continue;
-      expected += faces(dot(p, rotate(pose.rotation, leaf.normal))) && range <= 30;
+      expected += range <= 30 && faces(towards);
     }
     const auto heard = static_cast<double>(scene.at({}).size());
     CHECK(heard == Approx(double(expected)).epsilon(1e-4));
@@ -272,11 +274,16 @@ TEST_CASE("moments are those of the leaf") {
   scene.scattering.material[1].rician_k = 3;
   std::map<std::uint64_t, SurfaceLeaf> leaves;
   for (const SurfaceLeaf& leaf : all_leaves(scene.tiles)) leaves[leaf.key] = leaf;
-  for (const Scatterer& s : scene.at({}).items) {
+  const auto off = [](double value, double expected) { return std::abs(value / expected - 1); };
+  double worst = 0;
+  const ScattererList list = scene.at({});
+  for (const Scatterer& s : list.items) {
     const SurfaceLeaf& leaf = leaves.at(s.key);
     const double cosine = std::abs(dot(normalized(leaf.position_m), leaf.normal));
     const double squared = 1e-3 * cosine * cosine * cosine * leaf.area_m2;
-    REQUIRE(double(s.mean.real()) == Approx(std::sqrt(0.75 * squared)).epsilon(1e-5));
-    REQUIRE(double(s.standard_deviation) == Approx(std::sqrt(0.25 * squared)).epsilon(1e-5));
+    worst = std::max({worst, off(s.mean.real(), std::sqrt(0.75 * squared)),
+                      off(s.standard_deviation, std::sqrt(0.25 * squared))});
   }
+  CHECK(list.size() > 10'000);
+  CHECK(worst < 1e-5);
 }

@@ -33,9 +33,9 @@ constexpr double kRadius_m = 12;
 Sonar sphere_sonar() {
   Sonar sonar = narrow_sonar(kRadius_m + 0.5);
   sonar.bandwidth_hz = 30e3;
-  sonar.beam_count = 112;
+  sonar.beam_count = 96;
   sonar.beam_spacing_rad = radians(0.25);
-  sonar.elevation_fan_rad = radians(1);
+  sonar.elevation_fan_rad = radians(0.4);
   return sonar;
 }
 
@@ -58,7 +58,7 @@ void add_pixels(const SurfaceScene& scene, double shift_m, std::uint64_t seed, P
   const int samples = make_record(scene.sonar, scene.water, 0).samples;
   const int sample = static_cast<int>(std::lround(kRadius_m * 40));
   const double wavenumber = 2 * kPi * scene.sonar.frequency_hz / scene.water.sound_speed_m_s;
-  for (int beam = 16; beam < 96; beam += 4) {
+  for (int beam = 8; beam < 88; beam += 4) {
     const double turn = 2 * wavenumber * shift_m * std::sin(beam_azimuth_rad(scene.sonar, beam));
     const std::size_t pixel = std::size_t(beam) * samples + sample;
     pixels.a.push_back(std::complex<double>(a.pressure_pa[pixel]));

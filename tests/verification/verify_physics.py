@@ -25,6 +25,7 @@ import noise  # noqa: F401
 import water  # noqa: F401
 import speckle  # noqa: F401
 import draws  # noqa: F401
+import coherence  # noqa: F401
 import series  # noqa: F401
 import tank  # noqa: F401
 import scattering  # noqa: F401
