@@ -32,22 +32,27 @@ Direction direction_of(Vec3 unit) {
           static_cast<float>(std::asin(std::clamp(unit.z, -1.0, 1.0)))};
 }
 
-double loss_db(double path_m, const Water& water) { return water.absorption_db_m * path_m; }
-
 // What the way of an echo makes of its gain, against what it was with everything at rest.
 double change_of_gain(const Scatterer& before, const Flight& flight, const Flight& still,
                       Direction departure, Direction arrival, const Sonar& sonar,
                       const Water& water) {
-  const auto pattern = [&](Direction sent, Direction heard) {
+  const auto elevation = [&](Direction sent, Direction heard) {
     return two_way_pattern(static_cast<double>(sent.elevation_rad),
-                           static_cast<double>(heard.elevation_rad), sonar) *
-           transmit_pattern(static_cast<double>(sent.azimuth_rad), sonar.transmit_width_rad);
+                           static_cast<double>(heard.elevation_rad), sonar);
   };
-  const double was = pattern(before.departure, before.arrival);
+  const auto azimuth = [&](Direction sent) {
+    return transmit_pattern(static_cast<double>(sent.azimuth_rad), sonar.transmit_width_rad);
+  };
+  double was = elevation(before.departure, before.arrival), is = elevation(departure, arrival);
+  if (departure.azimuth_rad != before.departure.azimuth_rad) {
+    was *= azimuth(before.departure);
+    is *= azimuth(departure);
+  }
   if (was == 0) return 0;  // the gain is zero, too
-  const double db = loss_db(flight.out_m + flight.in_m - still.out_m - still.in_m, water);
-  return still.out_m * still.in_m / (flight.out_m * flight.in_m) * std::pow(10.0, -db / 20) *
-         pattern(departure, arrival) / was;
+  const double further_m = flight.out_m + flight.in_m - still.out_m - still.in_m;
+  constexpr double kLn10 = 2.302585092994045684;  // exp is half the time of pow
+  return still.out_m * still.in_m / (flight.out_m * flight.in_m) *
+         std::exp(-water.absorption_db_m * further_m * (kLn10 / 20)) * is / was;
 }
 
 // False: it is not heard.
@@ -69,7 +74,7 @@ bool move_echo(const Movement& movement, const Sonar& sonar, const Water& water,
   const Direction arrival = direction_of(heard);
   Direction departure = s.departure;
   if (object != nullptr) {
-    departure = direction_of(rotate(conjugate(movement.sonar.at(0).rotation), flight.departure));
+    departure = direction_of(rotate(conjugate(movement.sent_from.rotation), flight.departure));
   }
   s.gain = static_cast<float>(s.gain *
                               change_of_gain(s, flight, still, departure, arrival, sonar, water));
@@ -97,7 +102,7 @@ Movement movement_of(const World& world, const Path& body, const Pose& mount, do
                      const Sonar& sonar, const Water& water, const Workers& workers) {
   const double span_s = kSpanMargin * two_way_delay_s(sonar.range_max_m, water.sound_speed_m_s);
   const auto sonar_at = [&body, mount](double t) { return compose(pose_at(body, t), mount); };
-  Movement movement{PoseTrack(sonar_at, time_s, span_s), {}};
+  Movement movement{PoseTrack(sonar_at, time_s, span_s)};
   movement.object.resize(world.instances.size() + 1);
   workers.for_each(world.objects.size(), [&](std::size_t i) {
     const WorldObject& object = world.objects[i];
@@ -118,7 +123,7 @@ bool rests(const Movement& movement) {
 Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 point_m,
                      double sound_speed_m_s) {
   const double c = sound_speed_m_s;
-  const Pose sent_from = movement.sonar.at(0);
+  const Pose& sent_from = movement.sent_from;
   const Vec3 at_transmission = rotate(sent_from.rotation, point_m);  // seen from p(0), as all here
   Vec3 thrown = at_transmission, local, velocity;
   double out_s = length(at_transmission) / c;
@@ -144,14 +149,14 @@ Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 poi
   flight.in_m = length(back);
   flight.departure = (1 / flight.out_m) * thrown;
   flight.arrival = (1 / flight.in_m) * back;
-  flight.doppler = doppler_of(flight, movement.sonar.velocity(0, {}),
-                              movement.sonar.velocity(flight.delay_s, {}), velocity, c);
+  flight.doppler = doppler_of(flight, movement.sent_velocity,
+                              movement.sonar.velocity(flight.delay_s), velocity, c);
   return flight;
 }
 
 Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound_speed_m_s) {
   const double c = sound_speed_m_s;
-  const Pose sent_from = movement.sonar.at(0);
+  const Pose& sent_from = movement.sent_from;
   const auto unit = [&](Direction d) {
     return rotate(sent_from.rotation, unit_vector(static_cast<double>(d.azimuth_rad),
                                                   static_cast<double>(d.elevation_rad)));
@@ -170,8 +175,8 @@ Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound
   flight.in_m = length(back);
   flight.departure = unit(s.departure);
   flight.arrival = (1 / flight.in_m) * back;
-  flight.doppler = doppler_of(flight, movement.sonar.velocity(0, {}),
-                              movement.sonar.velocity(flight.delay_s, {}), {}, c);
+  flight.doppler =
+      doppler_of(flight, movement.sent_velocity, movement.sonar.velocity(flight.delay_s), {}, c);
   return flight;
 }
 

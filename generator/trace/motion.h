@@ -22,8 +22,10 @@
 namespace ensonify {
 
 struct Movement {
-  PoseTrack sonar;                               // in the world
-  std::vector<std::optional<PoseTrack>> object;  // by instance id; none: at rest
+  PoseTrack sonar;                                    // in the world
+  std::vector<std::optional<PoseTrack>> object = {};  // by instance id; none: at rest
+  Pose sent_from = sonar.at(0);
+  Vec3 sent_velocity = sonar.velocity(0);
 };
 
 // From transmission at `time_s` until the last echo is in.

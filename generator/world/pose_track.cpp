@@ -129,8 +129,8 @@ Vec3 PoseTrack::position(double time_s) const {
   return {x, y, z};
 }
 
-Vec3 PoseTrack::velocity(double time_s, Vec3 local_m) const {
-  const auto point = [&](double t) { return transform_point(at(t), local_m); };
+template <class Point>
+Vec3 PoseTrack::velocity_of(const Point& point, double time_s) const {
   const double h = kVelocityStep_s;
   if (time_s >= h) {
     const double before = held(time_s - h), after = held(time_s + h);
@@ -141,6 +141,14 @@ Vec3 PoseTrack::velocity(double time_s, Vec3 local_m) const {
   const Vec3 near = (1 / (t1 - t0)) * (point(t1) - point(t0));
   const Vec3 far = (1 / (t2 - t1)) * (point(t2) - point(t1));
   return near - ((t1 - t0) / (t2 - t0)) * (far - near);
+}
+
+Vec3 PoseTrack::velocity(double time_s) const {
+  return velocity_of([&](double t) { return position(t); }, time_s);
+}
+
+Vec3 PoseTrack::velocity(double time_s, Vec3 local_m) const {
+  return velocity_of([&](double t) { return transform_point(at(t), local_m); }, time_s);
 }
 
 }  // namespace ensonify

@@ -21,7 +21,9 @@ class PoseTrack {
   Pose at(double time_s) const;
   Vec3 position(double time_s) const;
 
-  // Of a point fixed to the body, by differences over 0.1 ms to either side; at the start ahead.
+  // Of the body's origin, or of a point fixed to it, by differences over 0.1 ms to either side; at
+  // the start ahead.
+  Vec3 velocity(double time_s) const;
   Vec3 velocity(double time_s, Vec3 local_m) const;
 
   // Whether it stands still over the span.
@@ -41,6 +43,8 @@ class PoseTrack {
   Pose exact(double time_s) const { return pose_at_(start_s_ + time_s); }
   // A time near this one that the clock can hold: late clocks count in steps.
   double held(double time_s) const { return (start_s_ + time_s) - start_s_; }
+  template <class Point>
+  Vec3 velocity_of(const Point& point, double time_s) const;
   Values sample(double time_s) const;
   void add(double begin_s, double end_s, int depth);
   const Piece* piece_at(double time_s) const;  // null: ask the body
