@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acoustics/refraction.h"
 #include "app/layers.h"
 #include "core/random.h"
 #include "labels/annotations.h"
@@ -201,7 +202,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   const bool wants_hidden = pictures && (output.shadow || output.amodal);
   PingEchoes echoes = ping_echoes(
       {session_, fan_, scattering_, tracer, ping, result.sonar_in_world, wants_hidden}, workers);
-  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
+  result.first_return_m =
+      first_return_m(echoes.scatterers, session_.sonar.beam_count,
+                     bends(session_.water) ? session_.water.sound_speed_m_s : 0);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : echoes.scatterers.items) {
