@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acoustics/refraction.h"
 #include "app/layers.h"
 #include "app/motion.h"
 #include "core/random.h"
@@ -207,7 +208,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   PingEchoes echoes = ping_echoes({session_, fan_, scattering_, tracer, ping, result.sonar_in_world,
                                    wants_hidden, keys_of(ping).speckle},
                                   workers);
-  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
+  const bool by_delay = bends(session_.water) || moves(session_);
+  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count,
+                                         by_delay ? session_.water.sound_speed_m_s : 0);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : echoes.scatterers.items) {

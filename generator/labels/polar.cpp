@@ -299,13 +299,17 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
   return hears;
 }
 
-std::vector<float> first_return_m(const ScattererList& scatterers, int beams) {
+std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
+                                  double instrument_speed_m_s) {
   std::vector<float> ranges(beams, kNaN);
   for (int j = 0; j < beams; ++j) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
-      if (scatterers.items[i].path != 0) continue;
-      nearest = std::min(nearest, length(scatterers.items[i].position_m));
+      const Scatterer& s = scatterers.items[i];
+      if (s.path != 0) continue;
+      const double range =
+          instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2 : length(s.position_m);
+      nearest = std::min(nearest, range);
     }
     if (std::isfinite(nearest)) ranges[j] = static_cast<float>(nearest);
   }

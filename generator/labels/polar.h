@@ -46,7 +46,9 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
                                      int beams, int samples);
 
 // Slant range of the nearest direct scatterer of each sector, [beams]; NaN where there is none.
-// Volumes are no return.
-std::vector<float> first_return_m(const ScattererList& scatterers, int beams);
+// Volumes are no return. Where rays are bent or the sonar moves within the ping, what the range
+// axis says: `instrument_speed_m_s` times half the delay; 0: the distance itself.
+std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
+                                  double instrument_speed_m_s = 0);
 
 }  // namespace ensonify

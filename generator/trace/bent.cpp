@@ -63,7 +63,7 @@ struct Chord {
     return (way_m + more_m) * (turns_rad + more_rad) <= parts * kSagitta_m;
   }
   void add(const RayArc& arc, double from_m, double to_m) {
-    if (count == 0) start = point_on(arc, from_m);
+    if (count == 0) start = from_m == 0 ? arc.start : point_on(arc, from_m);
     pieces[count++] = {arc, from_m, to_m};
     way_m += to_m - from_m;
     turns_rad += std::abs(arc.curvature_m) * (to_m - from_m);

@@ -68,7 +68,7 @@ TEST_CASE("wrong profiles say what is wrong and where") {
               "water.profile.depth_m.2: 5 does not come after the 5 before it"));
   CHECK(holds(with("{depth_m: [0, 5], sound_speed_m_s: [1500]}"),
               "water.profile.sound_speed_m_s: 1 numbers beside 2 of depth_m"));
-  CHECK(holds(with("{depth_m: [0], sound_speed_m_s: [99]}"), "99 is out of range"));
+  CHECK(holds(with("{depth_m: [0], sound_speed_m_s: [99]}"), "`99` is out of range"));
   CHECK(holds(with("{depth_m: [], sound_speed_m_s: []}"), "empty, accepted is one row and more"));
   CHECK(holds(with("{depth: [0]}"), "depth_m"));
   CHECK(holds(with("{}"), "water.profile.depth_m: missing"));
@@ -81,7 +81,7 @@ TEST_CASE("wrong profiles say what is wrong and where") {
   CHECK(trouble("depth_m,sound_speed_m_s\n0,1500\n") == "");
   CHECK(holds(trouble("depth_m,sound_speed_m_s\n"), "no row follows"));
   CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,1500\n2,1500\n"), "p.csv:3: 2 does not come"));
-  CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,15\n"), "sound_speed_m_s: 15 is out of range"));
+  CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,15\n"), "sound_speed_m_s: `15` is out of range"));
 }
 
 // Protects against echoes that would be wrong without a word.
@@ -89,7 +89,7 @@ TEST_CASE("what cannot stand beside a profile is refused where it stands") {
   const std::string head = kHead + "water: {profile: {depth_m: [0], sound_speed_m_s: [1510]}}\n";
   CHECK(
       holds(message_of(head + "materials: {m: {reflectivity: 1, coherent: {model: kirchhoff}}}\n"),
-            "t.yaml:5:41: materials.m.coherent: mirrors are not worked out along bent rays"));
+            "t.yaml:5:44: materials.m.coherent: mirrors are not worked out along bent rays"));
   CHECK(message_of(head + "materials: {m: {reflectivity: 1, coherent: {model: rician, k: 1}}}\n") ==
         "");
   CHECK(holds(
