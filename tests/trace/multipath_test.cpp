@@ -321,9 +321,9 @@ TEST_CASE("a surface shows the mirrored world") {
     }
     return text;
   };
-  const Sea sea(head(100, 60) + kMaterials + placed(0, -0.5, 20) +
+  const Sea sea(head(100, 180) + kMaterials + placed(0, -0.5, 20) +
                 "multipath: {surface: {z_m: 3, reflection: 1}}\n");
-  const Sea mirrored(head(100, 60) + kMaterials + placed(6, 6.5, -20));
+  const Sea mirrored(head(100, 180) + kMaterials + placed(6, 6.5, -20));
   std::map<std::uint64_t, Scatterer> direct;
   for (const Scatterer& s :
        surface_scatterers(mirrored.fan, mirrored.hits(), mirrored.scattering)) {
@@ -381,7 +381,7 @@ TEST_CASE("a mixed path brings the energy of the integral over the surface") {
 
 // Protects reciprocity: the way there and the way back round have one amplitude and one draw.
 TEST_CASE("both ways round share delay, amplitude and key") {
-  const Sea sea(head(100, 40) + kMaterials +
+  const Sea sea(head(100, 300) + kMaterials +
                 "objects: [{name: ball, material: sand, shape: {sphere: {radius_m: 1}}, pose: "
                 "{position_m: [7, 1, 0]}}]\nmultipath: {surface: {z_m: 3, reflection: 1}, bottom: "
                 "{z_m: -4, reflection: 0.5}, bounces: 3}\n");
@@ -407,7 +407,7 @@ TEST_CASE("both ways round share delay, amplitude and key") {
 }
 
 TEST_CASE("bounced echoes do not depend on the workers") {
-  const Sea sea(head(100, 40) + kMaterials +
+  const Sea sea(head(100, 300) + kMaterials +
                 "objects: [{name: ball, material: sand, shape: {sphere: {radius_m: 1}}, pose: "
                 "{position_m: [7, 1, 0]}}]\nmultipath: {surface: {z_m: 3, reflection: 1}}\n");
   const auto one = sea.bounced(1), four = sea.bounced(4);
