@@ -162,6 +162,25 @@ def check_masks(checklist, ping):
     checklist.expect(wrong == 0, f"{ping.label} semantic mask, wrong pixels", wrong, 0)
     if "shadow" in ping.masks:
         check_shadow(checklist, ping)
+    if "multipath" in ping.masks:
+        check_ghosts(checklist, ping)
+
+
+def check_ghosts(checklist, ping):
+    """The mask of bounced echoes, by the rule of most energy; noise forbids it like a label."""
+    wanted, sure = ping.expected.ghost, ping.expected.ghost_margin >= TIE_MARGIN
+    noise = ping.sonar.noise_power_pa2
+    if noise is not None:
+        over_db = physics.power_level_db(ping.clean_pa2) - physics.power_level_db(noise)
+        wanted = np.where(over_db >= 0.0, wanted, 0)
+        sure &= np.abs(over_db) >= NOISE_MARGIN_DB
+    wrong = np.count_nonzero((ping.masks["multipath"] != wanted) & sure)
+    checklist.expect(
+        wrong == 0,
+        f"{ping.label} multipath mask, wrong pixels",
+        wrong,
+        f"0 ({np.count_nonzero(wanted)} labelled, {np.count_nonzero(~sure)} passed over)",
+    )
 
 
 def check_shadow(checklist, ping):
