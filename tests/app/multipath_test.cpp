@@ -25,7 +25,7 @@ sonar:
   range_max_m: 7
   beams: {count: 32, fov_deg: 32}
   elevation: {width_deg: 30, fan_deg: 50}
-  rays: {elevation: 40}
+  rays: {elevation: 300}
 materials:
   sand: {reflectivity: 1e-3}
   steel: {reflectivity: 1e-1}
