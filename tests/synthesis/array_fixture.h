@@ -51,7 +51,7 @@ inline std::vector<double> beam_cut(const ArrayBackend& kind, const Sonar& sonar
                                     const Scatterer& target) {
   const SynthesisSetup setup = setup_of(sonar);
   const ScattererList list = sorted_by_beam_and_delay({target}, sonar.beam_count);
-  const PingTask task{&list, {{0.0, {}}}, {}, 0, {}, false};
+  const PingTask task{&list, {}, 0, {}, false};
   PingSeries series;
   kind.make(setup)->synthesize({&task, 1}, {&series, 1}, Workers(2));
   const auto sample = static_cast<std::size_t>(std::lround(target.delay_s * sonar.bandwidth_hz));

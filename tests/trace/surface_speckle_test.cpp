@@ -18,7 +18,7 @@ PingSeries series_of(const SurfaceScene& scene, const Pose& pose, std::uint64_t 
   const ScattererList list = scene.at(pose, key);
   const auto backend =
       make_cpu_backend({scene.sonar, scene.water, make_record(scene.sonar, scene.water, 0)});
-  const PingTask task{&list, {{0.0, {}}}, {key, 0, 0, 0, 0}, 0, {}, wants_clean};
+  const PingTask task{&list, {key, 0, 0, 0, 0}, 0, {}, wants_clean};
   PingSeries series;
   backend->synthesize({&task, 1}, {&series, 1}, workers);
   return series;

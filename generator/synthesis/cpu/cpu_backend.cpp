@@ -3,6 +3,7 @@
 
 #include "acoustics/pulse.h"
 #include "core/error.h"
+#include "synthesis/cpu/array_synthesis.h"
 #include "synthesis/cpu/doppler_nodes.h"
 #include "synthesis/cpu/doppler_synthesis.h"
 #include "synthesis/cpu/fft.h"
@@ -31,6 +32,10 @@ std::vector<Complex> fast_autospectrum(const std::vector<Complex>& spectrum) {
 
 std::unique_ptr<PingSynthesis> make_unshifted(const SynthesisTables& tables) {
   std::unique_ptr<PingSynthesis> fast;
+  if (tables.setup.sonar.array) {
+    if (tables.setup.tolerance >= kFinestFast) fast = make_array_synthesis(tables);
+    return fast ? std::move(fast) : make_double_array_synthesis(tables);
+  }
   if (tables.setup.tolerance >= kFinestFast) fast = make_fast_synthesis(tables);
   return fast ? std::move(fast) : make_double_synthesis(tables);
 }

@@ -29,6 +29,7 @@ double largest(const std::vector<Complex>& spectrum) {
 // What one ping in work needs beside that of its nodes.
 struct DopplerScratch {
   std::vector<Complex> sum, mean;  // [beams x samples]
+  std::vector<Complex> channels;   // [elements x samples], where asked for
   ScattererList part;
   PingSeries series;
 };
@@ -77,6 +78,7 @@ class DopplerSynthesis final : public PingSynthesis {
     add_nodes(task, *scratch, workers);
     if (task.wants_clean) diffuse_power(task, *scratch, result, workers);
     result.pressure_pa.assign(scratch->sum.begin(), scratch->sum.end());
+    result.channels_pa.assign(scratch->channels.begin(), scratch->channels.end());
     if (!task.wants_clean) {
       result.clean_power_pa2.clear();
       return;
@@ -89,6 +91,10 @@ class DopplerSynthesis final : public PingSynthesis {
  private:
   std::size_t cells() const {
     return std::size_t(tables_.setup.sonar.beam_count) * tables_.setup.record.samples;
+  }
+  std::size_t channel_cells() const {
+    const auto& array = tables_.setup.sonar.array;
+    return array ? std::size_t(array->elements) * tables_.setup.record.samples : 0;
   }
   const PingSynthesis* at_node(int node) const;
   void add_nodes(const PingTask& task, DopplerScratch& scratch, const Workers& workers) const;
@@ -117,6 +123,7 @@ SynthesisMemory DopplerSynthesis::memory(bool has_volumes) const {
   memory.ping_bytes *= copies;
   memory.echo_bytes *= copies;
   memory.thread_bytes *= copies;
+  memory.ping_bytes += channel_cells() * (sizeof(Complex) + sizeof(std::complex<float>));
   memory.ping_bytes += cells() * (2 * sizeof(Complex) + sizeof(std::complex<float>));
   memory.echo_bytes += sizeof(Scatterer);
   return memory;
@@ -139,6 +146,7 @@ void DopplerSynthesis::add_nodes(const PingTask& task, DopplerScratch& scratch,
                                  const Workers& workers) const {
   scratch.sum.assign(cells(), 0);
   scratch.mean.assign(task.wants_clean ? cells() : 0, 0);
+  scratch.channels.assign(task.wants_channels ? channel_cells() : 0, 0);
   std::set<int> needed = {0};  // which has noise and volumes too
   for (const Scatterer& s : task.scatterers->items) {
     if (s.doppler == 0) continue;
@@ -162,13 +170,14 @@ void DopplerSynthesis::add_node(const PingTask& task, int node, DopplerScratch& 
     return true;
   };
   select(*task.scatterers, scratch.part, weigh);
-  PingTask part{&scratch.part, task.keys, 0, {}, false};
+  PingTask part{&scratch.part, task.keys, 0, {}, false, task.wants_channels};
   if (node == 0) {
     part.noise_power_pa2 = task.noise_power_pa2;
     part.volumes = task.volumes;
   }
   synthesis->run(part, scratch.series, workers);
   add(scratch.series.pressure_pa, scratch.sum);
+  if (task.wants_channels) add(scratch.series.channels_pa, scratch.channels);
   const auto& items = scratch.part.items;
   if (!task.wants_clean || std::none_of(items.begin(), items.end(), has_mean)) return;
   // Where nothing is drawn the series is the mean.

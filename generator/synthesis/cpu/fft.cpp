@@ -59,6 +59,19 @@ void ComplexFft::run(std::complex<double>* data) const {
   fftw_execute_dft(plan_->plan, as_fftw(data), as_fftw(data));
 }
 
+BatchFft::BatchFft(int length, int count, FftDirection direction) {
+  AlignedBuffer<std::complex<double>> scratch(std::size_t(length) * count);
+  fftw_complex* data = as_fftw(scratch.data());
+  const int sign = direction == FftDirection::forward ? FFTW_FORWARD : FFTW_BACKWARD;
+  const std::lock_guard lock(planner_mutex());
+  plan_ = std::make_shared<FftPlan>(fftw_plan_many_dft(
+      1, &length, count, data, nullptr, count, 1, data, nullptr, count, 1, sign, kPlanFlags));
+}
+
+void BatchFft::run(std::complex<double>* data) const {
+  fftw_execute_dft(plan_->plan, as_fftw(data), as_fftw(data));
+}
+
 RealFft::RealFft(int length, FftDirection direction) : length_(length), direction_(direction) {
   AlignedBuffer<double> real(length);
   AlignedBuffer<std::complex<double>> half(length / 2 + 1);

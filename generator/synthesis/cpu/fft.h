@@ -2,6 +2,7 @@
 //
 //   AlignedBuffer   memory as FFTW's vector code wants it
 //   ComplexFft      in place, forward or backward, unscaled
+//   BatchFft        many of them side by side
 //   RealFft         real to half-complex and back, unscaled
 #pragma once
 
@@ -55,6 +56,16 @@ class ComplexFft {
 
  private:
   int length_;
+  std::shared_ptr<const FftPlan> plan_;
+};
+
+// data [length][count], transformed along the first.
+class BatchFft {
+ public:
+  BatchFft(int length, int count, FftDirection direction);
+  void run(std::complex<double>* data) const;
+
+ private:
   std::shared_ptr<const FftPlan> plan_;
 };
 

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "synthesis/cpu/kernels_array.h"
+
 namespace ensonify {
 
 enum class SimdLevel;
@@ -68,6 +70,26 @@ struct Kernels {
   void (*store_complex)(const float* tile, const float* added, int count, float* out);
   void (*store_power)(const float* tile, int count, float* out);
   void (*add_square)(const float* tile, int count, float* out);
+  // Arrays of elements: where a group of them hears up to kPointChunk points.
+  void (*array_paths)(const GroupLine* line, const PointArrays* points, int count,
+                      PathArrays* paths);
+  // Echoes of a chunk onto the grids of a group's elements, (re, im) times its response each. A
+  // row is two planes, `stride` apart, of points and two halos.
+  void (*array_deposit)(const ArrayGroup* group, const PathArrays* paths, const float* re,
+                        const float* im, int count, const GroupKernel* kernel, float* rows,
+                        std::int64_t stride);
+  // Planes with halos to complex doubles without.
+  void (*widen_planes)(const float* re, const float* im, int points, int halo, double* out);
+  // (re, im) += weight e^(i phase) record for a group's elements and a block of samples, a multiple
+  // of 16; without paths the weights are complex and hold the phase.
+  void (*array_beam)(const BeamElement* elements, int count, double first_element,
+                     const PathArrays* paths, int samples, float* re, float* im);
+  // out[bin] = sum_tap weight_tap(t) rows[tap][bin] of complex numbers; weight [kSteerTaps]
+  // [kSteerDegree + 1], constant term last, t twice for each bin.
+  void (*array_steer)(const double* rows, std::int64_t stride, const double* weight,
+                      const double* t, int bins, double* out);
+  // (re, im) += the sum, for a multiple of 16 samples.
+  void (*array_nodes)(const NodeSum* sum, const float* t, int samples, float* re, float* im);
 };
 
 // The table of a level that this processor has.

@@ -59,6 +59,7 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
                .filter = AlignedBuffer<Complex>(bins),
                .upper_filter = AlignedBuffer<Complex>(bins),
                .cell_filter = AlignedBuffer<Complex>(bins),
+               .row_filter = {},
                .grid_forward = ComplexFft(spread.points, FftDirection::forward),
                .cell_forward = ComplexFft(bins, FftDirection::forward),
                .backward = ComplexFft(bins, FftDirection::backward)});

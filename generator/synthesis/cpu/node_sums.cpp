@@ -86,9 +86,13 @@ void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& gr
     plan.grid_forward.run(scratch.spectrum.data());
     const bool series = plan.segments == 2;
     const int lower = series ? bins / 2 : bins;
-    kernels.multiply(spectrum, as_doubles(plan.filter.data()), lower, record);
+    const std::complex<double>* own =
+        plan.row_filter.empty()
+            ? nullptr
+            : plan.row_filter.data() + std::size_t(group.first + row) * 2 * bins;
+    kernels.multiply(spectrum, as_doubles(own ? own : plan.filter.data()), lower, record);
     const double* upper = spectrum + 2 * (points - bins);
-    const double* upper_filter = as_doubles(plan.upper_filter.data());
+    const double* upper_filter = as_doubles(own ? own + bins : plan.upper_filter.data());
     if (series) {
       kernels.multiply(upper + bins, upper_filter + bins, bins / 2, record + bins);
     } else {
@@ -140,7 +144,8 @@ void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& e
 std::uint64_t plan_bytes(const NodePlan& plan) {
   const std::uint64_t nodes = plan.nodes.nodes;
   return nodes * nodes * sizeof(double) + (plan.even.size() + plan.odd.size()) * sizeof(float) +
-         3 * std::uint64_t(plan.transform) * sizeof(std::complex<double>);
+         (3 * std::uint64_t(plan.transform) + plan.row_filter.size()) *
+             sizeof(std::complex<double>);
 }
 
 std::uint64_t planes_bytes(const NodePlan& plan) {

@@ -40,6 +40,8 @@ struct NodePlan {
   AlignedBuffer<std::complex<double>> filter;        // [M] of the lower part of a grid's spectrum
   AlignedBuffer<std::complex<double>> upper_filter;  // [M] of the upper part
   AlignedBuffer<std::complex<double>> cell_filter;   // [M] of echoes on whole samples
+  // [rows][2][M]: filter and upper_filter of each row, where rows differ; else empty.
+  std::vector<std::complex<double>> row_filter;
   ComplexFft grid_forward, cell_forward, backward;
 
   // Floats from plane to plane: whole tiles.

@@ -277,7 +277,7 @@ void finish(SpreadKernel& kernel, int highest, double tolerance) {
 }  // namespace
 
 SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int first,
-                                  double tolerance) {
+                                  double tolerance, int widest) {
   const int count = static_cast<int>(spectrum.size());
   const int highest = std::max(std::abs(first), first + count - 1);
   std::vector<double> energy(highest + 1);
@@ -289,6 +289,7 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
   double least = 1e300;
   // The likely widths first: what costs more is then not tried.
   for (const int width : {8, 12, 10, 14, 11, 9, 7, 6, 5, 4}) {
+    if (width > widest) continue;
     // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
     const double spreading = 1700.0 * ((width + 3) / 4);
     const auto end = std::partition_point(lengths.begin(), lengths.end(),

@@ -26,8 +26,8 @@ struct SpreadKernel {
 // For sums at k = first, first + 1 ... that are then multiplied by `spectrum`: what is filtered
 // away may be wrong. The cheapest kernel with which an echo's relative L2 error is at most
 // `tolerance`, and ten times that in any tail of it that holds 1e-6 of its norm; rounding stays
-// under it too. points = 0: there is none.
+// under it too. Kernels wider than `widest` are not tried. points = 0: there is none.
 SpreadKernel choose_spread_kernel(const std::vector<std::complex<double>>& spectrum, int first,
-                                  double tolerance);
+                                  double tolerance, int widest = 14);
 
 }  // namespace ensonify

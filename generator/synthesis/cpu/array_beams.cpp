@@ -1,0 +1,151 @@
+#include "synthesis/cpu/array_beams.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr int kBeamsAtOnce = 32;
+
+// Samples that one work item sums, and how many elements it expands together.
+struct Block {
+  int first, count;  // samples
+  int padded;        // a multiple of 16
+  int group;
+};
+
+// The largest groups that the focus allows: none of the first samples' own is far enough.
+std::vector<Block> blocks_of(const ArrayPlan& plan, int begin, int end) {
+  std::vector<Block> blocks;
+  const bool focused = plan.setup.sonar.array->focus == Focus::dynamic;
+  for (int n = begin; n < end;) {
+    const double range_m = focus_range_m(plan.setup.sonar, plan.setup.water, n);
+    int group = kGroupElements;
+    while (focused && group > 1 && range_m < expansion_range_m(plan.setup, group)) group /= 2;
+    const int longest = group == kGroupElements ? kBeamBlock : 16;
+    const int count = std::min(longest, end - n);
+    blocks.push_back({n, count, (count + 15) / 16 * 16, group});
+    n += count;
+  }
+  return blocks;
+}
+
+// Where the focus lies at the samples of a block.
+struct FocusPoints {
+  alignas(64) double range_m[kPointChunk], along_m[kPointChunk], turns[kPointChunk],
+      position[kPointChunk];
+};
+
+void fill_focus(const ArrayPlan& plan, const Block& block, double u, FocusPoints& points) {
+  for (int t = 0; t < block.padded; ++t) {
+    const int n = std::min(block.first + t, plan.samples());
+    points.range_m[t] = focus_range_m(plan.setup.sonar, plan.setup.water, n);
+    points.along_m[t] = points.range_m[t] * u;
+    points.turns[t] = points.position[t] = 0;
+  }
+}
+
+void fill_element(const ArrayPlan& plan, const FineRecords& fine, const Block& block, int beam,
+                  int element, bool focused, BeamElement& e) {
+  const std::size_t at = std::size_t(beam) * plan.elements() + element;
+  const std::int64_t stride = plan.fine_stride();
+  const float* record = fine.data() + std::int64_t{element} * 4 * stride;
+  for (int m = 0; m < kBeamTaps; ++m) {
+    const int half = 2 * (block.first + plan.taps.pad) + plan.taps.begin[at] + m;
+    e.re[m] = record + (half & 1) * stride + (half >> 1);
+    e.im[m] = e.re[m] + 2 * stride;
+    e.tap[m] = plan.taps.tap[at * kBeamTaps + m];
+  }
+  const double weight = plan.geometry.weight[element];
+  Complex turned = weight;
+  if (!focused) {
+    const double turns =
+        plan.setup.sonar.frequency_hz *
+        steering_delay_s(plan.geometry.y_m[element], beam_azimuth_rad(plan.setup.sonar, beam),
+                         plan.setup.water.sound_speed_m_s);
+    turned = std::polar(weight, 2 * kPi * (turns - std::rint(turns)));
+  }
+  e.weight_re = static_cast<float>(turned.real());
+  e.weight_im = static_cast<float>(turned.imag());
+}
+
+void one_beam(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
+              const Block& block, int beam, std::complex<float>* out) {
+  const bool focused = plan.setup.sonar.array->focus == Focus::dynamic;
+  const double turns_per_m = plan.setup.sonar.frequency_hz / plan.setup.water.sound_speed_m_s;
+  alignas(64) float re[kBeamBlock] = {}, im[kBeamBlock] = {};
+  FocusPoints focus;
+  PathArrays paths;
+  fill_focus(plan, block, std::sin(beam_azimuth_rad(plan.setup.sonar, beam)), focus);
+  const PointArrays points = {focus.range_m, focus.along_m, focus.turns, focus.position};
+  BeamElement elements[kGroupElements];
+  for (int first = 0; first < plan.elements(); first += block.group) {
+    const int count = std::min(block.group, plan.elements() - first);
+    for (int l = 0; l < count; ++l) {
+      fill_element(plan, fine, block, beam, first + l, focused, elements[l]);
+    }
+    if (focused) {
+      const GroupLine line = plan.line(first, count, turns_per_m);
+      kernels.array_paths(&line, &points, block.padded, &paths);
+    }
+    kernels.array_beam(elements, count, -(count - 1) / 2.0, focused ? &paths : nullptr,
+                       block.padded, re, im);
+  }
+  for (int t = 0; t < block.count; ++t) out[t] = {re[t], im[t]};
+}
+
+}  // namespace
+
+void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<Complex>& spectra,
+                       Pool<RecordScratch>& pool, const Workers& workers, FineRecords& fine) {
+  const std::int64_t stride = plan.fine_stride();
+  const int bins = plan.bins(), half = bins / 2;
+  fine.need(4 * stride * plan.elements());
+  workers.for_each(plan.elements(), [&](std::size_t element) {
+    auto scratch = pool.take();
+    scratch->record.need(2 * bins);
+    Complex* record = scratch->record.data();
+    const Complex* spectrum = spectra.data() + element * bins;
+    for (int k = 0; k < half; ++k) record[k] = spectrum[k] * plan.taps.correction[k];
+    std::fill_n(record + half, bins, Complex(0));
+    for (int k = half; k < bins; ++k) {
+      record[bins + k] = spectrum[k] * plan.taps.correction[bins - k];
+    }
+    plan.fine_backward.run(record);
+    float* re = fine.data() + std::int64_t(element) * 4 * stride;
+    float* im = re + 2 * stride;
+    for (std::int64_t i = 0; i < stride; ++i) {
+      const std::int64_t n = ((i - plan.taps.pad) % bins + bins) % bins;
+      for (int phase = 0; phase < 2; ++phase) {
+        re[phase * stride + i] = static_cast<float>(record[2 * n + phase].real());
+        im[phase * stride + i] = static_cast<float>(record[2 * n + phase].imag());
+      }
+    }
+  });
+}
+
+void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine, int begin,
+                  int end, const Workers& workers, std::complex<float>* series) {
+  const std::vector<Block> blocks = blocks_of(plan, begin, end);
+  const int slabs = (plan.beams() + kBeamsAtOnce - 1) / kBeamsAtOnce;
+  workers.for_each(blocks.size() * slabs, [&](std::size_t item) {
+    const Block& block = blocks[item / slabs];
+    const int first = static_cast<int>(item % slabs) * kBeamsAtOnce;
+    const int last = std::min(first + kBeamsAtOnce, plan.beams());
+    for (int beam = first; beam < last; ++beam) {
+      one_beam(plan, kernels, fine, block, beam,
+               series + std::size_t(beam) * plan.samples() + block.first);
+    }
+  });
+}
+
+std::uint64_t fine_bytes(const ArrayPlan& plan) {
+  return 4 * std::uint64_t(plan.fine_stride()) * plan.elements() * sizeof(float);
+}
+
+}  // namespace ensonify

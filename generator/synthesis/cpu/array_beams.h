@@ -1,0 +1,28 @@
+// From the elements' records to beams, sample by sample and element by element.
+//
+//   FineRecords     records twice as dense as their samples
+//   make_fine_records
+//   direct_beams    sums of all elements for some of the samples
+#pragma once
+
+#include <complex>
+
+#include "core/parallel.h"
+#include "synthesis/cpu/array_plan.h"
+#include "synthesis/cpu/array_records.h"
+
+namespace ensonify {
+
+// [elements][re, im][even, odd half samples][fine_stride]
+using FineRecords = AlignedBuffer<float>;
+
+void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<std::complex<double>>& spectra,
+                       Pool<RecordScratch>& pool, const Workers& workers, FineRecords& fine);
+
+// series [beams][samples], of samples [begin, end) only.
+void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine, int begin,
+                  int end, const Workers& workers, std::complex<float>* series);
+
+std::uint64_t fine_bytes(const ArrayPlan& plan);
+
+}  // namespace ensonify

@@ -1,0 +1,204 @@
+#include "synthesis/cpu/array_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+#include "synthesis/cpu/array_focus.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kNodeOversampling = 1.3;
+constexpr int kWindow = kSteerTaps - 1;
+// Fewer elements are summed as they are.
+constexpr int kFewestElements = 32;
+
+constexpr double kSteerBeta = 2.30 * kWindow;
+
+double window(double beta, double z) {
+  const double inside = 1.0 - z * z;
+  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
+}
+
+double window_transform(double beta, int width, double x) {
+  constexpr int kPlaces = 200;
+  double sum = 0;
+  for (int i = 0; i < kPlaces; ++i) {
+    const double u = kPi * ((i + 0.5) / kPlaces - 0.5);
+    const double z = std::sin(u);
+    sum += window(beta, z) * std::cos(u) * (kPi / kPlaces) * width / 2.0 *
+           std::cos(kPi * width * z * x);
+  }
+  return sum;
+}
+
+// Over a block of bins a node moves by at most this part of a grid step: what the polynomials of
+// its weights follow to 1e-10.
+constexpr double kFurthestMove = 0.12;
+
+int bins_at_once(const ArrayPlan& plan, int grid) {
+  const Sonar& sonar = plan.setup.sonar;
+  const double u = std::min(1.0, 0.1 + std::sin(std::abs(beam_azimuth_rad(sonar, 0))));
+  const double move = grid * sonar.array->spacing_m * u * sonar.bandwidth_hz / plan.bins() /
+                      plan.setup.water.sound_speed_m_s;
+  return std::clamp(static_cast<int>(kFurthestMove / move), 1, kSteerBins);
+}
+
+std::vector<SteerBlock> blocks_of(int bins, int block_bins) {
+  std::vector<SteerBlock> blocks;
+  for (const int side : {0, bins / 2}) {
+    for (int k = 0; k < bins / 2; k += block_bins) {
+      blocks.push_back({side + k, std::min(block_bins, bins / 2 - k)});
+    }
+  }
+  return blocks;
+}
+
+// Where a node lies on the grid at the middle of a block, and how far it moves to its end.
+struct NodePlace {
+  double middle, reach;
+};
+
+NodePlace place_of(const ArrayPlan& plan, const ArrayNodes& nodes, int node,
+                   const SteerBlock& block) {
+  const Sonar& sonar = plan.setup.sonar;
+  const int bins = plan.bins();
+  const double k = block.first < bins / 2 ? block.first : block.first - bins;
+  const double per_hz = nodes.grid * sonar.array->spacing_m * (nodes.first + node) *
+                        nodes.spacing_u / plan.setup.water.sound_speed_m_s;
+  if (sonar.array->steering == Steering::phase) return {per_hz * sonar.frequency_hz, 0};
+  const double bin_hz = sonar.bandwidth_hz / bins;
+  return {per_hz * (sonar.frequency_hz + (k + (block.count - 1) / 2.0) * bin_hz),
+          per_hz * nodes.block_bins / 2.0 * bin_hz};
+}
+
+// Polynomials through the window's values at Chebyshev's places of a block.
+void fill_weights(const NodePlace& place, int base, double* weight) {
+  constexpr int kTerms = kSteerDegree + 1;
+  for (int tap = 0; tap < kSteerTaps; ++tap, weight += kTerms) {
+    double c[kTerms] = {};
+    for (int i = 0; i < kTerms; ++i) {
+      const double angle = kPi * (i + 0.5) / kTerms;
+      const double x = place.middle + place.reach * std::cos(angle);
+      const double value = window(kSteerBeta, (base + tap - x) / (kWindow / 2.0));
+      for (int k = 0; k < kTerms; ++k) {
+        c[k] += value * std::cos(k * angle) * (k == 0 ? 1.0 : 2.0) / kTerms;
+      }
+    }
+    weight[0] = 8 * c[4];
+    weight[1] = 4 * c[3];
+    weight[2] = 2 * c[2] - 8 * c[4];
+    weight[3] = c[1] - 3 * c[3];
+    weight[4] = c[0] - c[2] + c[4];
+  }
+}
+
+// Weight over both windows; that of the nodes lies as wide as the frequency makes the array.
+void add_element_weight(const ArrayPlan& plan, int element, double turn, ArrayNodes& nodes) {
+  const Sonar& sonar = plan.setup.sonar;
+  const bool delayed = sonar.array->steering == Steering::true_delay;
+  const double band = delayed ? 0.5 * sonar.bandwidth_hz / sonar.frequency_hz : 0;
+  const double turns = plan.geometry.y_m[element] * nodes.spacing_u * sonar.frequency_hz /
+                       plan.setup.water.sound_speed_m_s;
+  const double steer = window_transform(kSteerBeta, kWindow, turn);
+  double c[4] = {};
+  for (int i = 0; i < 4; ++i) {
+    const double angle = kPi * (i + 0.5) / 4;
+    const double value = plan.geometry.weight[element] /
+                         (steer * node_taper(turns * (1 + band * std::cos(angle))));
+    for (int k = 0; k < 4; ++k) c[k] += value * std::cos(k * angle) * (k == 0 ? 1.0 : 2.0) / 4;
+  }
+  for (const double w : {4 * c[3], 2 * c[2], c[1] - 3 * c[3], c[0] - c[2]}) {
+    nodes.element_weight.push_back(w);
+  }
+}
+
+void fill_transform(const ArrayPlan& plan, ArrayNodes& nodes) {
+  const int elements = plan.elements();
+  const std::size_t blocks = nodes.blocks.size();
+  const double middle = (elements - 1) / 2.0;
+  for (int n = 0; n < elements; ++n) add_element_weight(plan, n, (n - middle) / nodes.grid, nodes);
+  int lowest = 1 << 30, highest = -lowest;
+  for (int q = 0; q < nodes.count; ++q) {
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const NodePlace place = place_of(plan, nodes, q, nodes.blocks[b]);
+      const int base = static_cast<int>(std::ceil(place.middle - kSteerTaps / 2.0));
+      fill_weights(place, base,
+                   nodes.weight.data() + (q * blocks + b) * kSteerTaps * (kSteerDegree + 1));
+      nodes.base.push_back(base);
+      lowest = std::min(lowest, base);
+      highest = std::max(highest, base + kSteerTaps);
+    }
+  }
+  for (std::int32_t& base : nodes.base) base -= lowest;
+  nodes.first_row = lowest;
+  nodes.rows = highest - lowest;
+  // Elements are numbered from the array's middle, which may lie between two of them.
+  const double off = elements / 2 - middle;
+  for (int g = lowest; g < highest; ++g) {
+    nodes.row_phase.push_back(std::polar(1.0, -2 * kPi * off * g / nodes.grid));
+  }
+}
+
+void fill_orders(const ArrayPlan& plan, ArrayNodes& nodes) {
+  const int bins = plan.bins();
+  nodes.order_factor.resize(std::size_t(nodes.orders) * bins);
+  for (int bin = 0; bin < bins; ++bin) {
+    const double k = bin < bins / 2 ? bin : bin - bins;
+    const double angle = std::acos(2 * k / bins);
+    for (int order = 0; order < nodes.orders; ++order) {
+      nodes.order_factor[std::size_t(order) * bins + bin] = std::cos(order * angle);
+    }
+  }
+}
+
+}  // namespace
+
+double node_taper(double x) {
+  constexpr int kWidth = 10;
+  const double beta = kPi * kWidth * (1 - 0.5 / kNodeOversampling);
+  return window_transform(beta, kWidth, x) / window_transform(beta, kWidth, 0);
+}
+
+std::shared_ptr<const ArrayNodes> make_array_nodes(const ArrayPlan& plan) {
+  const int elements = plan.elements();
+  if (elements < kFewestElements) return nullptr;
+  const int grid = smooth_even_length(2 * elements);
+  ArrayNodes nodes(grid, bins_at_once(plan, grid));
+  const Sonar& sonar = plan.setup.sonar;
+  const double wavelength_m = plan.setup.water.sound_speed_m_s / sonar.frequency_hz;
+  nodes.spacing_u = wavelength_m / (kNodeOversampling * elements * sonar.array->spacing_m);
+  choose_stretches(plan, nodes);
+  if (nodes.stretches.empty()) return nullptr;
+  nodes.first = 1 << 30;
+  int last = -nodes.first;
+  for (const NodeStretch& s : nodes.stretches) {
+    for (const int first : s.first) {
+      nodes.first = std::min(nodes.first, first);
+      last = std::max(last, first + s.taps);
+    }
+  }
+  nodes.count = last - nodes.first;
+  for (NodeStretch& s : nodes.stretches) {
+    for (int& first : s.first) first -= nodes.first;
+  }
+  nodes.blocks = blocks_of(plan.bins(), nodes.block_bins);
+  nodes.weight = AlignedBuffer<double>(nodes.count * nodes.blocks.size() * kSteerTaps *
+                                       (kSteerDegree + 1));
+  fill_transform(plan, nodes);
+  fill_orders(plan, nodes);
+  return std::make_shared<const ArrayNodes>(std::move(nodes));
+}
+
+std::uint64_t node_table_bytes(const ArrayNodes& nodes) {
+  std::uint64_t bytes = nodes.weight.size() * sizeof(double) +
+                        nodes.base.size() * sizeof(std::int32_t) +
+                        nodes.order_factor.size() * sizeof(double);
+  for (const NodeStretch& s : nodes.stretches) bytes += s.coefficient.size() * sizeof(float);
+  return bytes;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,262 @@
+#include "synthesis/cpu/array_records.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "acoustics/propagation.h"
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+double* as_doubles(Complex* p) { return reinterpret_cast<double*>(p); }
+const double* as_doubles(const Complex* p) { return reinterpret_cast<const double*>(p); }
+
+double wavelength_m(const ArrayPlan& plan) {
+  return plan.setup.water.sound_speed_m_s / plan.setup.sonar.frequency_hz;
+}
+
+std::int64_t grid_stride(const ArrayPlan& plan) {
+  return (plan.spread.points + 2 * kHalo + 15) / 16 * 16;
+}
+
+// The grids of one group's elements.
+struct GroupGrids {
+  int first, count;  // elements
+  ArrayGroup group;
+  GroupLine line;
+  float* rows;
+  std::int64_t stride;
+  bool has_echoes = false;
+};
+
+// A point so near that its paths to the elements are no polynomial: one element at a time.
+void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& point,
+                  float re, float im, PathArrays& paths, GroupGrids& grids) {
+  for (int l = 0; l < grids.count; ++l) {
+    const ArrayGroup one = plan.group(grids.first + l, 1);
+    const GroupLine line = plan.line(grids.first + l, 1, grids.line.turns_per_m);
+    kernels.array_paths(&line, &point, 1, &paths);
+    kernels.array_deposit(&one, &paths, &re, &im, 1, &plan.kernel,
+                          grids.rows + 2 * l * grids.stride, grids.stride);
+  }
+}
+
+// Values of near points are taken out of `re` and `im`, which are scratch.
+void deposit_chunk(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& points,
+                   float* re, float* im, int count, PathArrays& paths, GroupGrids& grids) {
+  for (int i = 0; i < count; ++i) {
+    if (points.range_m[i] >= plan.exact_range_m) continue;
+    const PointArrays near = {points.range_m + i, points.along_m + i, points.turns + i,
+                              points.position + i};
+    deposit_near(plan, kernels, near, re[i], im[i], paths, grids);
+    re[i] = im[i] = 0;
+  }
+  kernels.array_paths(&grids.line, &points, count, &paths);
+  kernels.array_deposit(&grids.group, &paths, re, im, count, &plan.kernel, grids.rows,
+                        grids.stride);
+  grids.has_echoes = true;
+}
+
+void deposit_scatterers(const ArrayPlan& plan, const Kernels& kernels, const ArrayEchoes& echoes,
+                        PointChunk& chunk, GroupGrids& grids) {
+  for (std::size_t first = 0; first < echoes.count; first += kPointChunk) {
+    const int count = static_cast<int>(std::min<std::size_t>(kPointChunk, echoes.count - first));
+    std::copy_n(echoes.re.data() + first, count, chunk.re);
+    std::copy_n(echoes.im.data() + first, count, chunk.im);
+    const PointArrays points = {echoes.range_m.data() + first, echoes.along_m.data() + first,
+                                echoes.turns.data() + first, echoes.position.data() + first};
+    deposit_chunk(plan, kernels, points, chunk.re, chunk.im, count, chunk.paths, grids);
+  }
+}
+
+// The cells of samples [first, first + size) of a sector that hold energy; returns how many.
+int gather_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task, int beam,
+                 int first, int size, PointChunk& chunk) {
+  const Sonar& sonar = plan.setup.sonar;
+  const double u = std::sin(beam_azimuth_rad(sonar, beam));
+  const double factor = source_pressure_pa_m(sonar) *
+                        element_pattern(u, sonar.array->element_width_m, wavelength_m(plan));
+  alignas(64) float rms[kPointChunk];
+  int count = 0;
+  for (int n = first; n < first + size; ++n) {
+    const double energy = total_energy(task.volumes, std::size_t(beam) * plan.samples() + n);
+    if (energy == 0) continue;
+    const double range_m = focus_range_m(sonar, plan.setup.water, n);
+    chunk.range_m[count] = range_m;
+    chunk.along_m[count] = range_m * u;
+    chunk.turns[count] = 0;
+    chunk.position[count] = static_cast<double>(n) * plan.spread.points / plan.bins();
+    chunk.key_low[count] = static_cast<std::uint32_t>(n);
+    chunk.key_high[count] = static_cast<std::uint32_t>(beam);
+    rms[count++] = static_cast<float>(factor * std::sqrt(energy));
+  }
+  kernels.draw_normals(task.keys.volume, task.keys.speckle_ping, chunk.key_low, chunk.key_high,
+                       count, chunk.re, chunk.im);
+  for (int i = 0; i < count; ++i) {
+    chunk.re[i] *= rms[i];
+    chunk.im[i] *= rms[i];
+  }
+  return count;
+}
+
+void deposit_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
+                   PointChunk& chunk, GroupGrids& grids) {
+  for (int beam = 0; beam < plan.beams(); ++beam) {
+    for (int n = 0; n < plan.samples(); n += kPointChunk) {
+      const int size = std::min(kPointChunk, plan.samples() - n);
+      const int count = gather_cells(plan, kernels, task, beam, n, size, chunk);
+      if (count == 0) continue;
+      deposit_chunk(plan, kernels, chunk.arrays(), chunk.re, chunk.im, count, chunk.paths, grids);
+    }
+  }
+}
+
+// Over the whole period, so that a delayed record has as much at its ends.
+void add_noise(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task, int element,
+               RecordScratch& scratch, Complex* spectrum) {
+  if (task.noise_power_pa2 == 0 || plan.geometry.response[element] == Complex(0)) return;
+  const double power = element_noise_power_pa2(plan.geometry, task.noise_power_pa2);
+  const double rms = std::sqrt(power) / plan.bins();
+  PointChunk& chunk = scratch.chunk;
+  scratch.record.need(plan.bins());
+  for (int n = 0; n < plan.bins(); n += kPointChunk) {
+    const int count = std::min(kPointChunk, plan.bins() - n);
+    for (int i = 0; i < count; ++i) {
+      chunk.key_low[i] = static_cast<std::uint32_t>(n + i);
+      chunk.key_high[i] = static_cast<std::uint32_t>(element);
+    }
+    kernels.draw_normals(task.keys.noise, task.keys.noise_ping, chunk.key_low, chunk.key_high,
+                         count, chunk.re, chunk.im);
+    for (int i = 0; i < count; ++i) scratch.record[n + i] = rms * Complex(chunk.re[i], chunk.im[i]);
+  }
+  plan.record_forward.run(scratch.record.data());
+  for (int k = 0; k < plan.bins(); ++k) spectrum[k] += scratch.record[k];
+}
+
+void transform_element(const ArrayPlan& plan, const Kernels& kernels, const GroupGrids& grids,
+                       int l, RecordScratch& scratch, Complex* spectrum) {
+  const int bins = plan.bins(), half = bins / 2, points = plan.spread.points;
+  if (!grids.has_echoes) {
+    std::fill_n(spectrum, bins, Complex(0));
+    return;
+  }
+  scratch.spectrum.need(points);
+  double* grid = as_doubles(scratch.spectrum.data());
+  const float* row = grids.rows + 2 * l * grids.stride;
+  kernels.widen_planes(row, row + grids.stride, points, kHalo, grid);
+  plan.grid_forward.run(scratch.spectrum.data());
+  kernels.multiply(grid, as_doubles(plan.filter.data()), half, as_doubles(spectrum));
+  kernels.multiply(grid + 2 * (points - half), as_doubles(plan.filter.data() + half), half,
+                   as_doubles(spectrum + half));
+}
+
+void gather_chunk(const ArrayPlan& plan, std::span<const Scatterer> items, double* range_m,
+                  double* along_m, double* turns, double* position, float* factor,
+                  PointChunk& chunk) {
+  const Sonar& sonar = plan.setup.sonar;
+  const double source_pa_m = source_pressure_pa_m(sonar), lambda_m = wavelength_m(plan);
+  const double width_m = sonar.array->element_width_m;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Scatterer& s = items[i];
+    const double u = unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y;
+    range_m[i] = s.received_path_m;
+    along_m[i] = range_m[i] * u;
+    turns[i] = -carrier_turns(sonar.frequency_hz, s.delay_s);
+    position[i] = s.delay_s * plan.points_per_s();
+    const double heard = width_m > 0 ? element_pattern(u, width_m, lambda_m) : 1.0;
+    factor[i] = static_cast<float>(source_pa_m * heard) * s.gain;
+    chunk.key_low[i] = static_cast<std::uint32_t>(s.key);
+    chunk.key_high[i] = static_cast<std::uint32_t>(s.key >> 32);
+  }
+}
+
+}  // namespace
+
+void gather_echoes(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
+                   EchoAmplitude amplitude, Pool<PointChunk>& pool, const Workers& workers,
+                   ArrayEchoes& echoes) {
+  const auto& items = task.scatterers->items;
+  echoes.count = items.size();
+  for (auto* buffer : {&echoes.range_m, &echoes.along_m, &echoes.turns, &echoes.position}) {
+    buffer->need(echoes.count);
+  }
+  echoes.re.need(echoes.count);
+  echoes.im.need(echoes.count);
+  const bool drawn = amplitude == EchoAmplitude::drawn;
+  workers.for_each((echoes.count + kPointChunk - 1) / kPointChunk, [&](std::size_t item) {
+    auto chunk = pool.take();
+    const std::size_t first = item * kPointChunk;
+    const int count = static_cast<int>(std::min<std::size_t>(kPointChunk, echoes.count - first));
+    alignas(64) float factor[kPointChunk];
+    gather_chunk(plan, {items.data() + first, static_cast<std::size_t>(count)},
+                 echoes.range_m.data() + first, echoes.along_m.data() + first,
+                 echoes.turns.data() + first, echoes.position.data() + first, factor, *chunk);
+    if (drawn) {
+      kernels.draw_normals(task.keys.speckle, task.keys.speckle_ping, chunk->key_low,
+                           chunk->key_high, count, chunk->re, chunk->im);
+    }
+    for (int i = 0; i < count; ++i) {
+      const Scatterer& s = items[first + i];
+      const float deviation = drawn ? s.standard_deviation : 0.0f;
+      const float re = drawn ? chunk->re[i] : 0.0f, im = drawn ? chunk->im[i] : 0.0f;
+      echoes.re[first + i] = factor[i] * (s.mean.real() + deviation * re);
+      echoes.im[first + i] = factor[i] * (s.mean.imag() + deviation * im);
+    }
+  });
+}
+
+void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
+                     const ArrayEchoes& echoes, EchoAmplitude amplitude,
+                     Pool<RecordScratch>& pool, const Workers& workers,
+                     AlignedBuffer<Complex>& spectra) {
+  const std::int64_t stride = grid_stride(plan);
+  const bool drawn = amplitude == EchoAmplitude::drawn;
+  const double turns_per_m = -plan.setup.sonar.frequency_hz / plan.setup.water.sound_speed_m_s;
+  spectra.need(std::size_t(plan.elements()) * plan.bins());
+  workers.for_each(plan.groups(), [&](std::size_t item) {
+    auto scratch = pool.take();
+    const int first = static_cast<int>(item) * plan.group_elements;
+    const int count = std::min(plan.group_elements, plan.elements() - first);
+    const std::size_t floats = 2 * plan.group_elements * stride;
+    scratch->grid.need(floats);
+    std::memset(scratch->grid.data(), 0, floats * sizeof(float));
+    GroupGrids grids{first,  count, plan.group(first, count), plan.line(first, count, turns_per_m),
+                     scratch->grid.data(), stride};
+    deposit_scatterers(plan, kernels, echoes, scratch->chunk, grids);
+    if (drawn && !task.volumes.empty()) {
+      deposit_cells(plan, kernels, task, scratch->chunk, grids);
+    }
+    for (int l = 0; l < count; ++l) {
+      Complex* spectrum = spectra.data() + std::size_t(first + l) * plan.bins();
+      transform_element(plan, kernels, grids, l, *scratch, spectrum);
+      if (drawn) add_noise(plan, kernels, task, first + l, *scratch, spectrum);
+    }
+  });
+}
+
+void element_series(const ArrayPlan& plan, const AlignedBuffer<Complex>& spectra,
+                    Pool<RecordScratch>& pool, const Workers& workers,
+                    std::complex<float>* series) {
+  workers.for_each(plan.elements(), [&](std::size_t element) {
+    auto scratch = pool.take();
+    scratch->record.need(plan.bins());
+    std::copy_n(spectra.data() + element * plan.bins(), plan.bins(), scratch->record.data());
+    plan.record_backward.run(scratch->record.data());
+    for (int n = 0; n < plan.samples(); ++n) {
+      series[element * plan.samples() + n] = std::complex<float>(scratch->record[n]);
+    }
+  });
+}
+
+std::uint64_t record_scratch_bytes(const ArrayPlan& plan) {
+  return 2 * plan.group_elements * grid_stride(plan) * sizeof(float) +
+         (plan.spread.points + 2 * std::uint64_t(plan.bins())) * sizeof(Complex) +
+         sizeof(PointChunk);
+}
+
+}  // namespace ensonify

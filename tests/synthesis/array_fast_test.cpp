@@ -1,0 +1,238 @@
+// The CPU backend's array against sums of its own: the definition in synthesis/array.h, element by
+// element in the frequency domain.
+#include <cmath>
+
+#include "catch.h"
+#include "synthesis/array_fixture.h"
+#include "synthesis/draw.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+using Complex = std::complex<double>;
+
+struct Judged {
+  double relative = 0, worst_tenth = 0;
+};
+
+// Relative L2, and of each tenth of the record against its own norm (those under 1e-6 left out).
+template <class Values>
+Judged judge(const std::vector<Complex>& exact, const Values& values, int rows) {
+  const std::size_t samples = exact.size() / rows;
+  double wrong[10] = {}, norm[10] = {}, all_wrong = 0, all = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const std::size_t tenth = i % samples * 10 / samples;
+    const double e = std::norm(Complex(values[i]) - exact[i]);
+    wrong[tenth] += e;
+    norm[tenth] += std::norm(exact[i]);
+    all_wrong += e;
+    all += std::norm(exact[i]);
+  }
+  Judged result{std::sqrt(all_wrong / all), 0};
+  for (int t = 0; t < 10; ++t) {
+    if (std::getenv("SHOW")) std::printf("  %d %g %g\n", t, std::sqrt(wrong[t] / norm[t]), std::sqrt(norm[t]/all));
+    if (norm[t] < 1e-12 * all) continue;
+    result.worst_tenth = std::max(result.worst_tenth, std::sqrt(wrong[t] / norm[t]));
+  }
+  return result;
+}
+
+// Chosen beams of a ping, in double precision.
+class ExactArray {
+ public:
+  ExactArray(const SynthesisSetup& setup, const PingTask& task)
+      : setup_(setup), geometry_(make_array_geometry(setup.sonar)), bins_(setup.record.transform) {
+    const int elements = setup.sonar.array->elements;
+    spectra_.resize(elements);
+    const std::vector<Complex> pulse = pulse_spectrum(setup.sonar, bins_);
+    Workers(2).for_each(elements, [&](std::size_t n) {
+      spectra_[n].resize(bins_);
+      for (const Scatterer& s : task.scatterers->items) {
+        add(n, pulse, apparent_point_m(s),
+            unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y, s.delay_s, true,
+            Complex(draw_amplitude(s, task.keys)) * double(s.gain));
+      }
+      add_cells(n, pulse, task);
+      if (task.noise_power_pa2 > 0 && geometry_.response[n] != 0.0) add_noise(n, task);
+    });
+  }
+
+  std::vector<Complex> channel(int n) const { return record(spectra_[n]); }
+
+  std::vector<Complex> beam(int j) const {
+    const ArrayReceiver& array = *setup_.sonar.array;
+    const double azimuth = beam_azimuth_rad(setup_.sonar, j), c = setup_.water.sound_speed_m_s;
+    std::vector<Complex> sum(setup_.record.samples);
+    for (std::size_t n = 0; n < spectra_.size(); ++n) {
+      const double y = geometry_.y_m[n], later = steering_delay_s(y, azimuth, c);
+      std::vector<Complex> turned = spectra_[n];
+      const Complex step = std::polar(1.0, 2 * kPi * setup_.sonar.bandwidth_hz / bins_ * later);
+      Complex z = std::polar(1.0, -kPi * setup_.sonar.bandwidth_hz * later);
+      if (array.steering == Steering::true_delay) {
+        for (Complex& p : turned) {
+          p *= z;
+          z *= step;
+        }
+      }
+      const std::vector<Complex> series = record(turned);
+      for (int t = 0; t < setup_.record.samples; ++t) {
+        double delay_s = later;
+        if (array.focus == Focus::dynamic) {
+          delay_s += focus_delay_s(y, azimuth, focus_range_m(setup_.sonar, setup_.water, t), c);
+        }
+        const double turns = carrier_turns(setup_.sonar.frequency_hz, delay_s);
+        sum[t] += std::polar(geometry_.weight[n], 2 * kPi * turns) * series[t];
+      }
+    }
+    return sum;
+  }
+
+ private:
+  void add(std::size_t n, const std::vector<Complex>& pulse, Vec3 apparent_m, double u,
+           double delay_s, bool carrier, Complex amplitude) {
+    const Sonar& sonar = setup_.sonar;
+    const double c = setup_.water.sound_speed_m_s;
+    const double later = element_delay_s(apparent_m, geometry_.y_m[n], c);
+    const double pattern =
+        element_pattern(u, sonar.array->element_width_m, c / sonar.frequency_hz);
+    const double turns = carrier_turns(sonar.frequency_hz, (carrier ? delay_s : 0.0) + later);
+    const double bin_hz = sonar.bandwidth_hz / bins_;
+    const Complex step = std::polar(1.0, -2 * kPi * carrier_turns(bin_hz, delay_s + later));
+    Complex z = amplitude * geometry_.response[n] * pattern * source_pressure_pa_m(sonar) *
+                std::polar(1.0, -2 * kPi * turns + kPi * sonar.bandwidth_hz * (delay_s + later));
+    for (int m = 0; m < bins_; ++m) {
+      spectra_[n][m] += z * pulse[m];
+      z *= step;
+    }
+  }
+
+  void add_cells(std::size_t n, const std::vector<Complex>& pulse, const PingTask& task) {
+    for (int cell = 0; !task.volumes.empty() && cell < setup_.sonar.beam_count *
+                                                           setup_.record.samples; ++cell) {
+      const double energy = total_energy(task.volumes, cell);
+      if (energy == 0) continue;
+      const int j = cell / setup_.record.samples, t = cell % setup_.record.samples;
+      const double azimuth = beam_azimuth_rad(setup_.sonar, j);
+      const double range_m = focus_range_m(setup_.sonar, setup_.water, t);
+      add(n, pulse, range_m * unit_vector(azimuth, 0), std::sin(azimuth),
+          t / setup_.sonar.bandwidth_hz, false, draw_volume(task.keys, j, t, energy));
+    }
+  }
+
+  void add_noise(std::size_t n, const PingTask& task) {
+    const double power = element_noise_power_pa2(geometry_, task.noise_power_pa2);
+    for (int t = 0; t < bins_; ++t) {
+      const Complex noise = draw_noise(task.keys, static_cast<int>(n), t, power) / double(bins_);
+      for (int m = 0; m < bins_; ++m) {
+        const std::int64_t turn = (std::int64_t{m} - bins_ / 2) * t % bins_;
+        spectra_[n][m] += noise * std::polar(1.0, -2 * kPi * double(turn) / bins_);
+      }
+    }
+  }
+
+  std::vector<Complex> record(const std::vector<Complex>& spectrum) const {
+    std::vector<Complex> series(setup_.record.samples);
+    for (int t = 0; t < setup_.record.samples; ++t) {
+      const Complex step = std::polar(1.0, 2 * kPi * t / bins_);
+      Complex z = t % 2 == 0 ? 1 : -1;
+      for (const Complex& p : spectrum) {
+        series[t] += z * p;
+        z *= step;
+      }
+    }
+    return series;
+  }
+
+  const SynthesisSetup setup_;
+  ArrayGeometry geometry_;
+  int bins_;
+  std::vector<std::vector<Complex>> spectra_;  // [elements][bins], f_c - b/2 first
+};
+
+// Echoes from everywhere in the fan, some elevated, a strong one at `near_m` first of all.
+ScattererList echoes_of(const Sonar& sonar, int count, double near_m) {
+  std::vector<Scatterer> items = random_scatterers(sonar, count, near_m, 77);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    Scatterer& s = items[i];
+    const double azimuth =
+        (uniform(78, 0, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
+    s.arrival = {static_cast<float>(azimuth),
+                 static_cast<float>(radians(20) * (uniform(78, 0, i, 1) - 0.5))};
+    s.received_path_m = static_cast<float>(s.delay_s * 750 * (1 + 0.01 * uniform(78, 0, i, 2)));
+    s.beam = sector_of(sonar, s.arrival.azimuth_rad).value_or(0);
+  }
+  Scatterer strong = target_at(sonar, 3, 0, near_m);
+  strong.gain = static_cast<float>(two_way_loss(near_m, 0.3));
+  strong.mean = 1;
+  items.push_back(strong);
+  return sorted_by_beam_and_delay(std::move(items), sonar.beam_count);
+}
+
+void hold(const SynthesisSetup& setup, const PingTask& task, std::vector<int> beams) {
+  const ExactArray exact(setup, task);
+  PingSeries series;
+  make_cpu_backend(setup)->synthesize({&task, 1}, {&series, 1}, Workers(2));
+  std::vector<Complex> expected;
+  std::vector<std::complex<float>> got;
+  const int samples = setup.record.samples;
+  for (const int j : beams) {
+    for (const Complex& p : exact.beam(j)) expected.push_back(p);
+    got.insert(got.end(), series.pressure_pa.begin() + j * samples,
+               series.pressure_pa.begin() + (j + 1) * samples);
+  }
+  const Judged error = judge(expected, got, static_cast<int>(beams.size()));
+  CAPTURE(setup.tolerance, error.relative, error.worst_tenth);
+  if (std::getenv("SHOW")) std::printf("tol %g: %g %g\n", setup.tolerance, error.relative, error.worst_tenth);
+  CHECK(error.relative <= setup.tolerance);
+  CHECK(error.worst_tenth <= 10 * setup.tolerance);
+}
+
+}  // namespace
+
+TEST_CASE("array: beams within the tolerance") {
+  const double tolerance = GENERATE(1e-5);
+  const auto focus = GENERATE(Focus::none, Focus::dynamic);
+  const auto steering = GENERATE(Steering::true_delay, Steering::phase);
+  const int elements = tolerance < 1e-6 ? 16 : GENERATE(101, 256);
+  Sonar sonar = line_array(elements, 24, 90, 6);
+  sonar.array->focus = focus;
+  sonar.array->steering = steering;
+  sonar.array->response[5] = 0;
+  sonar.array->response[7] = {1.1, 0.2};
+  sonar.array->element_width_m = 0.6e-3;
+  SynthesisSetup setup = setup_of(sonar);
+  setup.tolerance = tolerance;
+  const ScattererList list = echoes_of(sonar, 60, 0.6);
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
+  hold(setup, task, {0, 7, 12, 23});
+}
+
+// Expected power: within 0.1 dB of the reference's where it is within 40 dB of its maximum.
+TEST_CASE("array: expected power") {
+  Sonar sonar = line_array(64, 16, 60, 4);
+  sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
+  sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
+  sonar.array->response[9] = 0;
+  SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = echoes_of(sonar, 150, 0.6);
+  const VolumeEcho water =
+      volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
+  const PingTask task{&list, keys_of_ping(1), 0, {&water, 1}, true};
+  PingSeries fast, exact;
+  make_cpu_backend(setup)->synthesize({&task, 1}, {&fast, 1}, Workers(2));
+  make_reference_backend(setup)->synthesize({&task, 1}, {&exact, 1}, Workers(2));
+  double largest = 0, worst = 0;
+  for (const float p : exact.clean_power_pa2) largest = std::max<double>(largest, p);
+  int judged = 0;
+  for (std::size_t i = 0; i < exact.clean_power_pa2.size(); ++i) {
+    if (exact.clean_power_pa2[i] < 1e-4 * largest) continue;
+    ++judged;
+    const double ratio = double(fast.clean_power_pa2[i]) / exact.clean_power_pa2[i];
+    worst = std::max(worst, std::abs(10 * std::log10(ratio)));
+  }
+  CAPTURE(judged, worst);
+  CHECK(judged > 20);
+  CHECK(worst < 0.1);
+}
