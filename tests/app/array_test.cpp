@@ -28,7 +28,7 @@ water: {absorption: {fixed_db_m: 0.3}}
 materials: {wall: {reflectivity: 1e-3}, mirror: {reflectivity: 1e-2, coherent: {model: rician, k: 1}}}
 objects:
   - {name: room, material: wall, shape: {box: {size_m: [2.4, 2.4, 2], inside: true}}}
-  - {name: ball, material: mirror, shape: {sphere: {radius_m: 0.2}}, pose: {position_m: [0.9, 0, 0]}}
+  - {name: ball, material: mirror, shape: {sphere: {radius_m: 0.1}}, pose: {position_m: [0.9, 0, 0]}}
 output: {cartesian: false, png: false}
 )";
 
