@@ -17,6 +17,7 @@ struct ArrayBackend {
 };
 inline const std::vector<ArrayBackend> kArrayBackends = {
     {"reference", make_reference_backend},
+    {"cpu", make_cpu_backend},
 };
 
 inline constexpr double kWavelengthM = 1500 / 900e3;
