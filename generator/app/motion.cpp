@@ -1,6 +1,7 @@
 #include "app/motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "acoustics/propagation.h"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostPings = 64;  // looked at for speeds
 constexpr double kSpeedStep_s = 1e-3;
-constexpr double kMargin = 1.25;
+constexpr double kMargin = 1.0 / 8;
 constexpr double kLeast = 1e-9;  // a body that may move, but was not seen to
 
 bool has_one_pose(const Path& path) {
@@ -33,13 +34,22 @@ std::vector<double> times_of(const Session& session) {
 }
 
 template <class PoseAt>
-double fastest(const std::vector<double>& times, const PoseAt& pose_at) {
-  double speed = 0;
-  for (const double time : times) {
-    const Vec3 step = pose_at(time + kSpeedStep_s).position_m - pose_at(time).position_m;
-    speed = std::max(speed, length(step) / ((time + kSpeedStep_s) - time));
+Vec3 velocity(double time_s, const PoseAt& pose_at) {
+  const double later_s = time_s + kSpeedStep_s;
+  return (1 / (later_s - time_s)) * (pose_at(later_s).position_m - pose_at(time_s).position_m);
+}
+
+// Towards what the fan sees.
+std::vector<Vec3> directions_of(const Sonar& sonar) {
+  std::vector<Vec3> directions;
+  const double half_fan = sonar.beam_count * sonar.beam_spacing_rad / 2;
+  for (const double azimuth : {-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0}) {
+    for (const double elevation : {-1.0, 0.0, 1.0}) {
+      directions.push_back(
+          unit_vector(azimuth * half_fan, elevation * sonar.elevation_fan_rad / 2));
+    }
   }
-  return speed;
+  return directions;
 }
 
 }  // namespace
@@ -53,17 +63,28 @@ bool moves(const Session& session) {
          });
 }
 
-double max_doppler(const Session& session) {
-  if (!moves(session)) return 0;
+DopplerRange doppler_range(const Session& session) {
+  if (!moves(session)) return {};
   const std::vector<double> times = times_of(session);
-  const double sonar =
-      fastest(times, [&](double t) { return compose(pose_at(session.path, t), session.mount); });
-  double objects = 0;
-  for (const WorldObject& object : session.world.objects) {
-    if (object.path == nullptr) continue;
-    objects = std::max(objects, fastest(times, [&](double t) { return object_pose(object, t); }));
+  const std::vector<Vec3> directions = directions_of(session.sonar);
+  const auto sonar_at = [&](double t) { return compose(pose_at(session.path, t), session.mount); };
+  double lowest = HUGE_VAL, highest = -HUGE_VAL, object = 0;
+  for (const double time : times) {
+    const Vec3 v = rotate(conjugate(sonar_at(time).rotation), velocity(time, sonar_at));
+    for (const Vec3& u : directions) {
+      lowest = std::min(lowest, dot(v, u));
+      highest = std::max(highest, dot(v, u));
+    }
   }
-  return std::max(kLeast, kMargin * 2 * (sonar + objects) / session.water.sound_speed_m_s);
+  for (const WorldObject& moving : session.world.objects) {
+    if (moving.path == nullptr) continue;
+    const auto object_at = [&](double t) { return object_pose(moving, t); };
+    for (const double time : times) object = std::max(object, length(velocity(time, object_at)));
+  }
+  const double margin = kMargin * (highest - lowest + 2 * object);
+  const double per_speed = 2 / session.water.sound_speed_m_s;
+  return {per_speed * (lowest - object - margin) - kLeast,
+          per_speed * (highest + object + margin) + kLeast};
 }
 
 Status check_motion(const Session& session) {

@@ -1,7 +1,7 @@
 // What motion_within_ping does with a ping.
 //
 //   moves        whether anything of a session does
-//   max_doppler  how far shifts reach
+//   doppler_range  between which shifts lie
 //   move         what is heard, from where it is heard
 #pragma once
 
@@ -13,9 +13,13 @@ namespace ensonify {
 // The key is set, and the sonar or an object has more than one pose.
 bool moves(const Session& session);
 
-// SynthesisSetup::max_doppler: 2 (v + V)/c of the fastest sonar and the fastest object that some of
-// the pings show, and a quarter more. 0 where nothing moves.
-double max_doppler(const Session& session);
+// min_doppler and max_doppler of SynthesisSetup: 2 v.u/c over the fan, more by 2 V/c of the fastest
+// object, as some of the pings show them, and an eighth of it all to either side. 0 where nothing
+// moves.
+struct DopplerRange {
+  double lowest = 0, highest = 0;
+};
+DopplerRange doppler_range(const Session& session);
 
 // Error (usage): the pulse is one that the CPU backend cannot shift.
 Status check_motion(const Session& session);

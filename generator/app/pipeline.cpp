@@ -24,9 +24,10 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const SynthesisSetup setup{session.sonar,  session.water,
-                             session.record, session.scenario.synthesis_tolerance,
-                             numerics.simd,  max_doppler(session)};
+  const DopplerRange doppler = doppler_range(session);
+  const SynthesisSetup setup{
+      session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
+      numerics.simd, doppler.lowest, doppler.highest};
   backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
                                                           : make_cpu_backend(setup);
   if (info_.cartesian) {

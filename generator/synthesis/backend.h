@@ -35,9 +35,9 @@ struct SynthesisSetup {
   // the record, against the reference; 1e-3 to 1e-7. Under 1e-6 it works in double precision.
   double tolerance = 1e-5;
   SimdLevel simd = best_simd_level();
-  // How far the shifts of scatterers reach to either side of 0. 0: none is shifted. What lies
-  // beyond is synthesized too, in more memory than announced.
-  double max_doppler = 0;
+  // Between which the shifts of scatterers are expected. Both 0: none is shifted. What lies outside
+  // is synthesized too, in more memory than announced.
+  double min_doppler = 0, max_doppler = 0;
 };
 
 // Whether the CPU backend can hold the tolerance for shifted echoes; the reference always can.

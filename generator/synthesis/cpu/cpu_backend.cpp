@@ -40,11 +40,15 @@ std::unique_ptr<PingSynthesis> make_unshifted(const SynthesisTables& tables) {
   return fast ? std::move(fast) : make_double_synthesis(tables);
 }
 
+bool may_shift(const SynthesisSetup& setup) {
+  return setup.min_doppler != 0 || setup.max_doppler != 0;
+}
+
 std::unique_ptr<PingSynthesis> make_synthesis(const SynthesisSetup& setup) {
   SynthesisTables tables{
       setup, make_mixing(setup.sonar), pulse_spectrum(setup.sonar, setup.record.transform), {}};
   tables.autospectrum = fast_autospectrum(tables.spectrum);
-  if (setup.max_doppler == 0) return make_unshifted(tables);
+  if (!may_shift(setup)) return make_unshifted(tables);
   std::unique_ptr<PingSynthesis> shifted = make_doppler_synthesis(tables, make_unshifted);
   ENSONIFY_ASSERT(shifted != nullptr);  // can_shift
   return shifted;
@@ -59,7 +63,7 @@ class CpuBackend final : public Backend {
  public:
   explicit CpuBackend(const SynthesisSetup& setup)
       : cells_(std::size_t(setup.sonar.beam_count) * setup.record.samples),
-        can_shift_(setup.max_doppler != 0),
+        can_shift_(may_shift(setup)),
         synthesis_(make_synthesis(setup)) {}
 
   SynthesisMemory memory(bool has_volumes) const override {

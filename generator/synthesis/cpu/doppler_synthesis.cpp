@@ -116,8 +116,11 @@ class DopplerSynthesis final : public PingSynthesis {
 
 SynthesisMemory DopplerSynthesis::memory(bool has_volumes) const {
   SynthesisMemory memory = unshifted_->memory(has_volumes);
-  const double bands = std::ceil(tables_.setup.max_doppler / nodes_.width);
-  const auto copies = static_cast<std::uint64_t>(1 + 2 * nodes_.degree * bands);
+  const SynthesisSetup& setup = tables_.setup;
+  const double bands =
+      std::ceil(setup.max_doppler / nodes_.width) - std::floor(setup.min_doppler / nodes_.width);
+  // The node at rest is there in any case.
+  const auto copies = static_cast<std::uint64_t>(2 + nodes_.degree * bands);
   // Each node keeps tables and scratch of its own.
   memory.shared_bytes *= copies;
   memory.ping_bytes *= copies;
