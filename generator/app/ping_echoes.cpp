@@ -14,14 +14,16 @@
 namespace ensonify {
 namespace {
 
-std::vector<Scatterer> bounced(const Moment& moment, const std::vector<Hit>& hits,
-                               const Workers& workers) {
+void add_bounced(const Moment& moment, const std::vector<Hit>& hits, const Workers& workers,
+                 std::vector<Scatterer>& more) {
   const Session& session = moment.session;
-  if (session.bounces.paths.empty()) return {};
+  if (session.bounces.paths.empty()) return;
   const std::vector<Pose> objects = object_poses(session, moment.ping);
-  return bounced_echoes({session.bounces, session.world, moment.tracer, objects,
-                         moment.sonar_in_world, moment.scattering},
-                        moment.fan, hits, workers);
+  const std::vector<Scatterer> bounced =
+      bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
+                      moment.scattering},
+                     moment.fan, hits, workers);
+  more.insert(more.end(), bounced.begin(), bounced.end());
 }
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
@@ -58,8 +60,7 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
   const PointScatterers points = point_scatterers(moment, workers);
   more.insert(more.end(), points.heard.begin(), points.heard.end());
-  const std::vector<Scatterer> over_mirrors = bounced(moment, hits, workers);
-  more.insert(more.end(), over_mirrors.begin(), over_mirrors.end());
+  add_bounced(moment, hits, workers, more);
   PingEchoes echoes;
   echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), more, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
