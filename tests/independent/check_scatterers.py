@@ -286,8 +286,10 @@ def check(checklist, root):
             check_table(checklist, label, scatterers)
             check_geometry(checklist, label, scatterers, sequence.pose(ping), sequence.sonar)
             check_draws(checklist, label, scatterers)
-            check_keyed_draws(checklist, label, scatterers, sequence, ping)
-            check_footprint(checklist, label, scatterers, sequence)
+            # Those fixed on surfaces are of no ray, and the files do not say of which leaf.
+            if sequence.speckle != "surface":
+                check_keyed_draws(checklist, label, scatterers, sequence, ping)
+                check_footprint(checklist, label, scatterers, sequence)
             check_rician(checklist, label, scatterers, sequence)
             if sequence.info.get("multipath"):
                 check_bounced(checklist, label, scatterers, sequence, ping)
