@@ -33,6 +33,15 @@ BenchCase case_of(std::string name, double bandwidth_hz, double range_max_m, int
   return c;
 }
 
+BenchCase array_case() {
+  BenchCase c = case_of("array", 29.9e3, 60, 114, 1);
+  ArrayReceiver& array = c.sonar.array.emplace();
+  array.elements = 256;
+  array.spacing_m = c.water.sound_speed_m_s / c.sonar.frequency_hz / 2;
+  array.response.assign(array.elements, 1.0);
+  return c;
+}
+
 // A basin: seen from the sonar, the floor rises in angle as it goes away, from 20 degrees under the
 // level at 6 m to the level at 57 m, so that rays at equal steps of angle meet it at about equal
 // steps of range; and it rolls.
@@ -88,7 +97,8 @@ void add(World& world, const std::string& name, Shape shape, Vec3 position_m, do
 
 std::vector<BenchCase> bench_cases() {
   return {case_of("full", 29.9e3, 60, 114, 1), case_of("table1", 2.95e3, 60, 114, 1),
-          case_of("reduced", 29.9e3, 10, 11, 1), case_of("dense", 29.9e3, 60, 912, 8)};
+          case_of("reduced", 29.9e3, 10, 11, 1), case_of("dense", 29.9e3, 60, 912, 8),
+          array_case()};
 }
 
 World make_bench_world(double range_max_m) {

@@ -23,6 +23,7 @@ struct BenchCase {
 //   table1   the same with b = 2.95 kHz: Table 1 as printed
 //   reduced  512 beams x 11 rays, 10 m
 //   dense    512 beams x (912 x 8) rays, 60 m
+//   array    full, heard by 256 elements at half a wavelength and focused at every sample
 std::vector<BenchCase> bench_cases();
 
 // Scaled to the range, so that hits lie in all of the record whatever the case.

@@ -1,3 +1,4 @@
+#include "bench/array_case.h"
 #include "bench/stages.h"
 #include "bench/timing.h"
 #include "core/random.h"
@@ -87,7 +88,9 @@ void compare_whole_pings(const Bench& bench, const Backend& backend, const Scatt
   const FrontTimes front = time_front(bench, all);
   const double speckle_ms =
       median_ms(bench.options.seconds, [&] { drawn_amplitudes(list, bench.keys); });
-  const PlainTimes plain = time_plain_methods(bench, list, amplitude, all, nullptr);
+  const bool is_array = bench.setup.sonar.array.has_value();
+  const PlainTimes plain = is_array ? time_plain_array(bench, list, amplitude, all, nullptr)
+                                    : time_plain_methods(bench, list, amplitude, all, nullptr);
   // As if the scalar draws shared the threads perfectly.
   const double before_ms = front.trace_ms + front.scatterers_ms + speckle_ms / all.threads();
   report.direct_pings_per_s = 1000 / (before_ms + plain.direct_ms);
@@ -113,7 +116,13 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
   const PingTask task{&list, bench.keys, 0, {}};
   PingSeries series;
   backend->synthesize({&task, 1}, {&series, 1}, all);
-  {
+  const bool is_array = bench.setup.sonar.array.has_value();
+  if (is_array) {
+    constexpr int kCheckedBeams = 16;
+    const SeriesError error = check_array(bench, list, amplitude, series, kCheckedBeams, all);
+    report.error = error.relative;
+    report.worst_tenth_error = error.worst_tenth;
+  } else {
     auto spectra = exact_spectra(bench.setup, list, amplitude, best_kernels(), all);
     check_plain_methods(bench, list, amplitude, spectra, all, report);
     const auto exact = exact_series(bench.setup, std::move(spectra), all);
@@ -128,13 +137,21 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
   report.stages = {
       {"trace", front.trace_ms}, {"continue", continue_ms}, {"scatterers", front.scatterers_ms}};
   report.references = {{"trace_one_ray", one_ray_at_a_time_ms(bench)}};
-  time_backend_stages(bench, list, report);
+  if (is_array) {
+    time_array_stages(bench, list, report);
+  } else {
+    time_backend_stages(bench, list, report);
+  }
   report.references.push_back(
       {"speckle_scalar", median_ms(options.seconds, [&] { drawn_amplitudes(list, bench.keys); })});
   report.stages.push_back({"synthesis", median_ms(options.seconds, [&] {
                              backend->synthesize({&task, 1}, {&series, 1}, one);
                            })});
-  time_plain_methods(bench, list, amplitude, one, &report.references);
+  if (is_array) {
+    time_plain_array(bench, list, amplitude, one, &report);
+  } else {
+    time_plain_methods(bench, list, amplitude, one, &report.references);
+  }
   compare_whole_pings(bench, *backend, list, amplitude, all, report);
   if (Status s = time_file_stages(bench, list, hits, series, folder, report); !s) return s.error();
   return report;

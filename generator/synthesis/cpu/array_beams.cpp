@@ -19,16 +19,28 @@ struct Block {
   int group;
 };
 
-// The largest groups that the focus allows: none of the first samples' own is far enough.
+// How far the focus is from the nearest element at least.
+double clearance_m(const ArrayPlan& plan, int sample) {
+  const Sonar& sonar = plan.setup.sonar;
+  const double range_m = focus_range_m(sonar, plan.setup.water, sample);
+  const double end_m = std::abs(plan.geometry.y_m.front());
+  const double edge = std::min(std::abs(beam_azimuth_rad(sonar, 0)), kPi / 2);
+  return std::max(range_m - end_m, range_m * std::cos(edge));
+}
+
+// The largest groups that the focus allows.
 std::vector<Block> blocks_of(const ArrayPlan& plan, int begin, int end) {
   std::vector<Block> blocks;
   const bool focused = plan.setup.sonar.array->focus == Focus::dynamic;
-  for (int n = begin; n < end;) {
-    const double range_m = focus_range_m(plan.setup.sonar, plan.setup.water, n);
+  const auto group_at = [&](int n) {
     int group = kGroupElements;
-    while (focused && group > 1 && range_m < expansion_range_m(plan.setup, group)) group /= 2;
-    const int longest = group == kGroupElements ? kBeamBlock : 16;
-    const int count = std::min(longest, end - n);
+    const double clear_m = clearance_m(plan, n);
+    while (focused && group > 1 && clear_m < expansion_clearance_m(plan.setup, group)) group /= 2;
+    return group;
+  };
+  for (int n = begin; n < end;) {
+    const int group = group_at(n);
+    const int count = std::min(group == kGroupElements ? kBeamBlock : 16, end - n);
     blocks.push_back({n, count, (count + 15) / 16 * 16, group});
     n += count;
   }

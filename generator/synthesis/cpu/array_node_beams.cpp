@@ -12,7 +12,7 @@ constexpr int kBeamsAtOnce = 64;
 
 double* as_doubles(Complex* p) { return reinterpret_cast<double*>(p); }
 
-std::int64_t plane_stride(const ArrayPlan& plan) { return (plan.samples() + 15) / 16 * 16 + 16; }
+std::int64_t plane_stride(const ArrayPlan& plan) { return (plan.samples() + 63) / 64 * 64 + 64; }
 
 // Spectra of all nodes at the bins of one block.
 void steer_block(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& kernels,
@@ -88,15 +88,12 @@ struct Piece {
 };
 
 void sum_piece(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& kernels,
-               const NodeRecords& records, const Piece& piece, int beam,
+               const NodeRecords& records, const Piece& piece, const float* time, int beam,
                std::complex<float>* out) {
   const NodeStretch& s = *piece.stretch;
   const std::int64_t stride = plane_stride(plan);
-  alignas(64) float re[kBlock] = {}, im[kBlock] = {}, time[kBlock];
-  const int padded = (piece.count + 15) / 16 * 16;
-  for (int t = 0; s.degree > 0 && t < padded; ++t) {
-    time[t] = static_cast<float>(s.time(piece.first + t));
-  }
+  alignas(64) float re[kBlock] = {}, im[kBlock] = {};
+  const int padded = (piece.count + 63) / 64 * 64;
   const std::size_t size = std::size_t(s.taps) * (s.degree + 1) * 2;
   for (int order = 0; order < s.orders; ++order) {
     const float* from = records.planes.data() +
@@ -134,8 +131,13 @@ void node_beams(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& k
   workers.for_each(pieces.size() * slabs, [&](std::size_t item) {
     const Piece& piece = pieces[item / slabs];
     const int first = static_cast<int>(item % slabs) * kBeamsAtOnce;
+    alignas(64) float time[kBlock];
+    for (int t = 0; t < kBlock; ++t) {
+      const bool moves = piece.stretch->degree > 0;
+      time[t] = moves ? static_cast<float>(piece.stretch->time(piece.first + t)) : 0.0f;
+    }
     for (int beam = first; beam < std::min(first + kBeamsAtOnce, plan.beams()); ++beam) {
-      sum_piece(plan, nodes, kernels, records, piece, beam,
+      sum_piece(plan, nodes, kernels, records, piece, time, beam,
                 series + std::size_t(beam) * plan.samples() + piece.first);
     }
   });

@@ -103,13 +103,12 @@ void choose_group(const SynthesisSetup& setup, ArrayPlan& plan) {
 
 }  // namespace
 
-double expansion_range_m(const SynthesisSetup& setup, int group_elements) {
+double expansion_clearance_m(const SynthesisSetup& setup, int group_elements) {
   const ArrayReceiver& array = *setup.sonar.array;
   const double half = (group_elements - 1) / 2.0 * array.spacing_m;
   const double per_m = setup.sonar.frequency_hz / setup.water.sound_speed_m_s;
   const double nearest = std::pow(0.375 * per_m * std::pow(half, 5) / kPathTurns, 0.25);
-  const double end = (array.elements - 1) / 2.0 * array.spacing_m;
-  return end + std::max(nearest, 3 * half);
+  return std::max(nearest, 3 * half);
 }
 
 ArrayGroup ArrayPlan::group(int first_element, int count) const {
@@ -161,7 +160,8 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
   plan->kernel = {plan->coefficient.data(), plan->spread.degree, lanes, 0};
   choose_group(setup, *plan);
   if (plan->group_elements == 0) return nullptr;
-  plan->exact_range_m = expansion_range_m(setup, plan->group_elements);
+  plan->exact_range_m = std::abs(plan->geometry.y_m.front()) +
+                        expansion_clearance_m(setup, plan->group_elements);
   for (int k = -half; k < half; ++k) {
     plan->filter[k < 0 ? k + bins : k] =
         tables.spectrum[k + half] * plan->spread.correction[std::abs(k)];

@@ -55,8 +55,8 @@ struct ArrayPlan {
 // None where single precision or the expansion about groups cannot hold the tolerance.
 std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables);
 
-// The range from which on a group of so many elements may be expanded about its middle, from the
-// nearest of all elements.
-double expansion_range_m(const SynthesisSetup& setup, int group_elements);
+// How far a point must be from the nearest element for a group of so many to be expanded about its
+// middle.
+double expansion_clearance_m(const SynthesisSetup& setup, int group_elements);
 
 }  // namespace ensonify

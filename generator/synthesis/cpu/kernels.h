@@ -88,7 +88,7 @@ struct Kernels {
   // [kSteerDegree + 1], constant term last, t twice for each bin.
   void (*array_steer)(const double* rows, std::int64_t stride, const double* weight,
                       const double* t, int bins, double* out);
-  // (re, im) += the sum, for a multiple of 16 samples.
+  // (re, im) += the sum, for a multiple of 64 samples.
   void (*array_nodes)(const NodeSum* sum, const float* t, int samples, float* re, float* im);
 };
 

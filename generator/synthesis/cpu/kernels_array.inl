@@ -211,8 +211,7 @@ void array_steer(const double* __restrict rows, std::int64_t stride,
 // Whole vectors of samples, as many as registers hold beside the coefficients.
 template <int kDegree>
 inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
-  constexpr int kAtOnce = 2;
-  constexpr int kStep = kAtOnce * kLanes <= 16 ? kAtOnce : 1;
+  constexpr int kStep = ENSONIFY_VECTOR_BYTES == 64 ? 4 : 2;
   for (int i = 0; i < samples; i += kStep * kLanes) {
     Vector sum_re[kStep], sum_im[kStep], x[kStep];
     for (int v = 0; v < kStep; ++v) {
@@ -224,7 +223,7 @@ inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, flo
     const float* from_re = sum->re + i;
     const float* from_im = sum->im + i;
     for (int k = 0; k < sum->taps; ++k, c += 2 * (kDegree + 1)) {
-#pragma GCC unroll 2
+#pragma GCC unroll 4
       for (int v = 0; v < kStep; ++v) {
         Vector a = Vector{} + c[0], b = Vector{} + c[1];
 #pragma GCC unroll 4
