@@ -19,10 +19,11 @@ void add_bounced(const Moment& moment, const std::vector<Hit>& hits, const Worke
   const Session& session = moment.session;
   if (session.bounces.paths.empty()) return;
   const std::vector<Pose> objects = object_poses(session, moment.ping);
-  const std::vector<Scatterer> bounced =
+  std::vector<Scatterer> bounced =
       bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
                       moment.scattering},
                      moment.fan, hits, workers);
+  if (!session.sonar.array) bounced = both_ways_as_one(std::move(bounced));
   more.insert(more.end(), bounced.begin(), bounced.end());
 }
 

@@ -186,4 +186,21 @@ std::vector<Scatterer> bounced_echoes(const BouncedMoment& moment, const Fan& fa
   return all;
 }
 
+std::vector<Scatterer> both_ways_as_one(std::vector<Scatterer> echoes) {
+  std::size_t kept = 0;
+  for (const Scatterer& s : echoes) {
+    Scatterer* before = kept > 0 ? &echoes[kept - 1] : nullptr;
+    const bool other_way = before != nullptr && before->key == s.key &&
+                           before->instance == s.instance && before->delay_s == s.delay_s &&
+                           before->path != s.path && before->beam == s.beam;
+    if (other_way) {
+      before->gain += s.gain;
+    } else {
+      echoes[kept++] = s;
+    }
+  }
+  echoes.resize(kept);
+  return echoes;
+}
+
 }  // namespace ensonify

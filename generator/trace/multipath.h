@@ -1,6 +1,7 @@
 // Echoes over mirrors: what sound does between the sonar and what throws it back.
 //
-//   BouncedMoment  BouncedEchoes   bounced_echoes
+//   BouncedMoment  bounced_echoes
+//   both_ways_as_one
 #pragma once
 
 #include <span>
@@ -43,5 +44,11 @@ struct BouncedMoment {
 // target's is that of its direct echo.
 std::vector<Scatterer> bounced_echoes(const BouncedMoment& moment, const Fan& fan,
                                       std::span<const Hit> hits, const Workers& workers);
+
+// Both ways round of a pair that arrive in one sector as one echo of the first's path, with the sum
+// of their gains: they have one delay and one amplitude, and so add in phase, which a sum of
+// energies would not know. For a receiver of sectors, to which they are the same. `echoes` as
+// bounced_echoes gave them.
+std::vector<Scatterer> both_ways_as_one(std::vector<Scatterer> echoes);
 
 }  // namespace ensonify
