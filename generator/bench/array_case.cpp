@@ -98,8 +98,7 @@ double plain_element_ms(const Bench& bench, const ScattererList& list,
     const Scatterer& s = list.items[std::size_t(i) * step];
     const std::complex<float> a = amplitude[std::size_t(i) * step] * s.gain;
     const double delay_s =
-        s.delay_s +
-        element_delay_s(apparent_point_m(s), y_m, setup.water.sound_speed_m_s);
+        s.delay_s + element_delay_s(apparent_point_m(s), y_m, setup.water.sound_speed_m_s);
     start[i] = fixed_point(first_hz * delay_s - std::arg(a) * static_cast<float>(0.5 / kPi));
     turn[i] = fixed_point(bin_hz * delay_s);
     magnitude[i] = std::sqrt(std::norm(a));

@@ -32,7 +32,6 @@ Judged judge(const std::vector<Complex>& exact, const Values& values, int rows) 
   }
   Judged result{std::sqrt(all_wrong / all), 0};
   for (int t = 0; t < 10; ++t) {
-    if (std::getenv("SHOW")) std::printf("  %d %g %g\n", t, std::sqrt(wrong[t] / norm[t]), std::sqrt(norm[t]/all));
     if (norm[t] < 1e-12 * all) continue;
     result.worst_tenth = std::max(result.worst_tenth, std::sqrt(wrong[t] / norm[t]));
   }
@@ -95,8 +94,7 @@ class ExactArray {
     const Sonar& sonar = setup_.sonar;
     const double c = setup_.water.sound_speed_m_s;
     const double later = element_delay_s(apparent_m, geometry_.y_m[n], c);
-    const double pattern =
-        element_pattern(u, sonar.array->element_width_m, c / sonar.frequency_hz);
+    const double pattern = element_pattern(u, sonar.array->element_width_m, c / sonar.frequency_hz);
     const double turns = carrier_turns(sonar.frequency_hz, (carrier ? delay_s : 0.0) + later);
     const double bin_hz = sonar.bandwidth_hz / bins_;
     const Complex step = std::polar(1.0, -2 * kPi * carrier_turns(bin_hz, delay_s + later));
@@ -109,8 +107,8 @@ class ExactArray {
   }
 
   void add_cells(std::size_t n, const std::vector<Complex>& pulse, const PingTask& task) {
-    for (int cell = 0; !task.volumes.empty() && cell < setup_.sonar.beam_count *
-                                                           setup_.record.samples; ++cell) {
+    for (int cell = 0;
+         !task.volumes.empty() && cell < setup_.sonar.beam_count * setup_.record.samples; ++cell) {
       const double energy = total_energy(task.volumes, cell);
       if (energy == 0) continue;
       const int j = cell / setup_.record.samples, t = cell % setup_.record.samples;
@@ -156,8 +154,7 @@ ScattererList echoes_of(const Sonar& sonar, int count, double near_m) {
   std::vector<Scatterer> items = random_scatterers(sonar, count, near_m, 77);
   for (std::size_t i = 0; i < items.size(); ++i) {
     Scatterer& s = items[i];
-    const double azimuth =
-        (uniform(78, 0, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
+    const double azimuth = (uniform(78, 0, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
     s.arrival = {static_cast<float>(azimuth),
                  static_cast<float>(radians(20) * (uniform(78, 0, i, 1) - 0.5))};
     s.received_path_m = static_cast<float>(s.delay_s * 750 * (1 + 0.01 * uniform(78, 0, i, 2)));
@@ -184,39 +181,93 @@ void hold(const SynthesisSetup& setup, const PingTask& task, std::vector<int> be
   }
   const Judged error = judge(expected, got, static_cast<int>(beams.size()));
   CAPTURE(setup.tolerance, error.relative, error.worst_tenth);
-  if (std::getenv("SHOW")) std::printf("tol %g: %g %g\n", setup.tolerance, error.relative, error.worst_tenth);
   CHECK(error.relative <= setup.tolerance);
   CHECK(error.worst_tenth <= 10 * setup.tolerance);
 }
 
 }  // namespace
 
+// Protects the path's stated error, V8's way, near and far: a strong echo at 0.6 m or 1.5 m, dead
+// and wrong elements, elements with a width, noise.
 TEST_CASE("array: beams within the tolerance") {
-  const double tolerance = GENERATE(1e-5);
-  const auto focus = GENERATE(Focus::none, Focus::dynamic);
-  const auto steering = GENERATE(Steering::true_delay, Steering::phase);
-  const int elements = tolerance < 1e-6 ? 16 : GENERATE(101, 256);
-  Sonar sonar = line_array(elements, 24, 90, 6);
-  sonar.array->focus = focus;
-  sonar.array->steering = steering;
+  const double tolerance = GENERATE(1e-3, 1e-5);
+  Sonar sonar = line_array(GENERATE(101, 256), 24, 90, 6);
+  sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
+  sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
   sonar.array->response[5] = 0;
   sonar.array->response[7] = {1.1, 0.2};
   sonar.array->element_width_m = 0.6e-3;
   SynthesisSetup setup = setup_of(sonar);
   setup.tolerance = tolerance;
-  const ScattererList list = echoes_of(sonar, 60, 0.6);
+  const ScattererList list = echoes_of(sonar, 30, tolerance < 1e-4 ? 1.5 : 0.6);
   const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
-  hold(setup, task, {0, 7, 12, 23});
+  hold(setup, task, {0, 12});
+}
+
+// Protects what falls back to sums in double precision.
+TEST_CASE("array: beams within a tolerance that single precision cannot hold") {
+  Sonar sonar = line_array(12, 6, 60, 3);
+  sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
+  sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
+  SynthesisSetup setup = setup_of(sonar);
+  setup.tolerance = 1e-7;
+  const ScattererList list = echoes_of(sonar, 30, 0.6);
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
+  hold(setup, task, {0, 3, 5});
+}
+
+// Protects odd sizes, shading and every level of vector instructions.
+TEST_CASE("array: beams of few elements, and of every level") {
+  const int elements = GENERATE(1, 2, 33, 50);
+  Sonar sonar = line_array(elements, GENERATE(1, 7), 60, 3);
+  sonar.array->shading.kind = Shading::hann;
+  SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = echoes_of(sonar, 30, 0.8);
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
+  for (const SimdLevel level : {SimdLevel::sse4, SimdLevel::avx2, SimdLevel::avx512}) {
+    if (level > best_simd_level()) continue;
+    setup.simd = level;
+    hold(setup, task, {sonar.beam_count / 2});
+  }
+}
+
+// Protects volumes, the elements' own series, and results from the number of threads.
+TEST_CASE("array: volumes, channels, and the same bytes for any threads") {
+  Sonar sonar = line_array(40, 9, 60, 3);
+  SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = echoes_of(sonar, 40, 0.8);
+  const VolumeEcho water =
+      volume_of(setup, [](int beam, int n) { return n % 7 == beam ? 1e-4 * n : 0.0; });
+  PingTask task{&list, keys_of_ping(1), 1e-3, {&water, 1}, true};
+  task.wants_channels = true;
+  hold(setup, task, {0, 4});
+  const auto backend = make_cpu_backend(setup);
+  PingSeries one, more;
+  backend->synthesize({&task, 1}, {&one, 1}, Workers(1));
+  const std::vector<Complex> exact = ExactArray(setup, task).channel(17);
+  const auto* got = one.channels_pa.data() + 17 * setup.record.samples;
+  const Judged error = judge(exact, std::vector<std::complex<float>>(got, got + exact.size()), 1);
+  CHECK(error.relative <= setup.tolerance);
+  for (const int threads : {2, 3}) {
+    backend->synthesize({&task, 1}, {&more, 1}, Workers(threads));
+    CHECK(more.pressure_pa == one.pressure_pa);
+    CHECK(more.clean_power_pa2 == one.clean_power_pa2);
+    CHECK(more.channels_pa == one.channels_pa);
+  }
+  task.wants_channels = task.wants_clean = false;
+  backend->synthesize({&task, 1}, {&more, 1}, Workers(2));
+  CHECK(more.channels_pa.empty());
+  CHECK(more.clean_power_pa2.empty());
 }
 
 // Expected power: within 0.1 dB of the reference's where it is within 40 dB of its maximum.
 TEST_CASE("array: expected power") {
-  Sonar sonar = line_array(64, 16, 60, 4);
+  Sonar sonar = line_array(64, 12, 60, 3);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
   sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
   sonar.array->response[9] = 0;
   SynthesisSetup setup = setup_of(sonar);
-  const ScattererList list = echoes_of(sonar, 150, 0.6);
+  const ScattererList list = echoes_of(sonar, 60, 0.6);
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
   const PingTask task{&list, keys_of_ping(1), 0, {&water, 1}, true};

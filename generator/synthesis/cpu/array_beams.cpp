@@ -77,9 +77,9 @@ void fill_element(const ArrayPlan& plan, const FineRecords& fine, const Block& b
   Complex turned = weight;
   if (!focused) {
     const double turns =
-        plan.setup.sonar.frequency_hz *
-        steering_delay_s(plan.geometry.y_m[element], beam_azimuth_rad(plan.setup.sonar, beam),
-                         plan.setup.water.sound_speed_m_s);
+        plan.setup.sonar.frequency_hz * steering_delay_s(plan.geometry.y_m[element],
+                                                         beam_azimuth_rad(plan.setup.sonar, beam),
+                                                         plan.setup.water.sound_speed_m_s);
     turned = std::polar(weight, 2 * kPi * (turns - std::rint(turns)));
   }
   e.weight_re = static_cast<float>(turned.real());

@@ -66,9 +66,9 @@ void DoubleArraySynthesis::deposit(Vec3 apparent_m, double u, double delay_s, do
   const double later = element_delay_s(apparent_m, geometry_.y_m[element], speed_m_s());
   const double heard =
       element_pattern(u, setup_.sonar.array->element_width_m, speed_m_s() / carrier_hz());
-  const Complex echo = geometry_.response[element] * amplitude *
-                       std::polar(source_pa_m_ * heard,
-                                  -2 * kPi * (turns + carrier_turns(carrier_hz(), later)));
+  const Complex echo =
+      geometry_.response[element] * amplitude *
+      std::polar(source_pa_m_ * heard, -2 * kPi * (turns + carrier_turns(carrier_hz(), later)));
   spread(kernel_, (delay_s + later) * setup_.sonar.bandwidth_hz / bins(), echo, grid);
 }
 
@@ -100,8 +100,8 @@ void DoubleArraySynthesis::element_spectrum(const PingTask& task, Amplitude whic
   grid_forward_.run(grid.data());
   const int half = bins() / 2;
   for (int k = -half; k < half; ++k) {
-    row[k < 0 ? k + bins() : k] = spectrum_[k + half] * kernel_.correction[std::abs(k)] *
-                                  grid[k < 0 ? k + kernel_.grid : k];
+    row[k < 0 ? k + bins() : k] =
+        spectrum_[k + half] * kernel_.correction[std::abs(k)] * grid[k < 0 ? k + kernel_.grid : k];
   }
   if (which == Amplitude::mean || task.noise_power_pa2 == 0) return;
   if (geometry_.response[element] == Complex(0)) return;

@@ -11,9 +11,9 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr int kMostOrders = 4;
-constexpr int kTimeNodes = 4;  // of a cubic
+constexpr int kTimeNodes = 4;   // of a cubic
 constexpr double kShare = 0.4;  // of the tolerance
-constexpr int kShortest = 8;   // samples of a stretch
+constexpr int kShortest = 8;    // samples of a stretch
 constexpr int kTapChoices[] = {6, 8, 10, 12, 14, 16, 20, 24, 28, 32};
 
 // Sums of `taps` neighbouring nodes that come closest to given values across the array.
@@ -78,8 +78,8 @@ class NodeFit {
           sum += weight_[p] * std::cos(step_ * y_[p] * (i - k));
         }
         for (int l = 0; l < k; ++l) sum -= factor_[i * taps_ + l] * factor_[k * taps_ + l];
-        factor_[i * taps_ + k] = i == k ? std::sqrt(std::max(sum, 1e-14 * points_))
-                                        : sum / factor_[k * taps_ + k];
+        factor_[i * taps_ + k] =
+            i == k ? std::sqrt(std::max(sum, 1e-14 * points_)) : sum / factor_[k * taps_ + k];
       }
     }
   }
@@ -173,9 +173,7 @@ class Focusing {
 };
 
 // Beams that stand for all when errors are judged.
-std::vector<int> judged_beams(int beams) {
-  return {0, beams / 3, beams / 2};
-}
+std::vector<int> judged_beams(int beams) { return {0, beams / 3, beams / 2}; }
 
 // Taps and orders that hold the tolerance at one sample; false where none does.
 bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNodes& nodes,
@@ -273,8 +271,7 @@ void choose_stretches(const ArrayPlan& plan, ArrayNodes& nodes) {
   const Focusing focusing(plan, nodes);
   // A cubic through a phasor that turns by phi is wrong by phi^4 / 3072; across the array the
   // mean is a third of what it is at its ends.
-  const double turns_at_once =
-      std::pow(kShare * plan.setup.tolerance * 3072 * 3, 0.25) / (2 * kPi);
+  const double turns_at_once = std::pow(kShare * plan.setup.tolerance * 3072 * 3, 0.25) / (2 * kPi);
   int end = plan.samples();
   nodes.near_samples = end;
   nodes.orders = 1;

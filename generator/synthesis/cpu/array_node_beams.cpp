@@ -59,8 +59,7 @@ void steer_block(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& 
   const std::size_t blocks = nodes.blocks.size();
   for (int q = 0; q < nodes.count; ++q) {
     const std::size_t at = q * blocks + b;
-    kernels.array_steer(as_doubles(reached + nodes.base[at] * width),
-                        2 * nodes.block_bins,
+    kernels.array_steer(as_doubles(reached + nodes.base[at] * width), 2 * nodes.block_bins,
                         nodes.weight.data() + at * kSteerTaps * (kSteerDegree + 1), time,
                         block.count, as_doubles(out.data() + std::size_t(q) * bins + block.first));
   }
@@ -100,7 +99,11 @@ void sum_piece(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& ke
                         (std::int64_t{2} * order * nodes.count + s.first[beam]) * stride +
                         piece.first;
     const NodeSum sum = {s.coefficient.data() + (std::size_t(beam) * s.orders + order) * size,
-                         s.taps, s.degree, from, from + nodes.count * stride, stride};
+                         s.taps,
+                         s.degree,
+                         from,
+                         from + nodes.count * stride,
+                         stride};
     kernels.array_nodes(&sum, time, padded, re, im);
   }
   for (int t = 0; t < piece.count; ++t) out[t] = {re[t], im[t]};
@@ -149,7 +152,8 @@ std::uint64_t node_ping_bytes(const ArrayPlan& plan, const ArrayNodes& nodes) {
 }
 
 std::uint64_t node_thread_bytes(const ArrayPlan& plan, const ArrayNodes& nodes) {
-  return (std::uint64_t(nodes.grid + nodes.rows) * nodes.block_bins + plan.bins()) * sizeof(Complex);
+  return (std::uint64_t(nodes.grid + nodes.rows) * nodes.block_bins + plan.bins()) *
+         sizeof(Complex);
 }
 
 }  // namespace ensonify

@@ -37,7 +37,7 @@ double window_transform(double beta, int width, double x) {
 
 // Over a block of bins a node moves by at most this part of a grid step: what the polynomials of
 // its weights follow to 1e-10.
-constexpr double kFurthestMove = 0.12;
+constexpr double kFurthestMove = 0.06;
 
 int bins_at_once(const ArrayPlan& plan, int grid) {
   const Sonar& sonar = plan.setup.sonar;
@@ -107,8 +107,8 @@ void add_element_weight(const ArrayPlan& plan, int element, double turn, ArrayNo
   double c[4] = {};
   for (int i = 0; i < 4; ++i) {
     const double angle = kPi * (i + 0.5) / 4;
-    const double value = plan.geometry.weight[element] /
-                         (steer * node_taper(turns * (1 + band * std::cos(angle))));
+    const double value =
+        plan.geometry.weight[element] / (steer * node_taper(turns * (1 + band * std::cos(angle))));
     for (int k = 0; k < 4; ++k) c[k] += value * std::cos(k * angle) * (k == 0 ? 1.0 : 2.0) / 4;
   }
   for (const double w : {4 * c[3], 2 * c[2], c[1] - 3 * c[3], c[0] - c[2]}) {
@@ -186,8 +186,8 @@ std::shared_ptr<const ArrayNodes> make_array_nodes(const ArrayPlan& plan) {
     for (int& first : s.first) first -= nodes.first;
   }
   nodes.blocks = blocks_of(plan.bins(), nodes.block_bins);
-  nodes.weight = AlignedBuffer<double>(nodes.count * nodes.blocks.size() * kSteerTaps *
-                                       (kSteerDegree + 1));
+  nodes.weight =
+      AlignedBuffer<double>(nodes.count * nodes.blocks.size() * kSteerTaps * (kSteerDegree + 1));
   fill_transform(plan, nodes);
   fill_orders(plan, nodes);
   return std::make_shared<const ArrayNodes>(std::move(nodes));

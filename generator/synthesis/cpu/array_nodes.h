@@ -52,14 +52,14 @@ struct ArrayNodes {
 
   // The transform along the elements: `grid` points of a turn from element to element.
   int grid = 0, first_row = 0, rows = 0;  // rows that nodes reach; first_row may be negative
-  int block_bins = 0;                      // few enough that nodes hardly move over the grid
+  int block_bins = 0;                     // few enough that nodes hardly move over the grid
   std::vector<SteerBlock> blocks;
   // [elements][4]: polynomial of nu / (b/2), constant term last.
   std::vector<double> element_weight;
-  std::vector<std::complex<double>> row_phase;     // [rows]
-  std::vector<std::int32_t> base;                  // [count][blocks], row of the first tap
-  AlignedBuffer<double> weight;                    // [count][blocks][taps][degree + 1]
-  std::vector<double> order_factor;                // [orders][bins]
+  std::vector<std::complex<double>> row_phase;  // [rows]
+  std::vector<std::int32_t> base;               // [count][blocks], row of the first tap
+  AlignedBuffer<double> weight;                 // [count][blocks][taps][degree + 1]
+  std::vector<double> order_factor;             // [orders][bins]
   BatchFft along;
 };
 

@@ -138,8 +138,7 @@ void PatternMaker::beam_matrix(double range_m, std::vector<float>& re,
 }
 
 std::vector<float> PatternMaker::patterns(double sample) const {
-  const double range_m =
-      sample * setup_.water.sound_speed_m_s / (2 * setup_.sonar.bandwidth_hz);
+  const double range_m = sample * setup_.water.sound_speed_m_s / (2 * setup_.sonar.bandwidth_hz);
   std::vector<float> re, im, packed(std::size_t(rows_) * grid_.nodes);
   beam_matrix(range_m, re, im);
   AlignedBuffer<float> x(std::size_t(2) * elements_ * kTile), y(std::size_t(2) * rows_ * kTile);
@@ -159,11 +158,9 @@ std::vector<float> PatternMaker::patterns(double sample) const {
     for (int j = 0; j < rows_; ++j) {
       for (int q = 0; q < count; ++q) {
         const std::size_t at = std::size_t(j) * kTile + q;
-        const double heard = element_pattern(grid_.node_u(first + q),
-                                             setup_.sonar.array->element_width_m,
-                                             wavelength_m(setup_));
-        packed[(std::size_t(j / kRowBlock) * grid_.nodes + first + q) * kRowBlock +
-               j % kRowBlock] =
+        const double heard = element_pattern(
+            grid_.node_u(first + q), setup_.sonar.array->element_width_m, wavelength_m(setup_));
+        packed[(std::size_t(j / kRowBlock) * grid_.nodes + first + q) * kRowBlock + j % kRowBlock] =
             (y[at] * y[at] + y_im[at] * y_im[at]) * static_cast<float>(heard * heard);
       }
     }
@@ -236,8 +233,8 @@ std::vector<PatternBlock> make_patterns(const SynthesisSetup& setup, const Kerne
   const PatternMaker maker(setup, kernels, grid);
   std::vector<PatternBlock> blocks = pattern_blocks(setup);
   for (PatternBlock& block : blocks) {
-    block.packed = maker.patterns(std::max(1.0, std::sqrt(std::max(block.begin, 1) *
-                                                          static_cast<double>(block.end))));
+    block.packed = maker.patterns(
+        std::max(1.0, std::sqrt(std::max(block.begin, 1) * static_cast<double>(block.end))));
   }
   return blocks;
 }

@@ -85,8 +85,8 @@ double left_out(const SpreadKernel& spread, int order, double e) {
 
 // Chooses group and order; 0 where none serves.
 void choose_group(const SynthesisSetup& setup, ArrayPlan& plan) {
-  const double per_element = 2 * plan.points_per_s() * setup.sonar.array->spacing_m /
-                             setup.water.sound_speed_m_s;
+  const double per_element =
+      2 * plan.points_per_s() * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
   for (const int size : {16, 8, 4, 2, 1}) {
     const double e = per_element * (size - 1) / 2.0;
     for (int order = 1; order <= kLargestOrder; ++order) {
@@ -160,8 +160,8 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
   plan->kernel = {plan->coefficient.data(), plan->spread.degree, lanes, 0};
   choose_group(setup, *plan);
   if (plan->group_elements == 0) return nullptr;
-  plan->exact_range_m = std::abs(plan->geometry.y_m.front()) +
-                        expansion_clearance_m(setup, plan->group_elements);
+  plan->exact_range_m =
+      std::abs(plan->geometry.y_m.front()) + expansion_clearance_m(setup, plan->group_elements);
   for (int k = -half; k < half; ++k) {
     plan->filter[k < 0 ? k + bins : k] =
         tables.spectrum[k + half] * plan->spread.correction[std::abs(k)];

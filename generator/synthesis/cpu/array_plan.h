@@ -20,20 +20,20 @@ namespace ensonify {
 // For every beam and element: the taps that read the element's record, twice as dense as its
 // samples, at the steering delay.
 struct BeamTaps {
-  int pad = 0;                       // samples that the record is longer at either end
-  std::vector<double> correction;    // [k = 0 .. M/2], of the record's spectrum; even in k
-  std::vector<std::int32_t> begin;   // [beams][elements], in half samples
-  std::vector<float> tap;            // [beams][elements][kBeamTaps]
+  int pad = 0;                      // samples that the record is longer at either end
+  std::vector<double> correction;   // [k = 0 .. M/2], of the record's spectrum; even in k
+  std::vector<std::int32_t> begin;  // [beams][elements], in half samples
+  std::vector<float> tap;           // [beams][elements][kBeamTaps]
 };
 
 struct ArrayPlan {
   SynthesisSetup setup;
   ArrayGeometry geometry;
   SpreadKernel spread;
-  GroupKernel kernel;               // of `coefficient`
-  std::vector<float> coefficient;   // [degree + 1][lanes]
-  int group_elements = 0;           // that one group has
-  double exact_range_m = 0;         // nearer points are deposited one element at a time
+  GroupKernel kernel;                        // of `coefficient`
+  std::vector<float> coefficient;            // [degree + 1][lanes]
+  int group_elements = 0;                    // that one group has
+  double exact_range_m = 0;                  // nearer points are deposited one element at a time
   std::vector<std::complex<double>> filter;  // [M], k = 0 first: pulse, kernel undone
   BeamTaps taps;
   ComplexFft grid_forward, record_forward, record_backward, fine_backward;

@@ -10,7 +10,6 @@
 namespace ensonify {
 namespace {
 
-
 struct PingScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
@@ -121,8 +120,8 @@ SynthesisMemory NodePower::memory() const {
   memory.shared_bytes = plan_bytes(*plan_) + pattern_bytes(setup_, grid_);
   memory.ping_bytes = planes_bytes(*plan_) + 2 * std::uint64_t(grid_.cells) * sizeof(std::uint32_t);
   memory.echo_bytes = 3 * sizeof(float) + sizeof(std::int32_t);
-  memory.thread_bytes = scratch_bytes(*plan_, false) +
-                        std::uint64_t(beams() + kRowBlock) * kTile * sizeof(float);
+  memory.thread_bytes =
+      scratch_bytes(*plan_, false) + std::uint64_t(beams() + kRowBlock) * kTile * sizeof(float);
   return memory;
 }
 

@@ -35,8 +35,8 @@ struct GroupGrids {
 };
 
 // A point so near that its paths to the elements are no polynomial: one element at a time.
-void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& point,
-                  float re, float im, PathArrays& paths, GroupGrids& grids) {
+void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& point, float re,
+                  float im, PathArrays& paths, GroupGrids& grids) {
   for (int l = 0; l < grids.count; ++l) {
     const ArrayGroup one = plan.group(grids.first + l, 1);
     const GroupLine line = plan.line(grids.first + l, 1, grids.line.turns_per_m);
@@ -211,9 +211,8 @@ void gather_echoes(const ArrayPlan& plan, const Kernels& kernels, const PingTask
 }
 
 void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
-                     const ArrayEchoes& echoes, EchoAmplitude amplitude,
-                     Pool<RecordScratch>& pool, const Workers& workers,
-                     AlignedBuffer<Complex>& spectra) {
+                     const ArrayEchoes& echoes, EchoAmplitude amplitude, Pool<RecordScratch>& pool,
+                     const Workers& workers, AlignedBuffer<Complex>& spectra) {
   const std::int64_t stride = grid_stride(plan);
   const bool drawn = amplitude == EchoAmplitude::drawn;
   const double turns_per_m = -plan.setup.sonar.frequency_hz / plan.setup.water.sound_speed_m_s;
@@ -225,8 +224,12 @@ void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTa
     const std::size_t floats = 2 * plan.group_elements * stride;
     scratch->grid.need(floats);
     std::memset(scratch->grid.data(), 0, floats * sizeof(float));
-    GroupGrids grids{first,  count, plan.group(first, count), plan.line(first, count, turns_per_m),
-                     scratch->grid.data(), stride};
+    GroupGrids grids{first,
+                     count,
+                     plan.group(first, count),
+                     plan.line(first, count, turns_per_m),
+                     scratch->grid.data(),
+                     stride};
     deposit_scatterers(plan, kernels, echoes, scratch->chunk, grids);
     if (drawn && !task.volumes.empty()) {
       deposit_cells(plan, kernels, task, scratch->chunk, grids);

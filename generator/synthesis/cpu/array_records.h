@@ -45,14 +45,12 @@ void gather_echoes(const ArrayPlan& plan, const Kernels& kernels, const PingTask
 
 // spectra: [elements][bins], k = 0 first. Volumes and noise where the amplitude is drawn.
 void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
-                     const ArrayEchoes& echoes, EchoAmplitude amplitude,
-                     Pool<RecordScratch>& pool, const Workers& workers,
-                     AlignedBuffer<std::complex<double>>& spectra);
+                     const ArrayEchoes& echoes, EchoAmplitude amplitude, Pool<RecordScratch>& pool,
+                     const Workers& workers, AlignedBuffer<std::complex<double>>& spectra);
 
 // series: [elements][samples].
 void element_series(const ArrayPlan& plan, const AlignedBuffer<std::complex<double>>& spectra,
-                    Pool<RecordScratch>& pool, const Workers& workers,
-                    std::complex<float>* series);
+                    Pool<RecordScratch>& pool, const Workers& workers, std::complex<float>* series);
 
 std::uint64_t record_scratch_bytes(const ArrayPlan& plan);
 

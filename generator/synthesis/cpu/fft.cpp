@@ -64,8 +64,8 @@ BatchFft::BatchFft(int length, int count, FftDirection direction) {
   fftw_complex* data = as_fftw(scratch.data());
   const int sign = direction == FftDirection::forward ? FFTW_FORWARD : FFTW_BACKWARD;
   const std::lock_guard lock(planner_mutex());
-  plan_ = std::make_shared<FftPlan>(fftw_plan_many_dft(
-      1, &length, count, data, nullptr, count, 1, data, nullptr, count, 1, sign, kPlanFlags));
+  plan_ = std::make_shared<FftPlan>(fftw_plan_many_dft(1, &length, count, data, nullptr, count, 1,
+                                                       data, nullptr, count, 1, sign, kPlanFlags));
 }
 
 void BatchFft::run(std::complex<double>* data) const {

@@ -21,15 +21,16 @@ inline void store(float* p, Vector v) { *reinterpret_cast<LooseVector*>(p) = v; 
 #include "synthesis/cpu/kernels_draw.inl"
 #include "synthesis/cpu/kernels_grid.inl"
 #include "synthesis/cpu/kernels_mix.inl"
+// After those that it calls.
 #include "synthesis/cpu/kernels_array.inl"
 
 }  // namespace
 
 extern const Kernels kKernels;
-const Kernels kKernels = {draw_normals, apply_path,   place,   deposit, add_scaled, widen,
-                          narrow,       multiply,     multiply_add, product, fold,  unfold,
-                          combine,      store_complex, store_power, add_square,
-                          array_paths,  array_deposit, widen_planes, array_beam,
+const Kernels kKernels = {draw_normals, apply_path,  place,         deposit,       add_scaled,
+                          widen,        narrow,      multiply,      multiply_add,  product,
+                          fold,         unfold,      combine,       store_complex, store_power,
+                          add_square,   array_paths, array_deposit, widen_planes,  array_beam,
                           array_steer,  array_nodes};
 
 }  // namespace ensonify::ENSONIFY_LEVEL

@@ -16,12 +16,12 @@ constexpr int kBeamTaps = 8;
 
 // A group's place, and what a metre is.
 struct GroupLine {
-  double middle_m;        // y of its middle
-  double spacing_m;       // from element to element
-  double turns_per_m;     // of the carrier, with the sign that phases get
-  double points_per_m;    // of the time grid
-  double first_element;   // from the middle to element 0, in elements: -(count - 1)/2
-  int points, width;      // of the time grid and its kernel
+  double middle_m;       // y of its middle
+  double spacing_m;      // from element to element
+  double turns_per_m;    // of the carrier, with the sign that phases get
+  double points_per_m;   // of the time grid
+  double first_element;  // from the middle to element 0, in elements: -(count - 1)/2
+  int points, width;     // of the time grid and its kernel
 };
 
 // Points as the origin sees them.
@@ -58,7 +58,7 @@ struct BeamElement {
 
 // Bins whose node weights are one polynomial, and its degree.
 constexpr int kSteerBins = 64;
-constexpr int kSteerTaps = 9;
+constexpr int kSteerTaps = 11;
 constexpr int kSteerDegree = 4;
 
 // What a beam makes of its nodes over a stretch of samples: coefficients are polynomials of

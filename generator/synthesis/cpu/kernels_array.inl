@@ -162,8 +162,7 @@ inline void delayed_record(const BeamElement& e, int samples, float* __restrict 
 }
 
 void array_beam(const BeamElement* elements, int count, double first_element,
-                const PathArrays* paths, int samples, float* __restrict re,
-                float* __restrict im) {
+                const PathArrays* paths, int samples, float* __restrict re, float* __restrict im) {
   alignas(64) float part_re[kBeamBlock], part_im[kBeamBlock];
   const float to_first = static_cast<float>(first_element);
   for (int l = 0; l < count; ++l) {
@@ -179,10 +178,9 @@ void array_beam(const BeamElement* elements, int count, double first_element,
     }
     const float x = to_first + static_cast<float>(l), xx = x * x;
     for (int t = 0; t < samples; ++t) {
-      const auto fixed =
-          static_cast<std::int32_t>(static_cast<std::uint32_t>(paths->turns[t]) +
-                                    static_cast<std::uint32_t>(l) *
-                                        static_cast<std::uint32_t>(paths->slope[t]));
+      const auto fixed = static_cast<std::int32_t>(static_cast<std::uint32_t>(paths->turns[t]) +
+                                                   static_cast<std::uint32_t>(l) *
+                                                       static_cast<std::uint32_t>(paths->slope[t]));
       const float bend = paths->bend[0][t] + x * (paths->bend[1][t] + x * paths->bend[2][t]);
       float sine, cosine;
       turn_sine_cosine(static_cast<float>(fixed) * 0x1p-32f + xx * bend, &sine, &cosine);
@@ -199,7 +197,7 @@ void array_steer(const double* __restrict rows, std::int64_t stride,
   for (int i = 0; i < 2 * bins; ++i) {
     double sum = 0;
     const double x = t[i];
-#pragma GCC unroll 9
+#pragma GCC unroll 11
     for (int k = 0; k < kSteerTaps; ++k) {
       const double* w = weight + 5 * k;
       sum += ((((w[0] * x + w[1]) * x + w[2]) * x + w[3]) * x + w[4]) * rows[k * stride + i];

@@ -276,8 +276,8 @@ void finish(SpreadKernel& kernel, int highest, double tolerance) {
 
 }  // namespace
 
-SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int first,
-                                  double tolerance, int widest) {
+SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int first, double tolerance,
+                                  int widest) {
   const int count = static_cast<int>(spectrum.size());
   const int highest = std::max(std::abs(first), first + count - 1);
   std::vector<double> energy(highest + 1);
