@@ -11,9 +11,10 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr int kMostOrders = 4;
-constexpr int kTimeNodes = 4;   // of a cubic
-constexpr double kShare = 0.4;  // of the tolerance
-constexpr int kShortest = 8;    // samples of a stretch
+constexpr int kTimeNodes = 4;  // of a cubic
+constexpr double kShare =
+    0.15;                     // of the tolerance: what a beam hears may lie far under its elements
+constexpr int kShortest = 8;  // samples of a stretch
 constexpr int kTapChoices[] = {6, 8, 10, 12, 14, 16, 20, 24, 28, 32};
 
 // Sums of `taps` neighbouring nodes that come closest to given values across the array.
