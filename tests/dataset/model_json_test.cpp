@@ -32,7 +32,7 @@ TEST_CASE("the model describes the normalization in use") {
 }
 
 TEST_CASE("the model speaks of motion where there is any") {
-  SequenceInfo info = sample_info();
+  SequenceInfo info = sample::sequence_info(0);
   CHECK_FALSE(model_json(info).contains("motion"));
   info.motion_within_ping = true;
   CHECK(model_json(info)["motion"].get<std::string>().find("tau_i later") != std::string::npos);
