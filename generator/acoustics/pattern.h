@@ -1,6 +1,6 @@
 // Beam patterns: amplitude against angle.
 //
-//   line_pattern                               uniform line: elevation, two-way
+//   line_pattern  two_direction_pattern        uniform line: elevation, two-way
 //   hann_line  taylor_line  chebyshev_line     shaded lines, against u
 //   ReceivePattern  make_...  receive_pattern  one of them: azimuth, receive
 //   array_weights                              of single elements
@@ -29,6 +29,13 @@ ENSONIFY_HD inline double sinc(double x) {
 // In elevation: two-way amplitude B_el, applied once (Eq 18-22).
 ENSONIFY_HD inline double line_pattern(double angle_rad, double width_rad) {
   return sinc(0.884 * std::sin(angle_rad) / width_rad);
+}
+
+// The two-way pattern of sound that departs and arrives in different directions, from its values in
+// both: h(departure) h(arrival), h = sqrt|B|, with the sign at the arrival; B where both are equal.
+ENSONIFY_HD inline double two_direction_pattern(double departure, double arrival) {
+  if (departure == arrival) return arrival;
+  return std::copysign(std::sqrt(std::abs(departure * arrival)), arrival);
 }
 
 // sinc(u) / (1 - u^2): a line weighted by a raised cosine that is zero at its ends.

@@ -14,6 +14,12 @@ ENSONIFY_HD inline double two_way_loss(double range_m, double absorption_db_m) {
   return std::exp(-absorption_db_m * range_m * (kLn10 / 10.0)) / (range_m * range_m);
 }
 
+// The same over a way out and another one back: 10^(-alpha (r_out + r_back) / 20) / (r_out r_back).
+ENSONIFY_HD inline double path_loss(double out_m, double back_m, double absorption_db_m) {
+  constexpr double kLn10 = 2.302585092994045684;
+  return std::exp(-absorption_db_m * (out_m + back_m) * (kLn10 / 20.0)) / (out_m * back_m);
+}
+
 // tau = 2r / c.
 ENSONIFY_HD inline double two_way_delay_s(double range_m, double sound_speed_m_s) {
   return 2.0 * range_m / sound_speed_m_s;

@@ -63,24 +63,31 @@ Complex at_frequency(const std::vector<PulseTableRow>& rows, double frequency_hz
                     low.phase_rad + part * (high.phase_rad - low.phase_rad));
 }
 
-// S before it is scaled. `rows` are the table's, unwrapped.
-Complex unscaled(const Sonar& sonar, const std::vector<PulseTableRow>& rows, double x) {
-  const Pulse& pulse = sonar.pulse;
-  const double weight = window_weight(sonar.window, x);
-  switch (pulse.shape) {
+// P, of the sent pulse. `rows` are the table's, unwrapped.
+Complex sent_pulse(const Sonar& sonar, const std::vector<PulseTableRow>& rows, double x) {
+  switch (sonar.pulse.shape) {
     case PulseShape::gaussian:
-      return weight * edge_taper(x, kEdge) * std::exp(-(kPi * x) * (kPi * x));
-    case PulseShape::flat:
-      break;
-    case PulseShape::lfm:
-      return weight * edge_taper(x, pulse.taper);
+      return std::exp(-(kPi * x) * (kPi * x));
     case PulseShape::cw:
-      return weight * edge_taper(x, kEdge) * sinc(x * sonar.bandwidth_hz * pulse.duration_s);
+      return sinc(x * sonar.bandwidth_hz * sonar.pulse.duration_s);
     case PulseShape::table:
-      return weight * edge_taper(x, kEdge) *
-             at_frequency(rows, sonar.frequency_hz + x * sonar.bandwidth_hz);
+      return at_frequency(rows, sonar.frequency_hz + x * sonar.bandwidth_hz);
+    case PulseShape::flat:
+    case PulseShape::lfm:
+      break;
   }
-  return weight * edge_taper(x, kEdge);
+  return 1;
+}
+
+// W T, of the receiver.
+double receiver(const Sonar& sonar, double x) {
+  const bool is_lfm = sonar.pulse.shape == PulseShape::lfm;
+  return window_weight(sonar.window, x) * edge_taper(x, is_lfm ? sonar.pulse.taper : kEdge);
+}
+
+// S before it is scaled.
+Complex unscaled(const Sonar& sonar, const std::vector<PulseTableRow>& rows, double x) {
+  return receiver(sonar, x) * sent_pulse(sonar, rows, x);
 }
 
 double peak(const std::vector<Complex>& spectrum) {
@@ -109,13 +116,16 @@ double longest_delay(const Sonar& sonar, const std::vector<PulseTableRow>& rows)
   return longest_s * sonar.bandwidth_hz;
 }
 
+// The table's rows, unwrapped; nothing of other pulses.
+std::vector<PulseTableRow> rows_of(const Sonar& sonar) {
+  if (sonar.pulse.shape != PulseShape::table) return {};
+  ENSONIFY_ASSERT(sonar.pulse.table.size() >= 2);
+  return unwrapped(sonar.pulse.table);
+}
+
 std::vector<Complex> unscaled_spectrum(const Sonar& sonar, int transform) {
   ENSONIFY_ASSERT(transform >= 2 && transform % 2 == 0);
-  std::vector<PulseTableRow> rows;
-  if (sonar.pulse.shape == PulseShape::table) {
-    ENSONIFY_ASSERT(sonar.pulse.table.size() >= 2);
-    rows = unwrapped(sonar.pulse.table);
-  }
+  const std::vector<PulseTableRow> rows = rows_of(sonar);
   std::vector<Complex> spectrum(transform);
   for (int m = 0; m < transform; ++m) {
     spectrum[m] = unscaled(sonar, rows, (m - transform / 2) / static_cast<double>(transform));
@@ -174,6 +184,23 @@ double pulse_extent_s(const Sonar& sonar) {
   }
 }
 
+double pulse_width_s(const Sonar& sonar, int transform) {
+  const std::vector<double> squared =
+      envelope_squared(unscaled_spectrum(sonar, transform), kPeakGrid);
+  const long count = static_cast<long>(squared.size());
+  const long top = std::max_element(squared.begin(), squared.end()) - squared.begin();
+  const double half = squared[top] / 2;
+  // Steps from the peak to where it falls below the half, to either side around the record.
+  const auto reach = [&](long side) {
+    const auto at = [&](long k) { return squared[((top + side * k) % count + count) % count]; };
+    long k = 1;
+    while (k < count / 2 && at(k) > half) ++k;
+    const double above = at(k - 1), below = at(k);
+    return static_cast<double>(k) - (below < half ? (half - below) / (above - below) : 0);
+  };
+  return (reach(1) + reach(-1)) / (kPeakGrid * sonar.bandwidth_hz);
+}
+
 double processing_gain(const Sonar& sonar) {
   return sonar.pulse.shape == PulseShape::lfm ? sonar.bandwidth_hz * sonar.pulse.duration_s : 1;
 }
@@ -187,6 +214,24 @@ std::vector<Complex> pulse_autospectrum(const std::vector<Complex>& spectrum) {
     }
   }
   return autospectrum;
+}
+
+DopplerPulse make_doppler_pulse(const Sonar& sonar, int transform) {
+  return {sonar, transform, rows_of(sonar), peak(unscaled_spectrum(sonar, transform))};
+}
+
+Complex doppler_bin(const DopplerPulse& pulse, double doppler, int m) {
+  const Sonar& sonar = pulse.sonar;
+  const double x = (m - pulse.transform / 2) / static_cast<double>(pulse.transform);
+  const double sent =
+      (x - doppler * sonar.frequency_hz / sonar.bandwidth_hz) / (1 + doppler);  // f' / b
+  return receiver(sonar, x) * sent_pulse(sonar, pulse.table, sent) / ((1 + doppler) * pulse.peak);
+}
+
+std::vector<Complex> doppler_spectrum(const DopplerPulse& pulse, double doppler) {
+  std::vector<Complex> spectrum(pulse.transform);
+  for (int m = 0; m < pulse.transform; ++m) spectrum[m] = doppler_bin(pulse, doppler, m);
+  return spectrum;
 }
 
 }  // namespace ensonify

@@ -3,8 +3,11 @@
 //   pulse_spectrum       S_m on the bins of a record
 //   pulse_is_heard       whether any of it falls on a bin
 //   pulse_extent_s       how long it rings: T_p
+//   pulse_width_s        how long it is loud
 //   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
+//   DopplerPulse  make_doppler_pulse   the pulse of echoes that come back shifted
+//   doppler_bin  doppler_spectrum      S_m of one of them
 #pragma once
 
 #include <complex>
@@ -38,11 +41,31 @@ bool pulse_is_heard(const Sonar& sonar, int transform);
 // the others.
 double pulse_extent_s(const Sonar& sonar);
 
+// The -3 dB width of |s(t)|^2 about its peak, looked for at t = k / (32 b) and interpolated.
+double pulse_width_s(const Sonar& sonar, int transform);
+
 // b duration of lfm, 1 of the others: noise power is divided by it.
 double processing_gain(const Sonar& sonar);
 
 // Q_k for k = 0 .. M-1: |s(t)|^2 = Q_0 + 2 Re sum_{k>=1} Q_k e^(i 2 pi k (b/M) t).
 std::vector<std::complex<double>> pulse_autospectrum(
     const std::vector<std::complex<double>>& spectrum);
+
+// S = P W T: the sent pulse P (gaussian: exp(..), cw: sinc(..), table: A e^(i phi), flat and lfm:
+// 1) behind the receiver's window and the edges of its band. An echo of relative shift eta > -1 is
+// the pulse e^(i 2 pi f_c eta (t - tau)) P((1 + eta)(t - tau)) behind the same receiver:
+//   S_eta(f) = P(f') W(f - f_c) T(f - f_c) / (1 + eta),  f' = (f - f_c - eta f_c)/(1 + eta)
+// scaled as S is. What is shifted out of the band is lost. doppler 0 gives pulse_spectrum.
+struct DopplerPulse {
+  Sonar sonar;
+  int transform = 0;
+  std::vector<PulseTableRow> table;  // of table: phases unwrapped
+  double peak = 1;                   // what pulse_spectrum is divided by
+};
+DopplerPulse make_doppler_pulse(const Sonar& sonar, int transform);
+
+// S_m of bin m in [0, transform).
+std::complex<double> doppler_bin(const DopplerPulse& pulse, double doppler, int m);
+std::vector<std::complex<double>> doppler_spectrum(const DopplerPulse& pulse, double doppler);
 
 }  // namespace ensonify

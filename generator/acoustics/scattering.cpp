@@ -57,6 +57,34 @@ ScattererMoments scatterer_moments(const Material& material, double reflectivity
   return rician_moments(sigma_squared, material.rician_k);
 }
 
+double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering) {
+  if (cos_incidence == cos_scattering) return backscatter_strength(material, cos_incidence);
+  const double product = cos_incidence * cos_scattering;
+  switch (material.law) {
+    case ScatteringLaw::lommel_seeliger:
+      return material.reflectivity * 2 * product / (cos_incidence + cos_scattering);
+    case ScatteringLaw::table:
+      return std::sqrt(backscatter_strength(material, cos_incidence) *
+                       backscatter_strength(material, cos_scattering));
+    case ScatteringLaw::lambert:
+      break;
+  }
+  return material.reflectivity * std::pow(product, (material.lambert_exponent + 1) / 2);
+}
+
+ScattererMoments bistatic_moments(const Material& material, double reflectivity_factor,
+                                  double cos_incidence, double cos_scattering, double range_m,
+                                  double solid_angle_sr) {
+  if (cos_incidence == cos_scattering) {
+    return scatterer_moments(material, reflectivity_factor, cos_incidence, range_m, solid_angle_sr);
+  }
+  const double sigma_squared = reflectivity_factor *
+                               bistatic_strength(material, cos_incidence, cos_scattering) /
+                               cos_incidence * range_m * range_m * solid_angle_sr;
+  if (material.coherent != CoherentModel::rician) return {0, sigma_squared};
+  return rician_moments(sigma_squared, material.rician_k);
+}
+
 std::complex<double> kirchhoff_amplitude_m(const Material& material, double wavelength_m,
                                            double cos_incidence, double range_m,
                                            double solid_angle_sr, double range_change_azimuth_m,

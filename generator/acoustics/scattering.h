@@ -4,6 +4,7 @@
 //   backscatter_strength       of a unit of surface: the scattering laws
 //   scatterer_moments          mean and variance of a ray's scatterer
 //   rician_moments
+//   bistatic_strength  bistatic_moments   where sound leaves another way than it came
 //   kirchhoff_amplitude_m      of a cell of mirror
 //   coherent_reflection
 //   target_amplitude_m         of a point target
@@ -41,6 +42,20 @@ struct ScattererMoments {
 };
 ScattererMoments scatterer_moments(const Material& material, double reflectivity_factor,
                                    double cos_incidence, double range_m, double solid_angle_sr);
+
+// Scattering cross-section of a unit of surface area, per steradian, from one direction to another,
+// each at its cosine to the normal; the same both ways round, and backscatter_strength where they
+// are equal:
+//   lambert          mu (cos_i cos_s)^((n+1)/2)
+//   lommel_seeliger  mu 2 cos_i cos_s / (cos_i + cos_s)
+//   table            the geometric mean of both directions' backscatter
+double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering);
+
+// As scatterer_moments, which it is where both are equal: sigma^2 = factor bistatic_strength dS,
+// dS = r^2 dOmega / cos(incidence) of the cell that the element was found by.
+ScattererMoments bistatic_moments(const Material& material, double reflectivity_factor,
+                                  double cos_incidence, double cos_scattering, double range_m,
+                                  double solid_angle_sr);
 
 // Shares sigma^2 out between a constant and a random part, K to 1.
 ENSONIFY_HD inline ScattererMoments rician_moments(double sigma_squared_m2, double k) {

@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/starved_cells.h"
 
 namespace ensonify {
 namespace {
@@ -26,6 +27,9 @@ Status check(const ScenarioOptions& options) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const int threads = Workers().threads();
+  if (const auto starved = starved_warning(*session, Tracer(session->world), Workers(threads))) {
+    fmt::print(stderr, "warning: {}\n", *starved);
+  }
   const Cost cost = estimate_cost(*session, threads);
   fmt::print("{}", to_yaml(session->scenario,
                            [](const std::filesystem::path& file) { return file.string(); }));
@@ -34,6 +38,10 @@ Status check(const ScenarioOptions& options) {
              session->record.samples,
              std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
                  session->sonar.rays_elevation);
+  if (const auto& tiles = session->surface_tiles) {
+    fmt::print("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
+               tiles->most_leaves, tiles->tiles.size());
+  }
   fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {} with {} threads\n", cost.files,
              bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), threads);
   return {};

@@ -10,7 +10,7 @@ namespace {
 
 // Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
 constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
-constexpr double kShadowBytesPerPixel = 0.02;
+constexpr double kShadowBytesPerPixel = 0.02;  // and of the mask of bounced echoes
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 // Five halves, an instance and a class.
@@ -37,23 +37,26 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
     cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
   }
   const std::uint64_t layers = layer_count(session);
+  const double channels = 8.0 * static_cast<double>(channel_samples(session));
+  const int masks = output.shadow + output.multipath;
   if (output.packed) {
-    const double labels = kPackedBytesPerPixel + (output.shadow ? kPackedShadowBytesPerPixel : 0);
+    const double labels = kPackedBytesPerPixel + masks * kPackedShadowBytesPerPixel;
     const double polar = output.polar * labels + output.png + 8.0 * output.timeseries;
     const double cartesian = output.cartesian * (labels + output.png);
     add(0, (polar + 8.0 * static_cast<double>(layers)) * static_cast<double>(pixels) +
-               cartesian * static_cast<double>(cartesian_pixels));
+               cartesian * static_cast<double>(cartesian_pixels) + channels);
     if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
     if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
     return sum;
   }
   if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
   if (output.timeseries_exr) add(1, 8.0 * static_cast<double>(pixels));
+  if (output.channels) add(1, channels);
   if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
   if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
-  const double shadows = output.shadow ? kShadowBytesPerPixel : 0;
-  if (output.polar && output.shadow) add(1, shadows * static_cast<double>(pixels));
-  if (output.cartesian && output.shadow) add(1, shadows * static_cast<double>(cartesian_pixels));
+  const double mask_bytes = masks * kShadowBytesPerPixel;
+  if (output.polar) add(masks, mask_bytes * static_cast<double>(pixels));
+  if (output.cartesian) add(masks, mask_bytes * static_cast<double>(cartesian_pixels));
   if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));
   if (output.png && output.cartesian) {
     add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
@@ -66,16 +69,21 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
 
 std::uint64_t packed_array_count(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
-  const std::uint64_t of_image = 7 + output.shadow;
+  const std::uint64_t of_image = 7 + output.shadow + output.multipath;
   if (!output.packed) return 0;
-  return output.timeseries + layer_count(session) + (output.polar + output.cartesian) * of_image +
-         output.png * (1 + output.cartesian);
+  return output.timeseries + output.channels + layer_count(session) +
+         (output.polar + output.cartesian) * of_image + output.png * (1 + output.cartesian);
 }
 
 }  // namespace
 
 std::uint64_t layer_count(const Session& session) {
   return sequence_info(session, 0, 0, 1).layers.size();
+}
+
+std::uint64_t channel_samples(const Session& session) {
+  if (!session.scenario.output.selection.channels) return 0;
+  return std::uint64_t(session.sonar.array->elements) * session.record.samples;
 }
 
 int pings_under_way(int threads, std::uint64_t pings) {

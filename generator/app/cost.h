@@ -24,6 +24,9 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
 // Layers of each ping, as sequence 0 has them.
 std::uint64_t layer_count(const Session& session);
 
+// Values of output.channels in a ping.
+std::uint64_t channel_samples(const Session& session);
+
 Cost estimate_cost(const Session& session, int threads);
 
 }  // namespace ensonify

@@ -11,6 +11,7 @@
 #include "app/numerics.h"
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
+#include "app/starved_cells.h"
 #include "app/version.h"
 #include "dataset/finish.h"
 #include "dataset/sha256.h"
@@ -134,6 +135,9 @@ Status generate(const GenerateOptions& options) {
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();
   const Workers workers(options.threads);
+  if (const auto starved = starved_warning(worlds->first(), worlds->first_tracer(), workers)) {
+    fmt::print(stderr, "warning: {}\n", *starved);
+  }
   Result<std::vector<SequenceInfo>> infos = infos_of(*worlds, options, workers);
   if (!infos) return infos.error();
   Result<std::vector<Asset>> assets = hash_assets(scenario);

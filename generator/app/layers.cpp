@@ -82,6 +82,7 @@ std::vector<Layer> layers_of(const SequenceInfo& info) {
   for (const Layer layer : {Layer::volume, Layer::target, Layer::background}) {
     if (holds(layer)) layers.push_back(layer);
   }
+  if (!info.paths.empty()) layers.push_back(Layer::multipath);
   if (info.sonar.adc) layers.push_back(Layer::quantisation);
   return layers;
 }
@@ -92,7 +93,8 @@ ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table,
   part.beam_offset.assign(all.beam_offset.size(), 0);
   for (std::size_t beam = 0; beam + 1 < all.beam_offset.size(); ++beam) {
     for (std::size_t i = all.beam_offset[beam]; i < all.beam_offset[beam + 1]; ++i) {
-      if (table[all.items[i].instance] == layer) part.items.push_back(all.items[i]);
+      const Scatterer& s = all.items[i];
+      if ((s.path != 0 ? Layer::multipath : table[s.instance]) == layer) part.items.push_back(s);
     }
     part.beam_offset[beam + 1] = static_cast<std::uint32_t>(part.items.size());
   }

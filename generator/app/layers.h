@@ -28,7 +28,8 @@ std::vector<std::uint16_t> target_instances(const Scenario& scenario);
 // the instances, noise, converter and target_instances.
 std::vector<Layer> layers_of(const SequenceInfo& info);
 
-// [instances + 1], of `target`, `background` and `volume`; entry 0 is not used.
+// [instances + 1], of `target`, `background` and `volume`, where an instance's direct echoes are;
+// entry 0 is not used.
 std::vector<Layer> layer_table(const SequenceInfo& info);
 
 ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table, const ScattererList& all);

@@ -8,9 +8,14 @@
 #include <string>
 
 #include "app/cost.h"
+#include "app/motion.h"
+#include "core/random.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
+#include "trace/bent.h"
 #include "trace/kirchhoff.h"
+#include "trace/multipath.h"
+#include "trace/surface_points.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -27,12 +32,12 @@ constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // of two scenes
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
 // LabelledImage: five floats, an instance and a class.
 constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
-// Of the shadow and of the set of instances.
+// Of the shadow (and of the mask of bounced echoes), and of the set of instances.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // What a hit behind another is on its way to a label: a hit, and a scatterer in three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A scatterer's part in labels: Echo and its sample.
-constexpr std::uint64_t kLabelBytesPerEcho = 40;
+constexpr std::uint64_t kLabelBytesPerEcho = 48;
 
 std::uint64_t hierarchy_bytes(const World& world) {
   std::set<const Mesh*> meshes;
@@ -86,10 +91,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const bool hidden = wants_hidden(output);
   const std::uint64_t shadow = output.shadow ? kShadowBytesPerPixel : 0;
+  const std::uint64_t ghosts = output.multipath ? kShadowBytesPerPixel : 0;
   const std::uint64_t polar_pixel =
-      kImageBytesPerPixel + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
+      kImageBytesPerPixel + ghosts + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
   const std::uint64_t cartesian_pixel =
-      kImageBytesPerPixel + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
+      kImageBytesPerPixel + ghosts + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
   const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
                                   ? count.pixels * sizeof(float)
@@ -98,17 +104,31 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
-  const std::uint64_t layers = layer_count(session) * series;
+  const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
+  // They stand from synthesis to files, as layers do.
+  const std::uint64_t layers = layer_count(session) * series + channels;
   // The scatterers of one layer at a time stand beside all.
-  const std::uint64_t layering = layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
+  const std::uint64_t layering = layers > channels ? count.echoes() * sizeof(Scatterer) : 0;
 
   // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
   // they are put among the others; series and pictures; files.
-  const std::uint64_t merging =
+  std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
+  // Those of rays by need are sorted from one list into another.
+  if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + volumes + std::max(merging, behind);
+  // Those on surfaces stand in two more lists before they are sorted.
+  const std::uint64_t sorting =
+      session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
+  // Those that are still to move, in blocks, in one row and sorted.
+  const std::uint64_t moving =
+      moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
+  const bool bent = bends(session.water);
+  const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
+  const std::uint64_t paths_behind = bent && hidden ? 2 * count.echo.hidden * sizeof(BentHit) : 0;
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes +
+                                std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -150,6 +170,20 @@ UnderWay under_way(const Session& session, int threads) {
   return run;
 }
 
+// Those that can become scatterers.
+std::uint64_t rays_of(const Session& session, const Fan& fan, std::span<const Hit> hits,
+                      const Pose& pose) {
+  if (session.sonar.rays_per_cell == 0) {
+    return std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
+  }
+  const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i].instance != 0 || pieces[i] > 1) sum += pieces[i];
+  }
+  return sum;
+}
+
 }  // namespace
 
 EchoCounts count_echoes(const Session& session) {
@@ -162,14 +196,23 @@ EchoCounts count_echoes(const Session& session) {
   EchoCounts most;
   for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
     const Pose pose = sonar_pose(session, ping);
-    const Tracer moment = tracer.at(object_poses(session, ping));
-    const auto hits = moment.trace_fan(fan, pose, session.sonar.range_max_m, workers);
-    const auto met = std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
+    const std::vector<Pose> poses = object_poses(session, ping);
+    const Tracer moment = tracer.at(poses);
+    const auto hits = trace_fan(moment, fan, pose, session.sonar, session.water, workers).hits;
     const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
-    most.surface = std::max<std::uint64_t>(most.surface, met);
-    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size());
+    const auto bounced = bounced_echoes(
+        {session.bounces, session.world, moment, poses, pose, scattering}, fan, hits, workers);
+    const auto& tiles = session.surface_tiles;
+    const std::uint64_t surface =
+        tiles ? surface_point_list(*tiles, moment, poses, pose, scattering,
+                                   stream_key(session.scenario.seed, Stream::speckle, 0), workers)
+                    .size()
+              : rays_of(session, fan, hits, pose);
+    most.surface = std::max(most.surface, surface);
+    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size() + bounced.size());
     if (!wants_hidden(session.scenario.output.selection)) continue;
-    const auto behind = moment.trace_behind(fan, hits, pose, session.sonar.range_max_m, workers);
+    const auto behind =
+        trace_behind(moment, fan, hits, pose, session.sonar, session.water, workers).behind;
     most.hidden = std::max<std::uint64_t>(most.hidden, behind.hits.size());
   }
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
@@ -192,9 +235,12 @@ ResidentMemory resident_memory() {
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes) {
   const PingCounts count = counts_of(session, echoes);
-  const SynthesisMemory synthesis = make_cpu_backend({session.sonar, session.water, session.record,
-                                                      session.scenario.synthesis_tolerance})
-                                        ->memory(!session.world.volumes.empty());
+  const DopplerRange doppler = doppler_range(session);
+  const SynthesisMemory synthesis =
+      make_cpu_backend({session.sonar, session.water, session.record,
+                        session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                        doppler.highest})
+          ->memory(!session.world.volumes.empty());
   const std::uint64_t tables =
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
@@ -202,7 +248,10 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   // The first world stays beside those of the sequences under way, which all load at once.
   const bool vary = varies_by_sequence(session.scenario);
   const std::uint64_t worlds = vary ? run.sequences : 1;
-  const std::uint64_t more_worlds = vary ? run.sequences * loaded_bytes(session.world) : 0;
+  const std::uint64_t tile_bytes =
+      session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
+  const std::uint64_t more_worlds =
+      vary ? run.sequences * (loaded_bytes(session.world) + tile_bytes) : 0;
   const std::uint64_t loading =
       vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
            : 0;

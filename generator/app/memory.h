@@ -19,7 +19,8 @@ struct ResidentMemory {
 // does not say.
 ResidentMemory resident_memory();
 
-// Scatterers of one ping: of its rays, of its mirrors and fish, and those that others hide.
+// Scatterers of one ping: of its rays, of its mirrors, bounces and fish, and those that others
+// hide.
 struct EchoCounts {
   std::uint64_t surface = 0, coherent = 0, hidden = 0;
 };

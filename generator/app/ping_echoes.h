@@ -24,7 +24,8 @@ struct Moment {
   const Tracer& tracer;
   std::uint32_t ping = 0;
   Pose sonar_in_world;
-  bool wants_hidden = false;  // what would be heard were the nearest surfaces transparent
+  bool wants_hidden = false;      // what would be heard were the nearest surfaces transparent
+  std::uint64_t speckle_key = 0;  // RandomKeys::speckle: where scatterers lie on surfaces
 };
 
 struct PingEchoes {

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "acoustics/refraction.h"
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -22,8 +24,10 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
       info_(std::move(info)),
       fan_(make_fan(session.sonar)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const SynthesisSetup setup{session.sonar, session.water, session.record,
-                             session.scenario.synthesis_tolerance, numerics.simd};
+  const DopplerRange doppler = doppler_range(session);
+  const SynthesisSetup setup{
+      session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
+      numerics.simd, doppler.lowest, doppler.highest};
   backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
                                                           : make_cpu_backend(setup);
   if (info_.cartesian) {
@@ -33,23 +37,23 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   for (const Instance& instance : info_.instances) {
     class_of_instance_.push_back(instance.class_id);
   }
-  hidden_power_ = hidden_power(session.sonar, session.record);
+  hidden_power_ = hidden_power(session.sonar, session.water, session.record);
 }
 
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
   RandomKeys keys;
   keys.speckle = stream_key(info_.seed, Stream::speckle, info_.sequence);
-  keys.speckle_ping = info_.speckle == SpeckleMode::per_ray ? 0 : ping;
+  keys.speckle_ping = info_.speckle == SpeckleMode::per_ping ? ping : 0;
   keys.noise = stream_key(info_.seed, Stream::noise, info_.sequence);
   keys.noise_ping = ping;
   keys.volume = stream_key(info_.seed, Stream::volume, info_.sequence);
   return keys;
 }
 
-PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
-                               bool wants_clean, const Workers& workers) const {
-  const PingTask task{&echoes.scatterers,    {{0.0, pose}},  keys_of(ping),
-                      info_.noise_power_pa2, echoes.volumes, wants_clean};
+PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
+                               const Workers& workers) const {
+  const PingTask task{&echoes.scatterers, keys_of(ping), info_.noise_power_pa2,
+                      echoes.volumes,     wants_clean,   info_.output.channels};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
   if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
@@ -58,7 +62,7 @@ PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, con
 
 // The same tasks with less in them: keys, and so all draws, are those of the whole.
 std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                                  const Pose& pose, const PingSeries& whole,
+                                                  const PingSeries& whole,
                                                   const Workers& workers) const {
   std::vector<LayerSeries> layers;
   for (const Layer layer : info_.layers) {
@@ -67,7 +71,7 @@ std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std:
       continue;
     }
     const ScattererList part = scatterers_of(layer, layer_of_instance_, echoes.scatterers);
-    PingTask task{&part, {{0.0, pose}}, keys_of(ping), 0, {}, false};
+    PingTask task{&part, keys_of(ping), 0, {}, false};
     if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
     if (layer == Layer::volume) task.volumes = echoes.volumes;
     PingSeries series;
@@ -90,15 +94,16 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
   input.beams = session_.sonar.beam_count;
   input.samples = session_.record.samples;
   input.class_of_instance = class_of_instance_;
+  input.multipath = info_.output.multipath;
   return input;
 }
 
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
   const Tracer tracer = tracer_.at(object_poses(session_, 0));
-  const PingEchoes echoes =
-      ping_echoes({session_, fan_, scattering_, tracer, 0, pose, false}, workers);
-  const PingSeries series = series_of(echoes, 0, pose, true, workers);
+  const PingEchoes echoes = ping_echoes(
+      {session_, fan_, scattering_, tracer, 0, pose, false, keys_of(0).speckle}, workers);
+  const PingSeries series = series_of(echoes, 0, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
                  session_.sonar.beam_count, session_.record.samples);
@@ -120,6 +125,8 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
 
 Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   info_ = std::move(info);
+  // Where scatterers lie on surfaces is drawn for each sequence.
+  if (info_.speckle == SpeckleMode::surface) ping_zero_.reset();
   layer_of_instance_ = layer_table(info_);
   grey_gain_db_.clear();
   if (info_.output.png &&
@@ -199,22 +206,26 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   }
   const bool pictures = output.polar || output.cartesian || output.png;
   const bool wants_hidden = pictures && (output.shadow || output.amodal);
-  PingEchoes echoes = ping_echoes(
-      {session_, fan_, scattering_, tracer, ping, result.sonar_in_world, wants_hidden}, workers);
-  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count);
+  PingEchoes echoes = ping_echoes({session_, fan_, scattering_, tracer, ping, result.sonar_in_world,
+                                   wants_hidden, keys_of(ping).speckle},
+                                  workers);
+  const bool by_delay = bends(session_.water) || moves(session_);
+  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count,
+                                         by_delay ? session_.water.sound_speed_m_s : 0);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = series_of(echoes, ping, result.sonar_in_world, pictures, workers);
+  PingSeries series = series_of(echoes, ping, pictures, workers);
   if (output.layers) {
-    result.layers = layers_of_ping(echoes, ping, result.sonar_in_world, series, workers);
+    result.layers = layers_of_ping(echoes, ping, series, workers);
   }
   if (pictures) add_pictures(result, echoes, series, workers);
   result.scatterers = std::move(echoes.scatterers);
   if (output.any_timeseries()) result.series = std::move(series.pressure_pa);
+  result.channels = std::move(series.channels_pa);
   return result;
 }
 

@@ -38,9 +38,9 @@ class Pipeline {
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
   // From here on pings are those of this sequence. What follows from the clean image of ping 0,
-  // which holds no draw and so is worked out once, is filled in: the noise power of noise.snr_db,
-  // black and white of the grey pictures where the scenario does not give them.
-  // Error (usage): noise.snr_db, and ping 0 hears nothing.
+  // which holds no draw (but places on surfaces) and so is worked out once, is filled in: the noise
+  // power of noise.snr_db, black and white of the grey pictures where the scenario does not give
+  // them. Error (usage): noise.snr_db, and ping 0 hears nothing.
   Status start_sequence(SequenceInfo info, const Workers& workers);
 
   const SequenceInfo& info() const { return info_; }
@@ -53,11 +53,10 @@ class Pipeline {
 
   FromPingZero look_at_ping_zero(const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, const Pose& pose,
-                       bool wants_clean, const Workers& workers) const;
+  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
+                       const Workers& workers) const;
   std::vector<LayerSeries> layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                          const Pose& pose, const PingSeries& whole,
-                                          const Workers& workers) const;
+                                          const PingSeries& whole, const Workers& workers) const;
   GreyImage grey_of(const LabelledImage& polar) const;
   void add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
                     const Workers& workers) const;

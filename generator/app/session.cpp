@@ -1,18 +1,24 @@
 #include "app/session.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
+#include "app/array_receiver.h"
 #include "app/layers.h"
+#include "app/motion.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
 #include "scenario/tables.h"
+#include "synthesis/array.h"
 
 namespace ensonify {
 namespace {
@@ -34,6 +40,20 @@ Water water_of(const WaterSpec& spec, double frequency_hz) {
                                 : ainslie_mccolm_db_m(frequency_hz, sea_water);
   }
   return water;
+}
+
+Result<std::optional<SoundProfile>> profile_of(const WaterSpec& spec) {
+  if (!spec.profile) return std::optional<SoundProfile>();
+  SoundProfile profile{0, spec.profile->depth_m, spec.profile->sound_speed_m_s};
+  if (!spec.profile->file.empty()) {
+    auto loaded = load_sound_profile(spec.profile->file);
+    if (!loaded) {
+      return Error{loaded.error().kind, "water.profile.file: " + loaded.error().message};
+    }
+    profile = std::move(*loaded);
+  }
+  profile.surface_z_m = spec.profile->surface_z_m;
+  return std::optional(std::move(profile));
 }
 
 Result<std::vector<PulseTableRow>> pulse_table_of(const Scenario& scenario, const Sonar& sonar) {
@@ -85,6 +105,51 @@ Status check_sdf(const Session& session) {
   return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
+// Over a mirror sound is heard from one side alone.
+Status check_in_water(const Session& session) {
+  if (!session.scenario.multipath) return {};
+  const auto& [surface, bottom, objects, bounces] = *session.scenario.multipath;
+  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
+    const double z = sonar_pose(session, ping).position_m.z;
+    const bool above = surface && z >= surface->z_m;
+    if (!above && !(bottom && z <= bottom->z_m)) continue;
+    const double z_m = above ? surface->z_m : bottom->z_m;
+    return Error{ErrorKind::usage,
+                 fmt::format("multipath.{0}.z_m: at ping {1} the sonar is at z = {2} m, {3} the "
+                             "{0} at {4} m; accepted is a {0} {5} the sonar at every ping",
+                             above ? "surface" : "bottom", ping, z,
+                             above ? "not below" : "not above", z_m, above ? "above" : "below")};
+  }
+  return {};
+}
+
+// Settled by all pings of the sequence, whatever range is run.
+Status cut_surfaces(Session& session) {
+  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
+  std::vector<Pose> sonar_in_world;
+  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
+    sonar_in_world.push_back(sonar_pose(session, ping));
+  }
+  const auto seen_by = [&](std::size_t object) {
+    std::vector<Pose> poses;
+    for (std::size_t ping = 0; ping < sonar_in_world.size(); ++ping) {
+      poses.push_back(
+          pose_in(object_pose(session.world.objects[object], session.ping_times_s[ping]),
+                  sonar_in_world[ping]));
+    }
+    return poses;
+  };
+  session.surface_tiles =
+      surface_tiles(session.world, {session.sonar, session.cell.range_m, seen_by}, Workers());
+  const std::uint64_t leaves = session.surface_tiles->most_leaves;
+  if (leaves <= kMostLeaves) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("scattering.speckle: surface needs {} scatterers in one ping, accepted "
+                           "are up to {}; fewer come of a shorter range_max_m, a wider beam, a "
+                           "longer pulse or a sonar farther from the surfaces",
+                           leaves, kMostLeaves)};
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   Session session;
   session.sonar = sonar_of(scenario);
@@ -92,16 +157,23 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.mount = pose_of(scenario.sonar.mount);
 
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
+  Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);
   Result<Path> path =
       load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, sequence));
-  if (std::optional<Error> error = all_errors(pulse, world, path)) return *error;
+  if (std::optional<Error> error = all_errors(pulse, profile, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
+  session.water.profile = std::move(*profile);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
   if (!pulse_is_heard(session.sonar, session.record.transform)) {
     return Error{ErrorKind::usage,
                  "sonar.pulse.table.file: its amplitudes are zero on every bin of the record; "
                  "accepted is a table with amplitude across the band"};
   }
+  session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
+  Result<std::optional<ArrayReceiver>> array =
+      array_receiver(scenario, session.sonar, session.water, session.record);
+  if (!array) return array.error();
+  session.sonar.array = std::move(*array);
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
@@ -111,6 +183,12 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   if (Status fits = check_sdf(session); !fits) return fits.error();
+  Result<BouncePlan> bounces = make_bounce_plan(session.scenario);
+  if (!bounces) return bounces.error();
+  session.bounces = std::move(*bounces);
+  if (Status in_water = check_in_water(session); !in_water) return in_water.error();
+  if (Status fits = cut_surfaces(session); !fits) return fits.error();
+  if (Status can = check_motion(session); !can) return can.error();
   return session;
 }
 
@@ -138,8 +216,14 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.record = session.record;
   info.synthesis_tolerance = scenario.synthesis_tolerance;
   info.speckle = scenario.scattering.speckle;
+  info.motion_within_ping = scenario.motion_within_ping;
   info.receive_aperture_wavelengths =
       make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
+  if (session.sonar.array) {
+    const ArrayGeometry array = make_array_geometry(session.sonar);
+    info.element_y_m = array.y_m;
+    info.element_weight = array.weight;
+  }
   info.processing_gain = processing_gain(session.sonar);
   info.pulse_extent_s = pulse_extent_s(session.sonar);
   info.noise_snr_db = scenario.noise_snr_db;
@@ -147,6 +231,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (scenario.noise_spectrum_level_db) {
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
+  info.multipath = scenario.multipath;
+  info.paths = session.bounces.paths;
   info.draws = scenario.draws;
   info.instances = session.world.instances;
   info.classes = session.world.classes;

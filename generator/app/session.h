@@ -8,12 +8,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/ping.h"
 #include "scenario/scenario.h"
+#include "trace/by_need.h"
+#include "trace/mirrors.h"
+#include "trace/surface_tiles.h"
 #include "world/path.h"
 #include "world/scene_sdf.h"
 #include "world/world.h"
@@ -25,14 +29,19 @@ struct Session {
   Sonar sonar;
   Water water;
   Record record;
+  ResolutionCell cell;
   Pose mount;  // sonar on the body
   World world;
-  Path path;                         // of the body
-  std::vector<double> ping_times_s;  // of all pings, whatever range is run
+  BouncePlan bounces;                              // without paths where there is no multipath
+  Path path;                                       // of the body
+  std::vector<double> ping_times_s;                // of all pings, whatever range is run
+  std::optional<SurfaceTiles> surface_tiles = {};  // of speckle: surface
 };
 
 // Loads meshes, tables and paths; `sequence` keys what the world draws. Errors (usage): those of
-// load_pulse_table, build_world, load_path and ping_times, all at once.
+// load_pulse_table, build_world, load_path and ping_times, all at once; of make_bounce_plan, of a
+// sonar that leaves the water between surface and bottom, and of more scatterers on surfaces than
+// kMostLeaves in a ping.
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
 
 // The same without building anything: its world holds only ids, names and classes.

@@ -162,7 +162,7 @@ void time_array_stages(const Bench& bench, const ScattererList& list, CaseReport
   if (!plan) return;
   const std::shared_ptr<const ArrayNodes> nodes = make_array_nodes(*plan);
   const Kernels& kernels = kernels_of(setup.simd);
-  const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
+  const PingTask task{&list, bench.keys, 0, {}};
   const Workers one(1);
   ArrayEchoes echoes;
   Pool<PointChunk> chunks;

@@ -77,7 +77,7 @@ void time_backend_stages(const Bench& bench, const ScattererList& list, CaseRepo
   const double seconds = bench.options.seconds;
   BackendStages stages(bench.setup);
   if (!stages.has_plan()) return;
-  const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
+  const PingTask task{&list, bench.keys, 0, {}};
   const auto add = [&](const char* name, double ms) { report.stages.push_back({name, ms}); };
   add("speckle", median_ms(seconds, [&] { stages.draw_and_place(task); }));
   add("ray_sum_and_fft", median_ms(seconds, [&] { stages.sum_and_transform(list); }));

@@ -58,7 +58,7 @@ void time_shadow(const Stages& stages, const PolarInput& input, const std::vecto
                  LabelledImage& polar) {
   const Bench& bench = stages.bench;
   const Workers one(1);
-  const HitsBehind behind = trace_behind(bench, hits, one);
+  const FanHitsBehind behind{trace_behind(bench, hits, one), {}};
   std::vector<Annotation> boxes = annotations(polar);
   stages.add("shadow", [&] {
     const HiddenEchoes hidden = hidden_echoes(bench.fan, hits, behind, {}, bench.scattering,

@@ -61,7 +61,7 @@ double pings_per_s(const Bench& bench, const Backend& backend, int threads, bool
       const Workers one(1);
       for (int i = 0; i < kPingsEach; ++i) {
         const ScattererList list = scatterers_of(bench, trace_ping(bench, one), one);
-        const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}, wants_clean};
+        const PingTask task{&list, bench.keys, 0, {}, wants_clean};
         backend.synthesize({&task, 1}, {&series[lane], 1}, one);
       }
     });
@@ -113,7 +113,7 @@ Result<CaseReport> measure_case(const BenchCase& c, const BenchOptions& options,
   const ScattererList list = scatterers_of(bench, trace_ping(bench, all), all);
   const std::vector<std::complex<float>> amplitude = drawn_amplitudes(list, bench.keys);
   report.scatterers = list.size();
-  const PingTask task{&list, {{0.0, bench.pose}}, bench.keys, 0, {}};
+  const PingTask task{&list, bench.keys, 0, {}};
   PingSeries series;
   backend->synthesize({&task, 1}, {&series, 1}, all);
   const bool is_array = bench.setup.sonar.array.has_value();

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/material.h"
+#include "core/multipath.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/vec.h"
@@ -39,6 +40,9 @@ struct LabelledImage {
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
   std::vector<std::uint16_t> shadow;  // the instance that casts it; 0: none. Empty: not asked for
+  // The instance whose bounced echoes bring most, where these bring more than the direct ones do;
+  // 0: none. Empty: not asked for.
+  std::vector<std::uint16_t> multipath = {};
 };
 
 struct GreyImage {
@@ -67,11 +71,13 @@ struct Annotation {
 };
 
 // What a series adds up from. `target`: the instances that are chosen; `background`: all other
-// surfaces and point targets; `volume`: water, its volumes and their fish; `quantisation`: what the
-// converter changes.
-enum class Layer { noise, volume, target, background, quantisation };
+// surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`: what comes
+// over mirrors, whoever throws it back, none of which is in the layers before; `quantisation`: what
+// the converter changes.
+enum class Layer { noise, volume, target, background, multipath, quantisation };
 constexpr const char* layer_name(Layer layer) {
-  constexpr const char* kNames[] = {"noise", "volume", "target", "background", "quantisation"};
+  constexpr const char* kNames[] = {"noise",      "volume",    "target",
+                                    "background", "multipath", "quantisation"};
   return kNames[static_cast<int>(layer)];
 }
 
@@ -83,11 +89,12 @@ struct LayerSeries {
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
-  Pose sonar_in_world;                      // mount included
-  std::vector<Pose> object_in_world;        // by instance id - 1
-  std::vector<std::complex<float>> series;  // [beams x samples], Pa; empty: not asked for
-  std::vector<LayerSeries> layers;          // as SequenceInfo::layers
-  std::optional<LabelledImage> polar;       // absent: not asked for
+  Pose sonar_in_world;                        // mount included
+  std::vector<Pose> object_in_world;          // by instance id - 1
+  std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: not asked for
+  std::vector<LayerSeries> layers;            // as SequenceInfo::layers
+  std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
+  std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
@@ -163,12 +170,14 @@ struct OutputSelection {
   bool png = true;
   bool scatterers = false;
   bool points = false;
-  bool shadow = true;  // beside polar and Cartesian pictures
-  bool amodal = true;  // in the annotations of all pictures
+  bool shadow = true;      // beside polar and Cartesian pictures
+  bool amodal = true;      // in the annotations of all pictures
+  bool multipath = false;  // ghost masks beside polar and Cartesian pictures
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
-  bool packed = false;  // arrays of all pings in place of files of each
+  bool channels = false;  // what each element of an array hears
+  bool packed = false;    // arrays of all pings in place of files of each
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
@@ -187,16 +196,20 @@ struct SequenceInfo {
   std::uint64_t seed = 0;
   std::string split;  // train, val or test
   Sonar sonar;
-  double receive_aperture_wavelengths = 0;  // of the shaded line that has the beam's width
-  double processing_gain = 1;               // of the pulse: the noise's power is divided by it
-  double pulse_extent_s = 0;                // T_p
+  double receive_aperture_wavelengths = 0;          // of the shaded line that has the beam's width
+  std::vector<double> element_y_m, element_weight;  // of sonar.array, [elements]
+  double processing_gain = 1;  // of the pulse: the noise's power is divided by it
+  double pulse_extent_s = 0;   // T_p
   Water water;
   Record record;
   double synthesis_tolerance = 1e-5;
   SpeckleMode speckle = SpeckleMode::per_ping;
+  bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none
+  std::optional<Multipath> multipath = {};
+  std::vector<SoundPath> paths = {};  // of scatterers, by id
   std::vector<DrawnValue> draws;
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]

@@ -29,6 +29,7 @@ enum class Stream : std::uint32_t {
   world = 7,    // values of a scenario that are drawn
   place = 8,    // where objects come to lie
   bubbles = 9,  // procedural volumes
+  array = 12,   // errors of elements
 };
 
 struct Philox4 {

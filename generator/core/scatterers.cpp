@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kFewKeys = 16;
 
 bool before(const SortKey& a, const SortKey& b) {
-  return std::tie(a.delay_s, a.key) < std::tie(b.delay_s, b.key);
+  return std::tie(a.delay_s, a.key, a.index) < std::tie(b.delay_s, b.key, b.index);
 }
 
 bool before_in_sector(const Scatterer& a, const Scatterer& b) {

@@ -38,16 +38,19 @@ struct Scatterer {
   std::complex<float> mean;
   float standard_deviation = 0;
   float cos_incidence = 0;
-  float doppler = 0;       // relative frequency shift; 0 at rest
-  std::uint64_t key = 0;   // identity for random draws, the same for any thread or order
+  float doppler = 0;  // relative frequency shift; 0 at rest
+  // Identity for random draws, the same for any thread or order. The two ways round a bounced path
+  // share it, and so the draw; no others do.
+  std::uint64_t key = 0;
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
-  std::uint16_t path = 0;  // 0 direct
+  std::uint16_t path = 0;  // 0 direct; others as SequenceInfo::paths
   // Of the received path: the sound comes in as if from received_path_m along `arrival`.
   float received_path_m = 0;
 };
 
-// All scatterers of one ping, sorted by beam, then delay, then key. Those of beam j are
+// All scatterers of one ping, sorted by beam, then delay, then key; the two of one key in the order
+// in which they were given. Those of beam j are
 // [beam_offset[j], beam_offset[j + 1]).
 struct ScattererList {
   std::vector<std::uint32_t> beam_offset;  // [beams + 1]
@@ -71,7 +74,7 @@ struct SortKey {
   std::uint64_t key = 0;
   std::uint32_t index = 0;
 };
-// By delay, then key.
+// By delay, then key, then index.
 void sort_keys(std::vector<SortKey>& keys);
 
 }  // namespace ensonify

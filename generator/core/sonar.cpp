@@ -56,6 +56,24 @@ const char* name_of(Shading shading) {
   return "";
 }
 
+const char* name_of(Focus focus) { return focus == Focus::none ? "none" : "dynamic"; }
+
+const char* name_of(Steering steering) {
+  return steering == Steering::phase ? "phase" : "true_delay";
+}
+
+const char* name_of(SpeckleMode speckle) {
+  switch (speckle) {
+    case SpeckleMode::per_ping:
+      return "per_ping";
+    case SpeckleMode::per_ray:
+      return "per_ray";
+    case SpeckleMode::surface:
+      return "surface";
+  }
+  return "";
+}
+
 double beam_azimuth_rad(const Sonar& sonar, int beam) {
   return (beam - (sonar.beam_count - 1) / 2.0) * sonar.beam_spacing_rad;
 }

@@ -70,8 +70,9 @@ struct Adc {
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
 enum class Normalization { calibrated, mean_square };
 
-// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame.
-enum class SpeckleMode { per_ping, per_ray };
+// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame. surface: the
+// scatterers are fixed on the surfaces (trace/surface_points.h).
+enum class SpeckleMode { per_ping, per_ray, surface };
 
 struct Sonar {
   double frequency_hz = 0;  // carrier f_c
@@ -90,20 +91,32 @@ struct Sonar {
   double elevation_fan_rad = 0;  // rays span [-fan/2, fan/2]
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
+  int rays_per_cell = 0;  // scatterers that a resolution cell gets at least; 0: as the fan has it
   Normalization normalization = Normalization::calibrated;
   std::optional<ArrayReceiver> array;  // absent: ideal sectors, mixed by the beam's pattern
   std::optional<Adc> adc;
 };
 
+// Sound speed against depth: linear between the rows, constant beyond the first and the last.
+struct SoundProfile {
+  double surface_z_m = 0;         // height in the world of depth 0
+  std::vector<double> depth_m;    // rising
+  std::vector<double> speed_m_s;  // [depth_m]
+};
+
 struct Water {
-  double sound_speed_m_s = 1500;
-  double absorption_db_m = 0;  // at the carrier
+  double sound_speed_m_s = 1500;             // what the instrument takes it to be
+  double absorption_db_m = 0;                // at the carrier
+  std::optional<SoundProfile> profile = {};  // absent: that speed everywhere
 };
 
 // As scenarios and sequence.json spell them.
 const char* name_of(PulseShape shape);
 const char* name_of(Window window);
 const char* name_of(Shading shading);
+const char* name_of(Focus focus);
+const char* name_of(Steering steering);
+const char* name_of(SpeckleMode speckle);
 
 // The length of a stored record and of the transforms behind it (Eq 10-13).
 struct Record {

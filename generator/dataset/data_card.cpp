@@ -33,7 +33,7 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
 | source level | {level} dB re 1 µPa·m |
 | beams | {beams}, {spacing:.4g}° apart, {width:.4g}° wide |
 | range | {near:.6g} m to {far:.6g} m, {samples} samples of {step:.4g} m |
-| sound speed, absorption | {c} m/s, {alpha:.4g} dB/m |
+| sound speed, absorption | {c} m/s{bent}, {alpha:.4g} dB/m |
 
 )",
       fmt::arg("name", info.identity.name), fmt::arg("version", info.identity.program_version),
@@ -44,7 +44,11 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
       fmt::arg("width", degrees(sonar.beam_width_rad)), fmt::arg("near", sonar.range_min_m),
       fmt::arg("far", sonar.range_max_m), fmt::arg("samples", first.record.samples),
       fmt::arg("step", sample_range_m(sonar, first.water, 1)),
-      fmt::arg("c", first.water.sound_speed_m_s), fmt::arg("alpha", first.water.absorption_db_m));
+      fmt::arg("c", first.water.sound_speed_m_s),
+      fmt::arg("bent", first.water.profile ? " on the range axis; in the water by the profile of "
+                                             "`sequence.json`, which bends rays"
+                                           : ""),
+      fmt::arg("alpha", first.water.absorption_db_m));
 }
 
 std::string classes_table(const DatasetInfo& info) {
@@ -76,15 +80,28 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
 
+const char* layer_words(const SequenceInfo& info) {
+  return info.multipath ? "noise, volume, target, background, multipath and quantisation"
+                        : "noise, volume, target, background and quantisation";
+}
+
 // Arrays of all pings.
-std::string packed_rows(const OutputSelection& output) {
+std::string packed_rows(const SequenceInfo& info) {
+  const OutputSelection& output = info.output;
   std::string text =
       "\nArrays hold all pings of the sequence, in the order of `poses.csv`; `arrays` in\n"
       "`sequence.json` has their shapes:\n\n| file | what |\n|---|---|\n";
   text += row(output.timeseries, "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |");
-  text += row(output.layers,
-              "| `layers_*.npy` | the same of noise, volume, target, background and quantisation, "
-              "as far as there are any; their sum is the series |");
+  text +=
+      row(output.channels,
+          "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
+          "array hears |");
+  if (output.layers) {
+    text += fmt::format(
+        "| `layers_*.npy` | the same of {}, as far as there are any; their sum is "
+        "the series |\n",
+        layer_words(info));
+  }
   text += row(output.polar,
               "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
               "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
@@ -92,6 +109,9 @@ std::string packed_rows(const OutputSelection& output) {
   text +=
       row(output.polar,
           "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |");
+  text += row(output.polar && output.multipath,
+              "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
+              "than the direct ones, 0: none; no other mask counts such echoes |");
   text += row(output.cartesian,
               "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |");
   text += row(output.png, "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |");
@@ -131,14 +151,21 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
         "metres, voxels of {} m, world coordinates |\n",
         first.sdf->voxel_m);
   }
-  if (output.packed) return text + packed_rows(output) + "\n";
+  if (output.packed) return text + packed_rows(first) + "\n";
   text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
   text += row(output.timeseries_exr,
               "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
               "float channels `p.re` and `p.im`, Pa |");
-  text += row(output.layers,
-              "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: noise, volume, target, "
-              "background and quantisation, as far as there are any; their sum is the series |");
+  text +=
+      row(output.channels,
+          "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
+          "array hears |");
+  if (output.layers) {
+    text += fmt::format(
+        "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {}, as far as "
+        "there are any; their sum is the series |\n",
+        layer_words(first));
+  }
   text += row(output.polar,
               "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
               "elevation and its spread, share of the winning instance |");
@@ -148,6 +175,11 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
   text += row(output.polar && output.shadow,
               "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
               "0: none |");
+  text +=
+      row(output.polar && output.multipath,
+          "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
+          "heard there, where they are more than the direct ones, 0: none; no other mask counts "
+          "such echoes |");
   text += row(output.cartesian, "| `cartesian/PPPPPP*` | the same, seen from above |");
   text += row(output.png, "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |");
   text += row(output.scatterers,

@@ -11,12 +11,23 @@ namespace ensonify::layout {
 namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
-constexpr std::string_view kPingTemplates[] = {
-    kTimeseries,        kPolarExr,     kPolarInstance,
-    kPolarSemantic,     kCartesianExr, kCartesianInstance,
-    kCartesianSemantic, kPolarGrey,    kCartesianGrey,
-    kScatterers,        kPoints,       kPolarShadow,
-    kCartesianShadow,   kTimeseriesExr};
+constexpr std::string_view kPingTemplates[] = {kTimeseries,
+                                               kPolarExr,
+                                               kPolarInstance,
+                                               kPolarSemantic,
+                                               kCartesianExr,
+                                               kCartesianInstance,
+                                               kCartesianSemantic,
+                                               kPolarGrey,
+                                               kCartesianGrey,
+                                               kScatterers,
+                                               kPoints,
+                                               kPolarShadow,
+                                               kCartesianShadow,
+                                               kTimeseriesExr,
+                                               kChannels,
+                                               kPolarMultipath,
+                                               kCartesianMultipath};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -108,7 +119,8 @@ bool is_layout_name(std::string_view relative) {
   const auto in_folder = [&](std::string_view name) {
     return is_or_holds(marked, folder + std::string(name));
   };
-  for (const char* layer : {"noise", "volume", "target", "background", "quantisation"}) {
+  for (const char* layer :
+       {"noise", "volume", "target", "background", "multipath", "quantisation"}) {
     if (in_folder(layer_template(layer))) return true;
   }
   if (in_folder(kPiece)) return true;

@@ -38,10 +38,13 @@ inline constexpr char kCartesianExr[] = "cartesian/{ping}.exr";
 inline constexpr char kCartesianInstance[] = "cartesian/{ping}_instance.png";
 inline constexpr char kCartesianSemantic[] = "cartesian/{ping}_semantic.png";
 inline constexpr char kCartesianShadow[] = "cartesian/{ping}_shadow.png";
+inline constexpr char kPolarMultipath[] = "polar/{ping}_multipath.png";
+inline constexpr char kCartesianMultipath[] = "cartesian/{ping}_multipath.png";
 inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
 inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
 // Of a layer by its name (core/ping.h).
 inline constexpr char kLayerPrefix[] = "layers/{ping}_";
+inline constexpr char kChannels[] = "channels/{ping}.npy";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
 inline constexpr char kPoints[] = "points/{ping}.ply";
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "dataset/array_json.h"
 
 namespace ensonify {
 namespace {
@@ -137,37 +138,59 @@ Json coherent_json(const Material& material) {
 
 }  // namespace
 
+Json water_json(const Water& water) {
+  Json json = {{"sound_speed_m_s", water.sound_speed_m_s},
+               {"absorption_db_m", water.absorption_db_m}};
+  if (const auto& profile = water.profile) {
+    json["profile"] = {{"surface_z_m", profile->surface_z_m},
+                       {"depth_m", profile->depth_m},
+                       {"sound_speed_m_s", profile->speed_m_s}};
+  }
+  return json;
+}
+
 Json sonar_json(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
-  return {{"frequency_hz", sonar.frequency_hz},
-          {"bandwidth_hz", sonar.bandwidth_hz},
-          {"pulse", pulse_json(sonar.pulse)},
-          {"window", name_of(sonar.window)},
-          {"processing_gain", info.processing_gain},
-          {"source_level_db", sonar.source_level_db},
-          {"source_pressure_pa_m", source_pressure_pa_m(sonar)},
-          {"range_min_m", sonar.range_min_m},
-          {"range_max_m", sonar.range_max_m},
-          {"beams",
-           {{"count", sonar.beam_count},
-            {"spacing_rad", sonar.beam_spacing_rad},
-            {"width_rad", sonar.beam_width_rad},
-            {"shading", shading_json(info)},
-            {"transmit_width_rad",
-             sonar.transmit_width_rad > 0 ? Json(sonar.transmit_width_rad) : Json(nullptr)},
-            {"first_azimuth_rad", beam_azimuth_rad(sonar, 0)},
-            {"order", "beam 0 to starboard (most negative azimuth), azimuth grows to port"}}},
-          {"elevation",
-           {{"width_rad", sonar.elevation_width_rad}, {"fan_rad", sonar.elevation_fan_rad}}},
-          {"rays", {{"elevation", sonar.rays_elevation}, {"azimuth", sonar.rays_azimuth}}},
-          {"adc", adc_json(sonar.adc)},
-          {"normalization", name_of(sonar.normalization)}};
+  Json json = {{"frequency_hz", sonar.frequency_hz},
+               {"bandwidth_hz", sonar.bandwidth_hz},
+               {"pulse", pulse_json(sonar.pulse)},
+               {"window", name_of(sonar.window)},
+               {"processing_gain", info.processing_gain},
+               {"source_level_db", sonar.source_level_db},
+               {"source_pressure_pa_m", source_pressure_pa_m(sonar)},
+               {"range_min_m", sonar.range_min_m},
+               {"range_max_m", sonar.range_max_m},
+               {"beams",
+                {{"count", sonar.beam_count},
+                 {"spacing_rad", sonar.beam_spacing_rad},
+                 {"width_rad", sonar.beam_width_rad},
+                 {"shading", shading_json(info)},
+                 {"transmit_width_rad",
+                  sonar.transmit_width_rad > 0 ? Json(sonar.transmit_width_rad) : Json(nullptr)},
+                 {"first_azimuth_rad", beam_azimuth_rad(sonar, 0)},
+                 {"order", "beam 0 to starboard (most negative azimuth), azimuth grows to port"}}},
+               {"elevation",
+                {{"width_rad", sonar.elevation_width_rad}, {"fan_rad", sonar.elevation_fan_rad}}},
+               {"rays",
+                {{"elevation", sonar.rays_elevation},
+                 {"azimuth", sonar.rays_azimuth},
+                 {"per_cell", sonar.rays_per_cell}}},
+               {"adc", adc_json(sonar.adc)},
+               {"normalization", name_of(sonar.normalization)}};
+  if (sonar.array) json["receiver"] = receiver_json(info);
+  return json;
 }
+
+constexpr const char* kMotion =
+    "poses are those of transmission; the sonar hears scatterer i where it is tau_i later, and "
+    "what moves throws its sound back where it is then. With eta_i = scatterers doppler, in place "
+    "of s(t - tau_i) stands the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
+    "f_c)/(1 + eta_i), scaled as s is; P is the sent pulse, R the receiver's window and band";
 
 Json model_json(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
   const bool calibrated = sonar.normalization == Normalization::calibrated;
-  return {
+  Json json = {
       {"series",
        "p_j(t_n) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) "
        "s(t_n - tau_i); plus the echoes of instances of kind volume; plus noise where `noise` is "
@@ -193,6 +216,9 @@ Json model_json(const SequenceInfo& info) {
        "s(t) = S(t)/max|S|, S(t) = sum_m W(d_m) exp(i 2 pi d_m t), d_m = (m - M/2) b/M, m = 0 ... "
        "M-1, the maximum over t = k/(32 b); the record is one period of it, t modulo M/b"},
       {"pulse_spectrum", spectrum_formula(sonar.pulse, sonar.window)}};
+  if (sonar.array) set_array_model(info, json);
+  if (info.motion_within_ping) json["motion"] = kMotion;
+  return json;
 }
 
 Json instance_json(const Instance& instance) {

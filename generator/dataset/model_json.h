@@ -7,6 +7,7 @@
 namespace ensonify {
 
 // Every number of the instrument, in SI units and radians.
+Json water_json(const Water& water);
 Json sonar_json(const SequenceInfo& info);
 
 // The beam model in words and formulas; every symbol is a number of sequence.json or a field of

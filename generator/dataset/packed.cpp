@@ -47,10 +47,13 @@ constexpr LabelArray kLabelArrays[] = {
     {"instance", kNpyUint16, copy_layer<&LabelledImage::instance>},
     {"semantic", kNpyUint8, copy_layer<&LabelledImage::semantic>}};
 constexpr LabelArray kShadowArray = {"shadow", kNpyUint16, copy_layer<&LabelledImage::shadow>};
+constexpr LabelArray kMultipathArray = {"multipath", kNpyUint16,
+                                        copy_layer<&LabelledImage::multipath>};
 
 std::vector<LabelArray> label_arrays(const OutputSelection& output) {
   std::vector<LabelArray> arrays(std::begin(kLabelArrays), std::end(kLabelArrays));
   if (output.shadow) arrays.push_back(kShadowArray);
+  if (output.multipath) arrays.push_back(kMultipathArray);
   return arrays;
 }
 
@@ -58,6 +61,7 @@ NpyShape shape_of(const SequenceInfo& info, PackedGrid grid) {
   const auto beams = static_cast<std::uint64_t>(info.sonar.beam_count);
   const auto samples = static_cast<std::uint64_t>(info.record.samples);
   if (grid == PackedGrid::series) return {beams, samples};
+  if (grid == PackedGrid::channels) return {info.element_y_m.size(), samples};
   if (grid == PackedGrid::polar) return {samples, beams};
   const CartesianGrid cartesian = info.cartesian.value_or(CartesianGrid{});
   return {static_cast<std::uint64_t>(cartesian.height_px),
@@ -74,6 +78,10 @@ void for_each_array(const SequenceInfo& info, Use use) {
   if (output.timeseries) {
     use("timeseries.npy", kNpyComplex64, PackedGrid::series,
         [](const PingResult& r, char* out) { copy_values(r.series, out); });
+  }
+  if (output.channels) {
+    use("channels.npy", kNpyComplex64, PackedGrid::channels,
+        [](const PingResult& r, char* out) { copy_values(r.channels, out); });
   }
   for (std::size_t i = 0; i < info.layers.size(); ++i) {
     use(layer_file(info.layers[i]), kNpyComplex64, PackedGrid::series,
@@ -101,8 +109,10 @@ void for_each_array(const SequenceInfo& info, Use use) {
 SequenceInfo sequence_of_all() {
   SequenceInfo info;
   info.output.layers = true;
-  info.layers = {Layer::noise, Layer::volume, Layer::target, Layer::background,
-                 Layer::quantisation};
+  info.output.channels = true;
+  info.output.multipath = true;
+  info.layers = {Layer::noise,      Layer::volume,    Layer::target,
+                 Layer::background, Layer::multipath, Layer::quantisation};
   return info;
 }
 

@@ -34,8 +34,8 @@ struct PackedArray {
 // In the order in which they lie in a piece.
 std::vector<PackedArray> packed_arrays(const SequenceInfo& info);
 
-// The three shapes of a ping: [beams, samples], [samples, beams], [rows, columns].
-enum class PackedGrid { series, polar, cartesian };
+// The shapes of a ping: [beams, samples], [elements, samples], [samples, beams], [rows, columns].
+enum class PackedGrid { series, channels, polar, cartesian };
 struct PackedForm {
   std::string descr;
   PackedGrid grid = PackedGrid::series;

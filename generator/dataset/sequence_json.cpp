@@ -7,10 +7,6 @@
 namespace ensonify {
 namespace {
 
-const char* name_of(SpeckleMode speckle) {
-  return speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray";
-}
-
 Json record_json(const SequenceInfo& info) {
   return {{"samples", info.record.samples},
           {"transform", info.record.transform},
@@ -59,6 +55,11 @@ Json axes_json(const OutputSelection& output) {
   if (output.layers) {
     axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";
   }
+  if (output.channels) {
+    axes["channels"] =
+        "complex64 [elements, samples], Pa (rms): p_n(t) of model.series, noise included, before "
+        "any converter; elements by rising y";
+  }
   if (output.timeseries_exr) {
     axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
   }
@@ -95,6 +96,26 @@ Json layers_json(const SequenceInfo& info) {
   return json;
 }
 
+Json flat_json(const std::optional<FlatSurface>& flat) {
+  if (!flat) return nullptr;
+  return {{"z_m", flat->z_m},
+          {"reflection", flat->reflection},
+          {"roughness_rms_m", flat->roughness_rms_m}};
+}
+
+// What bounced echoes came over; nothing without them.
+void add_multipath(const SequenceInfo& info, Json& json) {
+  if (!info.multipath) return;
+  json["multipath"] = {{"surface", flat_json(info.multipath->surface)},
+                       {"bottom", flat_json(info.multipath->bottom)},
+                       {"objects", info.multipath->objects},
+                       {"bounces", info.multipath->bounces}};
+  json["paths"] = Json::array();
+  for (const SoundPath& path : info.paths) {
+    json["paths"].push_back({{"id", path.id}, {"out", path.out}, {"back", path.back}});
+  }
+}
+
 // Shapes of the arrays that hold all pings; null where each ping has files.
 Json arrays_json(const SequenceInfo& info) {
   if (!info.output.packed) return nullptr;
@@ -123,32 +144,32 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
                    std::uint64_t bytes) {
   Json instances = Json::array();
   for (const Instance& instance : info.instances) instances.push_back(instance_json(instance));
-  return {{"ensonify_sequence", 1},
-          {"sequence", info.sequence},
-          {"seed", info.seed},
-          {"split", info.split},
-          {"pings", Json::array({info.first_ping, info.last_ping})},
-          {"sonar", sonar_json(info)},
-          {"water",
-           {{"sound_speed_m_s", info.water.sound_speed_m_s},
-            {"absorption_db_m", info.water.absorption_db_m}}},
-          {"record", record_json(info)},
-          {"scattering", {{"speckle", name_of(info.speckle)}}},
-          {"noise", noise_json(info)},
-          {"synthesis", {{"tolerance", info.synthesis_tolerance}}},
-          {"model", model_json(info)},
-          {"png", info.output.png ? png_json(info) : Json(nullptr)},
-          {"layers", layers_json(info)},
-          {"cartesian", info.cartesian ? cartesian_json(*info.cartesian) : Json(nullptr)},
-          {"sdf", info.sdf ? sdf_json(*info.sdf) : Json(nullptr)},
-          {"draws", draws_json(info.draws)},
-          {"classes", info.classes},
-          {"instances", std::move(instances)},
-          {"axes", axes_json(info.output)},
-          {"pack", info.output.packed ? "sequence" : "ping"},
-          {"arrays", arrays_json(info)},
-          {"each_ping", each_ping},
-          {"bytes", bytes}};
+  Json json = {{"ensonify_sequence", 1},
+               {"sequence", info.sequence},
+               {"seed", info.seed},
+               {"split", info.split},
+               {"pings", Json::array({info.first_ping, info.last_ping})},
+               {"sonar", sonar_json(info)},
+               {"water", water_json(info.water)},
+               {"record", record_json(info)},
+               {"scattering", {{"speckle", name_of(info.speckle)}}},
+               {"noise", noise_json(info)},
+               {"synthesis", {{"tolerance", info.synthesis_tolerance}}},
+               {"model", model_json(info)},
+               {"png", info.output.png ? png_json(info) : Json(nullptr)},
+               {"layers", layers_json(info)},
+               {"cartesian", info.cartesian ? cartesian_json(*info.cartesian) : Json(nullptr)},
+               {"sdf", info.sdf ? sdf_json(*info.sdf) : Json(nullptr)},
+               {"draws", draws_json(info.draws)},
+               {"classes", info.classes},
+               {"instances", std::move(instances)},
+               {"axes", axes_json(info.output)},
+               {"pack", info.output.packed ? "sequence" : "ping"},
+               {"arrays", arrays_json(info)},
+               {"each_ping", each_ping},
+               {"bytes", bytes}};
+  add_multipath(info, json);
+  return json;
 }
 
 std::string files_opening(const Json& head) {

@@ -98,6 +98,8 @@ std::optional<SequenceShape> shape_of(const Json& head) {
         const Json* box = member(instance, "box");
         return box != nullptr && box->is_object();
       }));
+  const Json* receiver = member(*sonar, "receiver");
+  if (receiver != nullptr) shape.elements = count_at(*receiver, "elements").value_or(0);
   if (cartesian != nullptr) {
     shape.cartesian_height = count_at(*cartesian, "height_px").value_or(0);
     shape.cartesian_width = count_at(*cartesian, "width_px").value_or(0);

@@ -191,6 +191,10 @@ const KnownFile kKnownFiles[] = {
      }},
     {layout::kTimeseriesExr,
      [](auto&, auto& path, auto& s) { return series_exr_fault(path, s.samples, s.beams); }},
+    {layout::kChannels,
+     [](auto&, auto& path, auto& s) {
+       return npy_fault(path, kNpyComplex64, {s.elements, s.samples});
+     }},
     {layout::kScatterers,
      [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
     {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
@@ -201,6 +205,8 @@ const KnownFile kKnownFiles[] = {
     {layout::kPolarSemantic,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
     {layout::kPolarShadow,
+     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
+    {layout::kPolarMultipath,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
     {layout::kPolarGrey,
      [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
@@ -217,6 +223,10 @@ const KnownFile kKnownFiles[] = {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
      }},
     {layout::kCartesianShadow,
+     [](auto&, auto& path, auto& s) {
+       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
+     }},
+    {layout::kCartesianMultipath,
      [](auto&, auto& path, auto& s) {
        return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
      }},
@@ -267,6 +277,7 @@ std::string format_fault(const fs::path& dir, const SequenceShape& shape, const 
   if (const auto form = packed_form(name_template)) {
     NpyShape expected = {shape.pings()};
     const NpyShape grids[] = {{shape.beams, shape.samples},
+                              {shape.elements, shape.samples},
                               {shape.samples, shape.beams},
                               {shape.cartesian_height, shape.cartesian_width}};
     const NpyShape& grid = grids[static_cast<int>(form->grid)];

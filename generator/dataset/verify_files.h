@@ -23,6 +23,7 @@ struct SequenceShape {
   std::string split;
   std::uint64_t first_ping = 0, last_ping = 0;
   std::uint64_t beams = 0, samples = 0, instances = 0, boxes = 0;
+  std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
 
   std::uint64_t pings() const { return last_ping - first_ping; }

@@ -31,7 +31,8 @@ std::size_t area(int rows, int columns) {
   return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
 }
 
-bool fits(const std::optional<LabelledImage>& image, int rows, int columns, bool shadow) {
+bool fits(const std::optional<LabelledImage>& image, int rows, int columns,
+          const OutputSelection& output) {
   if (!image || image->rows != rows || image->columns != columns || rows < 1 || columns < 1) {
     return false;
   }
@@ -39,7 +40,8 @@ bool fits(const std::optional<LabelledImage>& image, int rows, int columns, bool
   return image->level_db.size() == pixels && image->clean_db.size() == pixels &&
          image->elevation_rad.size() == pixels && image->elevation_std_rad.size() == pixels &&
          image->instance_fraction.size() == pixels && image->instance.size() == pixels &&
-         image->semantic.size() == pixels && (!shadow || image->shadow.size() == pixels);
+         image->semantic.size() == pixels && (!output.shadow || image->shadow.size() == pixels) &&
+         (!output.multipath || image->multipath.size() == pixels);
 }
 
 bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
@@ -64,10 +66,9 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   if (is_bad(info.output.any_timeseries(), result.series.size() == area(beams, samples))) {
     return "series";
   }
-  const bool shadow = info.output.shadow;
-  if (is_bad(info.output.polar, fits(result.polar, samples, beams, shadow))) return "polar";
+  if (is_bad(info.output.polar, fits(result.polar, samples, beams, info.output))) return "polar";
   if (is_bad(info.output.cartesian,
-             fits(result.cartesian, grid.height_px, grid.width_px, shadow))) {
+             fits(result.cartesian, grid.height_px, grid.width_px, info.output))) {
     return "cartesian";
   }
   if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
@@ -77,6 +78,10 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
   if (is_bad(info.output.png && info.output.packed, all_grey)) return "png";
   if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
     return "scatterers";
+  }
+  if (is_bad(info.output.channels,
+             result.channels.size() == info.element_y_m.size() * info.record.samples)) {
+    return "channels";
   }
   if (!fit(info.layers, result.layers, area(beams, samples))) return "layers";
   if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
@@ -110,24 +115,26 @@ ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
            {"y_left_m", grid.y_left_m}}};
 }
 
-// Names of the files of one picture; no shadow: not asked for.
+// Names of the files of one picture; no shadow or multipath: not asked for.
 struct ImageNames {
-  const char *exr, *instance, *semantic, *shadow;
+  const char *exr, *instance, *semantic, *shadow, *multipath;
 };
 
 void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
                     const ExrAttributes& attributes, const ImageNames& names) {
   jobs.push_back({names.exr, [&image, attributes] { return encode_exr(image, attributes); }});
-  jobs.push_back({names.instance, [&image] {
-                    return encode_png(image.instance, image.rows, image.columns, Content::runs);
-                  }});
+  const auto add_ids = [&](const char* name, const std::vector<std::uint16_t>& ids) {
+    if (name == nullptr) return;
+    jobs.push_back({name, [&image, &ids] {
+                      return encode_png(ids, image.rows, image.columns, Content::runs);
+                    }});
+  };
+  add_ids(names.instance, image.instance);
   jobs.push_back({names.semantic, [&image] {
                     return encode_png(image.semantic, image.rows, image.columns, Content::runs);
                   }});
-  if (names.shadow == nullptr) return;
-  jobs.push_back({names.shadow, [&image] {
-                    return encode_png(image.shadow, image.rows, image.columns, Content::runs);
-                  }});
+  add_ids(names.shadow, image.shadow);
+  add_ids(names.multipath, image.multipath);
 }
 
 void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& grey,
@@ -174,21 +181,23 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
   if (info.output.polar) {
     add_image_jobs(
         jobs, *result.polar, polar_attributes(info),
-        {kPolarExr, kPolarInstance, kPolarSemantic, info.output.shadow ? kPolarShadow : nullptr});
+        {kPolarExr, kPolarInstance, kPolarSemantic, info.output.shadow ? kPolarShadow : nullptr,
+         info.output.multipath ? kPolarMultipath : nullptr});
   }
   if (info.output.cartesian) {
     add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian),
                    {kCartesianExr, kCartesianInstance, kCartesianSemantic,
-                    info.output.shadow ? kCartesianShadow : nullptr});
+                    info.output.shadow ? kCartesianShadow : nullptr,
+                    info.output.multipath ? kCartesianMultipath : nullptr});
   }
-  const NpyShape shape = {static_cast<std::uint64_t>(info.sonar.beam_count),
-                          static_cast<std::uint64_t>(info.record.samples)};
   const auto add_series = [&](std::string name, const std::vector<std::complex<float>>& series) {
-    jobs.push_back({std::move(name), [&series, shape]() -> Result<std::string> {
-                      return encode_npy(series, shape);
+    const auto samples = static_cast<std::uint64_t>(info.record.samples);
+    jobs.push_back({std::move(name), [&series, samples]() -> Result<std::string> {
+                      return encode_npy(series, {series.size() / samples, samples});
                     }});
   };
   if (info.output.timeseries) add_series(kTimeseries, result.series);
+  if (info.output.channels) add_series(kChannels, result.channels);
   for (const LayerSeries& layer : result.layers) {
     add_series(layer_template(layer_name(layer.layer)), layer.pressure_pa);
   }

@@ -139,6 +139,7 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
     }
   }
   if (!polar.shadow.empty()) image.shadow = resample(polar.shadow, grid, map);
+  if (!polar.multipath.empty()) image.multipath = resample(polar.multipath, grid, map);
   return image;
 }
 

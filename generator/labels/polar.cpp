@@ -19,6 +19,7 @@ constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 struct Echo {
   std::uint32_t instance;
   double energy, elevation_rad, elevation_variance_rad2;
+  bool bounced = false;
 };
 
 // The echoes of one sector's scatterers that have any energy, by delay.
@@ -35,7 +36,7 @@ void gather_sector(const PolarInput& input, std::size_t beam, SectorEchoes& sect
     const Scatterer& s = list.items[i];
     const double energy = expected_energy(s);
     if (!(energy > 0)) continue;
-    sector.echoes.push_back({s.instance, energy, s.arrival.elevation_rad, 0});
+    sector.echoes.push_back({s.instance, energy, s.arrival.elevation_rad, 0, s.path != 0});
     sector.samples.push_back(s.delay_s * input.bandwidth_hz);
   }
 }
@@ -95,7 +96,14 @@ struct Share {
 // What the echoes of one pixel amount to.
 struct PixelLabel {
   std::uint32_t instance = 0;
-  double fraction = 0, elevation_rad = 0, elevation_std_rad = 0;
+  double fraction = 0, elevation_rad = kNaN, elevation_std_rad = kNaN, energy = 0;
+  std::uint32_t ghost = 0;
+};
+
+// Kept from pixel to pixel.
+struct Scratch {
+  std::vector<Share> shares;
+  std::vector<Echo> direct, bounced;
 };
 
 // The instance with the most energy, and that energy.
@@ -124,7 +132,7 @@ PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
     first_moment += echo.energy * echo.elevation_rad;
     alone = alone && echo.instance == echoes[0].instance;
   }
-  PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0};
+  PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0, energy};
   if (!alone) {
     const Share winner = winner_of(echoes, shares);
     label.instance = winner.instance;
@@ -139,8 +147,27 @@ PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
   return label;
 }
 
-LabelledImage blank_image(int rows, int columns) {
-  LabelledImage image{rows, columns, {}, {}, {}, {}, {}, {}, {}, {}};
+// Of echoes some of which bounced: the others alone, their winner's fraction of all.
+PixelLabel mixed_label_of(std::span<const Echo> echoes, Scratch& scratch) {
+  scratch.direct.clear();
+  scratch.bounced.clear();
+  double bounced_energy = 0;
+  for (const Echo& echo : echoes) {
+    (echo.bounced ? scratch.bounced : scratch.direct).push_back(echo);
+    if (echo.bounced) bounced_energy += echo.energy;
+  }
+  PixelLabel label;
+  if (!scratch.direct.empty()) label = label_of(scratch.direct, scratch.shares);
+  if (scratch.bounced.empty()) return label;
+  label.fraction *= label.energy / (label.energy + bounced_energy);
+  if (bounced_energy > label.energy) {
+    label.ghost = winner_of(scratch.bounced, scratch.shares).instance;
+  }
+  return label;
+}
+
+LabelledImage blank_image(int rows, int columns, bool multipath) {
+  LabelledImage image{rows, columns, {}, {}, {}, {}, {}, {}, {}, {}, {}};
   const std::size_t count = std::size_t(rows) * columns;
   image.level_db.resize(count);
   image.clean_db.resize(count);
@@ -149,6 +176,7 @@ LabelledImage blank_image(int rows, int columns) {
   image.instance_fraction.resize(count);
   image.instance.resize(count);
   image.semantic.resize(count);
+  if (multipath) image.multipath.resize(count);
   return image;
 }
 
@@ -184,15 +212,18 @@ void write_levels(const PolarInput& input, const Block& block, Power&& power,
 }
 
 void write_labels(const PolarInput& input, int beam, const SectorEchoes& sector,
-                  const Samples& samples, std::vector<Share>& shares, LabelledImage& image) {
+                  const Samples& samples, Scratch& scratch, LabelledImage& image) {
   for_each_hearing_pixel(input, beam, sector, samples, [&](int n, std::span<const Echo> echoes) {
-    const PixelLabel label = label_of(echoes, shares);
+    const bool mixed = std::ranges::any_of(echoes, &Echo::bounced);
+    const PixelLabel label =
+        mixed ? mixed_label_of(echoes, scratch) : label_of(echoes, scratch.shares);
     const std::size_t at = std::size_t(n) * input.beams + beam;
     image.elevation_rad[at] = static_cast<float>(label.elevation_rad);
     image.elevation_std_rad[at] = static_cast<float>(label.elevation_std_rad);
     if (input.clean_power_pa2[std::size_t(beam) * input.samples + n] < input.noise_power_pa2) {
       return;
     }
+    if (input.multipath) image.multipath[at] = static_cast<std::uint16_t>(label.ghost);
     image.instance[at] = static_cast<std::uint16_t>(label.instance);
     image.instance_fraction[at] = static_cast<float>(label.fraction);
     ENSONIFY_ASSERT(label.instance < input.class_of_instance.size());
@@ -209,14 +240,14 @@ void write_rows(const PolarInput& input, const std::vector<SectorEchoes>& sector
     const std::complex<float> p = pressure[cell];
     return p.real() * p.real() + p.imag() * p.imag();
   };
-  std::vector<Share> shares;
+  Scratch scratch;
   for (int first = 0; first < input.beams; first += kBlockBeams) {
     const Block block{first, std::min(kBlockBeams, input.beams - first), samples};
     write_levels(input, block, square, image.level_db);
     write_levels(
         input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
     for (int beam = first; beam < first + block.beams; ++beam) {
-      write_labels(input, beam, sectors[beam], samples, shares, image);
+      write_labels(input, beam, sectors[beam], samples, scratch, image);
     }
   }
 }
@@ -235,7 +266,7 @@ LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   const std::size_t count = std::size_t(input.beams) * input.samples;
   ENSONIFY_ASSERT(input.pressure_pa.size() == count && input.clean_power_pa2.size() == count);
   check_volumes(input);
-  LabelledImage image = blank_image(input.samples, input.beams);
+  LabelledImage image = blank_image(input.samples, input.beams, input.multipath);
   std::vector<SectorEchoes> sectors(input.beams);
   workers.for_each(input.beams,
                    [&](std::size_t beam) { gather_sector(input, beam, sectors[beam]); });
@@ -268,12 +299,17 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
   return hears;
 }
 
-std::vector<float> first_return_m(const ScattererList& scatterers, int beams) {
+std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
+                                  double instrument_speed_m_s) {
   std::vector<float> ranges(beams, kNaN);
   for (int j = 0; j < beams; ++j) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
-      nearest = std::min(nearest, length(scatterers.items[i].position_m));
+      const Scatterer& s = scatterers.items[i];
+      if (s.path != 0) continue;
+      const double range =
+          instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2 : length(s.position_m);
+      nearest = std::min(nearest, range);
     }
     if (std::isfinite(nearest)) ranges[j] = static_cast<float>(nearest);
   }

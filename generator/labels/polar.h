@@ -25,6 +25,7 @@ struct PolarInput {
   int beams = 0, samples = 0;
   std::span<const std::uint8_t> class_of_instance;  // by instance id; [0] is 0
   std::span<const VolumeEcho> volumes;
+  bool multipath = false;  // the mask of bounced echoes is asked for
 };
 
 // The image and its labels. A pixel hears the echoes of its own sector (no side lobes) within
@@ -32,8 +33,11 @@ struct PolarInput {
 // E|a|^2 gain^2 summed without phase; ties go to the lower id. None where there is no echo, or
 // where noise is given and the pixel's clean power lies under it; then the fraction is 0.
 // Elevation: energy-weighted mean and standard deviation over all echoes of the pixel, NaN where
-// there is none. A volume counts with its energy of the pixel's own sample and half that of the two
-// beside it. Levels are those of labels/levels.h.
+// there is none. Bounced echoes (path != 0) are nowhere counted but in the energy that the fraction
+// is of, and in `multipath`, where `input` asks for it: the instance with most bounced energy where
+// this is more than the direct energy and noise does not forbid a label; ties go to the lower id. A
+// volume counts with its energy of the pixel's own sample and half that of the two beside it.
+// Levels are those of labels/levels.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // [beams x samples]: 1 where the pixel hears an echo, as above; noise does not matter.
@@ -41,8 +45,10 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
                                      std::span<const VolumeEcho> volumes, double bandwidth_hz,
                                      int beams, int samples);
 
-// Slant range of the nearest scatterer of each sector, [beams]; NaN where there is none. Volumes
-// are no return.
-std::vector<float> first_return_m(const ScattererList& scatterers, int beams);
+// Slant range of the nearest direct scatterer of each sector, [beams]; NaN where there is none.
+// Volumes are no return. Where rays are bent or the sonar moves within the ping, what the range
+// axis says: `instrument_speed_m_s` times half the delay; 0: the distance itself.
+std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
+                                  double instrument_speed_m_s = 0);
 
 }  // namespace ensonify

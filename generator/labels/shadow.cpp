@@ -19,12 +19,13 @@ struct Echo {
   std::uint32_t instance = 0, caster = 0;  // caster 0: it is heard, or several hide it
 };
 
-// Of one sector, by delay, those with any energy. `caster` is empty for what is heard.
+// Of one sector, by delay, the direct ones with any energy. `caster` is empty for what is heard.
 void gather(const ScattererList& list, std::span<const std::uint32_t> caster, int beam,
             double bandwidth_hz, std::vector<Echo>& echoes) {
   echoes.clear();
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
+    if (s.path != 0) continue;
     const double energy = expected_energy(s);
     if (!(energy > 0)) continue;
     echoes.push_back(

@@ -48,7 +48,7 @@ struct HiddenLabels {
   InstanceSets amodal;
 };
 
-// A pixel hears and would hear the echoes of its own sector within c/2b of its sample.
+// A pixel hears and would hear the direct echoes of its own sector within c/2b of its sample.
 // Shadow: where the energy of the hidden echoes that one instance alone keeps away is above that of
 // all that are heard, volumes included, and, where noise is given, their power not under the
 // noise's. Its caster is the instance that keeps most energy away, ties go to the lower id.

@@ -58,6 +58,17 @@ std::size_t values_in(const Node& node) {
   return count;
 }
 
+// The path of what a choice stands for: without `.choice.NUMBER`.
+std::string without_choices(std::string path) {
+  constexpr std::string_view kMark = ".choice.";
+  for (auto at = path.find(kMark); at != std::string::npos; at = path.find(kMark, at)) {
+    const auto number = at + kMark.size();
+    const auto end = std::min(path.find_first_not_of("0123456789", number), path.size());
+    path.erase(at, end - at);
+  }
+  return path;
+}
+
 // Keys that the sections read by read_integer.
 bool reads_whole_numbers(std::string_view path) {
   const auto segment_before = [&](std::size_t end) {
@@ -66,11 +77,13 @@ bool reads_whole_numbers(std::string_view path) {
                        end - (dot == std::string_view::npos ? 0 : dot + 1));
   };
   const std::string_view last = segment_before(path.size());
-  for (const char* key : {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels"}) {
+  for (const char* key :
+       {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels", "elements"}) {
     if (last == key) return true;
   }
   const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
-  return segment_before(parent_end) == "rays";
+  const std::string_view parent = segment_before(parent_end);
+  return parent == "rays" || parent == "dead";
 }
 
 std::optional<std::int64_t> whole_number(const Node& node) {
@@ -226,7 +239,8 @@ class Drawer {
 
   // Whole numbers between whole numbers, both of them included.
   std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
-    if (!reads_whole_numbers(way.path)) return number(drawn_number("uniform", given, way));
+    if (!reads_whole_numbers(without_choices(way.path)))
+      return number(drawn_number("uniform", given, way));
     const auto low = whole_number(list.items[0]);
     const auto high = whole_number(list.items[1]);
     if (!low || !high) return number(drawn_number("uniform", given, way));

@@ -1,6 +1,7 @@
 #include <type_traits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "scenario/drawn_sections.h"
 #include "scenario/emit.h"
@@ -48,6 +49,27 @@ std::string beams_text(const SonarSpec& sonar) {
   return text + "}";
 }
 
+std::string array_text(const ArraySpec& array) {
+  std::string text = "mode: array";
+  if (array.elements) text += fmt::format(", elements: {}", *array.elements);
+  if (array.spacing_m) text += ", spacing_m: " + number(*array.spacing_m);
+  if (array.shading) text += ", shading: " + shading_text(*array.shading);
+  return text + fmt::format(
+                    ", element_width_m: {}, focus: {}, steering: {}, gain_error_db: {}, "
+                    "phase_error_deg: {}, dead: [{}]",
+                    number(array.element_width_m), name_of(array.focus), name_of(array.steering),
+                    number(array.gain_error_db), number(array.phase_error_deg),
+                    fmt::join(array.dead, ", "));
+}
+
+// Empty: what is left out says as much.
+std::string receiver_text(const SonarSpec& sonar) {
+  std::string text = sonar.array ? array_text(*sonar.array) : "";
+  if (!sonar.adc) return text;
+  return text + fmt::format("{}adc: {{bits: {}, full_scale_db: {}}}", text.empty() ? "" : ", ",
+                            sonar.adc->bits, number(sonar.adc->full_scale_db));
+}
+
 std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   std::string text = "sonar:\n";
   const auto line = [&](std::string_view key, const std::string& value) {
@@ -63,17 +85,31 @@ std::string sonar_text(const SonarSpec& sonar, const NameFile& name_file) {
   line("beams", beams_text(sonar));
   line("elevation", fmt::format("{{width_deg: {}, fan_deg: {}}}", number(sonar.elevation_width_deg),
                                 number(sonar.elevation_fan_deg)));
-  line("rays",
-       fmt::format("{{elevation: {}, azimuth: {}}}", sonar.rays_elevation, sonar.rays_azimuth));
-  if (sonar.adc) {
-    line("receiver", fmt::format("{{adc: {{bits: {}, full_scale_db: {}}}}}", sonar.adc->bits,
-                                 number(sonar.adc->full_scale_db)));
+  line("rays", fmt::format("{{elevation: {}, azimuth: {}, per_cell: {}}}", sonar.rays_elevation,
+                           sonar.rays_azimuth, sonar.rays_per_cell));
+  if (const std::string receiver = receiver_text(sonar); !receiver.empty()) {
+    line("receiver", "{" + receiver + "}");
   }
   line("mount", fmt::format("{{{}}}", pose_keys(sonar.mount)));
   return text;
 }
 
-std::string water_text(const WaterSpec& water) {
+std::string list_text(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + number(value);
+  return "[" + text + "]";
+}
+
+std::string profile_text(const ProfileSpec& profile, const NameFile& name_file) {
+  const std::string rows =
+      profile.file.empty()
+          ? fmt::format("depth_m: {}, sound_speed_m_s: {}", list_text(profile.depth_m),
+                        list_text(profile.sound_speed_m_s))
+          : "file: " + quoted_if_needed(name_file(profile.file));
+  return fmt::format("  profile: {{{}, surface_z_m: {}}}\n", rows, number(profile.surface_z_m));
+}
+
+std::string water_text(const WaterSpec& water, const NameFile& name_file) {
   std::string absorption;
   if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&water.absorption)) {
     absorption = "fixed_db_m: " + number(fixed->db_m);
@@ -91,7 +127,9 @@ std::string water_text(const WaterSpec& water) {
         fmt::format("{{from: {{temperature_c: {}, salinity_psu: {}, depth_m: {}}}}}",
                     number(from->temperature_c), number(from->salinity_psu), number(from->depth_m));
   }
-  return fmt::format("water:\n  sound_speed_m_s: {}\n  absorption: {{{}}}\n", speed, absorption);
+  const std::string profile = water.profile ? profile_text(*water.profile, name_file) : "";
+  return fmt::format("water:\n  sound_speed_m_s: {}\n{}  absorption: {{{}}}\n", speed, profile,
+                     absorption);
 }
 
 std::string scattering_text(const ScatteringSpec& scattering) {
@@ -99,7 +137,7 @@ std::string scattering_text(const ScatteringSpec& scattering) {
       "scattering: {{lambert_exponent: {}, normalization: {}, speckle: {}}}\n",
       number(scattering.lambert_exponent),
       scattering.normalization == Normalization::calibrated ? "calibrated" : "mean_square",
-      scattering.speckle == SpeckleMode::per_ping ? "per_ping" : "per_ray");
+      name_of(scattering.speckle));
 }
 
 std::string material_keys(const MaterialSpec& material, const NameFile& name_file) {
@@ -159,6 +197,20 @@ std::string point_targets_text(const std::vector<PointTargetSpec>& targets) {
   return text;
 }
 
+std::string multipath_text(const Scenario& scenario) {
+  if (!scenario.multipath) return "";
+  const auto& [surface, bottom, objects, bounces] = *scenario.multipath;
+  std::string text = "multipath: {";
+  const auto add = [&](const char* key, const std::optional<FlatSurface>& flat) {
+    if (!flat) return;
+    text += fmt::format("{}: {{z_m: {}, reflection: {}, roughness_rms_m: {}}}, ", key,
+                        number(flat->z_m), number(flat->reflection), number(flat->roughness_rms_m));
+  };
+  add("surface", surface);
+  add("bottom", bottom);
+  return text + fmt::format("objects: {}, bounces: {}}}\n", objects, bounces);
+}
+
 std::string noise_text(const Scenario& scenario) {
   if (const auto level = scenario.noise_spectrum_level_db) {
     return fmt::format("noise: {{spectrum_level_db: {}}}\n", number(*level));
@@ -195,11 +247,14 @@ std::string layers_text(const OutputSpec& output) {
   return fmt::format("{{targets: [{}]}}", names);
 }
 
-std::string output_text(const OutputSpec& output) {
+std::string output_text(const Scenario& scenario) {
+  const OutputSpec& output = scenario.output;
   std::string cartesian = "false";
   if (output.selection.cartesian) {
     cartesian = fmt::format("{{height_px: {}}}", output.cartesian_height_px);
   }
+  std::string multipath;
+  if (scenario.multipath) multipath = fmt::format("multipath: {}, ", output.selection.multipath);
   std::string sdf;
   if (output.sdf) {
     sdf = fmt::format(", sdf: {{voxel_m: {}, band_voxels: {}}}", number(output.sdf->voxel_m),
@@ -207,11 +262,12 @@ std::string output_text(const OutputSpec& output) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}}}\n",
+      "{}polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}}}\n",
       timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
-      output.selection.shadow, output.selection.amodal, output.selection.polygons,
+      output.selection.shadow, output.selection.amodal, multipath, output.selection.polygons,
       output.selection.scatterers, output.selection.points, layers_text(output),
-      output.selection.packed ? "sequence" : "ping", sdf);
+      output.selection.packed ? "sequence" : "ping",
+      output.selection.channels ? ", channels: true" : "", sdf);
 }
 
 }  // namespace
@@ -225,17 +281,19 @@ std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
     text += drawn != nullptr ? section_text(key, *drawn, name_file) : written;
   };
   add("sonar", sonar_text(scenario.sonar, name_file));
-  add("water", water_text(scenario.water));
+  add("water", water_text(scenario.water, name_file));
   add("scattering", scattering_text(scenario.scattering));
   add("materials", materials_text(scenario.materials, name_file));
   add("objects", objects_text(scenario.objects, name_file));
   add("point_targets", point_targets_text(scenario.point_targets));
   add("volumes", volumes_text(scenario.volumes, name_file));
+  add("multipath", multipath_text(scenario));
   add("trajectory", trajectory_text(scenario.trajectory, name_file));
+  add("motion_within_ping", scenario.motion_within_ping ? "motion_within_ping: true\n" : "");
   add("noise", noise_text(scenario));
   add("synthesis",
       fmt::format("synthesis: {{tolerance: {}}}\n", number(scenario.synthesis_tolerance)));
-  add("output", output_text(scenario.output));
+  add("output", output_text(scenario));
   add("splits",
       fmt::format("splits: {{train: {}, val: {}, test: {}}}\n", number(scenario.splits.train),
                   number(scenario.splits.val), number(scenario.splits.test)));

@@ -24,6 +24,7 @@ const std::vector<std::vector<Words>>& exclusive_groups() {
       {{"rotation_deg"}, {"quaternion_wxyz"}},
       {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
       {{"poses"}, {"file"}},
+      {{"depth_m", "sound_speed_m_s"}, {"file"}},
       {{"box"},
        {"sphere"},
        {"cylinder"},
@@ -78,6 +79,10 @@ void remove_excluded_by_value(Node& map, std::string_view key) {
   if (key == "law" && table) remove_keys(map, {"reflectivity"});
   if (key == "model" && value->text == "rician")
     remove_keys(map, {"reflection", "roughness_rms_m"});
+  if (key == "mode" && value->text == "beams") {
+    remove_keys(map, {"elements", "spacing_m", "element_width_m", "shading", "focus", "steering",
+                      "gain_error_db", "phase_error_deg", "dead"});
+  }
   if (key == "model" && value->text == "kirchhoff") remove_keys(map, {"k"});
 }
 
@@ -93,8 +98,8 @@ bool holds_names(std::span<const std::string_view> path) {
 bool holds_kind(std::span<const std::string_view> path) {
   if (path.size() == 2) return path[0] == "sonar" && path[1] == "pulse";
   if (path.size() != 3) return false;
-  return (path[0] == "sonar" && path[1] == "beams" && path[2] == "shading") ||
-         (path[0] == "materials" && path[2] == "law");
+  const bool receives = path[0] == "sonar" && (path[1] == "beams" || path[1] == "receiver");
+  return (receives && path[2] == "shading") || (path[0] == "materials" && path[2] == "law");
 }
 
 void expand_word(Node& node) {

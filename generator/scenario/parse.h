@@ -1,9 +1,11 @@
 // The sections of a scenario, each read into its struct; faults are added, what is right is kept.
 //
 //   parse_sonar                      with the preset it names
-//   parse_pulse  parse_beams         parts of it, each in a file of its name
+//   parse_pulse  parse_beams  parse_receiver  parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
+//   parse_profile  check_profile_conflicts   in parse_profile.cpp
 //   parse_materials                  laws and coherent parts, in parse_materials.cpp
+//   parse_multipath  parse_multipath_mask   in parse_multipath.cpp
 //   parse_objects  parse_point_targets  parse_volumes  check_instances
 //   parse_shape                      in parse_shapes.cpp
 //   MaterialNames  parse_material_name
@@ -38,6 +40,11 @@ inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 void parse_sonar(const InputFolder& input, const Value& value, SonarSpec& sonar);
 void parse_pulse(const InputFolder& input, const Value& sonar, PulseSpec& pulse);
 void parse_beams(Faults& faults, const Value& beams, Need need, SonarSpec& sonar);
+void parse_shading(Faults& faults, const Value& map, BeamShading& shading);  // its key `shading`
+void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar);
+
+// What does not go with the receiver, in scattering and output.
+void check_array(Faults& faults, const Value& root, const Scenario& scenario);
 
 // A chirp or burst against the bandwidth; `sonar_value` is merged with its preset.
 void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec& sonar);
@@ -45,7 +52,11 @@ void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec&
 // Of two values that contradict each other, the one that the user wrote.
 Value blamed(const Value& value, const Value& other);
 
-void parse_water(Faults& faults, const Value& value, WaterSpec& water);
+void parse_profile(const InputFolder& input, const Value& value, ProfileSpec& profile);
+void parse_water(const InputFolder& input, const Value& value, WaterSpec& water);
+
+// What a sound speed profile cannot stand beside yet.
+void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);
 
 // What only shows when sonar and water are both known: the size of a ping, a burst longer than the
 // record.
@@ -65,6 +76,10 @@ void parse_timeseries(Faults& faults, const Value& output, OutputSelection& sele
 // What output.layers.targets may name: objects, point targets and their classes, behind draws too.
 std::vector<std::string> layer_target_words(const Value& root);
 void check_layer_targets(Faults& faults, const Value& root, const std::vector<std::string>& words);
+
+void parse_multipath(Faults& faults, const Value& value, Multipath& multipath);
+// output.multipath, when both are known: on where there are multipath and pictures.
+void parse_multipath_mask(Faults& faults, const Value& root, Scenario& scenario);
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits);
 

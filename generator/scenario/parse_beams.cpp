@@ -38,22 +38,6 @@ void parse_taylor(Faults& faults, const Value& options, BeamShading& shading) {
                         shading.nbar, shading.side_lobe_db, smallest));
 }
 
-void parse_shading(Faults& faults, const Value& beams, BeamShading& shading) {
-  const auto kind = read_kind(faults, beams, "shading", {"uniform", "hann", "taylor", "chebyshev"});
-  if (!kind) return;
-  if (kind->word == "taylor") {
-    shading.kind = Shading::taylor;
-    parse_taylor(faults, kind->options, shading);
-  } else if (kind->word == "chebyshev") {
-    shading.kind = Shading::chebyshev;
-    if (!open_map(faults, kind->options, {"side_lobe_db"})) return;
-    read_number(faults, kind->options, "side_lobe_db", kSideLobe, shading.side_lobe_db);
-  } else {
-    shading.kind = kind->word == "hann" ? Shading::hann : Shading::uniform;
-    open_map(faults, kind->options, {});
-  }
-}
-
 void parse_fan(Faults& faults, const Value& beams, Need need, bool counted, SonarSpec& sonar) {
   const bool either = child(beams, "spacing_deg") || child(beams, "fov_deg");
   if (!either) {
@@ -83,6 +67,22 @@ void parse_fan(Faults& faults, const Value& beams, Need need, bool counted, Sona
 }
 
 }  // namespace
+
+void parse_shading(Faults& faults, const Value& map, BeamShading& shading) {
+  const auto kind = read_kind(faults, map, "shading", {"uniform", "hann", "taylor", "chebyshev"});
+  if (!kind) return;
+  if (kind->word == "taylor") {
+    shading.kind = Shading::taylor;
+    parse_taylor(faults, kind->options, shading);
+  } else if (kind->word == "chebyshev") {
+    shading.kind = Shading::chebyshev;
+    if (!open_map(faults, kind->options, {"side_lobe_db"})) return;
+    read_number(faults, kind->options, "side_lobe_db", kSideLobe, shading.side_lobe_db);
+  } else {
+    shading.kind = kind->word == "hann" ? Shading::hann : Shading::uniform;
+    open_map(faults, kind->options, {});
+  }
+}
 
 void parse_beams(Faults& faults, const Value& beams, Need need, SonarSpec& sonar) {
   if (!open_map(

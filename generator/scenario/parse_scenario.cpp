@@ -103,11 +103,11 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   scenario.trajectory.pings = 1;
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
-            "objects", "point_targets", "volumes", "trajectory", "noise", "synthesis", "output",
-            "splits"});
+            "objects", "point_targets", "volumes", "multipath", "trajectory", "motion_within_ping",
+            "noise", "synthesis", "output", "splits"});
   parse_head(faults, root, scenario);
   parse_sonar(input, child_or_empty(root, "sonar"), scenario.sonar);
-  if (const auto v = child(root, "water")) parse_water(faults, *v, scenario.water);
+  if (const auto v = child(root, "water")) parse_water(input, *v, scenario.water);
   if (const auto v = child(root, "scattering")) parse_scattering(faults, *v, scenario.scattering);
   if (const auto v = child(root, "materials")) parse_materials(input, *v, scenario.materials);
   if (const auto v = child(root, "objects")) {
@@ -117,16 +117,23 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
     parse_point_targets(faults, *v, scenario.point_targets);
   }
   if (const auto v = child(root, "volumes")) parse_volumes(input, *v, scenario.volumes);
+  if (const auto v = child(root, "multipath")) {
+    parse_multipath(faults, *v, scenario.multipath.emplace());
+  }
   check_instances(faults, root);
   parse_trajectory(input, child_or_empty(root, "trajectory"), scenario.trajectory);
+  read_boolean(faults, root, "motion_within_ping", scenario.motion_within_ping);
   if (const auto v = child(root, "noise")) parse_noise(faults, *v, scenario);
   if (const auto v = child(root, "synthesis"); v && open_map(faults, *v, {"tolerance"})) {
     read_number(faults, *v, "tolerance", from_to(1e-7, 1e-3), scenario.synthesis_tolerance);
   }
   if (const auto v = child(root, "output")) parse_output(faults, *v, scenario.output);
+  parse_multipath_mask(faults, root, scenario);
   if (const auto v = child(root, "splits")) parse_splits(faults, *v, scenario.splits);
+  check_array(faults, root, scenario);
   check_ping_size(faults, root, scenario);
   check_burst_length(faults, root, scenario);
+  check_profile_conflicts(faults, root, scenario);
   return scenario;
 }
 
@@ -140,14 +147,16 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
       {{"calibrated", Normalization::calibrated}, {"mean_square", Normalization::mean_square}},
       scattering.normalization);
   read_choice<SpeckleMode>(faults, value, "speckle",
-                           {{"per_ping", SpeckleMode::per_ping}, {"per_ray", SpeckleMode::per_ray}},
+                           {{"per_ping", SpeckleMode::per_ping},
+                            {"per_ray", SpeckleMode::per_ray},
+                            {"surface", SpeckleMode::surface}},
                            scattering.speckle);
 }
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   if (!open_map(faults, value,
-                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "polygons",
-                 "scatterers", "points", "layers", "pack", "sdf"})) {
+                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "multipath",
+                 "polygons", "scatterers", "points", "layers", "channels", "pack", "sdf"})) {
     return;
   }
   OutputSelection& selection = output.selection;
@@ -166,6 +175,7 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   read_plain_switch("scatterers", selection.scatterers);
   read_plain_switch("points", selection.points);
   parse_layers(faults, value, output);
+  read_plain_switch("channels", selection.channels);
   parse_pack(faults, value, selection);
   parse_sdf(faults, value, output);
 }

@@ -10,8 +10,8 @@ namespace ensonify {
 namespace {
 
 constexpr NumberRange kLevelDb = from_to(-300, 400);
-constexpr int kMaxBits = 24;
 constexpr int kMaxRays = 1'000'000;
+constexpr int kMaxPerCell = 1000;
 
 // Larger pings would take more than 2 GiB for one stage alone, or run for days.
 constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
@@ -36,19 +36,10 @@ void parse_elevation(Faults& faults, const Value& elevation, Need need, SonarSpe
 }
 
 void parse_rays(Faults& faults, const Value& rays, Need need, SonarSpec& sonar) {
-  if (!open_map(faults, rays, {"elevation", "azimuth"})) return;
+  if (!open_map(faults, rays, {"elevation", "azimuth", "per_cell"})) return;
   read_integer(faults, rays, "elevation", 1, kMaxRays, sonar.rays_elevation, need);
   read_integer(faults, rays, "azimuth", 1, kMaxRays, sonar.rays_azimuth);
-}
-
-void parse_receiver(Faults& faults, const Value& receiver, SonarSpec& sonar) {
-  if (!open_map(faults, receiver, {"adc"})) return;
-  const auto map = child(receiver, "adc");
-  if (!map || !open_map(faults, *map, {"bits", "full_scale_db"})) return;
-  Adc adc;
-  read_integer(faults, *map, "bits", 1, kMaxBits, adc.bits, Need::required);
-  read_number(faults, *map, "full_scale_db", kLevelDb, adc.full_scale_db, Need::required);
-  sonar.adc = adc;
+  read_integer(faults, rays, "per_cell", 0, kMaxPerCell, sonar.rays_per_cell);
 }
 
 void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {

@@ -22,9 +22,13 @@ void parse_sound_speed(Faults& faults, const Value& water_value, WaterSpec& wate
 
 }  // namespace
 
-void parse_water(Faults& faults, const Value& value, WaterSpec& water) {
-  if (!open_map(faults, value, {"sound_speed_m_s", "absorption"})) return;
+void parse_water(const InputFolder& input, const Value& value, WaterSpec& water) {
+  Faults& faults = input.faults;
+  if (!open_map(faults, value, {"sound_speed_m_s", "profile", "absorption"})) return;
   parse_sound_speed(faults, value, water);
+  if (const auto profile = child(value, "profile")) {
+    parse_profile(input, *profile, water.profile.emplace());
+  }
   const auto absorption = child(value, "absorption");
   if (!absorption) return;
   if (!open_map(faults, *absorption,

@@ -132,6 +132,10 @@ void refuse_unknown_key(Faults& faults, const Value& map, const Key& key,
   add_fault(faults, key.place, path_of(map, key.text), std::move(text));
 }
 
+std::string integer_in_words(int low, int high) {
+  return low == high ? std::to_string(low) : fmt::format("an integer from {} to {}", low, high);
+}
+
 }  // namespace
 
 std::string path_of(const Value& map, std::string_view key) {
@@ -242,29 +246,30 @@ bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& rang
   return true;
 }
 
-bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
-                  int& out, Need need) {
-  const std::string accepted =
-      low == high ? std::to_string(low) : fmt::format("an integer from {} to {}", low, high);
-  const auto value = wanted(faults, map, key, accepted, need);
-  if (!value) return false;
-  std::string trouble = number_trouble(*value->node);
+bool read_integer_of(Faults& faults, const Value& value, int low, int high, int& out) {
+  std::string trouble = number_trouble(*value.node);
   if (trouble.empty()) {
-    const std::string_view text = without_plus(value->node->text);
+    const std::string_view text = without_plus(value.node->text);
     const std::string_view digits = text.starts_with('-') ? text.substr(1) : text;
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (!only_digits(digits)) {
-      trouble = shown(value->node->text) + " is no integer";
+      trouble = shown(value.node->text) + " is no integer";
     } else if (error != std::errc{} || number < low || number > high) {
-      trouble = shown(value->node->text) + " is out of range";
+      trouble = shown(value.node->text) + " is out of range";
     } else {
       out = number;
       return true;
     }
   }
-  fault(faults, *value, trouble + ", accepted is " + accepted);
+  fault(faults, value, trouble + ", accepted is " + integer_in_words(low, high));
   return false;
+}
+
+bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
+                  int& out, Need need) {
+  const auto value = wanted(faults, map, key, integer_in_words(low, high), need);
+  return value && read_integer_of(faults, *value, low, high, out);
 }
 
 bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint64_t& out) {

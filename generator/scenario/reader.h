@@ -81,6 +81,9 @@ bool read_numbers(Faults& faults, const Value& map, std::string_view key, const 
 bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
                   int& out, Need need = Need::optional);
 
+// The same of a list's item.
+bool read_integer_of(Faults& faults, const Value& value, int low, int high, int& out);
+
 // Any unsigned 64-bit integer, to the last digit.
 bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint64_t& out);
 

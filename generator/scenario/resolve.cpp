@@ -28,6 +28,7 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.elevation_fan_rad = radians(spec.elevation_fan_deg);
   sonar.rays_elevation = spec.rays_elevation;
   sonar.rays_azimuth = spec.rays_azimuth;
+  sonar.rays_per_cell = spec.rays_per_cell;
   sonar.normalization = scenario.scattering.normalization;
   return sonar;
 }
@@ -94,6 +95,9 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
     return true;
   };
   if (!add_drawn("sonar") && !scenario.sonar.pulse.file.empty()) add(scenario.sonar.pulse.file);
+  if (const auto& profile = scenario.water.profile; !add_drawn("water") && profile) {
+    if (!profile->file.empty()) add(profile->file);
+  }
   if (!add_drawn("materials")) {
     for (const MaterialSpec& material : scenario.materials) {
       if (const auto* table = std::get_if<BackscatterTableSpec>(&material.law)) add(table->file);

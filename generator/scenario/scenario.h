@@ -20,12 +20,14 @@
 
 #include "core/error.h"
 #include "core/material.h"
+#include "core/multipath.h"
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
+#include "scenario/receiver_spec.h"
 #include "scenario/terrain_spec.h"
 #include "scenario/volume_spec.h"
 
@@ -59,6 +61,8 @@ struct SonarSpec {
   double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
+  int rays_per_cell = 0;  // 0: left out
+  std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;
 };
@@ -78,10 +82,18 @@ struct SoundSpeedSpec {
   double temperature_c = 0, salinity_psu = 0, depth_m = 0;
 };
 
+// Of a file, or of rows.
+struct ProfileSpec {
+  std::filesystem::path file;  // CSV: depth_m, sound_speed_m_s
+  std::vector<double> depth_m, sound_speed_m_s;
+  double surface_z_m = 0;  // height in the world of depth 0
+};
+
 struct WaterSpec {
   double sound_speed_m_s = 1500;  // not looked at where it is worked out:
   std::optional<SoundSpeedSpec> sound_speed_from;
   std::variant<SeaAbsorptionSpec, FixedAbsorptionSpec> absorption;
+  std::optional<ProfileSpec> profile = {};  // absent: that sound speed everywhere
 };
 
 struct ScatteringSpec {
@@ -174,7 +186,8 @@ struct VolumeSpec {
 };
 
 struct OutputSpec {
-  OutputSelection selection;  // shadow and amodal: on with polar or Cartesian pictures
+  // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
+  OutputSelection selection;
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
   GreySettings png;
@@ -201,7 +214,9 @@ struct Scenario {
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
+  std::optional<Multipath> multipath;  // absent: direct echoes alone
   TrajectorySpec trajectory;
+  bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // either, or none
   std::optional<double> noise_snr_db;
   double synthesis_tolerance = 1e-5;  // relative L2 of the series
@@ -255,7 +270,7 @@ bool varies_by_sequence(const Scenario& scenario);
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
-// material.table are empty.
+// material.table are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 Pose pose_of(const PoseSpec& spec);

@@ -315,4 +315,22 @@ Result<BackscatterTable> load_backscatter_table(const std::filesystem::path& fil
   return result;
 }
 
+Result<SoundProfile> load_sound_profile(const std::filesystem::path& file) {
+  Result<Table> table =
+      read_table(file, {{"depth_m", from_to(kMinDepthM, kMaxDepthM)},
+                        {"sound_speed_m_s", from_to(kMinSoundSpeed, kMaxSoundSpeed)}});
+  if (!table) return table.error();
+  check_neighbours(*table, "depths", [](const Row&, const Row&) {});
+  if (table->rows.empty() && table->faults.empty()) {
+    tell(*table, table->header_line, "no row follows, accepted is one and more");
+  }
+  if (!table->faults.empty()) return to_error(*table);
+  SoundProfile profile;
+  for (const Row& row : table->rows) {
+    profile.depth_m.push_back(row.values[0]);
+    profile.speed_m_s.push_back(row.values[1]);
+  }
+  return profile;
+}
+
 }  // namespace ensonify

@@ -1,8 +1,9 @@
 // The seam between scatterers and time series.
 //
-// A backend takes batches of pings. A ping is a list of scatterers with no ray grid in it, the
-// receiver's pose in time, and the keys of its random numbers; out come the series and its
-// expected power. Every backend draws xi from the same keys and is measured against the reference.
+// A backend takes batches of pings. A ping is a list of scatterers with no ray grid in it and the
+// keys of its random numbers; out come the series and its expected power. How the sonar moved while
+// the sound travelled is in the delays, arrivals and shifts of the scatterers. Every backend draws
+// xi from the same keys and is measured against the reference.
 //
 //   SynthesisSetup   what all pings of a sequence share
 //   PingTask         one ping to synthesize
@@ -34,13 +35,13 @@ struct SynthesisSetup {
   // the record, against the reference; 1e-3 to 1e-7. Under 1e-6 it works in double precision.
   double tolerance = 1e-5;
   SimdLevel simd = best_simd_level();
+  // Between which the shifts of scatterers are expected. Both 0: none is shifted. What lies outside
+  // is synthesized too, in more memory than announced.
+  double min_doppler = 0, max_doppler = 0;
 };
 
-// Where the receiver was when. Receivers that stand still while the sound travels have one entry.
-struct TimedPose {
-  double time_s = 0;  // since transmission
-  Pose pose;          // sonar in world
-};
+// Whether the CPU backend can hold the tolerance for shifted echoes; the reference always can.
+bool can_shift(const SynthesisSetup& setup);
 
 struct RandomKeys {
   std::uint64_t speckle = 0;       // stream_key(seed, Stream::speckle, sequence)
@@ -52,7 +53,6 @@ struct RandomKeys {
 
 struct PingTask {
   const ScattererList* scatterers = nullptr;
-  std::vector<TimedPose> receiver;
   RandomKeys keys;
   double noise_power_pa2 = 0;  // E|p|^2 of the noise in every sample; 0: none
   std::span<const VolumeEcho> volumes;
@@ -82,11 +82,12 @@ class Backend {
 
   // series[i] becomes the result of tasks[i]; both spans have the same length.
   // p_j(t_n) = S0 sum_i B_az(theta_i - theta_j)/N_j a_i gain_i e^(-i 2 pi f_c tau_i) s(t_n - tau_i)
-  // over all scatterers i, weights at sector centres (Choi et al. 2021, Eq 8-22), plus volumes,
-  // plus noise. Volumes: one scatterer at t_n in each sector, drawn with the sum of the energies.
-  // clean_j(t_n) = |the same sum over the means|^2
+  // over all scatterers i, s of a shifted one that of doppler_spectrum, weights at sector centres
+  // (Choi et al. 2021, Eq 8-22), plus volumes, plus noise. Volumes: one scatterer at t_n in each
+  // sector, drawn with the sum of the energies. clean_j(t_n) = |the same sum over the means|^2
   //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes
-  //              included.
+  //              included; the first with shifts, the second without: |s| is stretched by
+  //              1 + doppler, nothing else.
   // With sonar.array both are what synthesis/array.h says, summed over all elements: a volume's
   // scatterer is at the sector's azimuth, elevation 0 and range c t_n / 2, and noise is drawn for
   // every element and every sample of the record's period. channels_pa are the elements' p_n(t),

@@ -6,6 +6,7 @@
 #include "acoustics/propagation.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "trace/bent.h"
 
 namespace ensonify {
 
@@ -36,6 +37,17 @@ inline void set_echo(double range_m, const EchoDirection& direction, std::uint32
                               direction.elevation_pattern * direction.transmit_pattern);
   s.beam = beam;
   s.received_path_m = static_cast<float>(range_m);
+}
+
+// What a bent way changes of it: the place, the gain, the curvature of what comes back.
+inline void set_bent(const RayPath& path, const EchoDirection& direction, const Water& water,
+                     Scatterer& s) {
+  constexpr double kLn10 = 2.302585092994045684;
+  s.position_m = path.position_m;
+  s.gain = static_cast<float>(std::exp(-water.absorption_db_m * path.length_m * (kLn10 / 10.0)) /
+                              path.spreading_m2 * direction.elevation_pattern *
+                              direction.transmit_pattern);
+  s.received_path_m = static_cast<float>(path.curvature_radius_m);
 }
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);

@@ -39,21 +39,24 @@ std::vector<double> occlusion_of(std::span<const Hit> hits, const HitsBehind& be
   return occlusion;
 }
 
-std::vector<Scatterer> scatterers_behind(const Fan& fan, const HitsBehind& behind,
+std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& all_behind,
                                          const SurfaceScattering& scattering,
                                          const Workers& workers) {
   const SurfaceEchoes echoes{fan, scattering};
+  const auto& [behind, paths] = all_behind;
   const std::size_t rays = fan.rays_per_beam();
   std::vector<std::vector<Scatterer>> of_beam(fan.beams);
   workers.for_each(fan.beams, [&](std::size_t beam) {
     ScattererMoments moments;
     for (std::uint32_t i = 0; i < rays; ++i) {
       std::uint64_t layer = 0;
+      const std::uint32_t first = behind.offset[beam * rays + i];
       for (const Hit& hit : behind.of_ray(beam * rays + i)) {
+        const RayPath* path = paths.empty() ? nullptr : &paths[first + layer];
         const std::uint64_t key = (beam * rays + i) * kMostLayers + layer++;
-        if (!echoes.moments(hit, i % fan.rays_elevation, moments)) continue;
+        if (!echoes.moments(hit, i % fan.rays_elevation, moments, path)) continue;
         Scatterer& s = of_beam[beam].emplace_back();
-        echoes.set(static_cast<std::uint32_t>(beam), i, hit, moments, s);
+        echoes.set(static_cast<std::uint32_t>(beam), i, hit, moments, s, path);
         s.key = key;
       }
     }
@@ -69,7 +72,7 @@ std::vector<Scatterer> scatterers_behind(const Fan& fan, const HitsBehind& behin
 
 }  // namespace
 
-HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const HitsBehind& behind,
+HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanHitsBehind& behind,
                            const PointScatterers& points, const SurfaceScattering& scattering,
                            std::size_t instances, const Workers& workers) {
   std::vector<Scatterer> all = scatterers_behind(fan, behind, scattering, workers);
@@ -87,7 +90,7 @@ HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const Hits
       hidden.caster.push_back(next ? hits[s.key / kMostLayers].instance : 0);
     }
   }
-  hidden.occlusion = occlusion_of(hits, behind, points, scattering.sonar, instances);
+  hidden.occlusion = occlusion_of(hits, behind.behind, points, scattering.sonar, instances);
   return hidden;
 }
 

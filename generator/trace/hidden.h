@@ -21,7 +21,7 @@ struct PointScatterers {
 // Of every hit behind a ray's first the scatterer that surface_scatterers would make of it; without
 // coherent echoes of mirrors. The first behind it is hidden by the ray's own instance alone.
 // `instances`: how many the world has. Whether volumes weaken them is the caller's (attenuate).
-HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const HitsBehind& behind,
+HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanHitsBehind& behind,
                            const PointScatterers& points, const SurfaceScattering& scattering,
                            std::size_t instances, const Workers& workers);
 

@@ -16,19 +16,24 @@ struct TileHits {
 };
 
 template <class RayHits>
+void refine_packet(const Scene& scene, const Strip<RayHits>& strip, int count, double range_max_m,
+                   TileHits& tile) {
+  const auto& hit = strip.packet.hit;
+  for (int i = 0; i < count; ++i) {
+    tile.found[i] = {hit.geomID[i], hit.instID[0][i], hit.primID[i], strip.packet.ray.tfar[i],
+                     hit.u[i],      hit.v[i]};
+  }
+  refine(scene, strip.query, std::span(tile.found).first(count), range_max_m, tile.hits.data());
+}
+
+template <class RayHits>
 void trace_tile(const FanRays& rays, int first_elevation, Strip<RayHits>& strip, TileHits& tile,
                 std::vector<Hit>& hits) {
   const int elevations = std::min(rays.tile.elevations, rays.fan.rays_elevation - first_elevation);
   aim(rays, first_elevation, elevations, strip);
   intersect_packet(rays.scene.top, strip.query.context, strip.valid.data(), strip.packet);
-  const auto& hit = strip.packet.hit;
   const int count = strip.columns * elevations;
-  for (int i = 0; i < count; ++i) {
-    tile.found[i] = {hit.geomID[i], hit.instID[0][i], hit.primID[i], strip.packet.ray.tfar[i],
-                     hit.u[i],      hit.v[i]};
-  }
-  refine(rays.scene, strip.query, std::span(tile.found).first(count), rays.range_max_m,
-         tile.hits.data());
+  refine_packet(rays.scene, strip, count, rays.range_max_m, tile);
   for (int c = 0; c < strip.columns; ++c) {
     std::copy_n(
         tile.hits.begin() + c * elevations, elevations,
@@ -50,6 +55,29 @@ std::vector<Hit> trace_in_packets(const Scene& scene, const Fan& fan, const Pose
     }
   });
   return hits;
+}
+
+template <class RayHits>
+void trace_bundle(const Scene& scene, Vec3 origin_m, std::span<const Vec3> directions,
+                  double range_max_m, std::span<Hit> hits) {
+  constexpr std::size_t kRays = Strip<RayHits>::kRays;
+  const LocalOrigins origins = local_origins(scene, origin_m);
+  Strip<RayHits> strip;
+  TileHits tile;
+  start_at(scene, origin_m, origins, strip);
+  for (std::size_t first = 0; first < directions.size(); first += kRays) {
+    const std::size_t count = std::min(kRays, directions.size() - first);
+    for (std::size_t i = 0; i < kRays; ++i) {
+      const Vec3 d = directions[first + std::min(i, count - 1)];
+      strip.query.directions.x[i] = d.x;
+      strip.query.directions.y[i] = d.y;
+      strip.query.directions.z[i] = d.z;
+    }
+    load(strip, static_cast<int>(count), range_max_m);
+    intersect_packet(scene.top, strip.query.context, strip.valid.data(), strip.packet);
+    refine_packet(scene, strip, static_cast<int>(count), range_max_m, tile);
+    std::copy_n(tile.hits.begin(), count, hits.begin() + first);
+  }
 }
 
 }  // namespace
@@ -86,6 +114,11 @@ FanRays fan_rays(const Scene& scene, const Fan& fan, const Pose& pose, double ra
 FanTracer* fan_tracer(int rays) {
   if (rays == 16) return trace_in_packets<RTCRayHit16>;
   return rays == 8 ? trace_in_packets<RTCRayHit8> : trace_in_packets<RTCRayHit4>;
+}
+
+BundleTracer* bundle_tracer(int rays) {
+  if (rays == 16) return trace_bundle<RTCRayHit16>;
+  return rays == 8 ? trace_bundle<RTCRayHit8> : trace_bundle<RTCRayHit4>;
 }
 
 int packet_rays(const Scene& scene) {

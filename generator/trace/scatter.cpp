@@ -53,9 +53,21 @@ struct PointEchoes {
   const Water& water;
   const std::vector<HiddenTarget>* hidden = nullptr;  // where hidden ones are asked for
 
+  std::optional<BentRays> bent;  // where the water bends rays
+
   // None where the point is outside the fan and its ranges. With what hides it told, where it does.
   std::optional<Scatterer> at(Vec3 position_m, double target_strength_db,
                               std::optional<std::uint32_t>& hidden_by) const {
+    std::optional<Scatterer> s =
+        bent ? bent_to(position_m, hidden_by) : straight_to(position_m, hidden_by);
+    if (!s) return std::nullopt;
+    s->mean = static_cast<float>(target_amplitude_m(target_strength_db));
+    s->cos_incidence = 1;
+    return s;
+  }
+
+  std::optional<Scatterer> straight_to(Vec3 position_m,
+                                       std::optional<std::uint32_t>& hidden_by) const {
     const Vec3 p = inverse_transform_point(pose, position_m);
     const double range = length(p);
     if (!in_range(range, sonar)) return std::nullopt;
@@ -65,10 +77,39 @@ struct PointEchoes {
     if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
     const Vec3 way = position_m - pose.position_m;
     hidden_by = what_hides({pose.position_m, normalized(way)}, range);
+    return echo_from(range, azimuth, elevation, *beam, sonar, water);
+  }
+
+  std::optional<Scatterer> bent_to(Vec3 position_m, std::optional<std::uint32_t>& hidden_by) const {
+    const Vec3 way = position_m - pose.position_m;
+    const double level = std::hypot(way.x, way.y);
+    if (level == 0 && way.z == 0) return std::nullopt;
+    const auto ray = find_eigenray(bent->layers, pose.position_m.z, level, position_m.z);
+    if (!ray) return std::nullopt;
+    const double range = water.sound_speed_m_s * ray->end.time_s;
+    if (!in_range(range, sonar)) return std::nullopt;
+    const double ahead = level > 0 ? ray->cos_phi / level : 0;
+    const Vec3 direction{ahead * way.x, ahead * way.y, ray->sin_phi};
+    const Vec3 d = rotate(conjugate(pose.rotation), direction);
+    const double azimuth = std::atan2(d.y, d.x), elevation = std::asin(std::clamp(d.z, -1.0, 1.0));
+    const std::optional<int> beam = sector_of(sonar, azimuth);
+    if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+    hidden_by = what_hides_bent(direction, ray->end);
     Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, water);
-    s.mean = static_cast<float>(target_amplitude_m(target_strength_db));
-    s.cos_incidence = 1;
+    set_bent(path_to(*bent, direction, ray->end), echo_direction(azimuth, elevation, sonar), water,
+             s);
     return s;
+  }
+
+  std::optional<std::uint32_t> what_hides_bent(Vec3 direction, const RayPoint& end) const {
+    const double before_m = end.path_m * (1 - kOnSurface);
+    const auto first = first_bent_hit(*bent, direction, end.time_s);
+    if (!first || first->path.length_m >= before_m) return std::nullopt;
+    if (hidden == nullptr) return 0;
+    for (const BentHit& hit : bent_hits_along(*bent, direction, end.time_s)) {
+      if (hit.hit.instance != first->hit.instance && hit.path.length_m < before_m) return 0;
+    }
+    return first->hit.instance;
   }
 
   // None: nothing. 0: more than one instance, or it is not asked for.
@@ -94,8 +135,12 @@ struct PointEchoes {
   }
 };
 
-// Beyond every ray's key; a target is not drawn, its key only settles ties.
-constexpr std::uint64_t kPointKey = std::uint64_t{1} << 63;
+PointEchoes point_echoes(const Tracer& tracer, const Pose& pose, const Sonar& sonar,
+                         const Water& water, const std::vector<HiddenTarget>* hidden) {
+  PointEchoes echoes{tracer, pose, sonar, water, hidden, {}};
+  if (bends(water)) echoes.bent.emplace(bent_rays(tracer, pose, sonar, water));
+  return echoes;
+}
 
 }  // namespace
 
@@ -129,9 +174,11 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
 }
 
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
-                                     const SurfaceScattering& scattering, const Workers& workers) {
-  ENSONIFY_ASSERT(hits.size() == fan.size());
+                                     const SurfaceScattering& scattering, const Workers& workers,
+                                     std::span<const RayPath> paths) {
+  ENSONIFY_ASSERT(hits.size() == fan.size() && (paths.empty() || paths.size() == hits.size()));
   const SurfaceEchoes echoes{fan, scattering};
+  const auto path = [&](std::size_t ray) { return paths.empty() ? nullptr : &paths[ray]; };
   const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
   // Room for every usable hit. Few of them make no echo; their room is closed up at the end.
   std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
@@ -150,7 +197,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
     std::uint32_t i = 0;
     for (int a = 0; a < fan.rays_azimuth; ++a) {
       for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
-        if (!echoes.moments(hits[ray], e, work.moments[i])) continue;
+        if (!echoes.moments(hits[ray], e, work.moments[i], path(ray))) continue;
         const double delay = two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
         work.order.push_back({delay, ray, i});
       }
@@ -159,7 +206,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
     Scatterer* next = list.items.data() + room[beam];
     for (const SortKey& k : work.order) {
       echoes.set(static_cast<std::uint32_t>(beam), k.index, hits[beam * rays + k.index],
-                 work.moments[k.index], *next++);
+                 work.moments[k.index], *next++, path(beam * rays + k.index));
     }
     count[beam] = static_cast<std::uint32_t>(work.order.size());
   });
@@ -171,13 +218,13 @@ std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer&
                                                const Pose& sonar_in_world, const Sonar& sonar,
                                                const Water& water,
                                                std::vector<HiddenTarget>* hidden) {
-  const PointEchoes echoes{tracer, sonar_in_world, sonar, water, hidden};
+  const PointEchoes echoes = point_echoes(tracer, sonar_in_world, sonar, water, hidden);
   std::vector<Scatterer> scatterers;
   for (const PointTarget& target : world.point_targets) {
     std::optional<std::uint32_t> hidden_by;
     std::optional<Scatterer> s = echoes.at(target.position_m, target.target_strength_db, hidden_by);
     if (!s) continue;
-    s->key = kPointKey | target.instance;
+    s->key = point_target_key(target.instance);
     s->instance = target.instance;
     echoes.sort_out(*s, hidden_by, scatterers, hidden);
   }
@@ -188,7 +235,7 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
                                          const Pose& sonar_in_world, const Sonar& sonar,
                                          const Water& water, const Workers& workers,
                                          std::vector<HiddenTarget>* hidden) {
-  const PointEchoes echoes{tracer, sonar_in_world, sonar, water, hidden};
+  const PointEchoes echoes = point_echoes(tracer, sonar_in_world, sonar, water, hidden);
   std::vector<Scatterer> scatterers;
   for (const School& school : world.schools) {
     constexpr std::size_t kBlock = 256;
@@ -201,7 +248,7 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
         std::optional<Scatterer> s =
             echoes.at(school.fish_m[i], school.target_strength_db, hidden_by);
         if (!s) continue;
-        s->key = kPointKey | std::uint64_t{i + 1} << 32 | school.instance;
+        s->key = fish_key(school.instance, i);
         s->instance = school.instance;
         echoes.sort_out(*s, hidden_by, found[block], hidden ? &not_heard[block] : nullptr);
       }

@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "trace/bent.h"
 #include "trace/fan.h"
 #include "trace/tracer.h"
 #include "world/world.h"
@@ -41,9 +42,12 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering);
 
-// The same as a list, as sorted_by_beam_and_delay would make it; beams are shared out.
+// The same as a list, as sorted_by_beam_and_delay would make it; beams are shared out. `paths`: of
+// bent rays, else empty. Then dA = A/dOmega of the ray's tube, and the gain is
+// 10^(-absorption 2s/20) B_el B_tx / two_way_spreading_m2 with the path's length s.
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
-                                     const SurfaceScattering& scattering, const Workers& workers);
+                                     const SurfaceScattering& scattering, const Workers& workers,
+                                     std::span<const RayPath> paths = {});
 
 // A point target or a fish behind a surface, as it would be heard were that not there.
 struct HiddenTarget {
@@ -52,7 +56,8 @@ struct HiddenTarget {
 };
 
 // Point targets inside the fan and its ranges with no surface before them; amplitude 10^(TS/20).
-// Those with one are added to `hidden`, where it is given.
+// Those with one are added to `hidden`, where it is given. Where the water bends rays, along the
+// fastest one; what lies in a shadow zone is left out.
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
                                                const Water& water,

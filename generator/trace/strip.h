@@ -4,6 +4,7 @@
 //   Tile     tile_of
 //   FanRays  fan_rays   what all tiles of a fan share
 //   Strip    init_strip aim   the columns of a tile's breadth, and a packet to go through them
+//   start_at  load            a packet of any rays from one place
 #pragma once
 
 #include <algorithm>
@@ -57,21 +58,15 @@ struct Strip {
   std::array<ClosedFormHit, kRays> closed_form;
 };
 
-// The strip of that number, from 0.
+// All rays of the packet start there; `origins` is the same place in all frames.
 template <class RayHits>
-void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) {
-  strip.first_column = number * static_cast<std::size_t>(rays.tile.columns);
-  strip.columns = static_cast<int>(std::min(rays.fan.azimuth_rad.size() - strip.first_column,
-                                            static_cast<std::size_t>(rays.tile.columns)));
-  for (int c = 0; c < strip.columns; ++c) {
-    strip.cos_azimuth[c] = std::cos(rays.fan.azimuth_rad[strip.first_column + c]);
-    strip.sin_azimuth[c] = std::sin(rays.fan.azimuth_rad[strip.first_column + c]);
-  }
+void start_at(const Scene& scene, Vec3 origin_m, const LocalOrigins& origins,
+              Strip<RayHits>& strip) {
   init_context(strip.query.context);
-  strip.query.origin_m = rays.pose.position_m;
-  strip.query.origins = &rays.origins;
+  strip.query.origin_m = origin_m;
+  strip.query.origins = &origins;
   strip.query.closed_form = strip.closed_form.data();
-  const Vec3 from = rays.pose.position_m - rays.scene.origin_m;
+  const Vec3 from = origin_m - scene.origin_m;
   auto& ray = strip.packet.ray;
   for (int i = 0; i < strip.kRays; ++i) {
     ray.org_x[i] = static_cast<float>(from.x);
@@ -82,6 +77,38 @@ void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) 
     ray.mask[i] = ~0u;
     ray.id[i] = static_cast<unsigned>(i);
     ray.flags[i] = 0;
+  }
+}
+
+// The strip of that number, from 0.
+template <class RayHits>
+void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) {
+  strip.first_column = number * static_cast<std::size_t>(rays.tile.columns);
+  strip.columns = static_cast<int>(std::min(rays.fan.azimuth_rad.size() - strip.first_column,
+                                            static_cast<std::size_t>(rays.tile.columns)));
+  for (int c = 0; c < strip.columns; ++c) {
+    strip.cos_azimuth[c] = std::cos(rays.fan.azimuth_rad[strip.first_column + c]);
+    strip.sin_azimuth[c] = std::sin(rays.fan.azimuth_rad[strip.first_column + c]);
+  }
+  start_at(rays.scene, rays.pose.position_m, rays.origins, strip);
+}
+
+// Hands the query's first `count` directions to Embree; the lanes behind them hold others, without
+// a ray.
+template <class RayHits>
+void load(Strip<RayHits>& strip, int count, double range_max_m) {
+  const Directions& to = strip.query.directions;
+  auto& ray = strip.packet.ray;
+  auto& hit = strip.packet.hit;
+  const float far = float_range(range_max_m);
+  for (int i = 0; i < strip.kRays; ++i) {
+    ray.dir_x[i] = static_cast<float>(to.x[i]);
+    ray.dir_y[i] = static_cast<float>(to.y[i]);
+    ray.dir_z[i] = static_cast<float>(to.z[i]);
+    ray.tfar[i] = far;
+    hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    strip.valid[i] = i < count ? -1 : 0;
   }
 }
 
@@ -108,18 +135,7 @@ void aim(const FanRays& rays, int first_elevation, int elevations, Strip<RayHits
     to.y[i] = d.y;
     to.z[i] = d.z;
   }
-  auto& ray = strip.packet.ray;
-  auto& hit = strip.packet.hit;
-  const float far = float_range(rays.range_max_m);
-  for (int i = 0; i < kRays; ++i) {
-    ray.dir_x[i] = static_cast<float>(to.x[i]);
-    ray.dir_y[i] = static_cast<float>(to.y[i]);
-    ray.dir_z[i] = static_cast<float>(to.z[i]);
-    ray.tfar[i] = far;
-    hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    strip.valid[i] = i < count ? -1 : 0;
-  }
+  load(strip, count, rays.range_max_m);
 }
 
 }  // namespace ensonify

@@ -1,4 +1,4 @@
-// From one hit to its scatterer. Private to scatter.cpp and hidden.cpp.
+// From one hit to its scatterer, and keys. Private to trace/.
 #pragma once
 
 #include <cmath>
@@ -16,6 +16,14 @@ namespace ensonify {
 inline bool is_an_echo(const ScattererMoments& moments) {
   return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
          moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
+}
+
+// Beyond every ray's key; a target is not drawn, its key only settles ties.
+inline std::uint64_t point_target_key(std::uint32_t instance) {
+  return std::uint64_t{1} << 63 | instance;
+}
+inline std::uint64_t fish_key(std::uint32_t school, std::size_t fish) {
+  return point_target_key(school) | std::uint64_t{fish + 1} << 32;
 }
 
 inline bool is_usable(const Hit& hit, const Sonar& sonar) {
@@ -59,21 +67,25 @@ struct SurfaceEchoes {
   const SurfaceScattering& scattering;
   FanDirections directions = directions_of(fan, scattering.sonar);
 
-  // False for a hit that is none.
-  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments) const {
+  // False for a hit that is none. `path`: of a bent ray.
+  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments,
+               const RayPath* path = nullptr) const {
     if (!is_usable(hit, scattering.sonar)) return false;
     ENSONIFY_ASSERT(hit.instance < scattering.material.size());
     moments = scatterer_moments(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence,
-                                hit.range_m, fan.solid_angle_sr[e]);
+                                path == nullptr ? hit.range_m : std::sqrt(path->tube_area_m2),
+                                fan.solid_angle_sr[e]);
     return is_an_echo(moments);
   }
 
   // `i` counts the rays of a sector; `hit` is on ray i of the beam.
   void set(std::uint32_t beam, std::uint32_t i, const Hit& hit, const ScattererMoments& moments,
-           Scatterer& s) const {
+           Scatterer& s, const RayPath* path = nullptr) const {
     const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);
-    set_echo(hit.range_m, directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows),
-             beam, scattering.water, s);
+    const EchoDirection direction =
+        directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows);
+    set_echo(hit.range_m, direction, beam, scattering.water, s);
+    if (path != nullptr) set_bent(*path, direction, scattering.water, s);
     s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
     s.mean = static_cast<float>(moments.mean_m);
     s.cos_incidence = hit.cos_incidence;

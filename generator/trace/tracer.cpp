@@ -23,6 +23,7 @@ struct Tracer::Impl {
   std::vector<Pose> object_in_world;
   Scene scene;
   FanTracer* trace_fan = nullptr;
+  BundleTracer* trace_bundle = nullptr;
   // Built when it is first asked for: not every data set wants what is behind.
   mutable std::once_flag along_once;
   mutable AlongScene along_scene;
@@ -36,6 +37,7 @@ struct Tracer::Impl {
       : world(w), object_in_world(std::move(poses)) {
     build_scene(world, object_in_world, std::move(meshes), scene);
     trace_fan = fan_tracer(packet_rays(scene));
+    trace_bundle = bundle_tracer(packet_rays(scene));
   }
 };
 
@@ -63,6 +65,11 @@ Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
   Hit hit;
   refine(scene, query, {&found, 1}, range_max_m, &hit);
   return hit;
+}
+
+void Tracer::first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
+                        std::span<Hit> hits) const {
+  impl_->trace_bundle(impl_->scene, origin_m, directions, range_max_m, hits);
 }
 
 std::vector<Hit> Tracer::trace_fan(const Fan& fan, const Pose& pose, double range_max_m,

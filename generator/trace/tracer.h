@@ -1,6 +1,6 @@
 // Rays against the world: first hits, in double precision, and what is behind them.
 //
-//   Tracer      at first_hit trace_fan hits_along trace_behind
+//   Tracer      at first_hit first_hits trace_fan hits_along trace_behind
 //   Hit         what one ray found
 //   HitsBehind  what the rays of a fan would find farther on
 #pragma once
@@ -56,6 +56,10 @@ class Tracer {
   // The nearest surface within (0, range_max_m]. Embree finds which surface it is, in float; range
   // and incidence are worked out again in double.
   Hit first_hit(const Ray& ray, double range_max_m) const;
+
+  // The same for many rays from one place, in packets: neighbours should go about the same way.
+  void first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
+                  std::span<Hit> hits) const;
 
   // One hit a ray, in the order of ray_index; pose is the sonar's in the world.
   std::vector<Hit> trace_fan(const Fan& fan, const Pose& pose, double range_max_m,

@@ -231,6 +231,7 @@ void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Po
     Column column;
     for (std::uint32_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
       Scatterer& s = list.items[i];
+      if (s.path != 0) continue;
       const double range = length(s.position_m);
       const Vec3 direction = rotate(sonar_in_world.rotation, (1 / range) * s.position_m);
       const double db =

@@ -26,7 +26,7 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
 
-// Multiplies each gain by 10^(-2A/20), A as above.
+// Multiplies each gain of a direct echo by 10^(-2A/20), A as above.
 void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,
                const Sonar& sonar, const Water& water, const Workers& workers);
 

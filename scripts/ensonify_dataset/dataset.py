@@ -14,7 +14,7 @@ from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, rea
 
 FORMAT_VERSION = 1
 SPLITS = ("train", "val", "test")
-_MASKS = ("instance", "semantic", "shadow")
+_MASKS = ("instance", "semantic", "shadow", "multipath")
 _SECOND_PART = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
 
 
@@ -102,6 +102,11 @@ class View:
         return self._stored("shadow").astype(np.int32)
 
     @property
+    def multipath(self) -> np.ndarray:
+        """The instance heard over mirrors, where that is more than what comes straight."""
+        return self._stored("multipath").astype(np.int32)
+
+    @property
     def grey(self) -> np.ndarray:
         """The 8-bit picture; its limits, `info["png"]`, are those of its sequence."""
         return np.array(self._stored("grey"))
@@ -174,6 +179,13 @@ class Ping:
         folder = self.sequence.folder
         single = folder / "layers" / f"{self.stem}_{name}.npy"
         return self._array(folder / f"layers_{name}.npy", single, f"layer {name}")
+
+    @property
+    def channels(self) -> np.ndarray:
+        """complex64 [elements, samples], Pa: what each element hears (`output.channels`)."""
+        folder = self.sequence.folder
+        single = folder / "channels" / f"{self.stem}.npy"
+        return self._array(folder / "channels.npy", single, "channels")
 
     def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
         if packed.exists():

@@ -138,6 +138,17 @@ TEST_CASE("a long tone burst has a plateau of its length") {
   }
 }
 
+// Protects the density of scatterers on surfaces, which is one to a cell of this length.
+TEST_CASE("the -3 dB width of a pulse") {
+  const Sonar gaussian = with_pulse(PulseShape::gaussian);
+  CHECK(pulse_width_s(gaussian, kTransform) * 1500 / 2 == Approx(0.0330).epsilon(0.01));
+  // A tone is loud from edge to edge, less what the band takes of the edges.
+  for (const double length : {29.9, 299.0}) {
+    const double width_s = pulse_width_s(with_cw(length / 29.9e3), kTransform);
+    CHECK(width_s * 29.9e3 == Approx(length).margin(1));
+  }
+}
+
 // Protects the scale: the largest of all instants of the grid is 1, also where the pulse does not
 // peak at t = 0.
 TEST_CASE("every pulse peaks at one on the grid") {

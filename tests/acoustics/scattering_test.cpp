@@ -203,3 +203,43 @@ TEST_CASE("roughness takes from a mirror what its random heights put out of phas
           Approx(mean * std::abs(kirchhoff_amplitude_m(smooth, wavelength, c, 5, 1e-6, 0, 0))));
   }
 }
+
+// Protects reciprocity, and that nothing changes where sound leaves the way it came.
+TEST_CASE("bistatic strength is symmetric and backscatter where both directions are equal") {
+  for (const Material& material :
+       {lambert(1e-3, 1), lambert(1e-3, 2.5), lommel_seeliger(1e-3), tabulated()}) {
+    for (const double a : {10.0, 45.0, 70.0}) {
+      CHECK(bistatic_strength(material, cos_of(a), cos_of(a)) ==
+            backscatter_strength(material, cos_of(a)));
+      const auto same = bistatic_moments(material, 0.7, cos_of(a), cos_of(a), 5, 1e-3);
+      CHECK(same.variance_m2 == scatterer_moments(material, 0.7, cos_of(a), 5, 1e-3).variance_m2);
+      for (const double b : {0.0, 30.0, 80.0}) {
+        CHECK(bistatic_strength(material, cos_of(a), cos_of(b)) ==
+              Approx(bistatic_strength(material, cos_of(b), cos_of(a))));
+      }
+      CHECK(bistatic_strength(material, cos_of(a), cos_of(a + 1e-7)) ==
+            Approx(backscatter_strength(material, cos_of(a))).epsilon(1e-5));
+    }
+  }
+}
+
+TEST_CASE("bistatic strength at chosen angles") {
+  CHECK(bistatic_strength(lambert(1e-3, 1), 0.5, 0.8) == Approx(1e-3 * 0.4));
+  CHECK(bistatic_strength(lambert(1e-3, 3), 0.5, 0.8) == Approx(1e-3 * 0.16));
+  CHECK(bistatic_strength(lommel_seeliger(1e-3), 0.2, 0.6) == Approx(1e-3 * 0.3));
+  // -29 dB at 40 and -35 dB at 10 degrees of grazing.
+  CHECK(10 * std::log10(bistatic_strength(tabulated(), cos_of(50), cos_of(80))) == Approx(-32));
+}
+
+// An element of surface has an area; which of two rays found it does not matter.
+TEST_CASE("an element throws back as much whichever ray found it") {
+  const Material material = lambert(1e-3, 1);
+  const double area = 0.01, r1 = 5, r2 = 8, c1 = 0.9, c2 = 0.3;
+  CHECK(bistatic_moments(material, 1, c1, c2, r1, area * c1 / (r1 * r1)).variance_m2 ==
+        Approx(bistatic_moments(material, 1, c2, c1, r2, area * c2 / (r2 * r2)).variance_m2));
+  Material rician = material;
+  rician.coherent = CoherentModel::rician;
+  rician.rician_k = 3;
+  const auto shared = bistatic_moments(rician, 1, c1, c2, r1, 1e-3);
+  CHECK(shared.mean_m * shared.mean_m == Approx(3 * shared.variance_m2));
+}

@@ -87,6 +87,12 @@ class Memory(unittest.TestCase):
     def test_many_rays(self):
         self.check_announced(ROOM, "sonar.rays.elevation=500", "output.scatterers=true")
 
+    def test_motion_within_the_ping(self):
+        self.check_announced(
+            ROOM, "motion_within_ping=true",
+            "trajectory={poses: [{time_s: 0}, {time_s: 2, position_m: [3, 0.5, 0]}], ping_rate_hz: 2, pings: 4}",
+        )
+
     def test_layers(self):
         self.check_announced(ROOM, "output.layers=true", "sonar.range_max_m=40",
                              "noise={spectrum_level_db: 30}")

@@ -31,6 +31,13 @@ TEST_CASE("the model describes the normalization in use") {
   CHECK(sequence_head(info, {}, 0)["noise"].is_null());
 }
 
+TEST_CASE("the model speaks of motion where there is any") {
+  SequenceInfo info = sample::sequence_info(0);
+  CHECK_FALSE(model_json(info).contains("motion"));
+  info.motion_within_ping = true;
+  CHECK(model_json(info)["motion"].get<std::string>().find("tau_i later") != std::string::npos);
+}
+
 TEST_CASE("the model describes pulse and window") {
   auto info = sample::sequence_info(0);
   CHECK(words(info, "pulse_spectrum").starts_with("W(d) = exp("));
@@ -65,6 +72,34 @@ TEST_CASE("the model describes the beams and the converter") {
   CHECK(words(info, "beam_pattern").find("prod_{n=1}") != std::string::npos);
   info.sonar.shading.kind = Shading::chebyshev;
   CHECK(words(info, "beam_pattern").find("cosh") != std::string::npos);
+}
+
+// Protects readers of an array's data: every number of every element, and its own formulas; nothing
+// new in a data set of beams.
+TEST_CASE("the model describes an array") {
+  auto info = sample::sequence_info(0);
+  CHECK_FALSE(sonar_json(info).contains("receiver"));
+  ArrayReceiver& array = info.sonar.array.emplace();
+  array.elements = 2;
+  array.spacing_m = 0.1;
+  array.shading = {Shading::taylor, -30, 4};
+  array.response = {{1, 0.5}, 0};
+  info.element_y_m = {-0.05, 0.05};
+  info.element_weight = {0.5, 0.5};
+  const Json receiver = sonar_json(info)["receiver"];
+  CHECK(receiver["elements"] == 2);
+  CHECK(receiver["y_m"] == Json({-0.05, 0.05}));
+  CHECK(receiver["response_re"] == Json({1.0, 0.0}));
+  CHECK(receiver["response_im"] == Json({0.5, 0.0}));
+  CHECK(receiver["shading"]["nbar"] == 4);
+  CHECK(words(info, "series").find("(D_nj + F_njk)) p_n(t_k + D_nj)") != std::string::npos);
+  CHECK(words(info, "beam_pattern") == "E(u) = 1");
+  array.focus = Focus::none;
+  array.steering = Steering::phase;
+  array.element_width_m = 0.01;
+  CHECK(words(info, "series").find("D_nj) p_n(t_k)") != std::string::npos);
+  CHECK_FALSE(model_json(info)["symbols"].contains("F_njk"));
+  CHECK(words(info, "beam_pattern").starts_with("E(u) = sin(pi v)/(pi v)"));
 }
 
 // Protects readers that work levels out again: each instance says how it throws back.

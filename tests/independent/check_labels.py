@@ -3,14 +3,14 @@
 
     check_labels.py DATASET_DIR
 
-Masks, instance_fraction, elevation, clean_db, first_return_m, the level channel, the grey
-pictures, and the Cartesian images against the polar ones. Pixels that rounding alone decides
-(a tie, a cell's border, power at the noise's) are counted and passed over.
+Masks, instance_fraction, elevation, clean_db, first_return_m, level, grey pictures, and Cartesian
+images against polar ones. Pixels that rounding decides (ties, borders) are counted and passed over.
 """
 import sys
 
 import numpy as np
 
+import ghosts
 import labels
 import physics
 import sonar_dataset
@@ -162,6 +162,7 @@ def check_masks(checklist, ping):
     checklist.expect(wrong == 0, f"{ping.label} semantic mask, wrong pixels", wrong, 0)
     if "shadow" in ping.masks:
         check_shadow(checklist, ping)
+    ghosts.check_mask(checklist, ping, TIE_MARGIN, NOISE_MARGIN_DB)
 
 
 def check_shadow(checklist, ping):
@@ -335,10 +336,8 @@ def check_cartesian(checklist, ping):
         wanted = fan.apply(polar, outside)
         same = (obtained == wanted) | (np.isnan(wanted) & np.isnan(obtained)) | fan.uncertain
         bad = ~same
-        where = [
-            f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}"
-            for y, x in np.argwhere(bad)[:2]
-        ]
+        at = np.argwhere(bad)[:2]
+        where = [f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}" for y, x in at]
         checklist.expect(
             not bad.any(),
             f"{ping.label} cartesian {name}, wrong pixels",

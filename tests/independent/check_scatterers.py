@@ -222,6 +222,44 @@ def check_footprint(checklist, label, scatterers, sequence):
         checklist.near(what, np.median(ratio), 1.0, 1e-5)
 
 
+def seen_over(mirrors, point, planes):
+    """A point's image over horizontal mirrors, named in the order from the sonar on."""
+    image = point.copy()
+    for name in reversed(mirrors):
+        image[:, 2] = 2 * planes[name]["z_m"] - image[:, 2]
+    return image
+
+
+def check_bounced(checklist, label, scatterers, sequence, ping):
+    """Delay, direction and level of echoes over surface and bottom, by images of their place."""
+    sonar, pose = sequence.sonar, sequence.pose(ping)
+    planes = {key: sequence.info["multipath"][key] for key in ("surface", "bottom")}
+    known = [p for p in sequence.info["paths"] if set(p["out"] + p["back"]) <= set(planes)]
+    for path in known:
+        mine = scatterers[scatterers["path"] == path["id"]]
+        world = np.stack([mine[axis] for axis in "xyz"], axis=1)
+        out, back = (
+            rotate_to_sonar(pose[3:], seen_over(leg, world, planes) - pose[:3])
+            for leg in (path["out"], path["back"][::-1])
+        )
+        r_out, r_back = np.linalg.norm(out, axis=1), np.linalg.norm(back, axis=1)
+        gaps = {
+            "delay": np.abs(mine["delay_s"] * sonar.sound_speed_m_s - r_out - r_back),
+            "azimuth": np.abs(mine["azimuth_rad"] - np.arctan2(back[:, 1], back[:, 0])),
+            "elevation": np.abs(mine["elevation_rad"] - np.arcsin(back[:, 2] / r_back)),
+        }
+        for what, gap in gaps.items():
+            checklist.expect(
+                np.max(gap, initial=0) < 1e-6,
+                f"{label} path {path['id']}, {len(mine)} echoes, {what}, largest gap",
+                f"{np.max(gap, initial=0):.2e}",
+                "< 1e-6",
+            )
+        turned = sum(planes[name]["reflection"] < 0 for name in path["out"] + path["back"]) % 2
+        wrong = np.count_nonzero((mine["gain"] < 0) != bool(turned))
+        checklist.expect(wrong == 0, f"{label} path {path['id']}, gains of wrong sign", wrong, 0)
+
+
 def check_rician(checklist, label, scatterers, sequence):
     """mean^2 / variance is the K of a surface, or of one of its parts; the mean is real."""
     for identity, instance in sequence.instances.items():
@@ -248,9 +286,13 @@ def check(checklist, root):
             check_table(checklist, label, scatterers)
             check_geometry(checklist, label, scatterers, sequence.pose(ping), sequence.sonar)
             check_draws(checklist, label, scatterers)
-            check_keyed_draws(checklist, label, scatterers, sequence, ping)
-            check_footprint(checklist, label, scatterers, sequence)
+            # Those fixed on surfaces are of no ray, and the files do not say of which leaf.
+            if sequence.speckle != "surface":
+                check_keyed_draws(checklist, label, scatterers, sequence, ping)
+                check_footprint(checklist, label, scatterers, sequence)
             check_rician(checklist, label, scatterers, sequence)
+            if sequence.info.get("multipath"):
+                check_bounced(checklist, label, scatterers, sequence, ping)
 
 
 if __name__ == "__main__":

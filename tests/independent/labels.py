@@ -32,10 +32,27 @@ class PixelLabels:
     """Instance, share of the energy, elevation mean and spread of every pixel.
 
     `margin` is how far the runner-up's energy lies below the winner's, relative to the
-    winner's: pixels with a tiny margin can fall either way by rounding.
+    winner's: pixels with a tiny margin can fall either way by rounding. Labels are of direct
+    echoes; `ghost` is the instance of most bounced energy where that outweighs the direct one, and
+    `ghost_margin` how far that is from turning, relative to the larger of the two that compete.
     """
 
     def __init__(self, scatterers, bandwidth_hz, beams, samples):
+        bounced = scatterers["path"] != 0
+        self._label(scatterers[~bounced], bandwidth_hz, beams, samples)
+        self.ghost = np.zeros((beams, samples), np.int64)
+        self.ghost_margin = np.ones((beams, samples))
+        if not bounced.any():
+            return
+        ghosts = PixelLabels.__new__(PixelLabels)
+        ghosts._label(scatterers[bounced], bandwidth_hz, beams, samples)
+        self.fraction = self.fraction * self.total / (self.total + ghosts.total)
+        self.ghost = np.where(ghosts.total > self.total, ghosts.instance, 0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            either = np.abs(ghosts.total - self.total) / np.maximum(ghosts.total, self.total)
+        self.ghost_margin = np.nanmin([np.ones(either.shape), either, ghosts.margin], axis=0)
+
+    def _label(self, scatterers, bandwidth_hz, beams, samples):
         shape = (beams, samples)
         energy = expected_energy(scatterers)
         alive = scatterers[energy > 0]
@@ -72,6 +89,7 @@ class PixelLabels:
             self.margin = ((best - runner_up) / best).reshape(shape)
         self.instance = identity.reshape(shape)
         self.has_echo = (total > 0).reshape(shape)
+        self.total = total.reshape(shape)
 
 
 def _weighted_moments(pixel, value, weight, shape):
@@ -85,7 +103,8 @@ def _weighted_moments(pixel, value, weight, shape):
 
 
 def first_return_m(scatterers, sound_speed_m_s, beams):
-    """Nearest echo of every beam's own sector, float64, NaN for none."""
+    """Nearest direct echo of every beam's own sector, float64, NaN for none."""
+    scatterers = scatterers[scatterers["path"] == 0]
     nearest = np.full(beams, np.inf)
     np.minimum.at(nearest, scatterers["beam"], scatterers["delay_s"] * sound_speed_m_s / 2.0)
     return np.where(np.isfinite(nearest), nearest, np.nan)

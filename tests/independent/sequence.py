@@ -157,6 +157,7 @@ def sonar_from_json(info):
     sonar, water, rays = info["sonar"], info["water"], info["sonar"]["rays"]
     beams, noise, adc = sonar["beams"], info.get("noise") or {}, sonar.get("adc")
     unsupported = ["volumes"] if any(i["kind"] == "volume" for i in info["instances"]) else []
+    unsupported += ["an array of elements"] if "receiver" in info["sonar"] else []
     pulse = dict(_rows(sonar["pulse"], "rows"), window=sonar.get("window", "none"))
     return Sonar(
         beams=beams["count"],
@@ -317,16 +318,12 @@ class Sequence:
 
     @cached_property
     def mask_kinds(self):
-        """Masks that this sequence has; shadows are there for all its images or for none."""
-        kinds = ["instance", "semantic"]
-        if any(
-            name.endswith("_shadow.png")
-            for kind in IMAGE_KINDS
-            if self.has(kind)
-            for name in os.listdir(self.path(kind))
-        ):
-            kinds.append("shadow")
-        return kinds
+        """Masks that this sequence has; those on request are there for all its images or none."""
+        names = [n for k in IMAGE_KINDS if self.has(k) for n in os.listdir(self.path(k))]
+        on_request = ["shadow", "multipath"]
+        return ["instance", "semantic"] + [
+            what for what in on_request if any(n.endswith(f"_{what}.png") for n in names)
+        ]
 
     def grey(self, kind, ping):
         return read_png(self.path("png", f"{ping:06d}_{kind}.png"))

@@ -40,7 +40,7 @@ class Scenes(Folder):
         self.same(view.level_db, level.channels["Y"], np.float32)
         for name in CHANNELS:
             self.same(getattr(view, name), labels.channels[name], np.float32)
-        for name in ("instance", "semantic", "shadow"):
+        for name in ("instance", "semantic", "shadow", "multipath"):
             path = folder / view.kind / f"{stem}_{name}.png"
             self.assertEqual(view.has(name), path.exists())
             if view.has(name):

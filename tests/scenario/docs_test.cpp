@@ -13,7 +13,10 @@ using testing::kHead;
 // The page's own tables, under the names that its examples use.
 void write_tables(const test::TemporaryFolder& folder) {
   for (const std::string& block : docs_blocks("csv")) {
-    folder.write(block.starts_with("frequency_hz") ? "pulse.csv" : "sand.csv", block);
+    folder.write(block.starts_with("frequency_hz") ? "pulse.csv"
+                 : block.starts_with("depth_m")    ? "cast.csv"
+                                                   : "sand.csv",
+                 block);
   }
 }
 
@@ -39,7 +42,7 @@ TEST_CASE("every example of the documentation is valid") {
 TEST_CASE("every table of the documentation is valid") {
   const test::TemporaryFolder folder;
   write_tables(folder);
-  CHECK(docs_blocks("csv").size() == 2);
+  CHECK(docs_blocks("csv").size() == 3);
   const auto scenario = testing::parse(kHead);
   REQUIRE(scenario.ok());
   const auto pulse = load_pulse_table(folder.path() / "pulse.csv", sonar_of(*scenario));
@@ -48,6 +51,9 @@ TEST_CASE("every table of the documentation is valid") {
   const auto sand = load_backscatter_table(folder.path() / "sand.csv");
   INFO((sand.ok() ? "" : sand.error().message));
   CHECK(sand.ok());
+  const auto cast = load_sound_profile(folder.path() / "cast.csv");
+  INFO((cast.ok() ? "" : cast.error().message));
+  CHECK(cast.ok());
 }
 
 }  // namespace

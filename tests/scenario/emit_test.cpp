@@ -50,6 +50,7 @@ trajectory:
     - {time_s: 1700000001, quaternion_wxyz: [0.5, 0.5, 0.5, 0.5]}
   ping_rate_hz: 0.3
   pings: 12
+motion_within_ping: true
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
 output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, pack: sequence}
@@ -164,6 +165,7 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK(s.trajectory.pings == 12);
     CHECK(s.noise_spectrum_level_db == -30.5);
     CHECK(s.synthesis_tolerance == 3e-6);
+    CHECK(s.motion_within_ping);
     CHECK_FALSE(s.output.selection.timeseries);
     CHECK_FALSE(s.output.selection.polar);
     CHECK(s.output.cartesian_height_px == 77);

@@ -62,9 +62,11 @@ sonar:
   pulse: {flat: {}}
   receiver: {adc: {bits: 12, full_scale_db: 170}}
 water: {absorption: {fixed_db_m: 0.1}}
+motion_within_ping: true
 noise: {snr_db: 20}
+multipath: {surface: {z_m: 1, reflection: -1}, bottom: {z_m: -9, reflection: 0.3}, objects: true}
 synthesis: {tolerance: 1e-6}
-output: {polar: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}}
+output: {polar: {}, multipath: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}}
 )",
     R"(ensonify: 1
 sonar: {preset: blueview_p900_90, pulse: {cw: {duration_s: 1e-4}}, beams: {shading: {chebyshev: {}}}}
@@ -89,14 +91,17 @@ volumes:
 trajectory: {file: a.csv}
 )",
     R"(ensonify: 1
-sonar: {preset: blueview_p900_90, pulse: {table: {file: a.csv}}, beams: {shading: {taylor: {}}}}
-water: {absorption: {model: ainslie_mccolm}}
+sonar: {preset: blueview_p900_90, pulse: {table: {file: a.csv}}, beams: {shading: {taylor: {}}}, receiver: {mode: array}}
+water: {absorption: {model: ainslie_mccolm}, profile: {file: a.csv}}
+output: {channels: true}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {at_m: [0, 0, 0]}}}
 )",
     R"(ensonify: 1
-sonar: {preset: blueview_p900_90, pulse: {gaussian: {}}, beams: {shading: {hann: {}}}, mount: {}}
+sonar: {preset: blueview_p900_90, pulse: {gaussian: {}}, beams: {shading: {hann: {}}}, mount: {},
+        receiver: {mode: array, elements: 8, spacing_m: 1e-3, element_width_m: 5e-4, focus: none, dead: [1],
+                   shading: {taylor: {}}, steering: phase, gain_error_db: 1, phase_error_deg: 2}}
 scattering: {}
-water: {}
+water: {profile: {depth_m: [0, 10], sound_speed_m_s: [1500, 1510]}}
 output: {}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {along: {}}}}
 )"};
@@ -210,8 +215,8 @@ std::vector<std::string> docs_blocks(const std::string& language) {
 }
 
 Samples::Samples() {
-  for (const char* name :
-       {"a.npy", "a.png", "a.obj", "a.tum", "a.csv", "a.vdb", "sand.csv", "pulse.csv"}) {
+  for (const char* name : {"a.npy", "a.png", "a.obj", "a.tum", "a.csv", "a.vdb", "sand.csv",
+                           "pulse.csv", "cast.csv"}) {
     folder_.write(name, "");
   }
   fs::create_directory_symlink(fs::path(ENSONIFY_SCENES) / "meshes", folder() / "meshes");

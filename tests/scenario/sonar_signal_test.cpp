@@ -170,7 +170,7 @@ TEST_CASE("wrong beams and converters are told with their place") {
        "3:76: sonar.beams.shading.taylor.side_lobe_db:", "from -80 to -14"},
       {"beams: {transmit_width_deg: 0}", "3:63: sonar.beams.transmit_width_deg:", "a number > 0"},
       {"beams: {transmit_width_deg: 181}", "3:63: sonar.beams.transmit_width_deg:", "at most 180"},
-      {"receiver: {mode: array}", "3:46: sonar.receiver.mode:", "unknown key, accepted are adc"},
+      {"receiver: {modes: array}", "3:46: sonar.receiver.modes:", "did you mean mode?"},
       {"receiver: {adc: {bits: 12}}", "3:51: sonar.receiver.adc.full_scale_db:", "missing"},
       {"receiver: {adc: {full_scale_db: 1}}", "3:51: sonar.receiver.adc.bits:", "missing"},
       {"receiver: {adc: {bits: 0, full_scale_db: 170}}",
@@ -179,7 +179,7 @@ TEST_CASE("wrong beams and converters are told with their place") {
        "3:58: sonar.receiver.adc.bits:", "from 1 to 24"},
       {"receiver: {adc: {bits: 12, full_scale_db: 1e3}}",
        "3:77: sonar.receiver.adc.full_scale_db:", "from -300 to 400"},
-      {"receiver: 12", "3:45: sonar.receiver:", "accepted is a map with adc"},
+      {"receiver: 12", "3:45: sonar.receiver:", "accepted is a map with mode, elements"},
   });
   CHECK_FALSE(sonar_with("receiver: {}").adc);
 }

@@ -204,7 +204,7 @@ TEST_CASE("array: beams within the tolerance") {
   SynthesisSetup setup = setup_of(sonar);
   setup.tolerance = tolerance;
   const ScattererList list = echoes_of(sonar, 30, tolerance < 1e-4 ? 1.5 : 0.6);
-  const PingTask task{&list, {{0.0, {}}}, keys_of_ping(1), 1e-3, {}, false};
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
   hold(setup, task, {0, 12});
 }
 
@@ -216,7 +216,7 @@ TEST_CASE("array: beams within a tolerance that single precision cannot hold") {
   SynthesisSetup setup = setup_of(sonar);
   setup.tolerance = 1e-7;
   const ScattererList list = echoes_of(sonar, 30, 0.6);
-  const PingTask task{&list, {{0.0, {}}}, keys_of_ping(1), 1e-3, {}, false};
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
   hold(setup, task, {0, 3, 5});
 }
 
@@ -227,7 +227,7 @@ TEST_CASE("array: beams of few elements, and of every level") {
   sonar.array->shading.kind = Shading::hann;
   SynthesisSetup setup = setup_of(sonar);
   const ScattererList list = echoes_of(sonar, 30, 0.8);
-  const PingTask task{&list, {{0.0, {}}}, keys_of_ping(1), 1e-3, {}, false};
+  const PingTask task{&list, keys_of_ping(1), 1e-3, {}, false};
   for (const SimdLevel level : {SimdLevel::sse4, SimdLevel::avx2, SimdLevel::avx512}) {
     if (level > best_simd_level()) continue;
     setup.simd = level;
@@ -242,7 +242,7 @@ TEST_CASE("array: volumes, channels, and the same bytes for any threads") {
   const ScattererList list = echoes_of(sonar, 40, 0.8);
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return n % 7 == beam ? 1e-4 * n : 0.0; });
-  PingTask task{&list, {{0.0, {}}}, keys_of_ping(1), 1e-3, {&water, 1}, true};
+  PingTask task{&list, keys_of_ping(1), 1e-3, {&water, 1}, true};
   task.wants_channels = true;
   hold(setup, task, {0, 4});
   const auto backend = make_cpu_backend(setup);
@@ -274,7 +274,7 @@ TEST_CASE("array: expected power") {
   const ScattererList list = echoes_of(sonar, 60, 0.6);
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
-  const PingTask task{&list, {{0.0, {}}}, keys_of_ping(1), 0, {&water, 1}, true};
+  const PingTask task{&list, keys_of_ping(1), 0, {&water, 1}, true};
   PingSeries fast, exact;
   make_cpu_backend(setup)->synthesize({&task, 1}, {&fast, 1}, Workers(2));
   make_reference_backend(setup)->synthesize({&task, 1}, {&exact, 1}, Workers(2));

@@ -14,9 +14,11 @@ namespace ensonify::test {
 struct ArrayBackend {
   const char* name;
   std::unique_ptr<Backend> (*make)(const SynthesisSetup&);
+  bool has_exact_power;  // expected power is its definition, grating lobes included
 };
 inline const std::vector<ArrayBackend> kArrayBackends = {
-    {"reference", make_reference_backend},
+    {"reference", make_reference_backend, true},
+    {"cpu", make_cpu_backend, false},
 };
 
 inline constexpr double kWavelengthM = 1500 / 900e3;
@@ -51,7 +53,7 @@ inline std::vector<double> beam_cut(const ArrayBackend& kind, const Sonar& sonar
                                     const Scatterer& target) {
   const SynthesisSetup setup = setup_of(sonar);
   const ScattererList list = sorted_by_beam_and_delay({target}, sonar.beam_count);
-  const PingTask task{&list, {{0.0, {}}}, {}, 0, {}, false};
+  const PingTask task{&list, {}, 0, {}, false};
   PingSeries series;
   kind.make(setup)->synthesize({&task, 1}, {&series, 1}, Workers(2));
   const auto sample = static_cast<std::size_t>(std::lround(target.delay_s * sonar.bandwidth_hz));

@@ -172,7 +172,7 @@ TEST_CASE("series keep their memory, and clean is made only where it is wanted")
   c.setup.tolerance = GENERATE(1e-5, 1e-7);
   for (const bool reference : {false, true}) {
     const auto backend = reference ? make_reference_backend(c.setup) : make_cpu_backend(c.setup);
-    PingTask task{&c.list, {{0.0, {}}}, keys_of_ping(1), 0, c.water};
+    PingTask task{&c.list, keys_of_ping(1), 0, c.water};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, Workers(2));
     const PingSeries before = series;

@@ -106,7 +106,7 @@ inline PingSeries synthesize(const Backend& backend, const ScattererList& list,
                              RandomKeys keys = {}, double noise_power_pa2 = 0,
                              std::span<const VolumeEcho> volumes = {},
                              const Workers& workers = Workers(2)) {
-  const PingTask task{&list, {{0.0, {}}}, keys, noise_power_pa2, volumes};
+  const PingTask task{&list, keys, noise_power_pa2, volumes};
   PingSeries series;
   backend.synthesize({&task, 1}, {&series, 1}, workers);
   return series;

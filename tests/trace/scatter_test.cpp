@@ -116,7 +116,7 @@ TEST_CASE("bad rays poison nobody") {
   const auto backend = make_cpu_backend({sonar, kWater, record});
   const auto series_of = [&](std::vector<Scatterer> list) {
     const ScattererList sorted = sorted_by_beam_and_delay(std::move(list), 16);
-    const PingTask task{&sorted, {{0.0, {}}}, RandomKeys{1, 0, 0, 0, 0}, 0, {}};
+    const PingTask task{&sorted, RandomKeys{1, 0, 0, 0, 0}, 0, {}};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, Workers(1));
     return series;

@@ -51,7 +51,6 @@ SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int p
   SphereLevels result;
   for (int ping = 0; ping < pings; ++ping) {
     const PingTask task{&list,
-                        {{0.0, {}}},
                         {stream_key(5, Stream::speckle, 0), std::uint32_t(ping), 0, 0, 0},
                         0,
                         {}};
@@ -121,7 +120,7 @@ TEST_CASE("the mean level of a room does not depend on the number of rays") {
     const ScattererList list = sorted_by_beam_and_delay(
         surface_scatterers(fan, hits, make_surface_scattering(sonar, water, world)), 64);
     const auto backend = make_cpu_backend({sonar, water, make_record(sonar, water, 0)});
-    const PingTask task{&list, {{0.0, {}}}, {}, 0, {}};
+    const PingTask task{&list, {}, 0, {}};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, workers);
     double sum = 0;

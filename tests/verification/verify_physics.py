@@ -25,11 +25,13 @@ import noise  # noqa: F401
 import water  # noqa: F401
 import speckle  # noqa: F401
 import draws  # noqa: F401
+import coherence  # noqa: F401
 import series  # noqa: F401
 import tank  # noqa: F401
 import scattering  # noqa: F401
 import coherent  # noqa: F401
 import volume  # noqa: F401
+import line_array  # noqa: F401
 import convergence  # noqa: F401
 
 

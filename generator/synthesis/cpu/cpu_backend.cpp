@@ -4,6 +4,8 @@
 #include "acoustics/pulse.h"
 #include "core/error.h"
 #include "synthesis/cpu/array_synthesis.h"
+#include "synthesis/cpu/doppler_nodes.h"
+#include "synthesis/cpu/doppler_synthesis.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/ping_synthesis.h"
 
@@ -28,23 +30,40 @@ std::vector<Complex> fast_autospectrum(const std::vector<Complex>& spectrum) {
   return autospectrum;
 }
 
+std::unique_ptr<PingSynthesis> make_unshifted(const SynthesisTables& tables) {
+  std::unique_ptr<PingSynthesis> fast;
+  if (tables.setup.sonar.array) {
+    if (tables.setup.tolerance >= kFinestFast) fast = make_array_synthesis(tables);
+    return fast ? std::move(fast) : make_double_array_synthesis(tables);
+  }
+  if (tables.setup.tolerance >= kFinestFast) fast = make_fast_synthesis(tables);
+  return fast ? std::move(fast) : make_double_synthesis(tables);
+}
+
+bool may_shift(const SynthesisSetup& setup) {
+  return setup.min_doppler != 0 || setup.max_doppler != 0;
+}
+
 std::unique_ptr<PingSynthesis> make_synthesis(const SynthesisSetup& setup) {
   SynthesisTables tables{
       setup, make_mixing(setup.sonar), pulse_spectrum(setup.sonar, setup.record.transform), {}};
   tables.autospectrum = fast_autospectrum(tables.spectrum);
-  std::unique_ptr<PingSynthesis> fast;
-  if (setup.sonar.array) {
-    if (setup.tolerance >= kFinestFast) fast = make_array_synthesis(tables);
-    return fast ? std::move(fast) : make_double_array_synthesis(tables);
-  }
-  if (setup.tolerance >= kFinestFast) fast = make_fast_synthesis(tables);
-  return fast ? std::move(fast) : make_double_synthesis(tables);
+  if (!may_shift(setup)) return make_unshifted(tables);
+  std::unique_ptr<PingSynthesis> shifted = make_doppler_synthesis(tables, make_unshifted);
+  ENSONIFY_ASSERT(shifted != nullptr);  // can_shift
+  return shifted;
+}
+
+bool any_shifted(const ScattererList& list) {
+  return std::any_of(list.items.begin(), list.items.end(),
+                     [](const Scatterer& s) { return s.doppler != 0; });
 }
 
 class CpuBackend final : public Backend {
  public:
   explicit CpuBackend(const SynthesisSetup& setup)
       : cells_(std::size_t(setup.sonar.beam_count) * setup.record.samples),
+        can_shift_(may_shift(setup)),
         synthesis_(make_synthesis(setup)) {}
 
   SynthesisMemory memory(bool has_volumes) const override {
@@ -58,16 +77,23 @@ class CpuBackend final : public Backend {
       for (const VolumeEcho& volume : tasks[i].volumes) {
         ENSONIFY_ASSERT(volume.energy.size() == cells_);
       }
+      ENSONIFY_ASSERT(can_shift_ || !any_shifted(*tasks[i].scatterers));
       synthesis_->run(tasks[i], series[i], workers);
     }
   }
 
  private:
   std::size_t cells_;
+  bool can_shift_;
   std::unique_ptr<PingSynthesis> synthesis_;
 };
 
 }  // namespace
+
+bool can_shift(const SynthesisSetup& setup) {
+  const DopplerPulse pulse = make_doppler_pulse(setup.sonar, setup.record.transform);
+  return choose_doppler_nodes(pulse, setup.tolerance).degree > 0;
+}
 
 std::unique_ptr<Backend> make_cpu_backend(const SynthesisSetup& setup) {
   return std::make_unique<CpuBackend>(setup);

@@ -27,12 +27,13 @@ struct Sound {
   double cosine = 0;           // of its direction, along the line
   double delay_s = 0;          // at the origin
   double carrier_delay_s = 0;  // the part of it that turns the carrier
+  double doppler = 0;
 };
 
 Sound sound_of(const Scatterer& s) {
   const Direction& from = s.arrival;
   return {apparent_point_m(s), unit_vector(from.azimuth_rad, from.elevation_rad).y, s.delay_s,
-          s.delay_s};
+          s.delay_s, static_cast<double>(s.doppler)};
 }
 
 class ArrayReference final : public Backend {
@@ -42,6 +43,7 @@ class ArrayReference final : public Backend {
         array_(*setup.sonar.array),
         geometry_(make_array_geometry(setup.sonar)),
         spectrum_(pulse_spectrum(setup.sonar, setup.record.transform)),
+        shifted_(make_doppler_pulse(setup.sonar, setup.record.transform)),
         dft_(setup.record.transform),
         source_pa_m_(source_pressure_pa_m(setup.sonar)) {}
 
@@ -83,6 +85,7 @@ class ArrayReference final : public Backend {
   ArrayReceiver array_;
   ArrayGeometry geometry_;
   std::vector<Complex> spectrum_;
+  DopplerPulse shifted_;
   PlainDft dft_;
   double source_pa_m_;
 };
@@ -107,7 +110,9 @@ void ArrayReference::add_sound(const Sound& sound, Complex amplitude, int elemen
   const double turns = carrier_turns(carrier_hz(), sound.carrier_delay_s + later);
   for (int m = 0; m < bins(); ++m) {
     const double more = carrier_turns(bin_hz(m), sound.delay_s + later);
-    spectrum[m] += factor * spectrum_[m] * std::polar(1.0, -2 * kPi * (turns + more));
+    const Complex pulse =
+        sound.doppler == 0 ? spectrum_[m] : doppler_bin(shifted_, sound.doppler, m);
+    spectrum[m] += factor * pulse * std::polar(1.0, -2 * kPi * (turns + more));
   }
 }
 
@@ -232,7 +237,9 @@ std::vector<float> ArrayReference::clean_power(const PingTask& task, const Worke
   });
   for (const Scatterer& s : items) {
     const double amplitude = double(s.standard_deviation) * s.gain;
-    add_power(sound_of(s), amplitude * amplitude, power, workers);
+    Sound sound = sound_of(s);
+    sound.doppler = 0;
+    add_power(sound, amplitude * amplitude, power, workers);
   }
   for (int cell = 0; !task.volumes.empty() && cell < beams() * samples(); ++cell) {
     add_power(sound_of_cell(cell / samples(), cell % samples()), total_energy(task.volumes, cell),

@@ -34,6 +34,7 @@ class ReferenceBackend final : public Backend {
       : setup_(setup),
         mixing_(make_mixing(setup.sonar)),
         spectrum_(pulse_spectrum(setup.sonar, setup.record.transform)),
+        shifted_(make_doppler_pulse(setup.sonar, setup.record.transform)),
         autospectrum_(pulse_autospectrum(spectrum_)),
         source_pa_m_(source_pressure_pa_m(setup.sonar)) {}
 
@@ -64,21 +65,29 @@ class ReferenceBackend final : public Backend {
 
   SynthesisSetup setup_;
   Mixing mixing_;
-  std::vector<Complex> spectrum_, autospectrum_;
+  std::vector<Complex> spectrum_;
+  DopplerPulse shifted_;
+  std::vector<Complex> autospectrum_;
   double source_pa_m_;
 };
 
 // S0 S(f_m) (sum_i a_i gain_i e^(-i 2 pi f_m tau_i) + sum_n v_n e^(-i 2 pi (f_m - f_c) t_n)) over
-// one sector. A volume's v_n is circular: it has no carrier phase to keep.
+// one sector; with S of its own, S_eta, for each i that comes back shifted. A volume's v_n is
+// circular: it has no carrier phase to keep.
 Complex ReferenceBackend::sector_spectrum(const Echoes& echoes, int beam, int m) const {
   const ScattererList& list = echoes.list;
   const int k = m - transform() / 2;
   const double f = setup_.sonar.frequency_hz + k * setup_.sonar.bandwidth_hz / transform();
-  Complex sum = 0;
+  Complex sum = 0, shifted = 0;
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
-    sum += echoes.scatterer[i] * static_cast<double>(s.gain) *
-           unit_phasor(-carrier_turns(f, s.delay_s));
+    const Complex echo = echoes.scatterer[i] * static_cast<double>(s.gain) *
+                         unit_phasor(-carrier_turns(f, s.delay_s));
+    if (s.doppler == 0) {
+      sum += echo;
+    } else {
+      shifted += echo * doppler_bin(shifted_, static_cast<double>(s.doppler), m);
+    }
   }
   if (!echoes.cell.empty()) {
     for (int n = 0; n < samples(); ++n) {
@@ -87,7 +96,7 @@ Complex ReferenceBackend::sector_spectrum(const Echoes& echoes, int beam, int m)
              unit_phasor(-turn / static_cast<double>(transform()));
     }
   }
-  return source_pa_m_ * spectrum_[m] * sum;
+  return source_pa_m_ * spectrum_[m] * sum + source_pa_m_ * shifted;
 }
 
 std::vector<Complex> ReferenceBackend::coherent_series(const Echoes& echoes,

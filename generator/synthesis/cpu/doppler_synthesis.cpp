@@ -1,0 +1,226 @@
+#include "synthesis/cpu/doppler_synthesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "synthesis/cpu/doppler_nodes.h"
+#include "synthesis/cpu/pool.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+// The mean enters the expected power as a square, from the same nodes as the series.
+constexpr double kMeanTolerance = 3e-5;
+// Pulses under this part of the unshifted one's amplitude have left the band.
+constexpr double kInaudible = 1e-9;
+
+double largest(const std::vector<Complex>& spectrum) {
+  double most = 0;
+  for (const Complex& s : spectrum) most = std::max(most, std::abs(s));
+  return most;
+}
+
+// What one ping in work needs beside that of its nodes.
+struct DopplerScratch {
+  std::vector<Complex> sum, mean;  // [beams x samples]
+  std::vector<Complex> channels;   // [elements x samples], where asked for
+  ScattererList part;
+  PingSeries series;
+};
+
+bool is_shifted(const Scatterer& s) { return s.doppler != 0; }
+bool is_diffuse(const Scatterer& s) { return s.standard_deviation != 0; }
+bool has_mean(const Scatterer& s) { return s.mean != 0.0f; }
+
+// into = those of `list` for which change(scatterer) is true, as it leaves them.
+template <class Change>
+void select(const ScattererList& list, ScattererList& into, const Change& change) {
+  into.items.clear();
+  into.beam_offset.assign(1, 0);
+  for (std::size_t beam = 0; beam + 1 < list.beam_offset.size(); ++beam) {
+    for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+      Scatterer s = list.items[i];
+      if (change(s)) into.items.push_back(s);
+    }
+    into.beam_offset.push_back(static_cast<std::uint32_t>(into.items.size()));
+  }
+}
+
+void add(const std::vector<std::complex<float>>& series, std::vector<Complex>& sum) {
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(series[i]);
+}
+
+class DopplerSynthesis final : public PingSynthesis {
+ public:
+  DopplerSynthesis(SynthesisTables tables, MakeSynthesis make, DopplerPulse pulse,
+                   DopplerNodes nodes)
+      : tables_(std::move(tables)),
+        make_(std::move(make)),
+        pulse_(std::move(pulse)),
+        nodes_(nodes),
+        loudest_(largest(tables_.spectrum)),
+        unshifted_(make_(tables_)) {}
+
+  SynthesisMemory memory(bool has_volumes) const override;
+
+  void run(const PingTask& task, PingSeries& result, const Workers& workers) const override {
+    const auto& items = task.scatterers->items;
+    if (std::none_of(items.begin(), items.end(), is_shifted)) {
+      return unshifted_->run(task, result, workers);
+    }
+    auto scratch = pool_.take();
+    add_nodes(task, *scratch, workers);
+    if (task.wants_clean) diffuse_power(task, *scratch, result, workers);
+    result.pressure_pa.assign(scratch->sum.begin(), scratch->sum.end());
+    result.channels_pa.assign(scratch->channels.begin(), scratch->channels.end());
+    if (!task.wants_clean) {
+      result.clean_power_pa2.clear();
+      return;
+    }
+    for (std::size_t i = 0; i < scratch->mean.size(); ++i) {
+      result.clean_power_pa2[i] += static_cast<float>(std::norm(scratch->mean[i]));
+    }
+  }
+
+ private:
+  std::size_t cells() const {
+    return std::size_t(tables_.setup.sonar.beam_count) * tables_.setup.record.samples;
+  }
+  std::size_t channel_cells() const {
+    const auto& array = tables_.setup.sonar.array;
+    return array ? std::size_t(array->elements) * tables_.setup.record.samples : 0;
+  }
+  const PingSynthesis* at_node(int node) const;
+  void add_nodes(const PingTask& task, DopplerScratch& scratch, const Workers& workers) const;
+  void add_node(const PingTask& task, int node, DopplerScratch& scratch,
+                const Workers& workers) const;
+  void diffuse_power(const PingTask& task, DopplerScratch& scratch, PingSeries& result,
+                     const Workers& workers) const;
+
+  SynthesisTables tables_;
+  MakeSynthesis make_;
+  DopplerPulse pulse_;
+  DopplerNodes nodes_;
+  double loudest_;
+  std::unique_ptr<PingSynthesis> unshifted_;
+  mutable std::mutex mutex_;
+  mutable std::map<int, std::unique_ptr<PingSynthesis>> made_;
+  mutable Pool<DopplerScratch> pool_;
+};
+
+SynthesisMemory DopplerSynthesis::memory(bool has_volumes) const {
+  SynthesisMemory memory = unshifted_->memory(has_volumes);
+  const SynthesisSetup& setup = tables_.setup;
+  const double bands =
+      std::ceil(setup.max_doppler / nodes_.width) - std::floor(setup.min_doppler / nodes_.width);
+  // The node at rest is there in any case.
+  const auto copies = static_cast<std::uint64_t>(2 + nodes_.degree * bands);
+  // Each node keeps tables and scratch of its own.
+  memory.shared_bytes *= copies;
+  memory.ping_bytes *= copies;
+  memory.echo_bytes *= copies;
+  memory.thread_bytes *= copies;
+  memory.ping_bytes += channel_cells() * (sizeof(Complex) + sizeof(std::complex<float>));
+  memory.ping_bytes += cells() * (2 * sizeof(Complex) + sizeof(std::complex<float>));
+  memory.echo_bytes += sizeof(Scatterer);
+  return memory;
+}
+
+// None where the pulse has left the band.
+const PingSynthesis* DopplerSynthesis::at_node(int node) const {
+  if (node == 0) return unshifted_.get();
+  const std::lock_guard lock(mutex_);
+  const auto [entry, is_new] = made_.try_emplace(node);
+  if (is_new) {
+    SynthesisTables tables = tables_;
+    tables.spectrum = doppler_spectrum(pulse_, node_doppler(nodes_, node));
+    if (largest(tables.spectrum) > kInaudible * loudest_) entry->second = make_(tables);
+  }
+  return entry->second.get();
+}
+
+void DopplerSynthesis::add_nodes(const PingTask& task, DopplerScratch& scratch,
+                                 const Workers& workers) const {
+  scratch.sum.assign(cells(), 0);
+  scratch.mean.assign(task.wants_clean ? cells() : 0, 0);
+  scratch.channels.assign(task.wants_channels ? channel_cells() : 0, 0);
+  std::set<int> needed = {0};  // which has noise and volumes too
+  for (const Scatterer& s : task.scatterers->items) {
+    if (s.doppler == 0) continue;
+    const DopplerWeights weights = weights_at(nodes_, static_cast<double>(s.doppler));
+    for (int q = 0; q <= nodes_.degree; ++q) {
+      if (weights.value[q] != 0) needed.insert(weights.first_node + weights.step * q);
+    }
+  }
+  for (const int node : needed) add_node(task, node, scratch, workers);
+}
+
+void DopplerSynthesis::add_node(const PingTask& task, int node, DopplerScratch& scratch,
+                                const Workers& workers) const {
+  const PingSynthesis* synthesis = at_node(node);
+  if (synthesis == nullptr) return;
+  const auto weigh = [&](Scatterer& s) {
+    const DopplerWeights weights = weights_at(nodes_, static_cast<double>(s.doppler));
+    const int q = weights.step * (node - weights.first_node);
+    if (q < 0 || q > nodes_.degree || weights.value[q] == 0) return false;
+    s.gain = static_cast<float>(s.gain * weights.value[q]);
+    return true;
+  };
+  select(*task.scatterers, scratch.part, weigh);
+  PingTask part{&scratch.part, task.keys, 0, {}, false, task.wants_channels};
+  if (node == 0) {
+    part.noise_power_pa2 = task.noise_power_pa2;
+    part.volumes = task.volumes;
+  }
+  synthesis->run(part, scratch.series, workers);
+  add(scratch.series.pressure_pa, scratch.sum);
+  if (task.wants_channels) add(scratch.series.channels_pa, scratch.channels);
+  const auto& items = scratch.part.items;
+  if (!task.wants_clean || std::none_of(items.begin(), items.end(), has_mean)) return;
+  // Where nothing is drawn the series is the mean.
+  if (node == 0 || std::any_of(items.begin(), items.end(), is_diffuse)) {
+    select(*task.scatterers, scratch.part, [&](Scatterer& s) {
+      s.standard_deviation = 0;
+      return has_mean(s) && weigh(s);
+    });
+    synthesis->run({&scratch.part, task.keys, 0, {}, false}, scratch.series, workers);
+  }
+  add(scratch.series.pressure_pa, scratch.mean);
+}
+
+// A shift turns the phase of an echo within its pulse and hardly stretches its envelope: |s|^2
+// is that of the unshifted pulse.
+void DopplerSynthesis::diffuse_power(const PingTask& task, DopplerScratch& scratch,
+                                     PingSeries& result, const Workers& workers) const {
+  select(*task.scatterers, scratch.part, [](Scatterer& s) {
+    s.mean = 0;
+    s.doppler = 0;
+    return is_diffuse(s);
+  });
+  if (scratch.part.items.empty() && task.volumes.empty()) {
+    result.clean_power_pa2.assign(cells(), 0.0f);
+    return;
+  }
+  unshifted_->run({&scratch.part, task.keys, 0, task.volumes, true}, result, workers);
+}
+
+}  // namespace
+
+std::unique_ptr<PingSynthesis> make_doppler_synthesis(const SynthesisTables& tables,
+                                                      MakeSynthesis make) {
+  SynthesisTables finer = tables;
+  finer.setup.tolerance = std::min(tables.setup.tolerance, kMeanTolerance);
+  DopplerPulse pulse = make_doppler_pulse(tables.setup.sonar, tables.setup.record.transform);
+  const DopplerNodes nodes = choose_doppler_nodes(pulse, finer.setup.tolerance);
+  if (nodes.degree == 0) return nullptr;
+  return std::make_unique<DopplerSynthesis>(std::move(finer), std::move(make), std::move(pulse),
+                                            nodes);
+}
+
+}  // namespace ensonify

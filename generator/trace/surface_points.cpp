@@ -1,0 +1,199 @@
+#include "trace/surface_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "trace/surface_echoes.h"
+
+namespace ensonify {
+namespace {
+
+// Which surface stands at a range is told this exactly: along it Embree's float may name the
+// neighbour of the triangle that is meant.
+constexpr double kSameRange = 1e-6, kSameRange_m = 1e-5;
+// Leaves below this depth are not worth a look at what holds them.
+constexpr std::uint32_t kLeavesAtOnce = 2;
+// Rays that are traced together, and tiles that are shared out together.
+constexpr std::size_t kBundle = 1024, kBlock = 32;
+// Draw 0 of a scatterer is its amplitude's.
+constexpr std::uint32_t kPlaceDraw = 1;
+
+template <class P>
+SurfaceLeaf leaf_of(const P& patch, const SurfaceTile& tile, std::uint64_t path, double area_m2,
+                    std::uint64_t speckle_key) {
+  SurfaceLeaf leaf;
+  leaf.key = leaf_key(tile.root, path);
+  leaf.area_m2 = area_m2;
+  const Philox4 words = random_words(speckle_key, 0, leaf.key, kPlaceDraw);
+  const PatchPoint point =
+      point_of(patch, uniform_from_word(words.v[0]), uniform_from_word(words.v[1]));
+  leaf.position_m = point.position_m;
+  leaf.normal = point.normal;
+  return leaf;
+}
+
+// Visits the leaves `levels` halvings below; holds(ball): whether a part is looked into at all.
+template <class P, class Holds, class Visit>
+void descend(const P& patch, std::uint32_t levels, std::uint64_t path, const Holds& holds,
+             const Visit& visit) {
+  if (levels == 0) return visit(patch, path);
+  if (levels > kLeavesAtOnce && !holds(ball_of(patch))) return;
+  const auto halves = halves_of(patch);
+  descend(halves[0], levels - 1, 2 * path, holds, visit);
+  descend(halves[1], levels - 1, 2 * path + 1, holds, visit);
+}
+
+template <class Holds, class Visit>
+void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, const Holds& holds,
+                const Visit& visit) {
+  std::visit(
+      [&](const auto& whole) {
+        const double area = std::ldexp(area_m2(whole), -static_cast<int>(tile.levels));
+        descend(whole, tile.levels, tile.path, holds, [&](const auto& patch, std::uint64_t path) {
+          visit(leaf_of(patch, tile, path, area, speckle_key));
+        });
+      },
+      tile.patch);
+}
+
+// An object as the ping sees it.
+struct View {
+  Pose sonar_in_object;
+  Quat object_rotation;
+  std::uint32_t instance = 0;
+};
+
+// A scatterer inside the fan, on its way to being seen.
+struct Candidate {
+  std::uint64_t key = 0;
+  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;
+  double shown_m2 = 0;  // the leaf's area as the sonar sees it
+  std::uint32_t beam = 0, instance = 0;
+};
+
+// What a block of tiles has in hand.
+struct Bundle {
+  std::vector<Candidate> candidates;
+  std::vector<Vec3> directions;  // in the world
+  std::vector<Hit> hits;
+  std::vector<Scatterer> heard;
+};
+
+struct Listener {
+  const Tracer& tracer;
+  const Pose& sonar_in_world;
+  const SurfaceScattering& scattering;
+  std::uint64_t speckle_key = 0;
+
+  void look(const SurfaceTile& tile, const View& view, Bundle& bundle) const {
+    const Pose& eye = view.sonar_in_object;
+    const auto holds = [&](const Ball& ball) {
+      const Vec3 centre = inverse_transform_point(eye, ball.centre_m);
+      return nearest_in_fan(scattering.sonar, {centre, ball.radius_m}).has_value();
+    };
+    if (!holds(tile.ball)) return;
+    for_leaves(tile, speckle_key, holds, [&](const SurfaceLeaf& leaf) { add(leaf, view, bundle); });
+  }
+
+  void add(const SurfaceLeaf& leaf, const View& view, Bundle& bundle) const {
+    const Sonar& sonar = scattering.sonar;
+    const Vec3 way = leaf.position_m - view.sonar_in_object.position_m;
+    Candidate c;
+    c.range_m = length(way);
+    if (!in_range(c.range_m, sonar)) return;
+    const Vec3 p = rotate(conjugate(view.sonar_in_object.rotation), way);
+    c.elevation_rad = std::asin(std::clamp(p.z / c.range_m, -1.0, 1.0));
+    if (std::abs(c.elevation_rad) > sonar.elevation_fan_rad / 2) return;
+    c.azimuth_rad = std::atan2(p.y, p.x);
+    const std::optional<int> beam = sector_of(sonar, c.azimuth_rad);
+    if (!beam) return;
+    const Vec3 direction = (1.0 / c.range_m) * way;
+    c.key = leaf.key;
+    c.shown_m2 = leaf.area_m2 * std::abs(dot(direction, leaf.normal));
+    c.beam = static_cast<std::uint32_t>(*beam);
+    c.instance = view.instance;
+    bundle.candidates.push_back(c);
+    bundle.directions.push_back(normalized(rotate(view.object_rotation, direction)));
+    if (bundle.candidates.size() == kBundle) trace(bundle);
+  }
+
+  // Those that are seen become scatterers.
+  void trace(Bundle& bundle) const {
+    bundle.hits.resize(bundle.candidates.size());
+    tracer.first_hits(sonar_in_world.position_m, bundle.directions, scattering.sonar.range_max_m,
+                      bundle.hits);
+    for (std::size_t i = 0; i < bundle.hits.size(); ++i) {
+      const Candidate& c = bundle.candidates[i];
+      const Hit& hit = bundle.hits[i];
+      const double apart = std::abs(hit.range_m - c.range_m);
+      const bool is_seen =
+          hit.instance == c.instance && apart <= std::max(kSameRange * c.range_m, kSameRange_m);
+      if (!is_seen) continue;
+      // A cross-section of that area at 1 m.
+      const ScattererMoments moments = scatterer_moments(
+          material_at(scattering, hit), hit.reflectivity, hit.cos_incidence, 1, c.shown_m2);
+      if (!is_an_echo(moments)) continue;
+      Scatterer s = echo_from(c.range_m, c.azimuth_rad, c.elevation_rad, static_cast<int>(c.beam),
+                              scattering.sonar, scattering.water);
+      s.mean = static_cast<float>(moments.mean_m);
+      s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
+      s.cos_incidence = hit.cos_incidence;
+      s.key = c.key;
+      s.instance = c.instance;
+      bundle.heard.push_back(s);
+    }
+    bundle.candidates.clear();
+    bundle.directions.clear();
+  }
+};
+
+std::vector<View> views_of(const SurfaceTiles& tiles, const SurfaceScattering& scattering,
+                           std::span<const Pose> object_in_world, const Pose& sonar_in_world) {
+  std::vector<View> views;
+  for (std::size_t i = 0; i < object_in_world.size(); ++i) {
+    views.push_back({pose_in(object_in_world[i], sonar_in_world), object_in_world[i].rotation,
+                     tiles.instance[i]});
+    ENSONIFY_ASSERT(tiles.instance[i] < scattering.material.size());
+  }
+  return views;
+}
+
+}  // namespace
+
+void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
+               const std::function<void(const SurfaceLeaf&)>& visit) {
+  for_leaves(
+      tile, speckle_key, [](const Ball&) { return true; }, visit);
+}
+
+ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer,
+                                 std::span<const Pose> object_in_world, const Pose& sonar_in_world,
+                                 const SurfaceScattering& scattering, std::uint64_t speckle_key,
+                                 const Workers& workers) {
+  const std::vector<View> views = views_of(tiles, scattering, object_in_world, sonar_in_world);
+  const Listener listener{tracer, sonar_in_world, scattering, speckle_key};
+  const std::size_t blocks = (tiles.tiles.size() + kBlock - 1) / kBlock;
+  std::vector<std::vector<Scatterer>> heard(blocks);
+  workers.for_each(blocks, [&](std::size_t block) {
+    Bundle bundle;
+    const std::size_t end = std::min((block + 1) * kBlock, tiles.tiles.size());
+    for (std::size_t i = block * kBlock; i < end; ++i) {
+      listener.look(tiles.tiles[i], views[tiles.tiles[i].object], bundle);
+    }
+    if (!bundle.candidates.empty()) listener.trace(bundle);
+    heard[block] = std::move(bundle.heard);
+  });
+  std::size_t count = 0;
+  for (const auto& part : heard) count += part.size();
+  std::vector<Scatterer> all;
+  all.reserve(count);
+  for (auto& part : heard) {
+    all.insert(all.end(), part.begin(), part.end());
+    part = {};
+  }
+  return sorted_by_beam_and_delay(all, scattering.sonar.beam_count, workers);
+}
+
+}  // namespace ensonify

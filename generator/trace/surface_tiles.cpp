@@ -1,0 +1,325 @@
+#include "trace/surface_tiles.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <set>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "core/random.h"
+
+namespace ensonify {
+namespace {
+
+// A tile's radius over its distance: all of it then wants about the same leaves.
+constexpr double kTileSize = 0.25;
+// Parts that are cut side by side.
+constexpr std::size_t kJobs = 64;
+
+// Undivided surfaces of an object: the triangles of a mesh, the faces of a body, squares of a
+// plane.
+struct Primitives {
+  const Mesh* mesh = nullptr;
+  std::vector<Patch> patches;         // of others
+  std::vector<std::uint64_t> number;  // of others: which of the object's it is
+  std::vector<Ball> balls;
+
+  Patch patch(std::uint32_t i) const {
+    if (mesh == nullptr) return patches[i];
+    const auto corner = [&](int k) {
+      const auto& v = mesh->vertices[mesh->triangles[i][k]];
+      return Vec3{v[0], v[1], v[2]};
+    };
+    return TrianglePatch{corner(0), corner(1), corner(2)};
+  }
+  std::uint64_t number_of(std::uint32_t i) const { return mesh == nullptr ? number[i] : i; }
+};
+
+Ball ball_around(const Patch& patch) {
+  return std::visit([](const auto& p) { return ball_of(p); }, patch);
+}
+
+void add(Primitives& all, const Patch& patch, std::uint64_t number) {
+  all.patches.push_back(patch);
+  all.number.push_back(number);
+}
+
+void add_primitives(Primitives& all, const BoxShape& box) {
+  const Vec3 h = box.half_size_m;
+  const Vec3 x{2 * h.x, 0, 0}, y{0, 2 * h.y, 0}, z{0, 0, 2 * h.z};
+  const Vec3 low = -h;
+  const RectanglePatch faces[] = {{low, y, z},     {low + x, y, z}, {low, z, x},
+                                  {low + y, z, x}, {low, x, y},     {low + z, x, y}};
+  for (std::uint64_t i = 0; i < 6; ++i) add(all, faces[i], i);
+}
+
+void add_primitives(Primitives& all, const SphereShape& s) {
+  add(all, SpherePatch{s.radius_m, {-kPi, kPi}, {-s.radius_m, s.radius_m}}, 0);
+}
+
+void add_primitives(Primitives& all, const CylinderShape& c) {
+  add(all, MantlePatch{c.radius_m, {-kPi, kPi}, {-c.half_height_m, c.half_height_m}}, 0);
+  const Interval whole{0, c.radius_m * c.radius_m};
+  add(all, DiscPatch{-c.half_height_m, {-kPi, kPi}, whole}, 1);
+  add(all, DiscPatch{c.half_height_m, {-kPi, kPi}, whole}, 2);
+}
+
+void add_primitives(Primitives& all, const MeshShape& mesh) { all.mesh = mesh.mesh.get(); }
+
+// Squares as wide as the sonar hears, from multiples of that on.
+void add_plane(Primitives& all, double range_max_m, std::span<const Pose> eyes) {
+  const double side = std::exp2(std::ceil(std::log2(range_max_m)));
+  std::set<std::pair<std::int32_t, std::int32_t>> squares;
+  for (const Pose& eye : eyes) {
+    const Vec3 p = eye.position_m;
+    if (std::abs(p.z) > range_max_m) continue;
+    const auto at = [&](double x) { return static_cast<std::int32_t>(std::floor(x / side)); };
+    for (std::int32_t i = at(p.x - range_max_m); i <= at(p.x + range_max_m); ++i) {
+      for (std::int32_t j = at(p.y - range_max_m); j <= at(p.y + range_max_m); ++j) {
+        squares.insert({i, j});
+      }
+    }
+  }
+  for (const auto& [i, j] : squares) {
+    const std::uint64_t number =
+        std::uint64_t{static_cast<std::uint32_t>(i)} << 32 | static_cast<std::uint32_t>(j);
+    add(all, RectanglePatch{{i * side, j * side, 0}, {side, 0, 0}, {0, side, 0}}, number);
+  }
+}
+
+Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const Pose> eyes) {
+  Primitives all;
+  std::visit(
+      [&](const auto& s) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(s)>, PlaneShape>) {
+          add_plane(all, range_max_m, eyes);
+        } else {
+          add_primitives(all, s);
+        }
+      },
+      shape);
+  const std::size_t count = all.mesh ? all.mesh->triangles.size() : all.patches.size();
+  for (std::uint32_t i = 0; i < count; ++i) all.balls.push_back(ball_around(all.patch(i)));
+  return all;
+}
+
+// What is still to be cut: some primitives, or a part of one; and from where it is seen.
+struct Piece {
+  std::uint32_t begin = 0, end = 0;  // of Cutter::order; one: a part of this primitive
+  std::uint64_t path = 0;            // 0: whole primitives
+  Patch patch;
+  std::vector<std::uint32_t> eyes;
+};
+
+// Cuts the surfaces of one object.
+struct Cutter {
+  const SurfaceViews& views;
+  std::uint32_t object = 0;
+  std::uint64_t object_key = 0;
+  std::vector<Pose> eyes;  // no two the same in a row
+  Primitives primitives;
+  std::vector<std::uint32_t> order;  // of primitives, changed as they are sorted into groups
+  std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;  // by eye, of the tiles that it may hear
+};
+
+Ball ball_of(const Cutter& cutter, const Piece& piece) {
+  if (piece.path != 0) return ball_around(piece.patch);
+  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+  for (std::uint32_t i = piece.begin; i < piece.end; ++i) {
+    const auto& [c, r] = cutter.primitives.balls[cutter.order[i]];
+    low = {std::min(low.x, c.x - r), std::min(low.y, c.y - r), std::min(low.z, c.z - r)};
+    high = {std::max(high.x, c.x + r), std::max(high.y, c.y + r), std::max(high.z, c.z + r)};
+  }
+  return {0.5 * (low + high), 0.5 * length(high - low)};
+}
+
+// Keeps the eyes that may hear the ball; the nearest range of all.
+double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32_t>& eyes) {
+  double nearest = HUGE_VAL;
+  std::erase_if(eyes, [&](std::uint32_t eye) {
+    const Vec3 centre = inverse_transform_point(cutter.eyes[eye], ball.centre_m);
+    const auto range = nearest_in_fan(cutter.views.sonar, {centre, ball.radius_m});
+    if (range) nearest = std::min(nearest, *range);
+    return !range;
+  });
+  // Nearer than the pulse is long nothing is told apart.
+  return std::max(nearest, cutter.views.resolution_m);
+}
+
+void add_tile(const Cutter& cutter, Piece& piece, const Ball& ball, double nearest_m,
+              std::vector<SurfaceTile>& tiles) {
+  SurfaceTile tile{piece.patch, ball, cutter.object, 0, 0, piece.path};
+  const std::uint32_t primitive = cutter.order[piece.begin];
+  tile.root = mix64(cutter.object_key ^ mix64(~cutter.primitives.number_of(primitive)));
+  const double wanted = leaf_area_m2(cutter.views, nearest_m);
+  double area = std::visit([](const auto& p) { return area_m2(p); }, piece.patch);
+  // So that a path's bits are enough.
+  const int deepest = std::countl_zero(piece.path) - 1;
+  while (area > wanted && static_cast<int>(tile.levels) < deepest) {
+    area /= 2;
+    ++tile.levels;
+  }
+  for (const std::uint32_t eye : piece.eyes) {
+    cutter.leaves[eye].fetch_add(std::uint64_t{1} << tile.levels, std::memory_order_relaxed);
+  }
+  tiles.push_back(std::move(tile));
+}
+
+// Two groups of primitives, parted where they lie farthest apart.
+void part_group(Cutter& cutter, Piece& piece, const Ball& around, std::vector<Piece>& rest) {
+  const auto first = cutter.order.begin() + piece.begin, last = cutter.order.begin() + piece.end;
+  Vec3 spread{};
+  for (auto i = first; i != last; ++i) {
+    const Vec3 d = cutter.primitives.balls[*i].centre_m - around.centre_m;
+    spread = {std::max(spread.x, std::abs(d.x)), std::max(spread.y, std::abs(d.y)),
+              std::max(spread.z, std::abs(d.z))};
+  }
+  const auto along = [&](std::uint32_t i) {
+    const Vec3 c = cutter.primitives.balls[i].centre_m;
+    if (spread.x >= spread.y && spread.x >= spread.z) return c.x;
+    return spread.y >= spread.z ? c.y : c.z;
+  };
+  const std::uint32_t middle = piece.begin + (piece.end - piece.begin) / 2;
+  std::nth_element(first, cutter.order.begin() + middle, last,
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return std::pair(along(a), a) < std::pair(along(b), b);
+                   });
+  Piece second{middle, piece.end, 0, {}, piece.eyes};
+  rest.push_back({piece.begin, middle, 0, {}, std::move(piece.eyes)});
+  rest.push_back(std::move(second));
+}
+
+// A tile, or two pieces in place of the one.
+void cut(Cutter& cutter, Piece piece, std::vector<Piece>& rest, std::vector<SurfaceTile>& tiles) {
+  if (piece.path == 0 && piece.end == piece.begin + 1) {
+    piece.path = 1;
+    piece.patch = cutter.primitives.patch(cutter.order[piece.begin]);
+  }
+  const Ball ball = ball_of(cutter, piece);
+  const double nearest = keep_eyes(cutter, ball, piece.eyes);
+  if (piece.eyes.empty()) return;
+  if (piece.path == 0) return part_group(cutter, piece, ball, rest);
+  if (ball.radius_m <= kTileSize * nearest || std::countl_zero(piece.path) <= 2) {
+    return add_tile(cutter, piece, ball, nearest, tiles);
+  }
+  std::visit(
+      [&](const auto& whole) {
+        const auto halves = halves_of(whole);
+        rest.push_back({piece.begin, piece.end, 2 * piece.path, halves[0], piece.eyes});
+        rest.push_back(
+            {piece.begin, piece.end, 2 * piece.path + 1, halves[1], std::move(piece.eyes)});
+      },
+      piece.patch);
+}
+
+// Eyes without repetitions, and which one each ping looks from.
+std::vector<std::uint32_t> part_eyes(std::span<const Pose> by_ping, std::vector<Pose>& eyes) {
+  std::vector<std::uint32_t> of_ping;
+  for (const Pose& pose : by_ping) {
+    if (eyes.empty() || !(eyes.back() == pose)) eyes.push_back(pose);
+    of_ping.push_back(static_cast<std::uint32_t>(eyes.size() - 1));
+  }
+  return of_ping;
+}
+
+void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>& tiles) {
+  if (cutter.primitives.balls.empty()) return;
+  cutter.order.resize(cutter.primitives.balls.size());
+  std::iota(cutter.order.begin(), cutter.order.end(), 0u);
+  std::vector<std::uint32_t> all(cutter.eyes.size());
+  std::iota(all.begin(), all.end(), 0u);
+  std::vector<Piece> jobs, next;
+  jobs.push_back({0, static_cast<std::uint32_t>(cutter.order.size()), 0, {}, std::move(all)});
+  // In breadth until there is enough to share out, then each in depth.
+  while (!jobs.empty() && jobs.size() < kJobs) {
+    for (Piece& job : jobs) cut(cutter, std::move(job), next, tiles);
+    jobs = std::exchange(next, {});
+  }
+  std::vector<std::vector<SurfaceTile>> made(jobs.size());
+  workers.for_each(jobs.size(), [&](std::size_t i) {
+    std::vector<Piece> rest;
+    rest.push_back(std::move(jobs[i]));
+    while (!rest.empty()) {
+      Piece piece = std::move(rest.back());
+      rest.pop_back();
+      cut(cutter, std::move(piece), rest, made[i]);
+    }
+  });
+  for (auto& part : made) tiles.insert(tiles.end(), part.begin(), part.end());
+}
+
+// Of objects without a name, which only tests have, by how many came before.
+std::uint64_t key_of(const World& world, const WorldObject& object,
+                     std::map<std::string, std::uint64_t>& seen) {
+  const std::size_t i = object.instance - 1;
+  const std::string name = i < world.instances.size() ? world.instances[i].name : std::string();
+  return mix64(name_key(name) + seen[name]++);
+}
+
+}  // namespace
+
+Pose pose_in(const Pose& object_in_world, const Pose& sonar_in_world) {
+  return {inverse_transform_point(object_in_world, sonar_in_world.position_m),
+          conjugate(object_in_world.rotation) * sonar_in_world.rotation};
+}
+
+std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
+  // Its highest bits tell keys of points and mirrors.
+  return mix64(root ^ path) >> 2;
+}
+
+double leaf_area_m2(const SurfaceViews& views, double range_m) {
+  const Sonar& sonar = views.sonar;
+  const double high = range_m * std::min(sonar.elevation_width_rad, sonar.elevation_fan_rad);
+  return range_m * sonar.beam_width_rad * std::min(views.resolution_m, high) / kScatterersPerCell;
+}
+
+std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
+  const Vec3 p = ball.centre_m;
+  const double range = length(p), reach = ball.radius_m;
+  if (range - reach > sonar.range_max_m || range + reach < sonar.range_min_m) return std::nullopt;
+  const double nearest = std::max(range - reach, sonar.range_min_m);
+  if (range <= reach) return nearest;
+  // Wider by what rounding could take.
+  constexpr double kSlack = 1e-9;
+  const double sine = std::min(1.0, reach / range), apart = std::asin(sine) + kSlack;
+  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
+  if (std::abs(elevation) > sonar.elevation_fan_rad / 2 + apart) return std::nullopt;
+  const double cosine = std::cos(elevation);
+  if (cosine <= sine) return nearest;
+  const double aside = std::asin(sine / cosine) + kSlack;
+  const double half_field = sonar.beam_count * sonar.beam_spacing_rad / 2;
+  if (std::abs(std::atan2(p.y, p.x)) > half_field + aside) return std::nullopt;
+  return nearest;
+}
+
+SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const Workers& workers) {
+  SurfaceTiles result;
+  std::vector<std::uint64_t> leaves;
+  std::map<std::string, std::uint64_t> seen;
+  for (std::uint32_t i = 0; i < world.objects.size(); ++i) {
+    Cutter cutter{views, i, key_of(world, world.objects[i], seen), {}, {}, {}, {}};
+    const std::vector<std::uint32_t> eye_of_ping = part_eyes(views.sonar_in_object(i), cutter.eyes);
+    cutter.leaves = std::make_unique<std::atomic<std::uint64_t>[]>(cutter.eyes.size());
+    cutter.primitives = primitives_of(world.objects[i].shape, views.sonar.range_max_m, cutter.eyes);
+    cut_object(cutter, workers, result.tiles);
+    result.instance.push_back(world.objects[i].instance);
+    leaves.resize(eye_of_ping.size());
+    for (std::size_t ping = 0; ping < leaves.size(); ++ping) {
+      leaves[ping] += cutter.leaves[eye_of_ping[ping]];
+    }
+  }
+  for (const std::uint64_t count : leaves) {
+    result.most_leaves = std::max(result.most_leaves, count);
+  }
+  return result;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,181 @@
+// The array of elements from the scenario to the series.
+#include <cmath>
+#include <complex>
+#include <memory>
+
+#include "app/array_receiver.h"
+#include "app/cost.h"
+#include "app/hidden_power.h"
+#include "app/pipeline.h"
+#include "app/session.h"
+#include "catch.h"
+#include "core/units.h"
+
+using namespace ensonify;
+
+namespace {
+
+// Few beams, elements and samples: the reference backend sums element by element.
+const std::string kScene = R"(ensonify: 1
+seed: 5
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 1.4
+  beams: {count: 6, fov_deg: 24, width_deg: 8}
+  rays: {elevation: 4}
+  receiver: {mode: array}
+water: {absorption: {fixed_db_m: 0.3}}
+materials: {wall: {reflectivity: 1e-3}, mirror: {reflectivity: 1e-2, coherent: {model: rician, k: 1}}}
+objects:
+  - {name: room, material: wall, shape: {box: {size_m: [2.4, 2.4, 2], inside: true}}}
+  - {name: ball, material: mirror, shape: {sphere: {radius_m: 0.1}}, pose: {position_m: [0.9, 0, 0]}}
+output: {cartesian: false, png: false}
+)";
+
+Result<Session> session_of(const std::vector<Override>& overrides, std::uint32_t sequence = 0) {
+  auto scenario = parse_scenario(kScene, "array.yaml", ".", overrides, sequence);
+  if (!scenario) FAIL(scenario.error().message);
+  return prepare_session(std::move(*scenario), sequence);
+}
+
+ArrayReceiver array_of(const std::vector<Override>& overrides, std::uint32_t sequence = 0) {
+  const auto session = session_of(overrides, sequence);
+  if (!session) FAIL(session.error().message);
+  REQUIRE(session->sonar.array.has_value());
+  return *session->sonar.array;
+}
+
+PingResult ping_of(const std::vector<Override>& overrides) {
+  auto session = session_of(overrides);
+  if (!session) FAIL(session.error().message);
+  const Tracer tracer(session->world);
+  const SequenceInfo info = sequence_info(*session, 0, 0, 1);
+  Pipeline pipeline(*session, tracer, info, Numerics{BackendChoice::reference, best_simd_level()});
+  if (const Status started = pipeline.start_sequence(info, Workers(2)); !started) {
+    FAIL(started.error().message);
+  }
+  return pipeline.run(0, Workers(2));
+}
+
+}  // namespace
+
+// Protects the defaults: half a wavelength of the water at hand, and the aperture of the beam.
+TEST_CASE("an array's elements follow from width, shading and sound speed") {
+  const ArrayReceiver plain = array_of({{"sonar.beams.width_deg", "1"}});
+  CHECK(plain.elements == 101);
+  CHECK(plain.spacing_m == Approx(1500 / 900e3 / 2));
+  const ArrayReceiver warm = array_of(
+      {{"water.sound_speed_m_s", "{from: {temperature_c: 25, salinity_psu: 35, depth_m: 0}}"}});
+  CHECK(warm.spacing_m == Approx(1534.4 / 900e3 / 2).epsilon(1e-3));
+  CHECK(warm.elements == array_of({}).elements);
+  // The raised cosine is 1.626 times as long for the same width.
+  const ArrayReceiver shaded =
+      array_of({{"sonar.beams.width_deg", "1"}, {"sonar.beams.shading", "hann"}});
+  CHECK(shaded.shading.kind == Shading::hann);
+  CHECK(shaded.elements == Approx(165).margin(1));
+  CHECK(array_of({{"sonar.receiver.shading", "hann"}}).shading.kind == Shading::hann);
+  CHECK(array_of({{"sonar.receiver.elements", "7"}}).elements == 7);
+  CHECK(array_of({{"sonar.beams.width_deg", "170"}}).elements == 1);
+}
+
+TEST_CASE("an array that cannot be is told with its key") {
+  const auto fault = [](const std::vector<Override>& overrides) {
+    const auto session = session_of(overrides);
+    return session ? std::string() : session.error().message;
+  };
+  CHECK(fault({{"sonar.beams.width_deg", "0.02"}}).find("sonar.receiver.elements: a beam of") == 0);
+  CHECK(fault({{"sonar.receiver.dead", "[14]"}}).find("sonar.receiver.dead: there is no element") ==
+        0);
+  CHECK(fault({{"sonar.receiver.dead", "[12]"}}).empty());
+}
+
+// 4096 elements: standard errors 1.1 % of the deviations and 0.016 of the correlation.
+TEST_CASE("errors of elements have their deviation and belong to the seed") {
+  const std::vector<Override> errors = {{"sonar.receiver.elements", "4096"},
+                                        {"sonar.receiver.gain_error_db", "0.5"},
+                                        {"sonar.receiver.phase_error_deg", "6"},
+                                        {"sonar.receiver.dead", "[7, 4095]"}};
+  const ArrayReceiver array = array_of(errors);
+  double gain = 0, phase = 0, both = 0;
+  for (const std::complex<double>& r : array.response) {
+    if (r == 0.0) continue;
+    const double g = 20 * std::log10(std::abs(r)), p = degrees(std::arg(r));
+    gain += g * g / 4094;
+    phase += p * p / 4094;
+    both += g * p / 4094;
+  }
+  CHECK(std::sqrt(gain) == Approx(0.5).epsilon(0.034));
+  CHECK(std::sqrt(phase) == Approx(6).epsilon(0.034));
+  CHECK(both / std::sqrt(gain * phase) == Approx(0).margin(0.048));
+  CHECK(array.response[7] == 0.0);
+  CHECK(array.response[4095] == 0.0);
+  CHECK(array_of(errors, 3).response == array.response);
+  std::vector<Override> other = errors;
+  other.push_back({"seed", "6"});
+  CHECK(array_of(other).response != array.response);
+  for (const std::complex<double>& r : array_of({}).response) CHECK(r == 1.0);
+}
+
+// Protects the layers: each goes through the array, the noise as well, and they add up; and the
+// channels, which hold all of them.
+TEST_CASE("layers of an array add up, and channels are written") {
+  const PingResult ping = ping_of({{"noise.spectrum_level_db", "90"},
+                                   {"volumes", "[{name: water, uniform: {strength_db: -50}}]"},
+                                   {"output.layers", "true"},
+                                   {"output.channels", "true"},
+                                   {"sonar.receiver.dead", "[2]"}});
+  REQUIRE(ping.layers.size() == 4);
+  double worst = 0, largest = 0;
+  for (std::size_t i = 0; i < ping.series.size(); ++i) {
+    std::complex<double> sum = 0;
+    for (const LayerSeries& layer : ping.layers) sum += std::complex<double>(layer.pressure_pa[i]);
+    worst = std::max(worst, std::abs(sum - std::complex<double>(ping.series[i])));
+    largest = std::max<double>(largest, std::abs(ping.series[i]));
+  }
+  CHECK(worst < 1e-6 * largest);
+  for (const LayerSeries& layer : ping.layers) {
+    double power = 0;
+    for (const auto& p : layer.pressure_pa) power += std::norm(p);
+    INFO(layer_name(layer.layer));
+    CHECK(power > 0);
+  }
+  const std::size_t samples = ping.series.size() / 6;
+  REQUIRE(ping.channels.size() == 13 * samples);
+  for (std::size_t n = 0; n < 13; ++n) {
+    double power = 0;
+    for (std::size_t k = 0; k < samples; ++k) power += std::norm(ping.channels[n * samples + k]);
+    CHECK((power > 0) == (n != 2));
+  }
+  CHECK(ping_of({}).channels.empty());
+}
+
+// Protects the scale of hidden echoes: the mean of what a beam of sound elements at half a
+// wavelength hears is that of the beam model, whose pattern it has; errors and width change it.
+TEST_CASE("hidden power of an array is that of its pattern") {
+  const std::vector<Override> fine = {{"sonar.beams", "{count: 200, fov_deg: 40, width_deg: 1}"}};
+  const auto power_of = [&](std::vector<Override> more) {
+    more.insert(more.begin(), fine.begin(), fine.end());
+    const auto session = session_of(more);
+    if (!session) FAIL(session.error().message);
+    return hidden_power(session->sonar, session->water, session->record).per_energy;
+  };
+  const std::vector<double> array = power_of({});
+  const std::vector<double> beams = power_of({{"sonar.receiver.mode", "beams"}});
+  CHECK(array[100] / beams[100] == Approx(1).epsilon(0.02));
+  const std::vector<double> wide = power_of({{"sonar.receiver.element_width_m", "1.6666667e-3"}});
+  CHECK(wide[100] / array[100] == Approx(1).epsilon(0.02));
+  const double edge = std::sin(radians(18.0)) * kPi;
+  CHECK(wide[190] / array[190] == Approx(std::pow(std::sin(edge) / edge, 2)).epsilon(0.02));
+  const std::vector<double> one = power_of({{"sonar.receiver.elements", "1"}});
+  CHECK(one[3] == Approx(200 * std::pow(10.0, (220 - 120) / 10.0)));
+}
+
+TEST_CASE("the cost of channels is announced") {
+  const auto plain = session_of({{"sonar.receiver.elements", "100"}});
+  const auto channels =
+      session_of({{"sonar.receiver.elements", "100"}, {"output.channels", "true"}});
+  REQUIRE((plain.ok() && channels.ok()));
+  const Cost a = estimate_cost(*plain, 1), b = estimate_cost(*channels, 1);
+  CHECK(b.files == a.files + 1);
+  CHECK(b.disk_bytes == a.disk_bytes + 800 * channels->record.samples);
+}

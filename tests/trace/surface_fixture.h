@@ -1,0 +1,78 @@
+// Scatterers on the surfaces of a small world.
+#pragma once
+
+#include <vector>
+
+#include "core/random.h"
+#include "core/units.h"
+#include "trace/surface_points.h"
+
+namespace ensonify::test {
+
+inline Sonar narrow_sonar(double range_max_m) {
+  Sonar sonar;
+  sonar.frequency_hz = 900e3;
+  sonar.bandwidth_hz = 29.9e3;
+  sonar.source_level_db = 220;
+  sonar.range_max_m = range_max_m;
+  sonar.beam_count = 90;
+  sonar.beam_spacing_rad = radians(1);
+  sonar.beam_width_rad = radians(1);
+  sonar.elevation_width_rad = radians(20);
+  sonar.elevation_fan_rad = radians(20);
+  sonar.rays_elevation = 20;
+  return sonar;
+}
+
+// Width of the Gaussian pulse at -3 dB, V3.
+inline constexpr double kResolution_m = 0.033;
+
+inline World world_of(std::vector<WorldObject> objects) {
+  World world;
+  for (WorldObject& object : objects) {
+    object.instance = static_cast<std::uint32_t>(world.objects.size() + 1);
+    Instance instance;
+    instance.id = static_cast<std::uint16_t>(object.instance);
+    instance.name = "object " + std::to_string(object.instance);
+    world.instances.push_back(instance);
+    world.objects.push_back(std::move(object));
+  }
+  return world;
+}
+
+inline Material diffuse(double reflectivity = 1e-3) {
+  Material material;
+  material.reflectivity = reflectivity;
+  return material;
+}
+
+// Pings of a sonar among objects at rest.
+struct SurfaceScene {
+  World world;
+  Sonar sonar;
+  std::vector<Pose> poses;
+  Water water{1500, 0};
+  Tracer tracer{world};
+  SurfaceScattering scattering = make_surface_scattering(sonar, water, world);
+  std::vector<Pose> objects = objects_of(world);
+  SurfaceTiles tiles = tiles_of(*this, 2);
+
+  static std::vector<Pose> objects_of(const World& world) {
+    std::vector<Pose> all;
+    for (const WorldObject& object : world.objects) all.push_back(object.pose);
+    return all;
+  }
+  static SurfaceTiles tiles_of(const SurfaceScene& scene, int threads) {
+    const auto seen_by = [&](std::size_t object) {
+      std::vector<Pose> all;
+      for (const Pose& pose : scene.poses) all.push_back(pose_in(scene.objects[object], pose));
+      return all;
+    };
+    return surface_tiles(scene.world, {scene.sonar, kResolution_m, seen_by}, Workers(threads));
+  }
+  ScattererList at(const Pose& pose, std::uint64_t key = 1, int threads = 2) const {
+    return surface_point_list(tiles, tracer, objects, pose, scattering, key, Workers(threads));
+  }
+};
+
+}  // namespace ensonify::test
