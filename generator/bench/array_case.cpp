@@ -182,8 +182,8 @@ void time_array_stages(const Bench& bench, const ScattererList& list, CaseReport
         element_spectra(*plan, kernels, task, echoes, EchoAmplitude::drawn, records, one, spectra);
       }));
   add("near_beams", median_ms(seconds, [&] {
-        make_fine_records(*plan, spectra, records, one, fine);
-        direct_beams(*plan, kernels, fine, 0, near, one, series.data());
+        make_fine_records(*plan, spectra, near, records, one, fine);
+        direct_beams(*plan, kernels, fine, near, one, series.data());
       }));
   if (!nodes) return;
   add("mixing", median_ms(seconds, [&] {

@@ -19,6 +19,11 @@ struct Block {
   int group;
 };
 
+// Floats of one plane; vectors of the last block may reach past its samples.
+std::int64_t fine_stride(const ArrayPlan& plan, int samples) {
+  return (samples + 2 * plan.taps.pad + 15) / 16 * 16 + 64;
+}
+
 // How far the focus is from the nearest element at least.
 double clearance_m(const ArrayPlan& plan, int sample) {
   const Sonar& sonar = plan.setup.sonar;
@@ -29,7 +34,7 @@ double clearance_m(const ArrayPlan& plan, int sample) {
 }
 
 // The largest groups that the focus allows.
-std::vector<Block> blocks_of(const ArrayPlan& plan, int begin, int end) {
+std::vector<Block> blocks_of(const ArrayPlan& plan, int end) {
   std::vector<Block> blocks;
   const bool focused = plan.setup.sonar.array->focus == Focus::dynamic;
   const auto group_at = [&](int n) {
@@ -38,7 +43,7 @@ std::vector<Block> blocks_of(const ArrayPlan& plan, int begin, int end) {
     while (focused && group > 1 && clear_m < expansion_clearance_m(plan.setup, group)) group /= 2;
     return group;
   };
-  for (int n = begin; n < end;) {
+  for (int n = 0; n < end;) {
     const int group = group_at(n);
     const int count = std::min(group == kGroupElements ? kBeamBlock : 16, end - n);
     blocks.push_back({n, count, (count + 15) / 16 * 16, group});
@@ -65,14 +70,12 @@ void fill_focus(const ArrayPlan& plan, const Block& block, double u, FocusPoints
 void fill_element(const ArrayPlan& plan, const FineRecords& fine, const Block& block, int beam,
                   int element, bool focused, BeamElement& e) {
   const std::size_t at = std::size_t(beam) * plan.elements() + element;
-  const std::int64_t stride = plan.fine_stride();
-  const float* record = fine.data() + std::int64_t{element} * 4 * stride;
-  for (int m = 0; m < kBeamTaps; ++m) {
-    const int half = 2 * (block.first + plan.taps.pad) + plan.taps.begin[at] + m;
-    e.re[m] = record + (half & 1) * stride + (half >> 1);
-    e.im[m] = e.re[m] + 2 * stride;
-    e.tap[m] = plan.taps.tap[at * kBeamTaps + m];
-  }
+  const float* record = fine.planes.data() + std::int64_t{element} * 4 * fine.stride;
+  const int half = 2 * (block.first + plan.taps.pad) + plan.taps.begin[at];
+  e.even = record + (half & 1) * fine.stride + (half >> 1);
+  e.odd = record + (~half & 1) * fine.stride + ((half + 1) >> 1);
+  e.to_im = 2 * fine.stride;
+  e.tap = plan.taps.tap.data() + at * kBeamTaps;
   const double weight = plan.geometry.weight[element];
   Complex turned = weight;
   if (!focused) {
@@ -113,11 +116,11 @@ void one_beam(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& 
 
 }  // namespace
 
-void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<Complex>& spectra,
+void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<Complex>& spectra, int samples,
                        Pool<RecordScratch>& pool, const Workers& workers, FineRecords& fine) {
-  const std::int64_t stride = plan.fine_stride();
-  const int bins = plan.bins(), half = bins / 2;
-  fine.need(4 * stride * plan.elements());
+  fine.stride = fine_stride(plan, samples);
+  const int bins = plan.bins(), half = bins / 2, pad = plan.taps.pad;
+  fine.planes.need(4 * fine.stride * plan.elements());
   workers.for_each(plan.elements(), [&](std::size_t element) {
     auto scratch = pool.take();
     scratch->record.need(2 * bins);
@@ -129,21 +132,21 @@ void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<Complex>& spec
       record[bins + k] = spectrum[k] * plan.taps.correction[bins - k];
     }
     plan.fine_backward.run(record);
-    float* re = fine.data() + std::int64_t(element) * 4 * stride;
-    float* im = re + 2 * stride;
-    for (std::int64_t i = 0; i < stride; ++i) {
-      const std::int64_t n = ((i - plan.taps.pad) % bins + bins) % bins;
+    float* re = fine.planes.data() + std::int64_t(element) * 4 * fine.stride;
+    float* im = re + 2 * fine.stride;
+    int n = (bins - pad % bins) % bins;
+    for (std::int64_t i = 0; i < fine.stride; ++i, n = n + 1 < bins ? n + 1 : 0) {
       for (int phase = 0; phase < 2; ++phase) {
-        re[phase * stride + i] = static_cast<float>(record[2 * n + phase].real());
-        im[phase * stride + i] = static_cast<float>(record[2 * n + phase].imag());
+        re[phase * fine.stride + i] = static_cast<float>(record[2 * n + phase].real());
+        im[phase * fine.stride + i] = static_cast<float>(record[2 * n + phase].imag());
       }
     }
   });
 }
 
-void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine, int begin,
-                  int end, const Workers& workers, std::complex<float>* series) {
-  const std::vector<Block> blocks = blocks_of(plan, begin, end);
+void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
+                  int samples, const Workers& workers, std::complex<float>* series) {
+  const std::vector<Block> blocks = blocks_of(plan, samples);
   const int slabs = (plan.beams() + kBeamsAtOnce - 1) / kBeamsAtOnce;
   workers.for_each(blocks.size() * slabs, [&](std::size_t item) {
     const Block& block = blocks[item / slabs];
@@ -156,8 +159,8 @@ void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecor
   });
 }
 
-std::uint64_t fine_bytes(const ArrayPlan& plan) {
-  return 4 * std::uint64_t(plan.fine_stride()) * plan.elements() * sizeof(float);
+std::uint64_t fine_bytes(const ArrayPlan& plan, int samples) {
+  return 4 * std::uint64_t(fine_stride(plan, samples)) * plan.elements() * sizeof(float);
 }
 
 }  // namespace ensonify

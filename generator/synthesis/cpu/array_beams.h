@@ -13,16 +13,20 @@
 
 namespace ensonify {
 
-// [elements][re, im][even, odd half samples][fine_stride]
-using FineRecords = AlignedBuffer<float>;
+struct FineRecords {
+  AlignedBuffer<float> planes;  // [elements][re, im][even, odd half samples][stride]
+  std::int64_t stride = 0;
+};
 
+// Of samples [0, samples) and what beams need around them.
 void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<std::complex<double>>& spectra,
-                       Pool<RecordScratch>& pool, const Workers& workers, FineRecords& fine);
+                       int samples, Pool<RecordScratch>& pool, const Workers& workers,
+                       FineRecords& fine);
 
-// series [beams][samples], of samples [begin, end) only.
-void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine, int begin,
-                  int end, const Workers& workers, std::complex<float>* series);
+// series [beams][plan.samples()], of samples [0, samples) only.
+void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
+                  int samples, const Workers& workers, std::complex<float>* series);
 
-std::uint64_t fine_bytes(const ArrayPlan& plan);
+std::uint64_t fine_bytes(const ArrayPlan& plan, int samples);
 
 }  // namespace ensonify

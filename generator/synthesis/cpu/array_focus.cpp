@@ -10,11 +10,13 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kMostOrders = 4;
-constexpr int kTimeNodes = 4;  // of a cubic
+constexpr int kMostOrders = 5;
 constexpr double kShare =
-    0.15;                     // of the tolerance: what a beam hears may lie far under its elements
+    0.2;  // of the tolerance: what a beam hears may lie far under its elements
+constexpr int kMostTimeDegree = 5;
 constexpr int kShortest = 8;  // samples of a stretch
+// Samples from which on a stretch of lower degree in time is cheaper than a longer one of higher.
+constexpr int kLongEnough = 64;
 constexpr int kTapChoices[] = {6, 8, 10, 12, 14, 16, 20, 24, 28, 32};
 
 // Sums of `taps` neighbouring nodes that come closest to given values across the array.
@@ -127,7 +129,7 @@ class Focusing {
     }
   }
 
-  // out [orders][taps][kTimeNodes values or 1], at Chebyshev's places of a stretch.
+  // out [orders][taps]
   void place_coefficients(const NodeFit& fit, int beam, double sample, int orders,
                           std::vector<Complex>& out) const {
     const int taps = fit.taps();
@@ -206,8 +208,10 @@ double focus_turns(const ArrayPlan& plan, double sample) {
   return sonar.frequency_hz * focus_delay_s(end_m, 0, sample * c / (2 * sonar.bandwidth_hz), c);
 }
 
-// Coefficients at Chebyshev's places of the stretch, as polynomials of its time.
-void fill_beam(const Focusing& focusing, const NodeFit& fit, int beam, NodeStretch& stretch) {
+// Coefficients of a beam as Chebyshev polynomials of the stretch's time: [orders][taps][degree +
+// 1].
+std::vector<Complex> in_time(const Focusing& focusing, const NodeFit& fit, int beam,
+                             const NodeStretch& stretch) {
   const int terms = stretch.degree + 1, count = stretch.orders * stretch.taps;
   std::vector<Complex> at, sum(std::size_t(count) * terms);
   for (int i = 0; i < terms; ++i) {
@@ -220,19 +224,28 @@ void fill_beam(const Focusing& focusing, const NodeFit& fit, int beam, NodeStret
       for (int q = 0; q < count; ++q) sum[std::size_t(q) * terms + k] += w * at[q];
     }
   }
+  return sum;
+}
+
+// Chebyshev's polynomials as powers.
+void powers_of(const Complex* c, int degree, Complex* power) {
+  static constexpr double kPowers[kMostTimeDegree + 1][kMostTimeDegree + 1] = {
+      {1}, {0, 1}, {-1, 0, 2}, {0, -3, 0, 4}, {1, 0, -8, 0, 8}, {0, 5, 0, -20, 0, 16}};
+  for (int i = 0; i <= degree; ++i) {
+    power[i] = 0;
+    for (int k = i; k <= degree; ++k) power[i] += kPowers[k][i] * c[k];
+  }
+}
+
+void fill_beam(const Focusing& focusing, const NodeFit& fit, int beam, NodeStretch& stretch) {
+  const std::vector<Complex> sum = in_time(focusing, fit, beam, stretch);
+  const int terms = stretch.degree + 1;
   stretch.first[beam] = focusing.first_of(beam, stretch.taps);
-  float* out = stretch.coefficient.data() + std::size_t(beam) * count * terms * 2;
-  for (int q = 0; q < count; ++q) {
-    const Complex* c = sum.data() + std::size_t(q) * terms;
-    // Chebyshev's polynomials up to the third, as powers.
-    Complex power[kTimeNodes] = {c[0]};
-    if (terms == kTimeNodes) {
-      power[0] = c[0] - c[2];
-      power[1] = c[1] - 3.0 * c[3];
-      power[2] = 2.0 * c[2];
-      power[3] = 4.0 * c[3];
-    }
-    for (int k = terms - 1; k >= 0; --k) {
+  float* out = stretch.coefficient.data() + 2 * beam * sum.size();
+  for (std::size_t q = 0; q < sum.size(); q += terms) {
+    Complex power[kMostTimeDegree + 1];
+    powers_of(sum.data() + q, stretch.degree, power);
+    for (int k = stretch.degree; k >= 0; --k) {
       *out++ = static_cast<float>(power[k].real());
       *out++ = static_cast<float>(power[k].imag());
     }
@@ -266,13 +279,24 @@ void fill_stretch(const ArrayPlan& plan, const Focusing& focusing, const ArrayNo
   for (int j = (beams + 1) / 2; j < beams; ++j) mirror_beam(j, beams - 1 - j, stretch);
 }
 
+// How far towards the sonar polynomials of a degree in time hold.
+int begin_of_stretch(const ArrayPlan& plan, int end, int degree) {
+  // Through a phasor that turns by phi they are wrong by phi^(n + 1) / (2^(2 n + 1) (n + 1)!),
+  // n the degree; across the array the mean is a third of what it is at its ends.
+  const double error = 3 * kShare * plan.setup.tolerance;
+  const double per_turn = degree == 3 ? 3072 : 1474560;
+  const double at_once = std::pow(error * per_turn, 1.0 / (degree + 1)) / (2 * kPi);
+  const double turns = focus_turns(plan, std::max(end - 1, 1)) + at_once;
+  // Near the chirp grows as one over the sample.
+  int begin = end - 1;
+  while (begin > 16 && focus_turns(plan, begin - 1) < turns && end - begin < 4096) --begin;
+  return begin;
+}
+
 }  // namespace
 
 void choose_stretches(const ArrayPlan& plan, ArrayNodes& nodes) {
   const Focusing focusing(plan, nodes);
-  // A cubic through a phasor that turns by phi is wrong by phi^4 / 3072; across the array the
-  // mean is a third of what it is at its ends.
-  const double turns_at_once = std::pow(kShare * plan.setup.tolerance * 3072 * 3, 0.25) / (2 * kPi);
   int end = plan.samples();
   nodes.near_samples = end;
   nodes.orders = 1;
@@ -280,14 +304,13 @@ void choose_stretches(const ArrayPlan& plan, ArrayNodes& nodes) {
     NodeStretch stretch;
     stretch.end = end;
     stretch.begin = 0;
-    stretch.degree = focusing.dynamic() ? kTimeNodes - 1 : 0;
     if (focusing.dynamic()) {
-      const double turns = focus_turns(plan, std::max(end - 1, 1)) + turns_at_once;
-      // Near the chirp grows as one over the sample.
-      int begin = end - 1;
-      while (begin > 16 && focus_turns(plan, begin - 1) < turns && end - begin < 4096) --begin;
-      stretch.begin = begin;
-      if (end - begin < kShortest) break;
+      for (const int degree : {3, 5}) {
+        stretch.degree = degree;
+        stretch.begin = begin_of_stretch(plan, end, degree);
+        if (end - stretch.begin >= kLongEnough) break;
+      }
+      if (end - stretch.begin < kShortest) break;
     }
     if (!choose_size(plan, focusing, nodes, std::max(stretch.begin, 1), stretch)) break;
     fill_stretch(plan, focusing, nodes, stretch);

@@ -7,7 +7,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kBlock = 128;  // samples of all nodes that stay in a core's cache
+constexpr int kBlock = 64;  // samples of all nodes that stay in a core's cache
 constexpr int kBeamsAtOnce = 64;
 
 double* as_doubles(Complex* p) { return reinterpret_cast<double*>(p); }
@@ -92,7 +92,7 @@ void sum_piece(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& ke
   const NodeStretch& s = *piece.stretch;
   const std::int64_t stride = plane_stride(plan);
   alignas(64) float re[kBlock] = {}, im[kBlock] = {};
-  const int padded = (piece.count + 63) / 64 * 64;
+  const int padded = (piece.count + 15) / 16 * 16;
   const std::size_t size = std::size_t(s.taps) * (s.degree + 1) * 2;
   for (int order = 0; order < s.orders; ++order) {
     const float* from = records.planes.data() +

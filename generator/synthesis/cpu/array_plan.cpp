@@ -10,11 +10,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Kernel and its Taylor terms may take this much of the tolerance each.
-constexpr double kKernelShare = 0.3, kTaylorShare = 0.2;
+// What the kernel, its polynomials and its ends beside elements may take of the tolerance each.
+constexpr double kKernelShare = 0.3, kFitShare = 0.2, kLostShare = 0.2;
+constexpr double kFurthestReach = 1.8;
 // What the path's expansion may be wrong by, in turns of the carrier.
-constexpr double kPathTurns = 3e-7;
-constexpr int kLargestOrder = 4;
+constexpr double kPathTurns = 1e-6;
 
 double window(double z) {
   constexpr double kBeta = 2.30 * kBeamTaps;
@@ -61,44 +61,19 @@ BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geomet
   return taps;
 }
 
-// [degree + 1][lanes] of the spreading kernel, which has every coefficient twice.
-std::vector<float> single_coefficients(const SpreadKernel& spread, int lanes) {
-  const int pairs = spread.polynomial().chunks * 8;
-  std::vector<float> result(std::size_t(spread.degree + 1) * lanes);
-  for (int d = 0; d <= spread.degree; ++d) {
-    for (int l = 0; l < spread.width; ++l) {
-      result[std::size_t(d) * lanes + l] = spread.coefficient[std::size_t(d) * pairs + 2 * l];
-    }
-  }
-  return result;
-}
-
-// The first Taylor term left out of the kernel, at its worst, for shifts of e half grid points.
-double left_out(const SpreadKernel& spread, int order, double e) {
-  // The kernel is close to exp(-beta z^2 / 2): its derivatives are bounded by Hermite's.
-  const double scale = e / spread.width * std::sqrt(spread.beta);
-  constexpr double kHermite[] = {1, 0.61, 1, 1.4, 3, 6, 15};
-  double factorial = 1;
-  for (int k = 2; k <= order + 1; ++k) factorial *= k;
-  return std::pow(scale, order + 1) * kHermite[order + 1] / factorial;
-}
-
-// Chooses group and order; 0 where none serves.
-void choose_group(const SynthesisSetup& setup, ArrayPlan& plan) {
+// The largest group whose elements hear an echo so little apart that one kernel's place serves all;
+// 0 where none does.
+int choose_group(const SynthesisSetup& setup, const SpreadKernel& spread, double points_per_s,
+                 double& reach) {
+  // In halves of a grid point, as the kernel's offset.
   const double per_element =
-      2 * plan.points_per_s() * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
+      2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
   for (const int size : {16, 8, 4, 2, 1}) {
-    const double e = per_element * (size - 1) / 2.0;
-    for (int order = 1; order <= kLargestOrder; ++order) {
-      // Shifts are spread evenly about zero, and echoes about broadside: their rms is far less.
-      if (left_out(plan.spread, order, 0.7 * e) > kTaylorShare * setup.tolerance * (order + 3)) {
-        continue;
-      }
-      plan.group_elements = size;
-      plan.kernel.order = order;
-      return;
-    }
+    reach = 1 + per_element * (size - 1) / 2.0;
+    const double lost = lost_beyond(spread, reach) * spread.rounding_gain;
+    if (reach <= kFurthestReach && lost <= kLostShare * setup.tolerance) return size;
   }
+  return 0;
 }
 
 }  // namespace
@@ -111,15 +86,16 @@ double expansion_clearance_m(const SynthesisSetup& setup, int group_elements) {
   return std::max(nearest, 3 * half);
 }
 
-ArrayGroup ArrayPlan::group(int first_element, int count) const {
-  ArrayGroup group;
-  group.count = count;
-  group.first_element = -(count - 1) / 2.0;
-  for (int l = 0; l < count; ++l) {
-    group.response_re[l] = static_cast<float>(geometry.response[first_element + l].real());
-    group.response_im[l] = static_cast<float>(geometry.response[first_element + l].imag());
+double group_kernel_at(const GroupKernel& kernel, int tap, double offset) {
+  const int pair = std::min(tap, kernel.width - 1 - tap);
+  const float* c = kernel.coefficient + std::ptrdiff_t(pair) * kernel.terms * 2;
+  const double x = offset * kernel.per_reach;
+  double even = 0, odd = 0;
+  for (int i = 0; i < kernel.terms; ++i) {
+    even = even * x * x + c[2 * i];
+    odd = odd * x * x + c[2 * i + 1];
   }
-  return group;
+  return tap == pair ? even + odd * x : even - odd * x;
 }
 
 GroupLine ArrayPlan::line(int first_element, int count, double turns_per_m) const {
@@ -155,11 +131,13 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
                 .record_forward = ComplexFft(bins, FftDirection::forward),
                 .record_backward = ComplexFft(bins, FftDirection::backward),
                 .fine_backward = ComplexFft(2 * bins, FftDirection::backward)});
-  const int lanes = plan->spread.width <= 8 ? 8 : 16;
-  plan->coefficient = single_coefficients(plan->spread, lanes);
-  plan->kernel = {plan->coefficient.data(), plan->spread.degree, lanes, 0};
-  choose_group(setup, *plan);
+  double reach = 1;
+  plan->group_elements = choose_group(setup, plan->spread, plan->points_per_s(), reach);
   if (plan->group_elements == 0) return nullptr;
+  WidePolynomials wide = fit_wide(plan->spread, reach, kFitShare * setup.tolerance);
+  plan->coefficient = std::move(wide.coefficient);
+  plan->kernel = {plan->coefficient.data(), plan->spread.width, wide.terms,
+                  static_cast<float>(1 / reach)};
   plan->exact_range_m =
       std::abs(plan->geometry.y_m.front()) + expansion_clearance_m(setup, plan->group_elements);
   for (int k = -half; k < half; ++k) {

@@ -30,8 +30,8 @@ struct ArrayPlan {
   SynthesisSetup setup;
   ArrayGeometry geometry;
   SpreadKernel spread;
-  GroupKernel kernel;                        // of `coefficient`
-  std::vector<float> coefficient;            // [degree + 1][lanes]
+  GroupKernel kernel;  // of `coefficient`
+  std::vector<float> coefficient;
   int group_elements = 0;                    // that one group has
   double exact_range_m = 0;                  // nearer points are deposited one element at a time
   std::vector<std::complex<double>> filter;  // [M], k = 0 first: pulse, kernel undone
@@ -44,13 +44,13 @@ struct ArrayPlan {
   int bins() const { return setup.record.transform; }
   int groups() const { return (elements() + group_elements - 1) / group_elements; }
   double points_per_s() const { return setup.sonar.bandwidth_hz * spread.points / bins(); }
-  // Floats of one plane of an element's fine record: two phases of samples.
-  std::int64_t fine_stride() const { return (samples() + 2 * taps.pad + 15) / 16 * 16 + 64; }
 
-  ArrayGroup group(int first_element, int count) const;
   // `turns_per_m` with the sign that phases get.
   GroupLine line(int first_element, int count, double turns_per_m) const;
 };
+
+// The spreading kernel at a tap, by its polynomials.
+double group_kernel_at(const GroupKernel& kernel, int tap, double offset);
 
 // None where single precision or the expansion about groups cannot hold the tolerance.
 std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables);

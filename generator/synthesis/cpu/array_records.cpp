@@ -20,57 +20,61 @@ double wavelength_m(const ArrayPlan& plan) {
   return plan.setup.water.sound_speed_m_s / plan.setup.sonar.frequency_hz;
 }
 
-std::int64_t grid_stride(const ArrayPlan& plan) {
-  return (plan.spread.points + 2 * kHalo + 15) / 16 * 16;
+constexpr int kWidenedAtOnce = 4;  // elements
+
+std::size_t grid_floats(const ArrayPlan& plan) {
+  return std::size_t(plan.spread.points + 2 * kHalo) * 2 * kGroupElements;
 }
 
-// The grids of one group's elements.
-struct GroupGrids {
+// The grid of one group's elements, [halo + points + halo][re, im][kGroupElements].
+struct GroupGrid {
   int first, count;  // elements
-  ArrayGroup group;
   GroupLine line;
-  float* rows;
-  std::int64_t stride;
+  float* points;
   bool has_echoes = false;
 };
 
 // A point so near that its paths to the elements are no polynomial: one element at a time.
 void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& point, float re,
-                  float im, PathArrays& paths, GroupGrids& grids) {
-  for (int l = 0; l < grids.count; ++l) {
-    const ArrayGroup one = plan.group(grids.first + l, 1);
-    const GroupLine line = plan.line(grids.first + l, 1, grids.line.turns_per_m);
+                  float im, PathArrays& paths, GroupGrid& grid) {
+  const GroupKernel& kernel = plan.kernel;
+  for (int l = 0; l < grid.count; ++l) {
+    const GroupLine line = plan.line(grid.first + l, 1, grid.line.turns_per_m);
     kernels.array_paths(&line, &point, 1, &paths);
-    kernels.array_deposit(&one, &paths, &re, &im, 1, &plan.kernel,
-                          grids.rows + 2 * l * grids.stride, grids.stride);
+    const Complex value = Complex(re, im) * std::polar(1.0, paths.turns[0] * 0x1p-32 * 2 * kPi);
+    float* at = grid.points + std::size_t(paths.first[0] + kHalo) * 2 * kGroupElements + l;
+    for (int tap = 0; tap < kernel.width; ++tap, at += 2 * kGroupElements) {
+      const Complex part = value * group_kernel_at(kernel, tap, paths.offset[0]);
+      at[0] += static_cast<float>(part.real());
+      at[kGroupElements] += static_cast<float>(part.imag());
+    }
   }
 }
 
 // Values of near points are taken out of `re` and `im`, which are scratch.
 void deposit_chunk(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& points,
-                   float* re, float* im, int count, PathArrays& paths, GroupGrids& grids) {
+                   float* re, float* im, int count, PathArrays& paths, GroupGrid& grid) {
   for (int i = 0; i < count; ++i) {
     if (points.range_m[i] >= plan.exact_range_m) continue;
     const PointArrays near = {points.range_m + i, points.along_m + i, points.turns + i,
                               points.position + i};
-    deposit_near(plan, kernels, near, re[i], im[i], paths, grids);
+    deposit_near(plan, kernels, near, re[i], im[i], paths, grid);
     re[i] = im[i] = 0;
   }
-  kernels.array_paths(&grids.line, &points, count, &paths);
-  kernels.array_deposit(&grids.group, &paths, re, im, count, &plan.kernel, grids.rows,
-                        grids.stride);
-  grids.has_echoes = true;
+  kernels.array_paths(&grid.line, &points, count, &paths);
+  kernels.array_deposit(grid.line.first_element, &paths, re, im, count, &plan.kernel, grid.points);
+  grid.has_echoes = true;
 }
 
 void deposit_scatterers(const ArrayPlan& plan, const Kernels& kernels, const ArrayEchoes& echoes,
-                        PointChunk& chunk, GroupGrids& grids) {
+                        PointChunk& chunk, GroupGrid& grid) {
   for (std::size_t first = 0; first < echoes.count; first += kPointChunk) {
     const int count = static_cast<int>(std::min<std::size_t>(kPointChunk, echoes.count - first));
     std::copy_n(echoes.re.data() + first, count, chunk.re);
     std::copy_n(echoes.im.data() + first, count, chunk.im);
     const PointArrays points = {echoes.range_m.data() + first, echoes.along_m.data() + first,
                                 echoes.turns.data() + first, echoes.position.data() + first};
-    deposit_chunk(plan, kernels, points, chunk.re, chunk.im, count, chunk.paths, grids);
+    deposit_chunk(plan, kernels, points, chunk.re, chunk.im, count, chunk.paths, grid);
   }
 }
 
@@ -105,13 +109,13 @@ int gather_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask& 
 }
 
 void deposit_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
-                   PointChunk& chunk, GroupGrids& grids) {
+                   PointChunk& chunk, GroupGrid& grid) {
   for (int beam = 0; beam < plan.beams(); ++beam) {
     for (int n = 0; n < plan.samples(); n += kPointChunk) {
       const int size = std::min(kPointChunk, plan.samples() - n);
       const int count = gather_cells(plan, kernels, task, beam, n, size, chunk);
       if (count == 0) continue;
-      deposit_chunk(plan, kernels, chunk.arrays(), chunk.re, chunk.im, count, chunk.paths, grids);
+      deposit_chunk(plan, kernels, chunk.arrays(), chunk.re, chunk.im, count, chunk.paths, grid);
     }
   }
 }
@@ -138,21 +142,33 @@ void add_noise(const ArrayPlan& plan, const Kernels& kernels, const PingTask& ta
   for (int k = 0; k < plan.bins(); ++k) spectrum[k] += scratch.record[k];
 }
 
-void transform_element(const ArrayPlan& plan, const Kernels& kernels, const GroupGrids& grids,
-                       int l, RecordScratch& scratch, Complex* spectrum) {
+// spectra: [count][bins].
+void transform_group(const ArrayPlan& plan, const Kernels& kernels, const GroupGrid& grid,
+                     RecordScratch& scratch, Complex* spectra) {
   const int bins = plan.bins(), half = bins / 2, points = plan.spread.points;
-  if (!grids.has_echoes) {
-    std::fill_n(spectrum, bins, Complex(0));
+  if (!grid.has_echoes) {
+    std::fill_n(spectra, std::size_t(grid.count) * bins, Complex(0));
     return;
   }
-  scratch.spectrum.need(points);
-  double* grid = as_doubles(scratch.spectrum.data());
-  const float* row = grids.rows + 2 * l * grids.stride;
-  kernels.widen_planes(row, row + grids.stride, points, kHalo, grid);
-  plan.grid_forward.run(scratch.spectrum.data());
-  kernels.multiply(grid, as_doubles(plan.filter.data()), half, as_doubles(spectrum));
-  kernels.multiply(grid + 2 * (points - half), as_doubles(plan.filter.data() + half), half,
-                   as_doubles(spectrum + half));
+  scratch.spectrum.need(std::size_t(kWidenedAtOnce) * points);
+  for (int l = 0; l < grid.count; ++l) {
+    const int at_once = l % kWidenedAtOnce;
+    if (at_once == 0) {
+      kernels.widen_elements(grid.points, points, kHalo, l,
+                             std::min(kWidenedAtOnce, grid.count - l),
+                             as_doubles(scratch.spectrum.data()));
+    }
+    Complex* record = scratch.spectrum.data() + std::size_t(at_once) * points;
+    Complex* spectrum = spectra + std::size_t(l) * bins;
+    const double* filter = as_doubles(plan.filter.data());
+    plan.grid_forward.run(record);
+    kernels.multiply(as_doubles(record), filter, half, as_doubles(spectrum));
+    kernels.multiply(as_doubles(record + points - half), filter + 2 * half, half,
+                     as_doubles(spectrum + half));
+    const Complex response = plan.geometry.response[grid.first + l];
+    if (response == 1.0) continue;
+    for (int k = 0; k < bins; ++k) spectrum[k] *= response;
+  }
 }
 
 void gather_chunk(const ArrayPlan& plan, std::span<const Scatterer> items, double* range_m,
@@ -213,7 +229,6 @@ void gather_echoes(const ArrayPlan& plan, const Kernels& kernels, const PingTask
 void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
                      const ArrayEchoes& echoes, EchoAmplitude amplitude, Pool<RecordScratch>& pool,
                      const Workers& workers, AlignedBuffer<Complex>& spectra) {
-  const std::int64_t stride = grid_stride(plan);
   const bool drawn = amplitude == EchoAmplitude::drawn;
   const double turns_per_m = -plan.setup.sonar.frequency_hz / plan.setup.water.sound_speed_m_s;
   spectra.need(std::size_t(plan.elements()) * plan.bins());
@@ -221,23 +236,17 @@ void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTa
     auto scratch = pool.take();
     const int first = static_cast<int>(item) * plan.group_elements;
     const int count = std::min(plan.group_elements, plan.elements() - first);
-    const std::size_t floats = 2 * plan.group_elements * stride;
-    scratch->grid.need(floats);
-    std::memset(scratch->grid.data(), 0, floats * sizeof(float));
-    GroupGrids grids{first,
-                     count,
-                     plan.group(first, count),
-                     plan.line(first, count, turns_per_m),
-                     scratch->grid.data(),
-                     stride};
-    deposit_scatterers(plan, kernels, echoes, scratch->chunk, grids);
+    scratch->grid.need(grid_floats(plan));
+    std::memset(scratch->grid.data(), 0, grid_floats(plan) * sizeof(float));
+    GroupGrid grid{first, count, plan.line(first, count, turns_per_m), scratch->grid.data()};
+    deposit_scatterers(plan, kernels, echoes, scratch->chunk, grid);
     if (drawn && !task.volumes.empty()) {
-      deposit_cells(plan, kernels, task, scratch->chunk, grids);
+      deposit_cells(plan, kernels, task, scratch->chunk, grid);
     }
-    for (int l = 0; l < count; ++l) {
-      Complex* spectrum = spectra.data() + std::size_t(first + l) * plan.bins();
-      transform_element(plan, kernels, grids, l, *scratch, spectrum);
-      if (drawn) add_noise(plan, kernels, task, first + l, *scratch, spectrum);
+    Complex* of_group = spectra.data() + std::size_t(first) * plan.bins();
+    transform_group(plan, kernels, grid, *scratch, of_group);
+    for (int l = 0; drawn && l < count; ++l) {
+      add_noise(plan, kernels, task, first + l, *scratch, of_group + std::size_t(l) * plan.bins());
     }
   });
 }
@@ -257,8 +266,9 @@ void element_series(const ArrayPlan& plan, const AlignedBuffer<Complex>& spectra
 }
 
 std::uint64_t record_scratch_bytes(const ArrayPlan& plan) {
-  return 2 * plan.group_elements * grid_stride(plan) * sizeof(float) +
-         (plan.spread.points + 2 * std::uint64_t(plan.bins())) * sizeof(Complex) +
+  return grid_floats(plan) * sizeof(float) +
+         (kWidenedAtOnce * std::uint64_t(plan.spread.points) + 2 * std::uint64_t(plan.bins())) *
+             sizeof(Complex) +
          sizeof(PointChunk);
 }
 

@@ -33,6 +33,7 @@ class ArraySynthesis final : public PingSynthesis {
 
  private:
   std::size_t cells() const { return std::size_t(plan_->beams()) * plan_->samples(); }
+  int near_samples() const { return nodes_ ? nodes_->near_samples : plan_->samples(); }
   void spectra(const PingTask& task, EchoAmplitude amplitude, PingScratch& scratch,
                const Workers& workers) const;
   void beams(PingScratch& scratch, std::complex<float>* series, const Workers& workers) const;
@@ -53,7 +54,7 @@ SynthesisMemory ArraySynthesis::memory(bool) const {
   SynthesisMemory memory = power_->memory();
   memory.shared_bytes += plan_->taps.tap.size() * (sizeof(float) + sizeof(std::int32_t) / 8.0);
   memory.ping_bytes += std::uint64_t(plan_->elements()) * plan_->bins() * sizeof(Complex) +
-                       fine_bytes(*plan_) + cells() * sizeof(std::complex<float>);
+                       fine_bytes(*plan_, near_samples()) + cells() * sizeof(std::complex<float>);
   if (nodes_) {
     memory.shared_bytes += node_table_bytes(*nodes_);
     memory.ping_bytes += node_ping_bytes(*plan_, *nodes_);
@@ -73,10 +74,9 @@ void ArraySynthesis::spectra(const PingTask& task, EchoAmplitude amplitude, Ping
 
 void ArraySynthesis::beams(PingScratch& scratch, std::complex<float>* series,
                            const Workers& workers) const {
-  const int near = nodes_ ? nodes_->near_samples : plan_->samples();
-  if (near > 0) {
-    make_fine_records(*plan_, scratch.spectra, record_pool_, workers, scratch.fine);
-    direct_beams(*plan_, kernels_, scratch.fine, 0, near, workers, series);
+  if (const int near = near_samples(); near > 0) {
+    make_fine_records(*plan_, scratch.spectra, near, record_pool_, workers, scratch.fine);
+    direct_beams(*plan_, kernels_, scratch.fine, near, workers, series);
   }
   if (!nodes_) return;
   node_beams(*plan_, *nodes_, kernels_, scratch.spectra, steer_pool_, workers, scratch.nodes,

@@ -73,13 +73,14 @@ struct Kernels {
   // Arrays of elements: where a group of them hears up to kPointChunk points.
   void (*array_paths)(const GroupLine* line, const PointArrays* points, int count,
                       PathArrays* paths);
-  // Echoes of a chunk onto the grids of a group's elements, (re, im) times its response each. A
-  // row is two planes, `stride` apart, of points and two halos.
-  void (*array_deposit)(const ArrayGroup* group, const PathArrays* paths, const float* re,
-                        const float* im, int count, const GroupKernel* kernel, float* rows,
-                        std::int64_t stride);
-  // Planes with halos to complex doubles without.
-  void (*widen_planes)(const float* re, const float* im, int points, int halo, double* out);
+  // Echoes of a chunk onto the grid of a group's elements, [halo + points + halo][re, im]
+  // [kGroupElements]; all elements are written, the group's own are right.
+  void (*array_deposit)(double first_element, const PathArrays* paths, const float* re,
+                        const float* im, int count, const GroupKernel* kernel, float* grid);
+  // Elements [first, first + count) of such a grid, at most 4, to complex doubles without halos:
+  // [count][points].
+  void (*widen_elements)(const float* grid, int points, int halo, int first, int count,
+                         double* out);
   // (re, im) += weight e^(i phase) record for a group's elements and a block of samples, a multiple
   // of 16; without paths the weights are complex and hold the phase.
   void (*array_beam)(const BeamElement* elements, int count, double first_element,
@@ -88,7 +89,7 @@ struct Kernels {
   // [kSteerDegree + 1], constant term last, t twice for each bin.
   void (*array_steer)(const double* rows, std::int64_t stride, const double* weight,
                       const double* t, int bins, double* out);
-  // (re, im) += the sum, for a multiple of 64 samples.
+  // (re, im) += the sum, for a multiple of 16 samples.
   void (*array_nodes)(const NodeSum* sum, const float* t, int samples, float* re, float* im);
 };
 

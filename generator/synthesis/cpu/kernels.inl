@@ -27,10 +27,10 @@ inline void store(float* p, Vector v) { *reinterpret_cast<LooseVector*>(p) = v; 
 }  // namespace
 
 extern const Kernels kKernels;
-const Kernels kKernels = {draw_normals, apply_path,  place,         deposit,       add_scaled,
-                          widen,        narrow,      multiply,      multiply_add,  product,
-                          fold,         unfold,      combine,       store_complex, store_power,
-                          add_square,   array_paths, array_deposit, widen_planes,  array_beam,
+const Kernels kKernels = {draw_normals, apply_path,  place,         deposit,        add_scaled,
+                          widen,        narrow,      multiply,      multiply_add,   product,
+                          fold,         unfold,      combine,       store_complex,  store_power,
+                          add_square,   array_paths, array_deposit, widen_elements, array_beam,
                           array_steer,  array_nodes};
 
 }  // namespace ensonify::ENSONIFY_LEVEL

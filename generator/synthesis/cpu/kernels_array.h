@@ -42,17 +42,19 @@ struct PathArrays {
   float offset[kPointChunk], shift[2][kPointChunk];
 };
 
-// The spreading kernel and its Taylor terms up to `order`.
+// The spreading kernel as WidePolynomials of (offset + shift) / reach.
 struct GroupKernel {
-  const float* coefficient;  // [degree + 1][lanes], highest degree first
-  int degree, lanes, order;  // lanes: 8 or 16
+  const float* coefficient;  // [ceil(width / 2)][terms][even, odd]
+  int width, terms;          // terms: 3 .. 8
+  float per_reach;
 };
 
-// One element's record, oversampled, and what a beam does with it.
+// One element's record, twice as dense as its samples, and what a beam does with it.
 struct BeamElement {
-  const float* re[kBeamTaps];  // where the taps of the block's first sample lie
-  const float* im[kBeamTaps];
-  float tap[kBeamTaps];
+  const float* even;  // re where taps 0, 2, 4 .. of the block's first sample lie
+  const float* odd;   // and taps 1, 3, 5 ..
+  std::int64_t to_im;
+  const float* tap;  // [kBeamTaps]
   float weight_re, weight_im;
 };
 
@@ -65,16 +67,10 @@ constexpr int kSteerDegree = 4;
 // t = -1 .. 1 over the stretch, [taps][degree + 1][re, im], constant term last.
 struct NodeSum {
   const float* coefficient;
-  int taps, degree;
-  const float* re;  // of the first tap; the others follow at `stride`
+  int taps, degree;  // 0, 3 or 5
+  const float* re;   // of the first tap; the others follow at `stride`
   const float* im;
   std::int64_t stride;
-};
-
-struct ArrayGroup {
-  int count = 0;
-  double first_element = 0;
-  float response_re[kGroupElements] = {}, response_im[kGroupElements] = {};
 };
 
 }  // namespace ensonify

@@ -49,100 +49,99 @@ inline void turn_sine_cosine(float turns, float* sine, float* cosine) {
   sine_cosine(static_cast<std::int32_t>(whole), (quarters - whole) * 1.57079632679f, sine, cosine);
 }
 
-// What every element of a group makes of echo i, and by how much it hears it later.
-inline void element_values(const ArrayGroup* group, const PathArrays* paths, int i, float value_re,
-                           float value_im, float* __restrict re, float* __restrict im,
-                           float* __restrict shift) {
+// What every element of a group makes of echo i, and where it lies in the kernel's polynomials.
+inline void element_values(float first_element, const PathArrays* paths, int i, float value_re,
+                           float value_im, float per_reach, float* __restrict re,
+                           float* __restrict im, float* __restrict place) {
   const std::int32_t turns = paths->turns[i], slope = paths->slope[i];
   const float b0 = paths->bend[0][i], b1 = paths->bend[1][i], b2 = paths->bend[2][i];
-  const float s0 = paths->shift[0][i], s1 = paths->shift[1][i];
-  const float to_first = static_cast<float>(group->first_element);
+  const float s0 = paths->shift[0][i] * per_reach, s1 = paths->shift[1][i] * per_reach;
+  const float offset = paths->offset[i] * per_reach;
   for (int l = 0; l < kGroupElements; ++l) {
-    const float x = to_first + static_cast<float>(l);
+    const float x = first_element + static_cast<float>(l);
     const auto fixed = static_cast<std::int32_t>(static_cast<std::uint32_t>(turns) +
                                                  static_cast<std::uint32_t>(l) *
                                                      static_cast<std::uint32_t>(slope));
     const float phase = static_cast<float>(fixed) * 0x1p-32f + x * x * (b0 + x * (b1 + x * b2));
     float sine, cosine;
     turn_sine_cosine(phase, &sine, &cosine);
-    const float a = group->response_re[l] * value_re - group->response_im[l] * value_im;
-    const float b = group->response_re[l] * value_im + group->response_im[l] * value_re;
-    re[l] = a * cosine - b * sine;
-    im[l] = a * sine + b * cosine;
-    shift[l] = x * (s0 + x * s1);
+    re[l] = value_re * cosine - value_im * sine;
+    im[l] = value_re * sine + value_im * cosine;
+    place[l] = offset + x * (s0 + x * s1);
   }
 }
 
-template <int kVectors, int kOrder>
-inline void array_deposit_order(const ArrayGroup* group, const PathArrays* paths, const float* re,
-                                const float* im, int count, const GroupKernel* kernel, float* rows,
-                                std::int64_t stride) {
-  const auto at = [](const float* p, int v) {
-    return *reinterpret_cast<const SpreadVector*>(p + v * kSpreadLanes);
-  };
-  alignas(64) float value_re[kGroupElements], value_im[kGroupElements], shift[kGroupElements];
+inline void add_to(float* p, Vector v) { store(p, load(p) + v); }
+
+// A grid point's elements are neighbours: all that an echo touches is one stretch of memory, and
+// what follows touches the same vectors at the same addresses.
+template <int kTerms>
+inline void deposit_terms(double first_element, const PathArrays* paths, const float* re,
+                          const float* im, int count, const GroupKernel* kernel, float* grid) {
+  constexpr int kPoint = 2 * kGroupElements;
+  const auto to_first = static_cast<float>(first_element);
+  alignas(64) float value_re[kGroupElements], value_im[kGroupElements], place[kGroupElements];
   for (int i = 0; i < count; ++i) {
-    element_values(group, paths, i, re[i], im[i], value_re, value_im, shift);
-    const float t = paths->offset[i];
-    const float* c = kernel->coefficient;
-    // Horner's scheme for the value and its derivatives, over their factorials.
-    SpreadVector term[kOrder + 1][kVectors] = {};
-    for (int d = 0; d <= kernel->degree; ++d, c += kVectors * kSpreadLanes) {
+    if (re[i] == 0 && im[i] == 0) continue;
+    element_values(to_first, paths, i, re[i], im[i], kernel->per_reach, value_re, value_im, place);
+    float* begin = grid + static_cast<std::int64_t>(paths->first[i] + kHalo) * kPoint;
+    for (int v = 0; v < kGroupElements; v += kLanes) {
+      const Vector x = load(place + v), square = x * x;
+      const Vector a = load(value_re + v), b = load(value_im + v);
+      const float* c = kernel->coefficient;
+      float* front = begin + v;
+      float* back = front + (kernel->width - 1) * kPoint;
+      for (; front <= back; front += kPoint, back -= kPoint, c += 2 * kTerms) {
+        Vector even = Vector{} + c[0], odd = Vector{} + c[1];
 #pragma GCC unroll 8
-      for (int o = kOrder; o > 0; --o) {
-#pragma GCC unroll 8
-        for (int v = 0; v < kVectors; ++v) term[o][v] = term[o][v] * t + term[o - 1][v];
-      }
-#pragma GCC unroll 8
-      for (int v = 0; v < kVectors; ++v) term[0][v] = term[0][v] * t + at(c, v);
-    }
-    float* row = rows + paths->first[i] + kHalo;
-    for (int l = 0; l < group->count; ++l, row += 2 * stride) {
-      const float e = shift[l];
-#pragma GCC unroll 8
-      for (int v = 0; v < kVectors; ++v) {
-        SpreadVector sum = term[kOrder][v];
-#pragma GCC unroll 8
-        for (int o = kOrder - 1; o >= 0; --o) sum = sum * e + term[o][v];
-        float* p = row + v * kSpreadLanes;
-        *reinterpret_cast<SpreadVector*>(p) = at(p, 0) + value_re[l] * sum;
-        p += stride;
-        *reinterpret_cast<SpreadVector*>(p) = at(p, 0) + value_im[l] * sum;
+        for (int k = 1; k < kTerms; ++k) {
+          even = even * square + c[2 * k];
+          odd = odd * square + c[2 * k + 1];
+        }
+        const Vector w = even + odd * x;
+        add_to(front, a * w);
+        add_to(front + kGroupElements, b * w);
+        if (front == back) break;
+        const Vector z = even - odd * x;
+        add_to(back, a * z);
+        add_to(back + kGroupElements, b * z);
       }
     }
   }
 }
 
-template <int kVectors>
-inline void array_deposit_wide(const ArrayGroup* group, const PathArrays* paths, const float* re,
-                               const float* im, int count, const GroupKernel* kernel, float* rows,
-                               std::int64_t stride) {
-  const auto run = kernel->order <= 1   ? array_deposit_order<kVectors, 1>
-                   : kernel->order == 2 ? array_deposit_order<kVectors, 2>
-                   : kernel->order == 3 ? array_deposit_order<kVectors, 3>
-                                        : array_deposit_order<kVectors, 4>;
-  run(group, paths, re, im, count, kernel, rows, stride);
+void array_deposit(double first_element, const PathArrays* paths, const float* re, const float* im,
+                   int count, const GroupKernel* kernel, float* grid) {
+  const auto run = kernel->terms <= 3   ? deposit_terms<3>
+                   : kernel->terms == 4 ? deposit_terms<4>
+                   : kernel->terms == 5 ? deposit_terms<5>
+                   : kernel->terms == 6 ? deposit_terms<6>
+                   : kernel->terms == 7 ? deposit_terms<7>
+                                        : deposit_terms<8>;
+  run(first_element, paths, re, im, count, kernel, grid);
 }
 
-void array_deposit(const ArrayGroup* group, const PathArrays* paths, const float* re,
-                   const float* im, int count, const GroupKernel* kernel, float* rows,
-                   std::int64_t stride) {
-  const auto run = kernel->lanes == 8 ? array_deposit_wide<8 / kSpreadLanes>
-                                      : array_deposit_wide<16 / kSpreadLanes>;
-  run(group, paths, re, im, count, kernel, rows, stride);
-}
-
-void widen_planes(const float* __restrict re, const float* __restrict im, int points, int halo,
-                  double* __restrict out) {
+void widen_elements(const float* __restrict grid, int points, int halo, int first, int count,
+                    double* __restrict out) {
+  constexpr int kPoint = 2 * kGroupElements;
+  const float* inner = grid + halo * kPoint + first;
   for (int i = 0; i < points; ++i) {
-    out[2 * i] = static_cast<double>(re[halo + i]);
-    out[2 * i + 1] = static_cast<double>(im[halo + i]);
+    for (int l = 0; l < count; ++l) {
+      double* to = out + 2 * (static_cast<std::int64_t>(l) * points + i);
+      to[0] = static_cast<double>(inner[i * kPoint + l]);
+      to[1] = static_cast<double>(inner[i * kPoint + kGroupElements + l]);
+    }
   }
-  for (int i = 0; i < halo; ++i) {
-    out[2 * (points - halo + i)] += static_cast<double>(re[i]);
-    out[2 * (points - halo + i) + 1] += static_cast<double>(im[i]);
-    out[2 * i] += static_cast<double>(re[halo + points + i]);
-    out[2 * i + 1] += static_cast<double>(im[halo + points + i]);
+  for (int l = 0; l < count; ++l) {
+    double* to = out + 2 * static_cast<std::int64_t>(l) * points;
+    for (int i = -halo; i < 0; ++i) {
+      to[2 * (points + i)] += static_cast<double>(inner[i * kPoint + l]);
+      to[2 * (points + i) + 1] += static_cast<double>(inner[i * kPoint + kGroupElements + l]);
+    }
+    for (int i = points; i < points + halo; ++i) {
+      to[2 * (i - points)] += static_cast<double>(inner[i * kPoint + l]);
+      to[2 * (i - points) + 1] += static_cast<double>(inner[i * kPoint + kGroupElements + l]);
+    }
   }
 }
 
@@ -151,10 +150,14 @@ inline void delayed_record(const BeamElement& e, int samples, float* __restrict 
                            float* __restrict im) {
   for (int t = 0; t < samples; t += kLanes) {
     Vector sum_re = {}, sum_im = {};
+    const float* even = e.even + t;
+    const float* odd = e.odd + t;
 #pragma GCC unroll 8
-    for (int k = 0; k < kBeamTaps; ++k) {
-      sum_re += e.tap[k] * load(e.re[k] + t);
-      sum_im += e.tap[k] * load(e.im[k] + t);
+    for (int k = 0; k < kBeamTaps / 2; ++k) {
+      sum_re += e.tap[2 * k] * load(even + k);
+      sum_im += e.tap[2 * k] * load(even + e.to_im + k);
+      sum_re += e.tap[2 * k + 1] * load(odd + k);
+      sum_im += e.tap[2 * k + 1] * load(odd + e.to_im + k);
     }
     store(re + t, sum_re);
     store(im + t, sum_im);
@@ -206,11 +209,12 @@ void array_steer(const double* __restrict rows, std::int64_t stride,
   }
 }
 
-// Whole vectors of samples, as many as registers hold beside the coefficients.
-template <int kDegree>
-inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
-  constexpr int kStep = ENSONIFY_VECTOR_BYTES == 64 ? 4 : 2;
-  for (int i = 0; i < samples; i += kStep * kLanes) {
+// Whole vectors of samples [begin, end), kStep at once.
+template <int kDegree, int kStep>
+inline int nodes_in_steps(const NodeSum* sum, const float* t, int begin, int end, float* re,
+                          float* im) {
+  int i = begin;
+  for (; i + kStep * kLanes <= end; i += kStep * kLanes) {
     Vector sum_re[kStep], sum_im[kStep], x[kStep];
     for (int v = 0; v < kStep; ++v) {
       sum_re[v] = load(re + i + v * kLanes);
@@ -224,7 +228,7 @@ inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, flo
 #pragma GCC unroll 4
       for (int v = 0; v < kStep; ++v) {
         Vector a = Vector{} + c[0], b = Vector{} + c[1];
-#pragma GCC unroll 4
+#pragma GCC unroll 8
         for (int d = 1; d <= kDegree; ++d) {
           a = a * x[v] + c[2 * d];
           b = b * x[v] + c[2 * d + 1];
@@ -243,9 +247,20 @@ inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, flo
       store(im + i + v * kLanes, sum_im[v]);
     }
   }
+  return i;
+}
+
+// As many at once as registers hold beside the coefficients.
+template <int kDegree>
+inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
+  constexpr int kStep = ENSONIFY_VECTOR_BYTES == 64 ? 4 : 2;
+  const int done = nodes_in_steps<kDegree, kStep>(sum, t, 0, samples, re, im);
+  nodes_in_steps<kDegree, 1>(sum, t, done, samples, re, im);
 }
 
 void array_nodes(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
-  const auto run = sum->degree == 0 ? nodes_of_degree<0> : nodes_of_degree<3>;
+  const auto run = sum->degree == 0   ? nodes_of_degree<0>
+                   : sum->degree == 3 ? nodes_of_degree<3>
+                                      : nodes_of_degree<5>;
   run(sum, t, samples, re, im);
 }

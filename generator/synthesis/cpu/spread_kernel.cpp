@@ -16,6 +16,7 @@ constexpr double kTailShare = 12;
 
 // What the kernel's polynomials may take of its tolerance.
 constexpr double kFitShare = 0.1;
+constexpr int kMostWideTerms = 8;  // that kernels are compiled for
 
 using Complex = std::complex<double>;
 
@@ -204,12 +205,12 @@ std::vector<int> grid_lengths(int highest) {
 }
 
 // Solves the Vandermonde-like fit of one point by interpolation at Chebyshev nodes: exact to the
-// kernel's own smoothness, in monomials of t in [-1, 1].
-std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree) {
+// kernel's own smoothness, in monomials of t / reach, t in [-reach, reach].
+std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree, double reach = 1) {
   const int count = degree + 1;
   std::vector<double> chebyshev(count);
   for (int i = 0; i < count; ++i) {
-    const double t = std::cos(kPi * (i + 0.5) / count);
+    const double t = reach * std::cos(kPi * (i + 0.5) / count);
     const double z = (2.0 * point + t + 1.0) / kernel.width - 1.0;
     for (int n = 0; n < count; ++n) {
       chebyshev[n] += window(kernel.beta, z) * std::cos(kPi * n * (i + 0.5) / count) *
@@ -230,6 +231,25 @@ std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree) {
     current = next;
   }
   return sum;
+}
+
+// The same for wide ones.
+double misfit(const SpreadKernel& kernel, const WidePolynomials& wide, double reach) {
+  double worst = 0;
+  const int pairs = (kernel.width + 1) / 2;
+  for (int l = 0; l < pairs; ++l) {
+    const float* c = wide.coefficient.data() + std::size_t(l) * wide.terms * 2;
+    for (double x = -1; x <= 1; x += 1.0 / 24) {
+      double even = 0, odd = 0;
+      for (int i = 0; i < wide.terms; ++i) {
+        even = even * x * x + c[2 * i];
+        odd = odd * x * x + c[2 * i + 1];
+      }
+      const double exact = window(kernel.beta, (2.0 * l + reach * x + 1.0) / kernel.width - 1.0);
+      worst = std::max(worst, std::abs(even + odd * x - exact));
+    }
+  }
+  return worst;
 }
 
 // The largest difference of the polynomials from the window.
@@ -306,6 +326,39 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
   }
   if (best.points != 0) finish(best, highest, tolerance);
   return best;
+}
+
+WidePolynomials fit_wide(const SpreadKernel& kernel, double reach, double tolerance) {
+  WidePolynomials wide;
+  const int pairs = (kernel.width + 1) / 2;
+  for (wide.terms = 3; wide.terms <= kMostWideTerms; ++wide.terms) {
+    wide.coefficient.assign(std::size_t(pairs) * wide.terms * 2, 0.0f);
+    for (int l = 0; l < pairs; ++l) {
+      const std::vector<double> monomial = fitted(kernel, l, 2 * wide.terms - 1, reach);
+      float* c = wide.coefficient.data() + std::size_t(l) * wide.terms * 2;
+      for (int i = 0; i < wide.terms; ++i) {
+        c[2 * (wide.terms - 1 - i)] = static_cast<float>(monomial[2 * i]);
+        c[2 * (wide.terms - 1 - i) + 1] = static_cast<float>(monomial[2 * i + 1]);
+      }
+    }
+    if (misfit(kernel, wide, reach) * kernel.rounding_gain <= tolerance) return wide;
+  }
+  --wide.terms;
+  return wide;
+}
+
+double lost_beyond(const SpreadKernel& kernel, double reach) {
+  constexpr int kSteps = 16;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const double offset = 2 * (i + 0.5) / kSteps - 1;
+      const double beside = (reach - 1) * (2 * (j + 0.5) / kSteps - 1);
+      const double beyond = std::abs(offset + beside) - 1;
+      if (beyond > 0) sum += std::pow(window(kernel.beta, 1 - beyond / kernel.width), 2);
+    }
+  }
+  return std::sqrt(sum) / kSteps;
 }
 
 }  // namespace ensonify

@@ -30,4 +30,16 @@ struct SpreadKernel {
 SpreadKernel choose_spread_kernel(const std::vector<std::complex<double>>& spectrum, int first,
                                   double tolerance, int widest = 14);
 
+// The same kernel's polynomials where they are asked up to `reach` instead of 1, so that echoes
+// that begin up to (reach - 1)/2 points beside `first` need no place of their own. They are in
+// x = offset / reach; of points l and width - 1 - l one is even + odd and one even - odd.
+struct WidePolynomials {
+  int terms = 0;                   // of even and of odd each: 1, x^2, x^4 ...; odd times x
+  std::vector<float> coefficient;  // [ceil(width / 2)][terms][even, odd], highest power first
+};
+WidePolynomials fit_wide(const SpreadKernel& kernel, double reach, double tolerance);
+
+// Rms of what such echoes lose, their kernel's end lying where the polynomials have no point.
+double lost_beyond(const SpreadKernel& kernel, double reach);
+
 }  // namespace ensonify
