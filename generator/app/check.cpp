@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/sequence_worlds.h"
 #include "app/starved_cells.h"
 
 namespace ensonify {
@@ -19,17 +20,18 @@ std::string bytes_text(std::uint64_t bytes) {
 }  // namespace
 
 Status check(const ScenarioOptions& options) {
-  Result<Scenario> scenario = load_scenario(options.scenario, options.overrides);
-  if (!scenario) return scenario.error();
-  Result<Session> session = prepare_session(std::move(*scenario), 0);
-  if (!session) return session.error();
+  const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
+  if (!worlds) return worlds.error();
+  const Session* session = &worlds->first();
   for (const std::string& warning : session->world.warnings) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const int threads = Workers().threads();
-  if (const auto starved = starved_warning(*session, Tracer(session->world), Workers(threads))) {
-    fmt::print(stderr, "warning: {}\n", *starved);
+  for (const auto& text : starved_warnings(*session, worlds->first_tracer(), Workers(threads))) {
+    fmt::print(stderr, "warning: {}\n", text);
   }
+  const Result<std::vector<SequenceInfo>> infos = worlds->all_infos({}, Workers(threads));
+  if (!infos) return infos.error();
   const Cost cost = estimate_cost(*session, threads);
   fmt::print("{}", to_yaml(session->scenario,
                            [](const std::filesystem::path& file) { return file.string(); }));

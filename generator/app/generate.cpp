@@ -88,26 +88,6 @@ Result<PingRange> sequences_of(const GenerateOptions& options, const Scenario& s
                            first, last, scenario.sequences - 1, scenario.sequences)};
 }
 
-// All of them, those that are not asked for included: the finishing step lists what is there.
-Result<std::vector<SequenceInfo>> infos_of(const SequenceWorlds& worlds,
-                                           const GenerateOptions& options, const Workers& workers) {
-  const std::uint32_t count = worlds.first().scenario.sequences;
-  std::vector<SequenceInfo> infos(count);
-  std::vector<Status> statuses(count);
-  workers.for_each(count, [&](std::size_t s) {
-    Result<SequenceInfo> info = worlds.info(static_cast<std::uint32_t>(s), options.pings);
-    if (info) {
-      infos[s] = std::move(*info);
-    } else {
-      statuses[s] = info.error();
-    }
-  });
-  for (const Status& status : statuses) {
-    if (!status) return status.error();
-  }
-  return infos;
-}
-
 // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
 Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
                        const GenerateOptions& options, const Workers& workers) {
@@ -135,10 +115,10 @@ Status generate(const GenerateOptions& options) {
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();
   const Workers workers(options.threads);
-  if (const auto starved = starved_warning(worlds->first(), worlds->first_tracer(), workers)) {
-    fmt::print(stderr, "warning: {}\n", *starved);
+  for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
+    fmt::print(stderr, "warning: {}\n", text);
   }
-  Result<std::vector<SequenceInfo>> infos = infos_of(*worlds, options, workers);
+  Result<std::vector<SequenceInfo>> infos = worlds->all_infos(options.pings, workers);
   if (!infos) return infos.error();
   Result<std::vector<Asset>> assets = hash_assets(scenario);
   if (!assets) return assets.error();

@@ -23,7 +23,9 @@ void add_bounced(const Moment& moment, const std::vector<Hit>& hits, const Worke
       bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
                       moment.scattering},
                      moment.fan, hits, workers);
-  if (!session.sonar.array) bounced = both_ways_as_one(std::move(bounced));
+  // What moves makes them two: an element's places in the water at their two arrivals differ.
+  const bool same = !session.sonar.array && !moves(session);
+  if (same) bounced = both_ways_as_one(std::move(bounced));
   more.insert(more.end(), bounced.begin(), bounced.end());
 }
 

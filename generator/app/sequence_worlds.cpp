@@ -35,7 +35,7 @@ Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
   Result<Scenario> scenario = worlds.scenario_of(0);
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario), 0);
-  if (!session) return session.error();
+  if (!session) return worlds.placed(session.error());
   worlds.first_ = ready(std::move(*session));
   return worlds;
 }
@@ -43,6 +43,10 @@ Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
 Result<Scenario> SequenceWorlds::scenario_of(std::uint32_t sequence) const {
   const std::filesystem::path& file = input_.scenario;
   return parse_scenario(text_, file.string(), file.parent_path(), input_.overrides, sequence);
+}
+
+Error SequenceWorlds::placed(const Error& error) const {
+  return with_place(error, text_, input_.scenario.string(), input_.overrides);
 }
 
 bool SequenceWorlds::vary() const { return varies_by_sequence(first().scenario); }
@@ -58,7 +62,26 @@ Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
   Result<Scenario> scenario = scenario_of(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   const Result<Session> session = prepare_without_world(std::move(*scenario), sequence);
-  return session ? of(*session) : of_sequence(sequence, session.error());
+  return session ? of(*session) : of_sequence(sequence, placed(session.error()));
+}
+
+Result<std::vector<SequenceInfo>> SequenceWorlds::all_infos(const std::optional<PingRange>& pings,
+                                                            const Workers& workers) const {
+  const std::uint32_t count = first().scenario.sequences;
+  std::vector<SequenceInfo> infos(count);
+  std::vector<Status> statuses(count);
+  workers.for_each(count, [&](std::size_t s) {
+    Result<SequenceInfo> info = this->info(static_cast<std::uint32_t>(s), pings);
+    if (info) {
+      infos[s] = std::move(*info);
+    } else {
+      statuses[s] = info.error();
+    }
+  });
+  for (const Status& status : statuses) {
+    if (!status) return status.error();
+  }
+  return infos;
 }
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
@@ -66,7 +89,7 @@ Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   Result<Scenario> scenario = scenario_of(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   Result<Session> session = prepare_session(std::move(*scenario), sequence);
-  if (!session) return of_sequence(sequence, session.error());
+  if (!session) return of_sequence(sequence, placed(session.error()));
   return ready(std::move(*session));
 }
 

@@ -2,7 +2,7 @@
 // something is.
 //
 //   ReadyWorld      a session and the tracer of its world
-//   SequenceWorlds  open, info, world
+//   SequenceWorlds  open, info, all_infos, world
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,11 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/session.h"
+#include "core/parallel.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -27,7 +29,7 @@ using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
 class SequenceWorlds {
  public:
   // Reads the scenario and builds the world of sequence 0. Errors: those of load_scenario and
-  // prepare_session.
+  // prepare_session, the latter with the place of the key in the file.
   static Result<SequenceWorlds> open(const ScenarioOptions& input);
 
   // Whether each sequence has a world of its own.
@@ -41,6 +43,10 @@ class SequenceWorlds {
   // May be called from several threads at once.
   Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
 
+  // Of all sequences. The error is that of the first that has one.
+  Result<std::vector<SequenceInfo>> all_infos(const std::optional<PingRange>& pings,
+                                              const Workers& workers) const;
+
   // Errors (usage): its world cannot be built. May be called from several threads at once.
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
@@ -49,6 +55,7 @@ class SequenceWorlds {
       : input_(std::move(input)), text_(std::move(text)) {}
 
   Result<Scenario> scenario_of(std::uint32_t sequence) const;
+  Error placed(const Error& error) const;
 
   ScenarioOptions input_;
   std::string text_;  // read once: whoever edits the file meanwhile does not change this run

@@ -38,19 +38,25 @@ void add_row(std::string& text, const std::string& name, const Timing& t, double
   text += line + "\n";
 }
 
+// 0: not measured.
+std::string error_text(double error) {
+  return error > 0 ? fmt::format(", error {:.1e}", error) : "";
+}
+
 std::string case_text(const CaseReport& c) {
   std::string text = fmt::format(
       "\n{}: {} beams x {} rays, {} scatterers, {} samples, transforms of {}\n"
       "  pings/s: {} ({} on one thread; {} with expected power); error {:.1e}, worst tenth of the "
       "record {:.1e}\n"
-      "  over direct     {:>6} x ({} pings/s, error {:.1e})\n"
-      "  over recurrence {:>6} x ({} pings/s, error {:.1e})\n"
+      "  over direct     {:>6} x ({} pings/s{})\n"
+      "  over recurrence {:>6} x ({} pings/s{})\n"
       "  {:<24} {:>9}  {:>8}\n",
       c.name, c.beams, c.rays_per_beam, c.scatterers, c.samples, c.transform, number(c.pings_per_s),
       number(c.pings_per_s_1_thread), number(c.clean_pings_per_s), c.error, c.worst_tenth_error,
-      number(c.pings_per_s / c.direct_pings_per_s), number(c.direct_pings_per_s), c.direct_error,
-      number(c.pings_per_s / c.recurrence_pings_per_s), number(c.recurrence_pings_per_s),
-      c.recurrence_error, "one thread", "ms", "slower");
+      number(c.pings_per_s / c.direct_pings_per_s), number(c.direct_pings_per_s),
+      error_text(c.direct_error), number(c.pings_per_s / c.recurrence_pings_per_s),
+      number(c.recurrence_pings_per_s), error_text(c.recurrence_error), "one thread", "ms",
+      "slower");
   for (const Timing& stage : c.stages) {
     add_row(text, stage.name, stage, 0);
     const auto beside = std::find_if(std::begin(kBeside), std::end(kBeside),

@@ -60,8 +60,10 @@ void set_array_model(const SequenceInfo& info, Json& model) {
   symbols["weight_n"] = "sonar.receiver.weight[n]";
   symbols["x_i"] =
       "q_i (cos el cos az, cos el sin az, sin el), az and el being scatterers azimuth_rad and "
-      "elevation_rad; q_i is the length of the received path: of path 0 the distance of scatterers "
-      "x, y, z from the sonar";
+      "elevation_rad; q_i is the length of the received path: the distance of scatterers x, y, z "
+      "from the sonar, for path > 0 that of their image in the mirrors of paths[path].back; with "
+      "water.profile their horizontal distance over the cosine of the arrival's elevation above "
+      "the horizontal";
   symbols["delta_ni"] = "(|x_i - (0, y_n, 0)| - |x_i|) / c";
   symbols["u_i"] = "cos el sin az";
   symbols.erase("u");

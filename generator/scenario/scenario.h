@@ -245,6 +245,12 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {},
                                std::uint32_t sequence = 0);
 
+// An error about a value that only shows once files, sizes and poses are put together, `key.path:
+// ...`, with the place of that key in the text before it, or of what stands around it there. As it
+// is where the text has nothing of the path, or an override gives it.
+Error with_place(const Error& error, const std::string& text, const std::string& label,
+                 const std::vector<Override>& overrides = {});
+
 // The text of a scenario file. Errors as above, of the file alone.
 Result<std::string> read_scenario_text(const std::filesystem::path& file);
 

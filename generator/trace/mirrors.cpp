@@ -175,6 +175,11 @@ Result<BouncePlan> make_bounce_plan(const Scenario& scenario) {
   BouncePlan plan;
   if (!scenario.multipath) return plan;
   add_mirrors(scenario, plan);
+  if (plan.mirrors.empty()) {
+    return Error{ErrorKind::usage,
+                 "multipath.objects: no object is a mirror, accepted is a plane or box of a "
+                 "kirchhoff material among the objects, or a surface or bottom"};
+  }
   if (add_legs(scenario, plan) &&
       add_paths(static_cast<std::size_t>(scenario.multipath->bounces), plan)) {
     return plan;

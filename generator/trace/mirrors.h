@@ -50,7 +50,8 @@ struct BouncePlan {
 };
 
 // Nothing where the scenario asks for no multipath. No leg has a mirror twice in a row, or two
-// faces of a body seen from outside. Error (usage): more than kMaxSoundPaths paths.
+// faces of a body seen from outside. Errors (usage): no mirror, or more than kMaxSoundPaths
+// paths.
 Result<BouncePlan> make_bounce_plan(const Scenario& scenario);
 
 // Turned as the world is; the sonar is the origin.

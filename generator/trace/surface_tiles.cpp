@@ -278,7 +278,8 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
 double leaf_area_m2(const SurfaceViews& views, double range_m) {
   const Sonar& sonar = views.sonar;
   const double high = range_m * std::min(sonar.elevation_width_rad, sonar.elevation_fan_rad);
-  return range_m * sonar.beam_width_rad * std::min(views.resolution_m, high) / kScatterersPerCell;
+  return range_m * sonar.beam_width_rad * std::min(views.resolution_m, high) /
+         std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell));
 }
 
 std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {

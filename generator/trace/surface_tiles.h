@@ -21,7 +21,8 @@
 
 namespace ensonify {
 
-// Scatterers in the smallest -3 dB cell of beam and pulse, at least.
+// Scatterers in the smallest -3 dB cell of beam and pulse, at least; more where
+// sonar.rays_per_cell is.
 inline constexpr double kScatterersPerCell = 20;
 
 // More leaves than this in one ping are refused.

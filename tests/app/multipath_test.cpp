@@ -1,6 +1,7 @@
 // Bounced echoes from a scenario to the files of a data set.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "app/layers.h"
@@ -92,11 +93,11 @@ TEST_CASE("ghosts are labelled as ghosts alone") {
   }
   CHECK(ghosts > 20);
   CHECK(less > 20);
-  // The ball's image stands 1.4 m above it. Over the surface both ways the ball is heard from 4.04 m
-  // on, where the ball itself is past.
+  // The ball's image stands 1.4 m above it. Over the surface both ways the ball is heard from 4.04
+  // m on, where the ball itself is past.
   const double way_m = std::hypot(4, 1.4) - 0.2;
-  const auto sample = static_cast<std::size_t>(
-      std::lround(way_m * 2 * run.session().sonar.bandwidth_hz / 1500));
+  const auto sample =
+      static_cast<std::size_t>(std::lround(way_m * 2 * run.session().sonar.bandwidth_hz / 1500));
   std::set<std::uint16_t> near;
   for (std::size_t n = sample + 1; n <= sample + 4; ++n) near.insert(image.multipath[n * 32 + 16]);
   CHECK(near.contains(2));
@@ -180,11 +181,43 @@ TEST_CASE("a sonar out of the water is an error") {
             .find("multipath.bottom.z_m: at ping 0") == 0);
 }
 
+// Protects the phase between both ways round: a sonar that moves meets them at two places.
+TEST_CASE("both ways round are one echo only where nothing moves") {
+  const std::string key = "motion_within_ping: true\n";
+  const auto pairs_of = [&](const std::string& scene, const std::string& more) {
+    const SceneRun run = SceneRun::of_text(scene + kSurface + kOutput + more);
+    std::map<std::uint64_t, int> by_key;
+    const PingResult ping = run.ping(0);
+    for (const Scatterer& s : ping.scatterers.items) {
+      if (s.path != 0 && s.standard_deviation > 0) ++by_key[s.key];
+    }
+    return std::ranges::count_if(by_key, [](const auto& both) { return both.second > 1; });
+  };
+  CHECK(pairs_of(kShallow, key) == 0);
+  std::string moving = kShallow;
+  const std::string still = "trajectory: {ping_rate_hz: 5, pings: 2}";
+  moving.replace(moving.find(still), still.size(),
+                 "trajectory: {poses: [{time_s: 0}, {time_s: 1, position_m: [1, 0, 0.2]}], "
+                 "ping_rate_hz: 5, pings: 2}");
+  CHECK(pairs_of(moving, "") == 0);
+  CHECK(pairs_of(moving, key) > 100);
+}
+
 // Protects what `check` announces: bounced echoes are scatterers like others.
 TEST_CASE("bounced echoes are counted before they are made") {
-  const SceneRun run = SceneRun::of_text(kShallow + kSurface + kOutput);
-  const EchoCounts echoes = count_echoes(run.session());
-  const std::size_t bounced = std::ranges::count_if(run.ping(0).scatterers.items,
-                                                    [](const Scatterer& s) { return s.path != 0; });
-  CHECK(echoes.coherent == bounced);
+  std::string array = kShallow;
+  const std::string beams = "  beams: ";
+  array.replace(array.find(beams), beams.size(), "  receiver: {mode: array}\n  beams: ");
+  const auto counted_and_made = [](const std::string& scene) {
+    const SceneRun run = SceneRun::of_text(scene + kSurface + kOutput);
+    const std::ptrdiff_t made = std::ranges::count_if(
+        run.ping(0).scatterers.items, [](const Scatterer& s) { return s.path != 0; });
+    return std::pair(count_echoes(run.session()).coherent, static_cast<std::uint64_t>(made));
+  };
+  const auto [counted, made] = counted_and_made(array);
+  CHECK(counted == made);
+  // Sectors make one of both ways round, after both were in memory.
+  const auto [apart, together] = counted_and_made(kShallow);
+  CHECK(apart == made);
+  CHECK(together < apart);
 }

@@ -97,4 +97,12 @@ TEST_CASE("what cannot stand beside a profile is refused where it stands") {
                  "volumes:\n  - {name: haze, uniform: {strength_db: -50, size_m: [1, 1, 1]}}\n"),
       "volumes.0: volumes with bounds"));
   CHECK(message_of(head + "volumes:\n  - {name: haze, uniform: {strength_db: -50}}\n") == "");
+  CHECK(holds(message_of(head + "multipath: {surface: {z_m: 2, reflection: -1}}\n"),
+              "t.yaml:5:12: multipath: bounces are not worked out along bent rays"));
+  CHECK(holds(message_of(head + "motion_within_ping: true\n"),
+              "t.yaml:5:21: motion_within_ping: the sonar's motion is not followed"));
+  CHECK(message_of(head + "motion_within_ping: false\n") == "");
+  CHECK(holds(message_of(head + "scattering: {speckle: surface}\n"),
+              "t.yaml:5:23: scattering.speckle: scatterers fixed on surfaces"));
+  CHECK(message_of(head + "scattering: {speckle: per_ray}\n") == "");
 }

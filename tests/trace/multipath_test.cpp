@@ -267,6 +267,20 @@ TEST_CASE("bounced echoes are heard within the ranges of their delay") {
   CHECK(paths_up_to("11.1").empty());
 }
 
+// Protects against a data set that promises ghosts and has none.
+TEST_CASE("multipath without a mirror is refused") {
+  auto scenario =
+      parse_scenario(head(60) + kMaterials +
+                         "objects: [{name: b, material: mirror, shape: {sphere: {radius_m: 1}}}]\n"
+                         "multipath: {objects: true}\n",
+                     "t.yaml", ".");
+  REQUIRE(scenario);
+  const auto plan = make_bounce_plan(*scenario);
+  REQUIRE(!plan);
+  CHECK(plan.error().kind == ErrorKind::usage);
+  CHECK(plan.error().message.find("multipath.objects: no object is a mirror") == 0);
+}
+
 TEST_CASE("too many paths are refused with advice") {
   std::string text = head(60) + kMaterials + "objects:\n";
   for (int i = 0; i < 7; ++i) {

@@ -287,3 +287,17 @@ TEST_CASE("moments are those of the leaf") {
   CHECK(list.size() > 10'000);
   CHECK(worst < 1e-5);
 }
+
+// Protects rays.per_cell beside scatterers on surfaces: twenty are the least, more may be asked
+// for.
+TEST_CASE("a cell has as many leaves as are asked for, and no fewer than twenty") {
+  Sonar sonar = open_sonar(20);
+  const auto area = [&](int per_cell) {
+    sonar.rays_per_cell = per_cell;
+    return leaf_area_m2({sonar, 0.05, {}}, 10);
+  };
+  CHECK(area(0) == Approx(10 * sonar.beam_width_rad * 0.05 / 20));
+  CHECK(area(5) == area(0));
+  CHECK(area(20) == area(0));
+  CHECK(area(60) == Approx(area(0) / 3));
+}
