@@ -119,40 +119,11 @@ std::string packed_rows(const SequenceInfo& info) {
                     "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |");
 }
 
-std::string files_table(const SequenceInfo& first) {
+// With a file for each ping.
+std::string ping_rows(const SequenceInfo& first) {
   const OutputSelection& output = first.output;
-  std::string text = R"(## Files
-
-| file | what |
-|---|---|
-| `dataset.json` | manifest with the SHA-256 of the files; its own is in `dataset.sha256` |
-| `work.json` | what was generated: scenario, seed, program and numerics |
-| `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; running it again gives the same bytes |
-| `index.csv` | one row a ping: sequence, ping, time_s, split, stem |
-| `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |
-| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with `amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |
-| `provenance.json` | host, wall time, threads: not part of the data |
-
-In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
-
-| file | what |
-|---|---|
-| `sequence.json` | the sequence as drawn: sonar, water, instances, model, every file with its SHA-256 |
-| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |
-| `poses.csv`, `poses.tum` | the sonar's pose at each ping |
-| `objects.csv` | the pose of each object at each ping |
-| `boxes.csv` | the 3-D box of each instance at each ping, in the world and in the sonar's frame |
-| `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
-| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
-)";
-  if (first.sdf) {
-    text += fmt::format(
-        "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
-        "metres, voxels of {} m, world coordinates |\n",
-        first.sdf->voxel_m);
-  }
-  if (output.packed) return text + packed_rows(first) + "\n";
-  text += row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
+  std::string text =
+      row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
   text += row(output.timeseries_exr,
               "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
               "float channels `p.re` and `p.im`, Pa |");
@@ -186,6 +157,41 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
               "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
               "with `model` in `sequence.json` it gives the series again |");
   text += row(output.points, "| `points/PPPPPP.ply` | the same as a point cloud in the world |");
+  return text;
+}
+
+std::string files_table(const SequenceInfo& first) {
+  std::string text = R"(## Files
+
+| file | what |
+|---|---|
+| `dataset.json` | manifest with the SHA-256 of the files; its own is in `dataset.sha256` |
+| `work.json` | what was generated: scenario, seed, program and numerics |
+| `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; running it again gives the same bytes |
+| `index.csv` | one row a ping: sequence, ping, time_s, split, stem |
+| `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |
+| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with `amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |
+| `provenance.json` | host, wall time, threads: not part of the data |
+
+In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
+
+| file | what |
+|---|---|
+| `sequence.json` | the sequence as drawn: sonar, water, instances, model, every file with its SHA-256 |
+| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |
+| `poses.csv`, `poses.tum` | the sonar's pose at each ping |
+| `objects.csv` | the pose of each object at each ping |
+| `boxes.csv` | the 3-D box of each instance at each ping, in the world and in the sonar's frame |
+| `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
+| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
+)";
+  if (first.sdf) {
+    text += fmt::format(
+        "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
+        "metres, voxels of {} m, world coordinates |\n",
+        first.sdf->voxel_m);
+  }
+  text += first.output.packed ? packed_rows(first) : ping_rows(first);
   return text + "\n";
 }
 

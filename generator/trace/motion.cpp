@@ -37,8 +37,9 @@ double change_of_gain(const Scatterer& before, const Flight& flight, const Fligh
                       Direction departure, Direction arrival, const Sonar& sonar,
                       const Water& water) {
   const auto elevation = [&](Direction sent, Direction heard) {
-    return two_way_pattern(static_cast<double>(sent.elevation_rad),
-                           static_cast<double>(heard.elevation_rad), sonar);
+    const double width_rad = sonar.elevation_width_rad;
+    return two_direction_pattern(line_pattern(static_cast<double>(sent.elevation_rad), width_rad),
+                                 line_pattern(static_cast<double>(heard.elevation_rad), width_rad));
   };
   const auto azimuth = [&](Direction sent) {
     return transmit_pattern(static_cast<double>(sent.azimuth_rad), sonar.transmit_width_rad);
@@ -208,13 +209,6 @@ MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, con
     s.key = list.items[moved.origin.back()].key;
   }
   return moved;
-}
-
-double two_way_pattern(double departure_rad, double arrival_rad, const Sonar& sonar) {
-  const double sent = line_pattern(departure_rad, sonar.elevation_width_rad);
-  const double heard = line_pattern(arrival_rad, sonar.elevation_width_rad);
-  if (sent == heard) return heard;
-  return std::copysign(std::sqrt(std::abs(sent * heard)), heard);
 }
 
 }  // namespace ensonify

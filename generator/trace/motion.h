@@ -56,7 +56,7 @@ Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound
 
 // Delay, arrival, sector, received path, gain and shift of every echo become those of its flight,
 // the departure of what moves too. Gain: 1/(out in) 10^(-absorption (out + in)/20), and for the
-// elevation pattern two_way_pattern; the direction sent into weighs the transmit pattern. Echoes
+// elevation pattern two_direction_pattern; the direction sent into weighs the transmit pattern. Echoes
 // that come in outside the sectors, or at c tau/2 outside the ranges, are dropped; in elevation the
 // fan binds only what is sent. Sorted again: origin[i] is where item i was before.
 struct MovedEchoes {
@@ -65,9 +65,5 @@ struct MovedEchoes {
 };
 MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, const Sonar& sonar,
                         const Water& water, const Workers& workers);
-
-// B_el, a two-way amplitude, where sound comes back from another elevation than it was sent to:
-// sqrt|B_el(departure) B_el(arrival)| with the sign of B_el(arrival).
-double two_way_pattern(double departure_rad, double arrival_rad, const Sonar& sonar);
 
 }  // namespace ensonify

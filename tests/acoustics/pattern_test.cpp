@@ -256,3 +256,14 @@ TEST_CASE("chebyshev weights have equal side lobes") {
     for (const double lobe : lobes) CHECK(lobe == Approx(-35).margin(0.01));
   }
 }
+
+// Protects echoes that come back from another elevation than they were sent to.
+TEST_CASE("the two-way pattern of equal directions is the pattern") {
+  const double at = line_pattern(0.05, 0.1);
+  for (const double x : {-0.6, -0.3, 0.0, 0.05, 0.5}) {
+    const double once = line_pattern(x, 0.1);
+    CHECK(two_direction_pattern(once, once) == once);
+    CHECK(std::abs(two_direction_pattern(at, once)) == Approx(std::sqrt(std::abs(once * at))));
+    CHECK((two_direction_pattern(at, once) < 0) == (once < 0));
+  }
+}

@@ -185,17 +185,6 @@ TEST_CASE("gains are those of the way there and the way back") {
   CHECK(s.gain != before.gain);
 }
 
-TEST_CASE("the two-way pattern of equal directions is the pattern") {
-  Sonar sonar = sonar_of(4, 0.1);
-  for (const double x : {-0.6, -0.3, 0.0, 0.05, 0.5}) {
-    const double once = line_pattern(x, sonar.elevation_width_rad);
-    CHECK(two_way_pattern(x, x, sonar) == once);
-    CHECK(std::abs(two_way_pattern(0.05, x, sonar)) ==
-          Approx(std::sqrt(std::abs(once * line_pattern(0.05, sonar.elevation_width_rad)))));
-    CHECK((two_way_pattern(0.05, x, sonar) < 0) == (once < 0));
-  }
-}
-
 // An echo by way of a mirror comes from an image that rests: the same as a target there.
 TEST_CASE("a bounced echo moves as its image does") {
   const Sonar sonar = sonar_of(64, radians(64));
