@@ -1,0 +1,330 @@
+// What one thread of a device does for beams of ideal sectors. Each functor is called once for
+// every index below its count, writes only what belongs to it and adds up in a fixed order: results
+// do not change from run to run, and the same functors run on the host in the tests.
+//
+//   PlaceEchoes    amplitude drawn, carrier's phase, place on the time grid
+//   PlacePowers    the expected energy of each
+//   GatherSeries   echoes -> a point of a sector's grid; GatherPowers two sectors to a row
+//   DrawVolumes    what volumes throw back from a cell; VolumePowers
+//   FilterSeries   spectrum of a grid -> spectrum of a record; FilterPowers
+//   MixSeries      sectors -> beams, noise; MixPowers
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "acoustics/propagation.h"
+#include "core/random.h"
+#include "core/units.h"
+#include "synthesis/cuda/records.h"
+
+namespace ensonify {
+
+// Where echoes of a batch lie and what they are worth.
+struct PlacedEchoes {
+  Complex32* value;
+  float* offset;        // in [-1, 1), as EchoArrays
+  std::int32_t* first;  // grid point, may be negative
+};
+
+ENSONIFY_HD inline void place_echo(double delay_s, double points_per_s, int width, float& offset,
+                                   std::int32_t& first) {
+  const double edge = delay_s * points_per_s - 0.5 * width;
+  const double begin = std::ceil(edge);
+  first = static_cast<std::int32_t>(begin);
+  offset = static_cast<float>(2.0 * (begin - edge) - 1.0);
+}
+
+struct PlaceEchoes {
+  const EchoRecord* echoes;
+  const std::uint32_t* ping_of;  // [echoes]
+  const PingRecord* pings;
+  double frequency_hz, source_pa_m, points_per_s;
+  int width;
+  bool means_only;
+  PlacedEchoes out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const EchoRecord& e = echoes[i];
+    const PingRecord& ping = pings[ping_of[i]];
+    double re = e.mean_re, im = e.mean_im;
+    if (!means_only && e.deviation != 0) {
+      const ComplexDraw xi = complex_normal(ping.speckle_key, ping.speckle_ping, e.key, 0);
+      re = static_cast<float>(re + e.deviation * xi.re);
+      im = static_cast<float>(im + e.deviation * xi.im);
+    }
+    if (means_only || e.deviation != 0 || re != 0 || im != 0) {
+      const double angle = -2 * kPi * carrier_turns(frequency_hz, e.delay_s);
+      const double c = std::cos(angle), s = std::sin(angle), scale = source_pa_m * e.gain;
+      out.value[i] = {static_cast<float>(scale * (re * c - im * s)),
+                      static_cast<float>(scale * (re * s + im * c))};
+    } else {
+      out.value[i] = {0, 0};
+    }
+    place_echo(e.delay_s, points_per_s, width, out.offset[i], out.first[i]);
+  }
+};
+
+struct PlacePowers {
+  const EchoRecord* echoes;
+  double source_pa_m, points_per_s;
+  int width;
+  PlacedEchoes out;  // value.re alone
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const EchoRecord& e = echoes[i];
+    const double rms = source_pa_m * e.deviation * e.gain;
+    out.value[i] = {static_cast<float>(rms * rms), 0};
+    place_echo(e.delay_s, points_per_s, width, out.offset[i], out.first[i]);
+  }
+};
+
+// The sum of value times kernel over echoes [begin, end), which `first` sorts, at a grid point that
+// may lie outside of the grid.
+ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
+                                    std::uint32_t begin, std::uint32_t end, std::int32_t point) {
+  std::uint32_t low = begin, high = end;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (echoes.first[middle] > point - kernel.width) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  Complex32 sum{0, 0};
+  for (; low < end && echoes.first[low] <= point; ++low) {
+    const float w = kernel_at(kernel, point - echoes.first[low], echoes.offset[low]);
+    sum.re += w * echoes.value[low].re;
+    sum.im += w * echoes.value[low].im;
+  }
+  return sum;
+}
+
+// With what wraps around the period's ends.
+ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
+                                            std::uint32_t begin, std::uint32_t end,
+                                            std::int32_t point) {
+  Complex32 sum = sum_at(echoes, kernel, begin, end, point);
+  for (const std::int32_t other : {point - kernel.points, point + kernel.points}) {
+    if (other < -kernel.width || other >= kernel.points + kernel.width) continue;
+    const Complex32 part = sum_at(echoes, kernel, begin, end, other);
+    sum.re += part.re;
+    sum.im += part.im;
+  }
+  return sum;
+}
+
+// grid [pings][sectors][points].
+struct GatherSeries {
+  PlacedEchoes echoes;
+  const PingRecord* pings;
+  const std::uint32_t* offset;
+  DeviceKernel kernel;
+  int sectors;
+  Complex32* grid;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto point = static_cast<std::int32_t>(i % kernel.points);
+    const std::int64_t row = i / kernel.points;
+    const std::uint32_t* at = offset + pings[row / sectors].first_offset + row % sectors;
+    grid[i] = wrapped_sum_at(echoes, kernel, at[0], at[1], point);
+  }
+};
+
+// grid [pings][ceil(sectors / 2)][points]: an even sector and the odd one after it.
+struct GatherPowers {
+  PlacedEchoes echoes;
+  const PingRecord* pings;
+  const std::uint32_t* offset;
+  DeviceKernel kernel;
+  int sectors;
+  Complex32* grid;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto point = static_cast<std::int32_t>(i % kernel.points);
+    const int rows = (sectors + 1) / 2;
+    const std::int64_t row = i / kernel.points;
+    const auto sector = static_cast<int>(row % rows) * 2;
+    const std::uint32_t* at = offset + pings[row / rows].first_offset + sector;
+    const float even = wrapped_sum_at(echoes, kernel, at[0], at[1], point).re;
+    const bool has_odd = sector + 1 < sectors;
+    grid[i] = {even, has_odd ? wrapped_sum_at(echoes, kernel, at[1], at[2], point).re : 0.0f};
+  }
+};
+
+// cells [pings][sectors][transform], zero from `samples` on; energy [pings][sectors][samples].
+struct DrawVolumes {
+  const float* energy;
+  const PingRecord* pings;
+  const std::uint64_t* volume_key;  // [pings]
+  double source_pa_m;
+  int sectors, samples, transform;
+  Complex32* cells;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto n = static_cast<int>(i % transform);
+    const std::int64_t row = i / transform;
+    cells[i] = {0, 0};
+    if (n >= samples) return;
+    const double e = energy[row * samples + n];
+    if (e == 0) return;
+    const std::int64_t ping = row / sectors;
+    const auto item = (static_cast<std::uint64_t>(row % sectors) << 32) | static_cast<unsigned>(n);
+    const ComplexDraw xi = complex_normal(volume_key[ping], pings[ping].speckle_ping, item, 0);
+    const double rms = source_pa_m * std::sqrt(e);
+    cells[i] = {static_cast<float>(rms * xi.re), static_cast<float>(rms * xi.im)};
+  }
+};
+
+// cells [pings][ceil(sectors / 2)][transform], two sectors to a row.
+struct VolumePowers {
+  const float* energy;
+  double source_pa_m;
+  int sectors, samples, transform;
+  Complex32* cells;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto n = static_cast<int>(i % transform);
+    const int rows = (sectors + 1) / 2;
+    const std::int64_t row = i / transform;
+    const std::int64_t sector = row / rows * sectors + row % rows * 2;
+    const bool has_odd = row % rows * 2 + 1 < sectors;
+    const auto power = static_cast<float>(source_pa_m * source_pa_m);
+    cells[i] = {0, 0};
+    if (n >= samples) return;
+    const float* e = energy + sector * samples + n;
+    cells[i] = {power * e[0], has_odd ? power * e[samples] : 0.0f};
+  }
+};
+
+ENSONIFY_HD inline Complex32 product(Complex32 a, Complex32 b) {
+  return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
+
+// record [rows][transform] of the transforms of grids [rows][points] and, unless null, of cells
+// [rows][transform]. filter and cell_filter: [transform], bin 0 first.
+struct FilterSeries {
+  const Complex32* grid;
+  const Complex32* cells;
+  const Complex32 *filter, *cell_filter;
+  int points, transform;
+  Complex32* record;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto k = static_cast<int>(i % transform);
+    const std::int64_t row = i / transform;
+    const int at = k < transform / 2 ? k : points - transform + k;
+    Complex32 sum = product(grid[row * points + at], filter[k]);
+    if (cells != nullptr) {
+      const Complex32 part = product(cells[i], cell_filter[k]);
+      sum.re += part.re;
+      sum.im += part.im;
+    }
+    record[i] = sum;
+  }
+};
+
+// |s|^2 fills twice the band: bins above the record's fall on those a period lower.
+struct FilterPowers {
+  const Complex32* grid;
+  const Complex32* cells;
+  const Complex32 *filter, *upper_filter, *cell_filter;
+  int points, transform;
+  Complex32* record;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto k = static_cast<int>(i % transform);
+    const std::int64_t row = i / transform;
+    const Complex32* from = grid + row * points;
+    Complex32 sum = product(from[k], filter[k]);
+    if (k > 0) {
+      const Complex32 upper = product(from[points - transform + k], upper_filter[k]);
+      sum.re += upper.re;
+      sum.im += upper.im;
+    }
+    if (cells != nullptr) {
+      const Complex32 part = product(cells[i], cell_filter[k]);
+      sum.re += part.re;
+      sum.im += part.im;
+    }
+    record[i] = sum;
+  }
+};
+
+// A thread has a sample of so many neighbouring beams: every sector's sample is read once for all.
+constexpr int kBeamsAThread = 16;
+
+// beams [pings][beams][samples] of records [pings][sectors][transform]; counts are pings times
+// ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1]: of sector s in beam j at
+// s - j + beams - 1.
+struct MixSeries {
+  const Complex32* record;
+  const PingRecord* pings;
+  const float *weight, *scale;
+  int beams, samples, transform;
+  bool adds_noise;
+  Complex32* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto n = static_cast<int>(i % samples);
+    const int blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
+    const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
+    const std::int64_t ping = i / samples / blocks;
+    Complex32 sum[kBeamsAThread] = {};
+    for (int s = 0; s < beams; ++s) {
+      const Complex32 p = record[(ping * beams + s) * transform + n];
+      // Of beam first + b: s - first - b + beams - 1, which the table's margin covers.
+      const float* w = weight + s - first + beams - 1;
+      for (int b = 0; b < kBeamsAThread; ++b) {
+        sum[b].re += w[-b] * p.re;
+        sum[b].im += w[-b] * p.im;
+      }
+    }
+    for (int b = 0; b < kBeamsAThread && first + b < beams; ++b) {
+      const int beam = first + b;
+      Complex32 p = {scale[beam] * sum[b].re, scale[beam] * sum[b].im};
+      if (adds_noise && pings[ping].noise_rms != 0) {
+        const auto item = (static_cast<std::uint64_t>(beam) << 32) | static_cast<unsigned>(n);
+        const ComplexDraw xi =
+            complex_normal(pings[ping].noise_key, pings[ping].noise_ping, item, 0);
+        p.re += static_cast<float>(pings[ping].noise_rms * xi.re);
+        p.im += static_cast<float>(pings[ping].noise_rms * xi.im);
+      }
+      out[(ping * beams + beam) * samples + n] = p;
+    }
+  }
+};
+
+// powers [pings][beams][samples] of records [pings][ceil(sectors / 2)][transform], plus
+// |means|^2 of [pings][beams][samples] unless null; weight and scale are squares.
+struct MixPowers {
+  const Complex32* record;
+  const Complex32* means;
+  const float *weight, *scale;
+  int beams, samples, transform;
+  float* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto n = static_cast<int>(i % samples);
+    const int blocks = (beams + kBeamsAThread - 1) / kBeamsAThread, rows = (beams + 1) / 2;
+    const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
+    const std::int64_t ping = i / samples / blocks;
+    float sum[kBeamsAThread] = {};
+    for (int row = 0; row < rows; ++row) {
+      const Complex32 p = record[(ping * rows + row) * transform + n];
+      const float* w = weight + 2 * row - first + beams - 1;
+      for (int b = 0; b < kBeamsAThread; ++b) sum[b] += w[-b] * p.re + w[1 - b] * p.im;
+    }
+    for (int b = 0; b < kBeamsAThread && first + b < beams; ++b) {
+      const std::int64_t at = (ping * beams + first + b) * samples + n;
+      float power = scale[first + b] * sum[b];
+      // Ringing of the kernel may leave a rounding error below zero.
+      power = power > 0 ? power : 0;
+      if (means != nullptr) power += means[at].re * means[at].re + means[at].im * means[at].im;
+      out[at] = power;
+    }
+  }
+};
+
+}  // namespace ensonify

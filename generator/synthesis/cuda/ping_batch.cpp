@@ -1,0 +1,74 @@
+#include "synthesis/cuda/ping_batch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace ensonify {
+namespace {
+
+// One ping's echoes, from `first` of the batch's on. Returns whether any has a mean.
+bool fill_echoes(const ScattererList& list, std::uint32_t ping, std::uint32_t first,
+                 PingBatch& batch) {
+  bool has_means = false;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Scatterer& s = list.items[i];
+    has_means |= s.mean != std::complex<float>(0);
+    batch.echoes[first + i] = {s.delay_s, s.key, s.mean.real(), s.mean.imag(), s.standard_deviation,
+                               s.gain};
+    batch.ping_of[first + i] = ping;
+  }
+  return has_means;
+}
+
+void fill_energy(const PingTask& task, std::size_t cells, float* energy) {
+  std::fill_n(energy, cells, 0.0f);
+  for (std::size_t cell = 0; !task.volumes.empty() && cell < cells; ++cell) {
+    energy[cell] = static_cast<float>(total_energy(task.volumes, cell));
+  }
+}
+
+}  // namespace
+
+void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
+                const Workers& workers, PingBatch& batch) {
+  const std::size_t sectors = setup.sonar.beam_count, count = tasks.size();
+  const std::size_t cells = sectors * setup.record.samples;
+  std::vector<std::uint32_t> first(count + 1);
+  bool has_volumes = false;
+  batch.pings.resize(count);
+  batch.volume_key.resize(count);
+  batch.has_noise = batch.wants_clean = false;
+  for (std::size_t p = 0; p < count; ++p) {
+    const PingTask& task = tasks[p];
+    first[p + 1] = first[p] + static_cast<std::uint32_t>(task.scatterers->size());
+    batch.pings[p] = {task.keys.speckle,
+                      task.keys.noise,
+                      task.keys.speckle_ping,
+                      task.keys.noise_ping,
+                      static_cast<float>(std::sqrt(task.noise_power_pa2)),
+                      static_cast<std::uint32_t>(p * (sectors + 1))};
+    batch.volume_key[p] = task.keys.volume;
+    batch.has_noise |= task.noise_power_pa2 > 0;
+    batch.wants_clean |= task.wants_clean;
+    has_volumes |= !task.volumes.empty();
+  }
+  batch.echoes.resize(first.back());
+  batch.ping_of.resize(first.back());
+  batch.offset.resize(count * (sectors + 1));
+  batch.energy.resize(has_volumes ? count * cells : 0);
+  std::vector<char> has_means(count);
+  workers.for_each(count, [&](std::size_t p) {
+    const ScattererList& list = *tasks[p].scatterers;
+    ENSONIFY_ASSERT(list.beam_offset.size() == sectors + 1);
+    has_means[p] = fill_echoes(list, static_cast<std::uint32_t>(p), first[p], batch);
+    for (std::size_t j = 0; j <= sectors; ++j) {
+      batch.offset[p * (sectors + 1) + j] = first[p] + list.beam_offset[j];
+    }
+    if (has_volumes) fill_energy(tasks[p], cells, batch.energy.data() + p * cells);
+  });
+  batch.has_means = std::any_of(has_means.begin(), has_means.end(), [](char c) { return c != 0; });
+}
+
+}  // namespace ensonify

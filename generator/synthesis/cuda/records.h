@@ -1,0 +1,48 @@
+// What goes up to a device, and what its functions work on: plain structs and pointers.
+//
+//   EchoRecord    one scatterer
+//   PingRecord    one ping of a batch
+//   DeviceKernel  a spreading kernel as polynomials
+//   Complex32
+#pragma once
+
+#include <cstdint>
+
+#include "core/host_device.h"
+
+namespace ensonify {
+
+struct Complex32 {
+  float re, im;
+};
+
+// A scatterer, as a ping's list has it, without what synthesis does not need.
+struct EchoRecord {
+  double delay_s;
+  std::uint64_t key;
+  float mean_re, mean_im, deviation, gain;
+};
+
+// Sector j of the ping has echoes [offset[j], offset[j + 1]) of the batch's.
+struct PingRecord {
+  std::uint64_t speckle_key, noise_key;
+  std::uint32_t speckle_ping, noise_ping;
+  float noise_rms;
+  std::uint32_t first_offset;  // where the ping's [sectors + 1] begin among the batch's offsets
+};
+
+// coefficient [degree + 1][width], highest power of the offset first.
+struct DeviceKernel {
+  const float* coefficient;
+  int width, degree, points;
+};
+
+// The value of a kernel's point `tap` for an echo.
+ENSONIFY_HD inline float kernel_at(const DeviceKernel& kernel, int tap, float offset) {
+  const float* c = kernel.coefficient + tap;
+  float sum = 0;
+  for (int d = 0; d <= kernel.degree; ++d, c += kernel.width) sum = sum * offset + *c;
+  return sum;
+}
+
+}  // namespace ensonify
