@@ -4,6 +4,7 @@
 //
 //   PlaceShifts  copies the shifted echoes, and leaves their share at rest behind
 //   WeighShifts  what they give to a node
+//   GatherNode   these -> a point of a sector's grid
 //   AddNode      spectrum of a node's grid -> spectrum of a record
 #pragma once
 
@@ -93,6 +94,16 @@ struct WeighShifts {
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     out[i] = scaled(node_weight(nodes, place[i], node), value[i]);
+  }
+};
+
+// In pings that use the node; of others the grid holds nothing that is asked for.
+struct GatherNode {
+  GatherSeries gather;
+  const unsigned char* uses;  // [pings]
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    if (uses[i / gather.kernel.points / gather.sectors] != 0) gather(i);
   }
 };
 

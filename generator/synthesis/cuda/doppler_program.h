@@ -74,11 +74,12 @@ class DopplerProgram {
       if (filter == nullptr) continue;
       queue_.run(count_,
                  WeighShifts{value_.data(), node_.data(), nodes(), used_.node[i], weighed_.data()});
+      const unsigned char* uses = uses_.data() + i * ping_count;
       queue_.run(rows * kernel.points,
-                 GatherSeries{placed(), pings, offset_.data(), kernel, sectors, grid.data()});
+                 GatherNode{{placed(), pings, offset_.data(), kernel, sectors, grid.data()}, uses});
       queue_.transform(grid.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
-      queue_.run(rows * bins, AddNode{grid.data(), filter->data(), uses_.data() + i * ping_count,
-                                      sectors, kernel.points, bins, record});
+      queue_.run(rows * bins,
+                 AddNode{grid.data(), filter->data(), uses, sectors, kernel.points, bins, record});
     }
   }
 
