@@ -30,7 +30,9 @@ class DeviceBackend final : public Backend {
     SynthesisMemory memory;
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
     memory.ping_bytes = has_volumes ? cells * sizeof(float) : 0;
-    memory.echo_bytes = sizeof(EchoRecord) + sizeof(std::uint32_t);
+    const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
+    memory.echo_bytes =
+        sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(ShiftRecord) : 0);
     return memory;
   }
 
@@ -116,7 +118,7 @@ class DeviceBackend final : public Backend {
   void run_batch(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
                  const Workers& workers) const {
     fill_batch(setup_, tasks, workers, batch_);
-    program_.run(batch_);
+    program_.run(batch_, workers);
     const std::size_t cells = std::size_t(setup_.sonar.beam_count) * setup_.record.samples;
     for (std::size_t p = 0; p < tasks.size(); ++p) {
       PingSeries& result = *series[p];

@@ -1,6 +1,7 @@
 // What goes up to a device, and what its functions work on: plain structs and pointers.
 //
 //   EchoRecord    one scatterer
+//   ShiftRecord   one that comes back shifted
 //   PingRecord    one ping of a batch
 //   DeviceKernel  a spreading kernel as polynomials
 //   Complex32
@@ -21,6 +22,12 @@ struct EchoRecord {
   double delay_s;
   std::uint64_t key;
   float mean_re, mean_im, deviation, gain;
+};
+
+// What a shifted scatterer has beside.
+struct ShiftRecord {
+  std::uint32_t echo;  // of the batch's
+  float doppler;
 };
 
 // Sector j of the ping has echoes [offset[j], offset[j + 1]) of the batch's.
