@@ -17,6 +17,8 @@ constexpr double kSeriesError = 3e-6, kPowerError = 1e-6;
 
 Complex32 narrow(Complex z) { return {static_cast<float>(z.real()), static_cast<float>(z.imag())}; }
 
+}  // namespace
+
 DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
   ENSONIFY_ASSERT(kernel.points > 0);
   DeviceSpread spread;
@@ -46,6 +48,8 @@ DeviceSpread series_spread(const std::vector<Complex>& spectrum) {
   }
   return spread;
 }
+
+namespace {
 
 DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
   const int bins = static_cast<int>(autospectrum.size());

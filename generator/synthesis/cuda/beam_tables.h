@@ -1,6 +1,7 @@
 // What all pings of a setup share on a device, worked out on the host.
 #pragma once
 
+#include <complex>
 #include <vector>
 
 #include "synthesis/backend.h"
@@ -24,6 +25,10 @@ struct BeamTables {
   std::vector<float> weight, power_weight;
   std::vector<float> scale, power_scale;  // [beams]
 };
+
+// A kernel as a device takes it, filters still empty; and one for records of so a spectrum.
+DeviceSpread spread_of(const SpreadKernel& kernel, int transform);
+DeviceSpread series_spread(const std::vector<std::complex<double>>& spectrum);
 
 // Records agree with the CPU's to 1e-5 of their norm, expected powers to 0.1 dB where they lie
 // within 40 dB of the largest.
