@@ -13,8 +13,6 @@ using Complex = std::complex<double>;
 
 // A power pattern has two nodes to a wavelength over the aperture at the least.
 constexpr double kNodesPerLobe = 5;
-constexpr int kCellsPerNode = 24;
-constexpr int kTaps = 4;
 // By how much the phase of a wavefront's bend at the array's end may change within a block, and
 // its range where it is bent by more than that. With dynamic focus only side lobes see it.
 constexpr double kBendRad = 0.35, kRangeRatio = 1.08, kFocusedRatio = 1.5;
@@ -27,13 +25,13 @@ double wavelength_m(const SynthesisSetup& setup) {
 void fill_cells(const PowerGrid& grid, BeamNodes& nodes) {
   nodes.beams = grid.cells;
   nodes.nodes = grid.nodes;
-  nodes.width = kTaps;
+  nodes.width = kPatternTaps;
   for (int c = 0; c < grid.cells; ++c) {
     nodes.first.push_back(c / kCellsPerNode);
     const double t = 1 + (c % kCellsPerNode + 0.5) / kCellsPerNode;
-    for (int a = 0; a < kTaps; ++a) {
+    for (int a = 0; a < kPatternTaps; ++a) {
       double w = 1;
-      for (int b = 0; b < kTaps; ++b) {
+      for (int b = 0; b < kPatternTaps; ++b) {
         if (b != a) w *= (t - b) / (a - b);
       }
       nodes.weight.push_back(w);
@@ -168,7 +166,48 @@ std::vector<float> PatternMaker::patterns(double sample) const {
   return packed;
 }
 
-// [begin, end) of each block, from the last sample to the first.
+}  // namespace
+
+int PowerGrid::cell_of(double u) const {
+  const double at = (u / spacing_u - first - 1) * kCellsPerNode;
+  return std::clamp(static_cast<int>(at), 0, cells - 1);
+}
+
+PowerGrid make_power_grid(const SynthesisSetup& setup) {
+  const Sonar& sonar = setup.sonar;
+  PowerGrid grid;
+  const double aperture = sonar.array->elements * sonar.array->spacing_m / wavelength_m(setup);
+  grid.spacing_u = 1 / (kNodesPerLobe * std::max(aperture, 1.0));
+  // All that is heard comes from a sector of the fan.
+  const double half_fan = sonar.beam_spacing_rad * sonar.beam_count / 2;
+  const double furthest = half_fan < kPi / 2 ? std::sin(half_fan) : 1.0;
+  grid.first = -static_cast<int>(std::ceil(furthest / grid.spacing_u)) - 2;
+  grid.nodes = 2 * (-grid.first + 1);
+  grid.cells = (grid.nodes - kPatternTaps + 1) * kCellsPerNode;
+  return grid;
+}
+
+std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
+                                                      const PowerGrid& grid) {
+  // The plan of ideal sectors has the same series; only its nodes are others.
+  Mixing one{{1.0}, {1.0}};
+  std::unique_ptr<NodePlan> plan = make_power_plan(tables.setup, one, tables.autospectrum);
+  plan->nodes = {};
+  fill_cells(grid, plan->nodes);
+  plan->weight.assign(plan->nodes.weight.begin(), plan->nodes.weight.end());
+  plan->rows = grid.nodes / 2;
+  plan->even.clear();
+  plan->odd.clear();
+  if (tables.setup.sonar.array->steering == Steering::phase) {
+    fill_row_filters(tables, grid, *plan);
+  }
+  return plan;
+}
+
+double PatternBlock::middle() const {
+  return std::max(1.0, std::sqrt(std::max(begin, 1) * static_cast<double>(end)));
+}
+
 std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup) {
   const ArrayReceiver& array = *setup.sonar.array;
   const double end_m = (array.elements - 1) / 2.0 * array.spacing_m;
@@ -190,51 +229,12 @@ std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup) {
   return blocks;
 }
 
-}  // namespace
-
-int PowerGrid::cell_of(double u) const {
-  const double at = (u / spacing_u - first - 1) * kCellsPerNode;
-  return std::clamp(static_cast<int>(at), 0, cells - 1);
-}
-
-PowerGrid make_power_grid(const SynthesisSetup& setup) {
-  const Sonar& sonar = setup.sonar;
-  PowerGrid grid;
-  const double aperture = sonar.array->elements * sonar.array->spacing_m / wavelength_m(setup);
-  grid.spacing_u = 1 / (kNodesPerLobe * std::max(aperture, 1.0));
-  // All that is heard comes from a sector of the fan.
-  const double half_fan = sonar.beam_spacing_rad * sonar.beam_count / 2;
-  const double furthest = half_fan < kPi / 2 ? std::sin(half_fan) : 1.0;
-  grid.first = -static_cast<int>(std::ceil(furthest / grid.spacing_u)) - 2;
-  grid.nodes = 2 * (-grid.first + 1);
-  grid.cells = (grid.nodes - kTaps + 1) * kCellsPerNode;
-  return grid;
-}
-
-std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
-                                                      const PowerGrid& grid) {
-  // The plan of ideal sectors has the same series; only its nodes are others.
-  Mixing one{{1.0}, {1.0}};
-  std::unique_ptr<NodePlan> plan = make_power_plan(tables.setup, one, tables.autospectrum);
-  plan->nodes = {};
-  fill_cells(grid, plan->nodes);
-  plan->weight.assign(plan->nodes.weight.begin(), plan->nodes.weight.end());
-  plan->rows = grid.nodes / 2;
-  plan->even.clear();
-  plan->odd.clear();
-  if (tables.setup.sonar.array->steering == Steering::phase) {
-    fill_row_filters(tables, grid, *plan);
-  }
-  return plan;
-}
-
 std::vector<PatternBlock> make_patterns(const SynthesisSetup& setup, const Kernels& kernels,
                                         const PowerGrid& grid) {
   const PatternMaker maker(setup, kernels, grid);
   std::vector<PatternBlock> blocks = pattern_blocks(setup);
   for (PatternBlock& block : blocks) {
-    block.packed = maker.patterns(
-        std::max(1.0, std::sqrt(std::max(block.begin, 1) * static_cast<double>(block.end))));
+    block.packed = maker.patterns(block.middle());
   }
   return blocks;
 }

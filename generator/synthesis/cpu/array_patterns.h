@@ -2,7 +2,7 @@
 //
 //   PowerGrid      make_power_grid          nodes, and cells of u between them
 //   make_array_power_plan                   powers of echoes to series of nodes
-//   PatternBlock   make_patterns            nodes to beams
+//   PatternBlock   pattern_blocks  make_patterns            nodes to beams
 #pragma once
 
 #include <memory>
@@ -14,7 +14,10 @@
 
 namespace ensonify {
 
-// Echoes of one cell share their weights over four nodes.
+constexpr int kCellsPerNode = 24;
+constexpr int kPatternTaps = 4;
+
+// Echoes of one cell share their weights over kPatternTaps nodes.
 struct PowerGrid {
   double spacing_u = 0;
   int first = 0, nodes = 0;  // node q at u = (first + q) spacing_u; an even number
@@ -33,7 +36,12 @@ std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tab
 struct PatternBlock {
   int begin = 0, end = 0;
   std::vector<float> packed;  // |pattern|^2 E^2, as product() wants [beams, padded][nodes]
+
+  double middle() const;  // in samples
 };
+
+// All samples, from the last to the first; nothing packed.
+std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup);
 
 std::vector<PatternBlock> make_patterns(const SynthesisSetup& setup, const Kernels& kernels,
                                         const PowerGrid& grid);

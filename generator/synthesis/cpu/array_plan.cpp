@@ -35,6 +35,23 @@ double window_transform(double bins, int k) {
   return sum;
 }
 
+// The largest group whose elements hear an echo so little apart that one kernel's place serves all;
+// 0 where none does.
+int choose_group(const SynthesisSetup& setup, const SpreadKernel& spread, double points_per_s,
+                 double& reach) {
+  // In halves of a grid point, as the kernel's offset.
+  const double per_element =
+      2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
+  for (const int size : {16, 8, 4, 2, 1}) {
+    reach = 1 + per_element * (size - 1) / 2.0;
+    const double lost = lost_beyond(spread, reach) * spread.rounding_gain;
+    if (reach <= kFurthestReach && lost <= kLostShare * setup.tolerance) return size;
+  }
+  return 0;
+}
+
+}  // namespace
+
 BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry) {
   BeamTaps taps;
   const int bins = setup.record.transform;
@@ -60,23 +77,6 @@ BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geomet
   taps.pad = furthest / 2 + 2;
   return taps;
 }
-
-// The largest group whose elements hear an echo so little apart that one kernel's place serves all;
-// 0 where none does.
-int choose_group(const SynthesisSetup& setup, const SpreadKernel& spread, double points_per_s,
-                 double& reach) {
-  // In halves of a grid point, as the kernel's offset.
-  const double per_element =
-      2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
-  for (const int size : {16, 8, 4, 2, 1}) {
-    reach = 1 + per_element * (size - 1) / 2.0;
-    const double lost = lost_beyond(spread, reach) * spread.rounding_gain;
-    if (reach <= kFurthestReach && lost <= kLostShare * setup.tolerance) return size;
-  }
-  return 0;
-}
-
-}  // namespace
 
 double expansion_clearance_m(const SynthesisSetup& setup, int group_elements) {
   const ArrayReceiver& array = *setup.sonar.array;

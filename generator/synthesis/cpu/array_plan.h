@@ -1,7 +1,7 @@
 // What all pings of one array share.
 //
 //   ArrayPlan  make_array_plan
-//   BeamTaps   where beams find the elements' records
+//   BeamTaps   make_beam_taps   where beams find the elements' records
 #pragma once
 
 #include <complex>
@@ -25,6 +25,8 @@ struct BeamTaps {
   std::vector<std::int32_t> begin;  // [beams][elements], in half samples
   std::vector<float> tap;           // [beams][elements][kBeamTaps]
 };
+
+BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry);
 
 struct ArrayPlan {
   SynthesisSetup setup;

@@ -17,6 +17,8 @@ constexpr double kPowerError = 1e-6;
 
 Complex32 narrow(Complex z) { return {static_cast<float>(z.real()), static_cast<float>(z.imag())}; }
 
+}  // namespace
+
 DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
   ENSONIFY_ASSERT(kernel.points > 0);
   DeviceSpread spread;
@@ -34,8 +36,6 @@ DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
   spread.cell_filter.resize(transform);
   return spread;
 }
-
-}  // namespace
 
 DeviceSpread series_spread(const std::vector<Complex>& spectrum, double error) {
   const int bins = static_cast<int>(spectrum.size()), half = bins / 2;

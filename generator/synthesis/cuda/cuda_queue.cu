@@ -7,7 +7,7 @@ namespace ensonify {
 namespace {
 
 // Batches are of few sizes; the work area of a plan is as large as its data.
-constexpr std::size_t kMostPlans = 6;
+constexpr std::size_t kMostPlans = 16;
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "synthesis/backend.h"
+#include "synthesis/cuda/array_program.h"
 #include "synthesis/cuda/beam_program.h"
 
 namespace ensonify {
@@ -19,7 +20,7 @@ namespace ensonify {
 inline constexpr double kBatchShare = 0.6;
 inline constexpr std::size_t kMostPings = 64;
 
-template <class Queue>
+template <class Queue, class Program = BeamProgram<Queue>>
 class DeviceBackend final : public Backend {
  public:
   DeviceBackend(std::unique_ptr<Queue> queue, const SynthesisSetup& setup)
@@ -125,7 +126,7 @@ class DeviceBackend final : public Backend {
       result.pressure_pa.resize(cells);
       queue_->download(result.pressure_pa.data(), program_.series() + p * cells,
                        cells * sizeof(Complex32));
-      result.channels_pa.clear();
+      download_channels(tasks[p], p, result);
       result.clean_power_pa2.resize(tasks[p].wants_clean ? cells : 0);
       if (!tasks[p].wants_clean) continue;
       queue_->download(result.clean_power_pa2.data(), program_.powers() + p * cells,
@@ -133,12 +134,35 @@ class DeviceBackend final : public Backend {
     }
   }
 
+  // Of an array alone.
+  void download_channels(const PingTask& task, std::size_t p, PingSeries& series) const {
+    const bool wanted = setup_.sonar.array && task.wants_channels;
+    const std::size_t elements = wanted ? setup_.sonar.array->elements : 0;
+    const std::size_t cells = elements * setup_.record.samples;
+    series.channels_pa.resize(cells);
+    if constexpr (requires { program_.channels(); }) {
+      if (cells == 0) return;
+      queue_->download(series.channels_pa.data(), program_.channels() + p * cells,
+                       cells * sizeof(Complex32));
+    }
+  }
+
   std::unique_ptr<Queue> queue_;
   SynthesisSetup setup_;
   mutable std::mutex device_mutex_, waiting_mutex_;
   mutable std::vector<Request*> waiting_;
-  mutable BeamProgram<Queue> program_;
+  mutable Program program_;
   mutable PingBatch batch_;
 };
+
+// Beams of sectors, or of an array.
+template <class Queue>
+std::unique_ptr<Backend> make_device_backend(std::unique_ptr<Queue> queue,
+                                             const SynthesisSetup& setup) {
+  if (setup.sonar.array) {
+    return std::make_unique<DeviceBackend<Queue, ArrayProgram<Queue>>>(std::move(queue), setup);
+  }
+  return std::make_unique<DeviceBackend<Queue>>(std::move(queue), setup);
+}
 
 }  // namespace ensonify

@@ -27,7 +27,7 @@ int devices(CudaDevice* devices, int most, char* words, std::size_t size) {
 }
 
 Backend* make_backend(const SynthesisSetup& setup, int device) {
-  return new DeviceBackend<CudaQueue>(std::make_unique<CudaQueue>(device), setup);
+  return make_device_backend(std::make_unique<CudaQueue>(device), setup).release();
 }
 
 }  // namespace

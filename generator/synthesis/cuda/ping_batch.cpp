@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "synthesis/cuda/array_batch.h"
 
 namespace ensonify {
 namespace {
@@ -74,7 +75,7 @@ void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   bool has_volumes = false;
   batch.pings.resize(count);
   batch.volume_key.resize(count);
-  batch.has_noise = batch.wants_clean = false;
+  batch.has_noise = batch.wants_clean = batch.wants_channels = false;
   for (std::size_t p = 0; p < count; ++p) {
     const PingTask& task = tasks[p];
     first[p + 1] = first[p] + static_cast<std::uint32_t>(task.scatterers->size());
@@ -87,6 +88,7 @@ void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
     batch.volume_key[p] = task.keys.volume;
     batch.has_noise |= task.noise_power_pa2 > 0;
     batch.wants_clean |= task.wants_clean;
+    batch.wants_channels |= task.wants_channels;
     has_volumes |= !task.volumes.empty();
   }
   batch.echoes.resize(first.back());
@@ -106,6 +108,7 @@ void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   batch.has_means =
       std::any_of(summary.begin(), summary.end(), [](const ListSummary& s) { return s.has_means; });
   fill_all_shifts(tasks, summary, first, workers, batch);
+  if (setup.sonar.array) fill_arrivals(setup, tasks, workers, batch);
 }
 
 }  // namespace ensonify

@@ -19,6 +19,11 @@ struct PingBatch {
   std::vector<PingRecord> pings;
   std::vector<std::uint64_t> volume_key;  // [pings]
   std::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
+  // Of an array, whose echoes are in the order of their delays, ping by ping.
+  std::vector<ArrivalRecord> arrivals;          // [echoes]
+  std::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
+  std::vector<std::uint32_t> direction_offset;  // [pings][nodes - kPatternTaps + 2]
+  bool wants_channels = false;
   bool has_means = false, has_noise = false, wants_clean = false;
 };
 

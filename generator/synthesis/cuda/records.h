@@ -3,6 +3,7 @@
 //   EchoRecord    one scatterer
 //   ShiftRecord   one that comes back shifted
 //   PingRecord    one ping of a batch
+//   ArrivalRecord  DirectionRecord  SectorRecord   for an array
 //   DeviceKernel  a spreading kernel as polynomials
 //   Complex32
 #pragma once
@@ -28,6 +29,22 @@ struct EchoRecord {
 struct ShiftRecord {
   std::uint32_t echo;  // of the batch's
   float doppler;
+};
+
+// Where its sound seems to come from: so far away, at that cosine with the line.
+struct ArrivalRecord {
+  double range_m, cosine;
+};
+
+// A scatterer in the order of directions, by its index in the batch, and its cell of a PowerGrid.
+struct DirectionRecord {
+  std::uint32_t echo, cell;
+};
+
+// How much of a sector each of two nodes has.
+struct SectorRecord {
+  std::uint32_t sector;
+  float even, odd;
 };
 
 // Sector j of the ping has echoes [offset[j], offset[j + 1]) of the batch's.

@@ -1,0 +1,17 @@
+// What a batch holds for an array beside what it holds for beams of sectors.
+#pragma once
+
+#include <span>
+
+#include "core/parallel.h"
+#include "synthesis/backend.h"
+#include "synthesis/cuda/ping_batch.h"
+
+namespace ensonify {
+
+// Puts the echoes of every ping, filled in already, into the order of their delays, and fills in
+// where they come from. Needs setup.sonar.array.
+void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
+                   const Workers& workers, PingBatch& batch);
+
+}  // namespace ensonify

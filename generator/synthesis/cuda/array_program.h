@@ -1,0 +1,199 @@
+// A receiving line array on a device, as synthesis/array.h defines it: echoes are heard at the
+// origin, placed on every element's time grid, transformed and filtered; beams add up the elements'
+// records. One class template serves CUDA and the tests' host queue.
+#pragma once
+
+#include <algorithm>
+
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cuda/array_kernels.h"
+#include "synthesis/cuda/array_power_program.h"
+#include "synthesis/cuda/array_tables.h"
+#include "synthesis/cuda/ping_batch.h"
+#include "synthesis/cuda/queue.h"
+
+namespace ensonify {
+
+// Elements whose places of all sounds are held at once.
+inline constexpr int kElementBlock = 16;
+
+template <class Queue>
+class ArrayProgram {
+ public:
+  ArrayProgram(Queue& queue, const SynthesisSetup& setup)
+      : queue_(queue), setup_(setup), tables_(make_array_tables(setup)), power_(queue, setup) {
+    coefficient_.put(tables_.series.coefficient);
+    filter_.put(tables_.series.filter);
+    y_m_.put(tables_.y_m);
+    weight_.put(tables_.weight);
+    noise_factor_.put(tables_.noise_factor);
+    response_.put(tables_.response);
+    beam_cosine_.put(tables_.beam_cosine);
+    steering_.put(tables_.steering);
+    correction_.put(tables_.correction);
+    begin_.put(tables_.begin);
+    tap_.put(tables_.tap);
+    const DeviceSpread& series = tables_.series;
+    kernel_ = {coefficient_.data(), series.width, series.degree, series.points};
+    queue_.wait();
+  }
+
+  // Of a ping with so many scatterers on the device.
+  std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
+    const std::uint64_t cells = std::uint64_t(beams()) * samples();
+    const std::uint64_t sounds = echoes + (has_volumes ? cells : 0);
+    const std::uint64_t placed = sizeof(Complex32) + sizeof(float) + sizeof(std::int32_t);
+    return elements() * std::uint64_t(kernel_.points + 3 * bins() + samples()) * sizeof(Complex32) +
+           cells * (2 * sizeof(Complex32) + (has_volumes ? sizeof(float) : 0)) +
+           sounds * (sizeof(Sound) + kElementBlock * placed) +
+           echoes * (sizeof(EchoRecord) + sizeof(ArrivalRecord) + sizeof(std::uint32_t)) +
+           power_.ping_bytes(echoes);
+  }
+
+  // Results stay on the device: series(), powers(), channels().
+  void run(const PingBatch& batch, const Workers&) {
+    upload(batch);
+    make_spectra(batch, false);
+    make_beams(batch, beams_);
+    if (batch.wants_channels) make_channels(batch);
+    if (!batch.wants_clean) return;
+    if (batch.has_means) {
+      make_spectra(batch, true);
+      make_beams(batch, means_);
+    }
+    power_.run(batch, {echoes_.data(), energy_.data(), y_m_.data(), beam_cosine_.data(),
+                       batch.has_means ? means_.data() : nullptr});
+  }
+
+  const Complex32* series() const { return beams_.data(); }
+  const float* powers() const { return power_.powers(); }
+  const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
+
+ private:
+  int beams() const { return setup_.sonar.beam_count; }
+  int bins() const { return setup_.record.transform; }
+  int samples() const { return setup_.record.samples; }
+  int elements() const { return setup_.sonar.array->elements; }
+  double turns_per_m() const { return setup_.sonar.frequency_hz / setup_.water.sound_speed_m_s; }
+  double points_per_sample() const { return static_cast<double>(kernel_.points) / bins(); }
+  double points_per_s() const { return setup_.sonar.bandwidth_hz * points_per_sample(); }
+  double sample_m() const { return sample_range_m(setup_.sonar, setup_.water, 1); }
+  double width_in_wavelengths() const {
+    return setup_.sonar.array->element_width_m * turns_per_m();
+  }
+
+  void upload(const PingBatch& batch) {
+    const std::uint32_t pings = static_cast<std::uint32_t>(batch.pings.size());
+    const std::uint32_t cells = beams() * samples();
+    echo_begin_.clear();
+    cell_begin_.clear();
+    for (const PingRecord& ping : batch.pings) {
+      echo_begin_.push_back(batch.offset[ping.first_offset]);
+    }
+    echo_begin_.push_back(static_cast<std::uint32_t>(batch.echoes.size()));
+    for (std::uint32_t p = 0; p <= pings; ++p) cell_begin_.push_back(p * cells);
+    echoes_.put(batch.echoes);
+    arrivals_.put(batch.arrivals);
+    ping_of_.put(batch.ping_of);
+    pings_.put(batch.pings);
+    volume_key_.put(batch.volume_key);
+    energy_.put(batch.energy);
+    first_echo_.put(echo_begin_);
+    first_cell_.put(cell_begin_);
+  }
+
+  // Spectra of the elements' records; volumes and noise unless `means_only`.
+  void make_spectra(const PingBatch& batch, bool means_only) {
+    const std::int64_t pings = batch.pings.size(), rows = pings * elements();
+    const double source_pa_m = source_pressure_pa_m(setup_.sonar);
+    grid_.need(rows * kernel_.points);
+    spectrum_.need(rows * bins());
+    sounds_.need(batch.echoes.size());
+    queue_.run(batch.echoes.size(),
+               HearEchoes{echoes_.data(), arrivals_.data(), ping_of_.data(), pings_.data(),
+                          setup_.sonar.frequency_hz, source_pa_m, points_per_s(),
+                          width_in_wavelengths(), means_only, sounds_.data()});
+    gather(pings, batch.echoes.size(), first_echo_.data(), false);
+    if (!means_only && !batch.energy.empty()) {
+      const std::int64_t cells = batch.energy.size();
+      sounds_.need(cells);
+      queue_.run(cells, HearCells{energy_.data(), pings_.data(), volume_key_.data(),
+                                  beam_cosine_.data(), source_pa_m, sample_m(), points_per_sample(),
+                                  width_in_wavelengths(), beams(), samples(), sounds_.data()});
+      gather(pings, cells, first_cell_.data(), true);
+    }
+    queue_.transform(grid_.data(), kernel_.points, static_cast<int>(rows), FftDirection::forward);
+    const bool has_noise = !means_only && batch.has_noise;
+    if (has_noise) {
+      queue_.run(rows * bins(), DrawNoise{pings_.data(), noise_factor_.data(), elements(), bins(),
+                                          spectrum_.data()});
+      queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::forward);
+    }
+    queue_.run(rows * bins(),
+               FilterElements{grid_.data(), filter_.data(), response_.data(), elements(),
+                              kernel_.points, bins(), has_noise, spectrum_.data()});
+  }
+
+  // sounds_ onto the grid, block by block of the elements.
+  void gather(std::int64_t pings, std::int64_t count, const std::uint32_t* begin, bool adds) {
+    const double points_per_m = points_per_s() / setup_.water.sound_speed_m_s;
+    value_.need(count * kElementBlock);
+    place_.need(count * kElementBlock);
+    first_.need(count * kElementBlock);
+    const PlacedEchoes placed{value_.data(), place_.data(), first_.data()};
+    for (int first = 0; first < elements(); first += kElementBlock) {
+      const int block = std::min(kElementBlock, elements() - first);
+      const double* y_m = y_m_.data() + first;
+      queue_.run(count * block, PlaceSounds{sounds_.data(), count, y_m, turns_per_m(), points_per_m,
+                                            kernel_.width, placed});
+      queue_.run(pings * block * kernel_.points,
+                 GatherSounds{sounds_.data(), placed, count, begin, kernel_, points_per_m, y_m,
+                              elements(), first, block, adds, grid_.data()});
+    }
+  }
+
+  void make_beams(const PingBatch& batch, DeviceBuffer<Complex32, Queue>& out) {
+    const std::int64_t pings = batch.pings.size(), rows = pings * elements();
+    const bool focused = setup_.sonar.array->focus == Focus::dynamic;
+    wide_.need(rows * 2 * bins());
+    out.need(pings * beams() * samples());
+    queue_.run(rows * 2 * bins(),
+               WidenRecords{spectrum_.data(), correction_.data(), bins(), wide_.data()});
+    queue_.transform(wide_.data(), 2 * bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.run(
+        pings * beams() * samples(),
+        SumElements{wide_.data(), begin_.data(), tap_.data(), steering_.data(), weight_.data(),
+                    y_m_.data(), beam_cosine_.data(), sample_m(), turns_per_m(), beams(),
+                    elements(), samples(), bins(), focused, out.data()});
+  }
+
+  // Of the spectra, which are lost.
+  void make_channels(const PingBatch& batch) {
+    const std::int64_t rows = std::int64_t(batch.pings.size()) * elements();
+    channels_.need(rows * samples());
+    queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.run(rows * samples(), CutRecords{spectrum_.data(), samples(), bins(), channels_.data()});
+  }
+
+  Queue& queue_;
+  SynthesisSetup setup_;
+  ArrayTables tables_;
+  ArrayPowerProgram<Queue> power_;
+  DeviceKernel kernel_{};
+  std::vector<std::uint32_t> echo_begin_, cell_begin_;  // [pings + 1]
+  DeviceBuffer<float, Queue> coefficient_{queue_}, weight_{queue_}, noise_factor_{queue_},
+      correction_{queue_}, tap_{queue_}, energy_{queue_}, place_{queue_};
+  DeviceBuffer<double, Queue> y_m_{queue_}, beam_cosine_{queue_};
+  DeviceBuffer<Complex32, Queue> filter_{queue_}, response_{queue_}, steering_{queue_},
+      value_{queue_}, grid_{queue_}, spectrum_{queue_}, wide_{queue_}, beams_{queue_},
+      means_{queue_}, channels_{queue_};
+  DeviceBuffer<std::int32_t, Queue> begin_{queue_}, first_{queue_};
+  DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, first_echo_{queue_}, first_cell_{queue_};
+  DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};
+  DeviceBuffer<EchoRecord, Queue> echoes_{queue_};
+  DeviceBuffer<ArrivalRecord, Queue> arrivals_{queue_};
+  DeviceBuffer<PingRecord, Queue> pings_{queue_};
+  DeviceBuffer<Sound, Queue> sounds_{queue_};
+};
+
+}  // namespace ensonify

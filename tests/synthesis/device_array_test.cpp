@@ -1,0 +1,219 @@
+// An array as a device computes it, run on the host, against the reference.
+#include <numeric>
+
+#include "catch.h"
+#include "synthesis/array_fixture.h"
+#include "synthesis/cuda/device_backend.h"
+#include "synthesis/host_queue.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+std::unique_ptr<Backend> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
+  return make_device_backend(std::unique_ptr<HostQueue>(queue), setup);
+}
+
+PingSeries one(const Backend& backend, const PingTask& task) {
+  PingSeries series;
+  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
+  return series;
+}
+
+template <class Values>
+double relative(const Values& a, const Values& b) {
+  REQUIRE(a.size() == b.size());
+  double error = 0, norm = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    error += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
+    norm += std::norm(std::complex<double>(b[i]));
+  }
+  return std::sqrt(error / norm);
+}
+
+// The worst of what reaches within 40 dB of the maximum.
+double worst_db(const std::vector<float>& a, const std::vector<float>& b) {
+  REQUIRE(a.size() == b.size());
+  const float largest = *std::max_element(b.begin(), b.end());
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (b[i] < 1e-4 * largest) continue;
+    worst = std::max(worst, std::abs(10 * std::log10(double(a[i]) / b[i])));
+  }
+  return worst;
+}
+
+// Echoes from everywhere in the fan, some elevated, from the bow of the array to the record's end.
+std::vector<Scatterer> echoes_of(const Sonar& sonar, int count, double near_m,
+                                 std::uint64_t seed = 77) {
+  std::vector<Scatterer> items = random_scatterers(sonar, count, near_m, seed);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    Scatterer& s = items[i];
+    const double azimuth =
+        (uniform(seed, 1, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
+    s.arrival = {static_cast<float>(azimuth),
+                 static_cast<float>(radians(20) * (uniform(seed, 1, i, 1) - 0.5))};
+    s.received_path_m = static_cast<float>(s.delay_s * 750 * (0.9 + 0.2 * uniform(seed, 1, i, 2)));
+    s.beam = sector_of(sonar, s.arrival.azimuth_rad).value_or(0);
+  }
+  return items;
+}
+
+ScattererList list_of(const Sonar& sonar, std::vector<Scatterer> items) {
+  return sorted_by_beam_and_delay(std::move(items), sonar.beam_count);
+}
+
+}  // namespace
+
+// Protects the series in every mode, element by element: noise, volumes, shading, wide elements,
+// wrong and dead ones, near echoes, and blocks of elements that are not full.
+TEST_CASE("device: an array's series are the reference's") {
+  const Steering steering = GENERATE(Steering::true_delay, Steering::phase);
+  const Focus focus = GENERATE(Focus::none, Focus::dynamic);
+  const int elements = GENERATE(1, 21, 48);
+  Sonar sonar = line_array(elements, 7, 100, 2);
+  sonar.array->steering = steering;
+  sonar.array->focus = focus;
+  sonar.array->shading.kind = Shading::hann;
+  sonar.array->element_width_m = 0.6e-3;
+  if (elements > 1) {
+    sonar.array->response[5] = 0;
+    sonar.array->response[7] = {1.1, 0.2};
+  }
+  if (elements == 21) sonar.array->spacing_m = 9e-3;
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = list_of(sonar, echoes_of(sonar, 60, 0.1));
+  const VolumeEcho water = volume_of(
+      setup, [](int beam, int n) { return (n + beam) % 9 == 0 ? 1e-5 * (1 + n % 5) : 0.0; });
+  for (const bool has_volumes : {false, true}) {
+    PingTask task{&list, keys_of_ping(1), has_volumes ? 1e-3 : 0.0, {}, false};
+    if (has_volumes) task.volumes = {&water, 1};
+    task.wants_channels = true;
+    const PingSeries got = one(*device(setup), task);
+    const PingSeries expected = one(*make_reference_backend(setup), task);
+    const double series = relative(got.pressure_pa, expected.pressure_pa);
+    const double channels = relative(got.channels_pa, expected.channels_pa);
+    CAPTURE(static_cast<int>(steering), static_cast<int>(focus), elements, has_volumes, series,
+            channels);
+    CHECK(series < 1e-5);
+    CHECK(channels < 1e-5);
+    CHECK(got.clean_power_pa2.empty());
+  }
+}
+
+// Protects noise to the edges of the band, where nothing filters it.
+TEST_CASE("device: noise of an array is the reference's") {
+  Sonar sonar = line_array(30, 5, 120, 1);
+  sonar.array->response[3] = 0;
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList nothing = sorted_by_beam_and_delay({}, sonar.beam_count);
+  const PingTask task{&nothing, keys_of_ping(1), 1e-3, {}, false};
+  const PingSeries got = one(*device(setup), task);
+  CHECK(relative(got.pressure_pa, one(*make_reference_backend(setup), task).pressure_pa) < 1e-5);
+}
+
+// Protects pulses that are not symmetric, and wide bands.
+TEST_CASE("device: an array's pulses are the reference's") {
+  for (const PulseShape shape : {PulseShape::flat, PulseShape::lfm, PulseShape::table}) {
+    CAPTURE(static_cast<int>(shape));
+    Sonar sonar = line_array(18, 5, 90, 1, 200e3);
+    sonar.pulse = pulse_of(shape, sonar);
+    const SynthesisSetup setup = setup_of(sonar);
+    const ScattererList list = list_of(sonar, echoes_of(sonar, 40, 0.05));
+    const PingTask task{&list, keys_of_ping(2), 0, {}, false};
+    const PingSeries got = one(*device(setup), task);
+    CHECK(relative(got.pressure_pa, one(*make_reference_backend(setup), task).pressure_pa) < 1e-5);
+  }
+}
+
+// Protects expected power. The pattern at a sample's range leaves out how an echo is spread by the
+// ways across the array: that shows in lobes and is a few percent of the whole. The CPU leaves out
+// the same; means are exact.
+TEST_CASE("device: an array's expected power is the CPU's, and near the reference's") {
+  Sonar sonar = line_array(64, 12, 60, 3);
+  sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
+  sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
+  sonar.array->element_width_m = 0.6e-3;
+  sonar.array->response[9] = 0;
+  const SynthesisSetup setup = setup_of(sonar);
+  ScattererList list = list_of(sonar, echoes_of(sonar, 40, 0.6));
+  const VolumeEcho water =
+      volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
+  const PingTask whole{&list, keys_of_ping(1), 0, {&water, 1}};
+  const auto got = one(*device(setup), whole).clean_power_pa2;
+  CHECK(worst_db(got, one(*make_cpu_backend(setup), whole).clean_power_pa2) < 0.002);
+  const auto exact = one(*make_reference_backend(setup), whole).clean_power_pa2;
+  CHECK(relative(got, exact) < 0.05);
+  CHECK(std::accumulate(got.begin(), got.end(), 0.0) ==
+        Approx(std::accumulate(exact.begin(), exact.end(), 0.0)).epsilon(0.02));
+  for (Scatterer& s : list.items) s.standard_deviation = 0;
+  const PingTask means{&list, keys_of_ping(1), 0, {}};
+  CHECK(worst_db(one(*device(setup), means).clean_power_pa2,
+                 one(*make_reference_backend(setup), means).clean_power_pa2) < 0.001);
+}
+
+// Protects against pings that see each other, and batches that show: each has its own keys, lists
+// and wishes.
+TEST_CASE("device: an array's batch is its pings one by one") {
+  Sonar sonar = line_array(20, 6, 60, 1);
+  const SynthesisSetup setup = setup_of(sonar);
+  const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
+  std::vector<ScattererList> lists;
+  std::vector<PingTask> tasks;
+  for (int p = 0; p < 5; ++p) {
+    lists.push_back(list_of(sonar, echoes_of(sonar, p == 3 ? 0 : 9 + 20 * p, 0.1, p)));
+  }
+  for (Scatterer& s : lists[2].items) s.mean = 0;
+  for (int p = 0; p < 5; ++p) {
+    tasks.push_back({&lists[p], keys_of_ping(p), p == 1 ? 1e-3 : 0, {}, p != 2, p == 0 || p == 4});
+    if (p == 4) tasks[p].volumes = {&volume, 1};
+  }
+  std::vector<PingSeries> together(5), few(5);
+  device(setup)->synthesize(tasks, together, Workers(2));
+  device(setup, new HostQueue(std::size_t{1} << 40, 1, 1))->synthesize(tasks, few, Workers(1));
+  const auto again = device(setup);
+  for (int p = 0; p < 5; ++p) {
+    CAPTURE(p);
+    const PingSeries alone = one(*again, tasks[p]);
+    CHECK(together[p].pressure_pa == alone.pressure_pa);
+    CHECK(together[p].clean_power_pa2 == alone.clean_power_pa2);
+    CHECK(together[p].channels_pa == alone.channels_pa);
+    CHECK(few[p].pressure_pa == alone.pressure_pa);
+    CHECK(few[p].clean_power_pa2 == alone.clean_power_pa2);
+    CHECK(few[p].channels_pa == alone.channels_pa);
+  }
+  CHECK(together[1].channels_pa.empty());
+  CHECK(together[2].clean_power_pa2.empty());
+  CHECK(together[4].channels_pa.size() == std::size_t(20) * setup.record.samples);
+}
+
+// Protects the estimate by which batches are cut to the device's memory: what a ping takes beside
+// the tables is not more than was said.
+TEST_CASE("device: an array's pings take what they announce") {
+  Sonar sonar = line_array(24, 16, 60, 2);
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = list_of(sonar, echoes_of(sonar, 500, 0.3));
+  const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
+  PingTask task{&list, keys_of_ping(0), 1e-3, {}};
+  task.wants_channels = true;
+  for (const bool has_volumes : {false, true}) {
+    CAPTURE(has_volumes);
+    if (has_volumes) task.volumes = {&volume, 1};
+    HostQueue probe;
+    const ArrayProgram<HostQueue> program(probe, setup);
+    const std::uint64_t announced = program.ping_bytes(list.size(), has_volumes);
+    const std::vector<PingTask> tasks(4, task);
+    auto* queue = new HostQueue();
+    const auto backend = device(setup, queue);
+    std::vector<PingSeries> series(4);
+    backend->synthesize(std::span(tasks).first(1), std::span(series).first(1), Workers(1));
+    const std::size_t first = queue->peak;
+    auto* queue_of_four = new HostQueue();
+    const auto backend_of_four = device(setup, queue_of_four);
+    backend_of_four->synthesize(tasks, series, Workers(1));
+    const double each = static_cast<double>(queue_of_four->peak - first) / 3;
+    CHECK(each <= 1.01 * announced);
+    CHECK(each >= 0.8 * announced);
+  }
+}
