@@ -17,22 +17,44 @@ std::string bytes_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} GB", b / 1e9);
 }
 
+// Every sequence of a scenario in which something is drawn, as far as that goes without its world.
+Status check_sequences(const ScenarioOptions& options, const Workers& workers) {
+  const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
+  if (!worlds) return worlds.error();
+  const Result<std::vector<SequenceInfo>> infos = worlds->all_infos({}, workers);
+  return infos ? Status() : infos.error();
+}
+
+Result<Session> first_session(const ScenarioOptions& options) {
+  const Result<std::string> text = read_scenario_text(options.scenario);
+  if (!text) return text.error();
+  const std::string label = options.scenario.string();
+  Result<Scenario> scenario =
+      parse_scenario(*text, label, options.scenario.parent_path(), options.overrides);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_session(std::move(*scenario), 0);
+  if (!session) return with_place(session.error(), *text, label, options.overrides);
+  return session;
+}
+
 }  // namespace
 
 Status check(const ScenarioOptions& options) {
-  const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
-  if (!worlds) return worlds.error();
-  const Session* session = &worlds->first();
+  const Result<Session> session = first_session(options);
+  if (!session) return session.error();
   for (const std::string& warning : session->world.warnings) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const int threads = Workers().threads();
-  for (const auto& text : starved_warnings(*session, worlds->first_tracer(), Workers(threads))) {
+  for (const auto& text : starved_warnings(*session, Tracer(session->world), Workers(threads))) {
     fmt::print(stderr, "warning: {}\n", text);
   }
-  const Result<std::vector<SequenceInfo>> infos = worlds->all_infos({}, Workers(threads));
-  if (!infos) return infos.error();
+  // Before anything else takes memory: it looks at what the process has.
   const Cost cost = estimate_cost(*session, threads);
+  if (varies_by_sequence(session->scenario)) {
+    Status valid = check_sequences(options, Workers(threads));
+    if (!valid) return valid;
+  }
   fmt::print("{}", to_yaml(session->scenario,
                            [](const std::filesystem::path& file) { return file.string(); }));
   fmt::print("# {} sequences x {} pings: {} beams x {} samples, {} rays a ping\n",

@@ -11,7 +11,7 @@ using namespace ensonify;
 // Protects what the figures stand for: the numbers of the cases as they are published.
 TEST_CASE("the cases are the paper's") {
   const std::vector<BenchCase> cases = bench_cases();
-  REQUIRE(cases.size() == 4);
+  REQUIRE(cases.size() == 5);
   const auto record = [](const BenchCase& c) { return make_record(c.sonar, c.water, 0); };
   CHECK(record(cases[0]).samples == 2392);
   CHECK(record(cases[0]).transform == 2500);
@@ -21,6 +21,11 @@ TEST_CASE("the cases are the paper's") {
   CHECK(make_fan(cases[1].sonar).size() == 58368);
   CHECK(make_fan(cases[2].sonar).size() == 5632);
   CHECK(make_fan(cases[3].sonar).size() == 3735552);
+  CHECK(record(cases[4]).samples == 2392);
+  CHECK(make_fan(cases[4].sonar).size() == 58368);
+  REQUIRE(cases[4].sonar.array);
+  CHECK(cases[4].sonar.array->elements == 256);
+  CHECK(cases[4].sonar.array->focus == Focus::dynamic);
 }
 
 // Protects the figures from an easy world: nearly all rays meet something, in all of the record.
