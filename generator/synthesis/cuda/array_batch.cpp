@@ -58,4 +58,10 @@ void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   });
 }
 
+// With what their ordering takes for a while.
+std::uint64_t array_echo_bytes() {
+  return sizeof(ArrivalRecord) + sizeof(DirectionRecord) + sizeof(EchoRecord) + sizeof(SortKey) +
+         sizeof(std::uint32_t);
+}
+
 }  // namespace ensonify

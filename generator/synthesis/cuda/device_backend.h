@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "synthesis/backend.h"
+#include "synthesis/cuda/array_batch.h"
 #include "synthesis/cuda/array_program.h"
 #include "synthesis/cuda/beam_program.h"
 
@@ -31,6 +32,7 @@ class DeviceBackend final : public Backend {
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
     memory.ping_bytes = has_volumes ? cells * sizeof(float) : 0;
     memory.echo_bytes = sizeof(EchoRecord) + sizeof(std::uint32_t);
+    if (setup_.sonar.array) memory.echo_bytes += array_echo_bytes();
     return memory;
   }
 
