@@ -144,7 +144,11 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
   const auto got = one(*device(setup), whole).clean_power_pa2;
   CHECK(worst_db(got, one(*make_cpu_backend(setup), whole).clean_power_pa2) < 0.002);
   // So near that kernels reach across the record's start.
-  const ScattererList close = list_of(sonar, echoes_of(sonar, 200, 0.02));
+  Scatterer at_once = target_at(sonar, 10, 0, 0.5);
+  at_once.delay_s = 1e-6;
+  at_once.standard_deviation = 1;
+  at_once.mean = 0;
+  const ScattererList close = list_of(sonar, {at_once});
   const VolumeEcho first = volume_of(setup, [](int, int n) { return n == 0 ? 1e-4 : 0.0; });
   for (const bool has_volume : {false, true}) {
     PingTask task{has_volume ? &list : &close, keys_of_ping(1), 0, {}};
