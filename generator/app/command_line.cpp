@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
+#include <map>
 #include <new>
 
 #include "app/commands.h"
@@ -12,6 +13,14 @@
 
 namespace ensonify {
 namespace {
+
+const std::map<std::string, BackendChoice>& backends() {
+  static const std::map<std::string, BackendChoice> all = {{"auto", BackendChoice::automatic},
+                                                           {"cpu", BackendChoice::cpu},
+                                                           {"cuda", BackendChoice::cuda},
+                                                           {"reference", BackendChoice::reference}};
+  return all;
+}
 
 // Everything that the command line can hold; each command reads its own part.
 struct Arguments {
@@ -73,8 +82,7 @@ Status run_generate(const Arguments& arguments) {
     options.sequences = *range;
   }
   options.threads = arguments.threads;
-  options.backend =
-      arguments.backend == "reference" ? BackendChoice::reference : BackendChoice::cpu;
+  options.backend = backends().at(arguments.backend);
   if (arguments.simd != "auto") {
     const SimdLevel level = *parse_simd_level(arguments.simd);
     if (level > best_simd_level()) {
@@ -114,8 +122,9 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0, 4096));
   command
       .add_option("--backend", arguments.backend,
-                  "auto, cpu, or reference (term by term in double precision, seconds a ping)")
-      ->check(CLI::IsMember({"auto", "cpu", "reference"}));
+                  "auto (a CUDA device where one answers, else cpu), cpu, cuda, or reference (term "
+                  "by term in double precision, seconds a ping)")
+      ->check(CLI::IsMember(backends()));
   command
       .add_option("--simd", arguments.simd,
                   "auto (what the processor has), sse4, avx2 or avx512: vectors of the inner loops")

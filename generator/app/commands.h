@@ -30,7 +30,7 @@ struct GenerateOptions {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
   int threads = 0;
-  BackendChoice backend = BackendChoice::cpu;
+  BackendChoice backend = BackendChoice::automatic;
   SimdLevel simd = best_simd_level();
   bool overwrite = false;
   bool quiet = false;

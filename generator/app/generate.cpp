@@ -43,7 +43,7 @@ std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& as
 }
 
 WorkIdentity identity_of(const SequenceWorlds& worlds, const std::vector<Asset>& assets,
-                         const SequenceInfo& first, const GenerateOptions& options) {
+                         const SequenceInfo& first, const Numerics& numerics) {
   const Session& session = worlds.first();
   // More sequences are the same work grown: the first ones stay as they are.
   Scenario without_count = session.scenario;
@@ -56,8 +56,8 @@ WorkIdentity identity_of(const SequenceWorlds& worlds, const std::vector<Asset>&
   identity.last_ping = first.last_ping;
   identity.program_version = program_version();
   identity.program_commit = program_commit();
-  identity.backend = options.backend == BackendChoice::reference ? "reference" : "cpu";
-  identity.simd = numerics_name(options.simd);
+  identity.backend = numerics.backend_name;
+  identity.simd = numerics_name(numerics.simd);
   identity.embree_isa = worlds.first_tracer().instruction_set();
   return identity;
 }
@@ -90,9 +90,9 @@ Result<PingRange> sequences_of(const GenerateOptions& options, const Scenario& s
 
 // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
 Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
-                       const GenerateOptions& options, const Workers& workers) {
+                       const Numerics& numerics, const Workers& workers) {
   if (!worlds.first().scenario.noise_snr_db) return {};
-  Pipeline pipeline(worlds.first(), worlds.first_tracer(), info, {options.backend, options.simd});
+  Pipeline pipeline(worlds.first(), worlds.first_tracer(), info, numerics);
   return pipeline.start_sequence(info, workers);
 }
 
@@ -114,6 +114,11 @@ Status generate(const GenerateOptions& options) {
   const Scenario& scenario = worlds->first().scenario;
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();
+  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  if (!numerics) return numerics.error();
+  if (numerics->backend == BackendChoice::cuda && !options.quiet) {
+    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+  }
   const Workers workers(options.threads);
   for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
     fmt::print(stderr, "warning: {}\n", text);
@@ -123,12 +128,12 @@ Status generate(const GenerateOptions& options) {
   Result<std::vector<Asset>> assets = hash_assets(scenario);
   if (!assets) return assets.error();
   if (Status kept = keep_inputs(options, scenario); !kept) return kept;
-  if (Status heard = check_ping_zero(*worlds, infos->front(), options, workers); !heard) {
+  if (Status heard = check_ping_zero(*worlds, infos->front(), *numerics, workers); !heard) {
     return heard;
   }
 
   DatasetInfo dataset;
-  dataset.identity = identity_of(*worlds, *assets, infos->front(), options);
+  dataset.identity = identity_of(*worlds, *assets, infos->front(), *numerics);
   Result<FolderState> state =
       open_work(options.output, dataset.identity, scenario.sequences, options.overwrite);
   if (!state) return state.error();
@@ -141,7 +146,7 @@ Status generate(const GenerateOptions& options) {
   listen_for_interrupts();
   const std::span<const SequenceInfo> asked =
       std::span(*infos).subspan(range->first, range->second - range->first);
-  if (Status made = make_sequences(options, *worlds, asked, workers); !made) return made;
+  if (Status made = make_sequences(options, *numerics, *worlds, asked, workers); !made) return made;
 
   std::uint64_t pings = 0;
   for (const SequenceInfo& info : asked) pings += info.last_ping - info.first_ping;

@@ -30,6 +30,7 @@ struct Turn {
 
 struct Run {
   const GenerateOptions& options;
+  const Numerics& numerics;
   const SequenceWorlds& worlds;
   Turns& turns;
   Progress& progress;
@@ -115,7 +116,7 @@ Status open_workshop(const Run& run, const SequenceInfo& info, Workshop& worksho
   workshop.world = std::move(*world);
   workshop.pipeline =
       std::make_unique<Pipeline>(*workshop.world.session, *workshop.world.tracer, info,
-                                 Numerics{run.options.backend, run.options.simd});
+                                 run.numerics);
   return {};
 }
 
@@ -158,7 +159,8 @@ int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {
 
 }  // namespace
 
-Status make_sequences(const GenerateOptions& options, const SequenceWorlds& worlds,
+Status make_sequences(const GenerateOptions& options, const Numerics& numerics,
+                      const SequenceWorlds& worlds,
                       std::span<const SequenceInfo> sequences, const Workers& workers) {
   std::uint64_t total = 0, found = 0;
   for (const SequenceInfo& info : sequences) {
@@ -172,7 +174,7 @@ Status make_sequences(const GenerateOptions& options, const SequenceWorlds& worl
   }
   Progress progress(progress_style(options.quiet), total, found);
   Turns turns(workers.threads());
-  const Run run{options, worlds, turns, progress};
+  const Run run{options, numerics, worlds, turns, progress};
   const int lanes = sequences_at_once(sequences, workers.threads());
   const int threads = std::max(1, workers.threads() / lanes);
   std::vector<Workshop> workshops(lanes);

@@ -28,8 +28,7 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
   const SynthesisSetup setup{
       session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
       numerics.simd, doppler.lowest, doppler.highest};
-  backend_ = numerics.backend == BackendChoice::reference ? make_reference_backend(setup)
-                                                          : make_cpu_backend(setup);
+  backend_ = make_backend(numerics, setup);
   if (info_.cartesian) {
     cartesian_map_ = cartesian_map(*info_.cartesian, session.sonar, session.water, session.record);
   }

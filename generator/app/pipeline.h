@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/hidden_power.h"
+#include "app/numerics.h"
 #include "app/ping_echoes.h"
 #include "app/session.h"
 #include "core/parallel.h"
@@ -19,13 +20,6 @@
 #include "trace/tracer.h"
 
 namespace ensonify {
-
-enum class BackendChoice { cpu, reference };
-
-struct Numerics {
-  BackendChoice backend = BackendChoice::cpu;
-  SimdLevel simd = best_simd_level();
-};
 
 class Pipeline {
  public:

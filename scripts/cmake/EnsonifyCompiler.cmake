@@ -24,17 +24,6 @@ if(ENSONIFY_SANITIZE)
   target_link_options(ensonify_flags INTERFACE -fsanitize=${ENSONIFY_SANITIZE})
 endif()
 
-if(ENSONIFY_CUDA)
-  enable_language(CUDA)
-  # CMake 3.25 does not know that nvcc 12 and newer speak C++20.
-  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION)
-    set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
-    set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")
-  endif()
-  set(CMAKE_CUDA_STANDARD 20)
-  set(CMAKE_CUDA_STANDARD_REQUIRED ON)
-endif()
-
 # ensonify_library(NAME folder SOURCES a.cpp ... USES other folders ... PRIVATE third parties ...)
 # One target a folder; third parties are PRIVATE, so that a wrong include does not compile.
 function(ensonify_library name)

@@ -50,7 +50,7 @@ PingResult ping_of(const std::vector<Override>& overrides) {
   if (!session) FAIL(session.error().message);
   const Tracer tracer(session->world);
   const SequenceInfo info = sequence_info(*session, 0, 0, 1);
-  Pipeline pipeline(*session, tracer, info, Numerics{BackendChoice::reference, best_simd_level()});
+  Pipeline pipeline(*session, tracer, info, Numerics{BackendChoice::reference, best_simd_level(), "reference"});
   if (const Status started = pipeline.start_sequence(info, Workers(2)); !started) {
     FAIL(started.error().message);
   }

@@ -54,7 +54,7 @@ struct Scene {
     tracer = std::make_unique<Tracer>(session->world);
     const SequenceInfo info = sequence_info(*session, 0, 0, 1);
     pipeline =
-        std::make_unique<Pipeline>(*session, *tracer, info, Numerics{backend, best_simd_level()});
+        std::make_unique<Pipeline>(*session, *tracer, info, Numerics{backend, best_simd_level(), "test"});
     const Status started = pipeline->start_sequence(info, Workers(2));
     if (!started) FAIL(started.error().message);
   }

@@ -4,6 +4,7 @@ ENSONIFY is the program, SCENES the folder of scenes. Run by ctest; by hand:
     ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest program_test
 """
 import hashlib
+import json
 import os
 import pathlib
 import random
@@ -156,7 +157,7 @@ class WrongScenarios(Case):
                           ["generate", self.scenario, "-o", output, "--pings", "3"],
                           ["generate", self.scenario, "-o", output, "--pings", "5:5"],
                           ["generate", self.scenario, "-o", output, "--pings", "0:31"],
-                          ["generate", self.scenario, "-o", output, "--backend", "cuda"],
+                          ["generate", self.scenario, "-o", output, "--backend", "opencl"],
                           ["generate", self.scenario, "-o", output, "--set", "seed"],
                           ["generate", self.scenario, "-o", output, "--seed", "-1"],
                           ["generate", self.scenario, "-o", output, "--set", "sonar.nothing=1"],
@@ -220,6 +221,42 @@ class Commands(Case):
     def test_progress_is_quiet_when_asked(self):
         result = run("generate", self.scenario, "-o", self.folder / "out", "--quiet", "--pings", "0:1")
         self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""))
+
+
+class Devices(Case):
+    """What happens without a device; with one, these skip."""
+
+    def without_module(self, *arguments):
+        return run("generate", self.scenario, "-o", self.folder / "out", "--pings", "0:1", *arguments,
+                   env={**os.environ, "ENSONIFY_CUDA_MODULE": str(self.folder / "none.so")})
+
+    def test_cuda_without_a_module_ends_with_5(self):
+        result = self.without_module("--backend", "cuda")
+        self.assertEqual(result.returncode, 5)
+        self.assertIn("none.so", result.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
+    def test_auto_without_a_module_runs_on_the_processor(self):
+        self.assertEqual(self.without_module().returncode, 0)
+        work = json.loads((self.folder / "out/work.json").read_text())
+        self.assertEqual(work["numerics"]["backend"], "cpu")
+
+    def test_a_module_that_is_none(self):
+        wrong = self.folder / "wrong.so"
+        wrong.write_text("not a library")
+        result = run("generate", self.scenario, "-o", self.folder / "out", "--backend", "cuda",
+                     env={**os.environ, "ENSONIFY_CUDA_MODULE": str(wrong)})
+        self.assertEqual(result.returncode, 5)
+        self.assertIn("wrong.so", result.stderr)
+
+    def test_cuda_without_a_device_tells_the_drivers_words(self):
+        result = run("generate", self.scenario, "-o", self.folder / "out", "--pings", "0:1",
+                     "--backend", "cuda")
+        if result.returncode == 0:
+            self.skipTest("a CUDA device answers")
+        self.assertEqual(result.returncode, 5)
+        self.assertTrue(result.stderr.startswith("CUDA: "), result.stderr)
+        self.assertFalse((self.folder / "out").exists())
 
 
 class Faults(Case):

@@ -138,6 +138,28 @@ TEST_CASE("device: results do not hang on batches, threads or what came before")
   }
 }
 
+// Protects callers that wait for the same device: each gets its own results.
+TEST_CASE("device: pings of many threads at once are their own") {
+  const Sonar sonar = p900(8, 8, 2);
+  const SynthesisSetup setup = setup_of(sonar);
+  constexpr int kPings = 24;
+  std::vector<ScattererList> lists;
+  for (int p = 0; p < kPings; ++p) {
+    lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), 8));
+  }
+  const auto backend = device(setup);
+  std::vector<PingSeries> got(kPings);
+  Workers(8).for_each(kPings, [&](std::size_t p) {
+    const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
+    backend->synthesize({&task, 1}, {&got[p], 1}, Workers(1));
+  });
+  for (int p = 0; p < kPings; ++p) {
+    const PingTask task{&lists[p], keys_of_ping(p), 1e-3, {}};
+    CHECK(one(*device(setup), task).pressure_pa == got[p].pressure_pa);
+  }
+}
+
+// Protects the callers that did not fail: a failure is told to all whose pings it was.
 TEST_CASE("device: a ping that does not fit by itself is out of memory") {
   const Sonar sonar = p900(8, 8, 2);
   const SynthesisSetup setup = setup_of(sonar);

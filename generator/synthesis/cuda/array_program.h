@@ -51,7 +51,7 @@ class ArrayProgram {
   }
 
   // Results stay on the device: series(), powers(), channels().
-  void run(const PingBatch& batch) {
+  void run(const PingBatch& batch, const Workers&) {
     upload(batch);
     make_spectra(batch, false);
     make_beams(batch, beams_);

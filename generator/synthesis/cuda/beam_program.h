@@ -12,6 +12,7 @@
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/beam_kernels.h"
 #include "synthesis/cuda/beam_tables.h"
+#include "synthesis/cuda/doppler_program.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 
@@ -25,7 +26,8 @@ class BeamProgram {
         setup_(setup),
         tables_(make_beam_tables(setup)),
         series_(queue, tables_.series),
-        power_(queue, tables_.power) {
+        power_(queue, tables_.power),
+        doppler_(queue, setup) {
     weight_.put(tables_.weight);
     power_weight_.put(tables_.power_weight);
     scale_.put(tables_.scale);
@@ -36,26 +38,52 @@ class BeamProgram {
   // Of a ping with so many scatterers on the device.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t sectors = setup_.sonar.beam_count, bins = setup_.record.transform;
-    const std::uint64_t points = std::max(tables_.series.points, tables_.power.points);
+    const std::uint64_t points =
+        std::max<std::uint64_t>({std::uint64_t(tables_.series.points),
+                                 std::uint64_t(tables_.power.points), doppler_.points()});
+    const std::uint64_t shift = doppler_.points() > 0 ? doppler_.echo_bytes() : 0;
     const std::uint64_t volumes = has_volumes ? bins + setup_.record.samples / 2 : 0;
     const std::uint64_t out = 5 * std::uint64_t(setup_.record.samples) / 2;
     return sectors * (points + bins + volumes + out) * sizeof(Complex32) +
-           echoes * (sizeof(EchoRecord) + sizeof(Complex32) + 3 * sizeof(float));
+           echoes * (sizeof(EchoRecord) + sizeof(Complex32) + 3 * sizeof(float) + shift);
   }
 
   // Results stay on the device: series(), powers().
-  void run(const PingBatch& batch) {
-    upload(batch);
-    make_series(batch, false, batch.has_noise, beams_);
-    if (!batch.wants_clean) return;
-    if (batch.has_means) make_series(batch, true, false, means_);
-    make_powers(batch);
+  void run(const PingBatch& batch, const Workers& workers) {
+    try {
+      run_once(batch, workers);
+    } catch (const std::bad_alloc&) {
+      // Buffers that earlier batches needed larger may be all that is in the way.
+      drop_buffers();
+      run_once(batch, workers);
+    }
   }
 
   const Complex32* series() const { return beams_.data(); }
   const float* powers() const { return powers_.data(); }
 
  private:
+  void run_once(const PingBatch& batch, const Workers& workers) {
+    upload(batch);
+    doppler_.upload(batch, workers);
+    make_series(batch, false, batch.has_noise, beams_);
+    if (!batch.wants_clean) return;
+    if (batch.has_means) make_series(batch, true, false, means_);
+    make_powers(batch);
+  }
+
+  void drop_buffers() {
+    for (auto* b : {&value_, &grid_, &record_, &cells_, &beams_, &means_}) b->drop();
+    for (auto* b : {&energy_, &place_, &powers_}) b->drop();
+    echoes_.drop();
+    ping_of_.drop();
+    offset_.drop();
+    pings_.drop();
+    volume_key_.drop();
+    first_.drop();
+    doppler_.drop_buffers();
+  }
+
   // A DeviceSpread there.
   struct Spread {
     Spread(Queue& queue, const DeviceSpread& spread)
@@ -104,6 +132,7 @@ class BeamProgram {
         batch.echoes.size(),
         PlaceEchoes{echoes_.data(), ping_of_.data(), pings_.data(), setup_.sonar.frequency_hz,
                     source_pa_m, points_per_s(series_), kernel.width, means_only, placed()});
+    doppler_.place(echoes_.data(), value_.data());
     queue_.run(rows * kernel.points, GatherSeries{placed(), pings_.data(), offset_.data(), kernel,
                                                   sectors(), grid_.data()});
     queue_.transform(grid_.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
@@ -118,6 +147,7 @@ class BeamProgram {
     queue_.run(rows * bins(), FilterSeries{grid_.data(), has_cells ? cells_.data() : nullptr,
                                            series_.filter.data(), series_.cell_filter.data(),
                                            kernel.points, bins(), record_.data()});
+    doppler_.add(pings_.data(), pings, grid_, record_.data());
     queue_.transform(record_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
     queue_.run(mixed(pings),
                MixSeries{record_.data(), pings_.data(), weight_.data() + kBeamsAThread,
@@ -161,6 +191,7 @@ class BeamProgram {
   SynthesisSetup setup_;
   BeamTables tables_;
   Spread series_, power_;
+  DopplerProgram<Queue> doppler_;
   DeviceBuffer<float, Queue> weight_{queue_}, power_weight_{queue_}, scale_{queue_},
       power_scale_{queue_};
   DeviceBuffer<EchoRecord, Queue> echoes_{queue_};

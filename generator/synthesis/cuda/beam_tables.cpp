@@ -13,7 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 
 // Single precision leaves 1e-6 anyway.
-constexpr double kSeriesError = 3e-6, kPowerError = 1e-6;
+constexpr double kPowerError = 1e-6;
 
 Complex32 narrow(Complex z) { return {static_cast<float>(z.real()), static_cast<float>(z.imag())}; }
 
@@ -37,9 +37,9 @@ DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
   return spread;
 }
 
-DeviceSpread series_spread(const std::vector<Complex>& spectrum) {
+DeviceSpread series_spread(const std::vector<Complex>& spectrum, double error) {
   const int bins = static_cast<int>(spectrum.size()), half = bins / 2;
-  const SpreadKernel kernel = choose_spread_kernel(spectrum, -half, kSeriesError);
+  const SpreadKernel kernel = choose_spread_kernel(spectrum, -half, error);
   DeviceSpread spread = spread_of(kernel, bins);
   for (int k = -half; k < half; ++k) {
     const int bin = k < 0 ? k + bins : k;

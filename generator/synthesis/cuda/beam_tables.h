@@ -26,9 +26,10 @@ struct BeamTables {
   std::vector<float> scale, power_scale;  // [beams]
 };
 
-// A kernel as a device takes it, filters still empty; and one for records of so a spectrum.
+// A kernel as a device takes it, filters still empty; and one for records of so a spectrum, whose
+// echoes err by at most `error`: single precision leaves 1e-6.
 DeviceSpread spread_of(const SpreadKernel& kernel, int transform);
-DeviceSpread series_spread(const std::vector<std::complex<double>>& spectrum);
+DeviceSpread series_spread(const std::vector<std::complex<double>>& spectrum, double error = 3e-6);
 
 // Records agree with the CPU's to 1e-5 of their norm, expected powers to 0.1 dB where they lie
 // within 40 dB of the largest.

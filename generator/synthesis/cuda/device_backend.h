@@ -2,11 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <span>
+#include <vector>
 
 #include "core/error.h"
 #include "synthesis/backend.h"
@@ -31,16 +32,64 @@ class DeviceBackend final : public Backend {
     SynthesisMemory memory;
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
     memory.ping_bytes = has_volumes ? cells * sizeof(float) : 0;
-    memory.echo_bytes = sizeof(EchoRecord) + sizeof(std::uint32_t);
+    const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
+    memory.echo_bytes =
+        sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(ShiftRecord) : 0);
     if (setup_.sonar.array) memory.echo_bytes += array_echo_bytes();
     return memory;
   }
 
-  // One caller at a time: there is one device.
+  // There is one device: what several threads ask for while it is at work makes its next batch.
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
-    const std::lock_guard lock(mutex_);
+    Request mine{tasks, series};
+    {
+      const std::lock_guard lock(waiting_mutex_);
+      waiting_.push_back(&mine);
+    }
+    {
+      const std::lock_guard lock(device_mutex_);
+      if (!mine.is_done) run_waiting(workers);
+    }
+    if (mine.failure) std::rethrow_exception(mine.failure);
+  }
+
+ private:
+  struct Request {
+    std::span<const PingTask> tasks;
+    std::span<PingSeries> series;
+    bool is_done = false;
+    std::exception_ptr failure = {};
+  };
+
+  // All that wait by now, as if one caller had asked for them.
+  void run_waiting(const Workers& workers) const {
+    std::vector<Request*> taken;
+    {
+      const std::lock_guard lock(waiting_mutex_);
+      taken.swap(waiting_);
+    }
+    std::vector<PingTask> tasks;
+    for (const Request* r : taken) tasks.insert(tasks.end(), r->tasks.begin(), r->tasks.end());
+    std::vector<PingSeries*> series;
+    for (const Request* r : taken) {
+      for (PingSeries& s : r->series) series.push_back(&s);
+    }
+    std::exception_ptr failure;
+    try {
+      run_batches(tasks, series, workers);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    for (Request* r : taken) {
+      r->failure = failure;
+      r->is_done = true;
+    }
+  }
+
+  void run_batches(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
+                   const Workers& workers) const {
     std::size_t most = kMostPings;
     for (std::size_t first = 0; first < tasks.size();) {
       const std::size_t count = std::min(fitting(tasks.subspan(first)), most);
@@ -55,7 +104,6 @@ class DeviceBackend final : public Backend {
     }
   }
 
- private:
   // At least one.
   std::size_t fitting(std::span<const PingTask> tasks) const {
     const double free = kBatchShare * static_cast<double>(queue_->free_bytes());
@@ -70,19 +118,20 @@ class DeviceBackend final : public Backend {
     return count;
   }
 
-  void run_batch(std::span<const PingTask> tasks, std::span<PingSeries> series,
+  void run_batch(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
                  const Workers& workers) const {
     fill_batch(setup_, tasks, workers, batch_);
-    program_.run(batch_);
+    program_.run(batch_, workers);
     const std::size_t cells = std::size_t(setup_.sonar.beam_count) * setup_.record.samples;
     for (std::size_t p = 0; p < tasks.size(); ++p) {
-      series[p].pressure_pa.resize(cells);
-      queue_->download(series[p].pressure_pa.data(), program_.series() + p * cells,
+      PingSeries& result = *series[p];
+      result.pressure_pa.resize(cells);
+      queue_->download(result.pressure_pa.data(), program_.series() + p * cells,
                        cells * sizeof(Complex32));
-      download_channels(tasks[p], p, series[p]);
-      series[p].clean_power_pa2.resize(tasks[p].wants_clean ? cells : 0);
+      download_channels(tasks[p], p, result);
+      result.clean_power_pa2.resize(tasks[p].wants_clean ? cells : 0);
       if (!tasks[p].wants_clean) continue;
-      queue_->download(series[p].clean_power_pa2.data(), program_.powers() + p * cells,
+      queue_->download(result.clean_power_pa2.data(), program_.powers() + p * cells,
                        cells * sizeof(float));
     }
   }
@@ -102,7 +151,8 @@ class DeviceBackend final : public Backend {
 
   std::unique_ptr<Queue> queue_;
   SynthesisSetup setup_;
-  mutable std::mutex mutex_;
+  mutable std::mutex device_mutex_, waiting_mutex_;
+  mutable std::vector<Request*> waiting_;
   mutable Program program_;
   mutable PingBatch batch_;
 };

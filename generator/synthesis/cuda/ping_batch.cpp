@@ -9,18 +9,53 @@
 namespace ensonify {
 namespace {
 
-// One ping's echoes, from `first` of the batch's on. Returns whether any has a mean.
-bool fill_echoes(const ScattererList& list, std::uint32_t ping, std::uint32_t first,
-                 PingBatch& batch) {
+struct ListSummary {
   bool has_means = false;
+  std::uint32_t shifted = 0;
+};
+
+// One ping's echoes, from `first` of the batch's on.
+ListSummary fill_echoes(const ScattererList& list, std::uint32_t ping, std::uint32_t first,
+                        PingBatch& batch) {
+  ListSummary summary;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const Scatterer& s = list.items[i];
-    has_means |= s.mean != std::complex<float>(0);
+    summary.has_means |= s.mean != std::complex<float>(0);
+    summary.shifted += s.doppler != 0 ? 1 : 0;
     batch.echoes[first + i] = {s.delay_s, s.key, s.mean.real(), s.mean.imag(), s.standard_deviation,
                                s.gain};
     batch.ping_of[first + i] = ping;
   }
-  return has_means;
+  return summary;
+}
+
+// One ping's shifts, from `next` of the batch's on.
+void fill_shifts(const ScattererList& list, std::uint32_t first, std::uint32_t next,
+                 std::uint32_t* offset, PingBatch& batch) {
+  for (std::size_t j = 0; j + 1 < list.beam_offset.size(); ++j) {
+    offset[j] = next;
+    for (std::uint32_t i = list.beam_offset[j]; i < list.beam_offset[j + 1]; ++i) {
+      if (list.items[i].doppler != 0) batch.shifts[next++] = {first + i, list.items[i].doppler};
+    }
+  }
+  offset[list.beam_offset.size() - 1] = next;
+}
+
+// Those of all pings; `first` [pings + 1] of the echoes.
+void fill_all_shifts(std::span<const PingTask> tasks, const std::vector<ListSummary>& summary,
+                     const std::vector<std::uint32_t>& first, const Workers& workers,
+                     PingBatch& batch) {
+  std::vector<std::uint32_t> first_shift(tasks.size() + 1);
+  for (std::size_t p = 0; p < tasks.size(); ++p) {
+    first_shift[p + 1] = first_shift[p] + summary[p].shifted;
+  }
+  batch.shifts.resize(first_shift.back());
+  batch.shift_offset.resize(batch.shifts.empty() ? 0 : batch.offset.size());
+  if (batch.shifts.empty()) return;
+  workers.for_each(tasks.size(), [&](std::size_t p) {
+    fill_shifts(*tasks[p].scatterers, first[p], first_shift[p],
+                batch.shift_offset.data() + batch.pings[p].first_offset, batch);
+  });
 }
 
 void fill_energy(const PingTask& task, std::size_t cells, float* energy) {
@@ -60,17 +95,19 @@ void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   batch.ping_of.resize(first.back());
   batch.offset.resize(count * (sectors + 1));
   batch.energy.resize(has_volumes ? count * cells : 0);
-  std::vector<char> has_means(count);
+  std::vector<ListSummary> summary(count);
   workers.for_each(count, [&](std::size_t p) {
     const ScattererList& list = *tasks[p].scatterers;
     ENSONIFY_ASSERT(list.beam_offset.size() == sectors + 1);
-    has_means[p] = fill_echoes(list, static_cast<std::uint32_t>(p), first[p], batch);
+    summary[p] = fill_echoes(list, static_cast<std::uint32_t>(p), first[p], batch);
     for (std::size_t j = 0; j <= sectors; ++j) {
       batch.offset[p * (sectors + 1) + j] = first[p] + list.beam_offset[j];
     }
     if (has_volumes) fill_energy(tasks[p], cells, batch.energy.data() + p * cells);
   });
-  batch.has_means = std::any_of(has_means.begin(), has_means.end(), [](char c) { return c != 0; });
+  batch.has_means =
+      std::any_of(summary.begin(), summary.end(), [](const ListSummary& s) { return s.has_means; });
+  fill_all_shifts(tasks, summary, first, workers, batch);
   if (setup.sonar.array) fill_arrivals(setup, tasks, workers, batch);
 }
 

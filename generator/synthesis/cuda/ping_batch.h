@@ -11,9 +11,11 @@
 namespace ensonify {
 
 struct PingBatch {
-  std::vector<EchoRecord> echoes;      // of all pings, one after another
-  std::vector<std::uint32_t> ping_of;  // [echoes]
-  std::vector<std::uint32_t> offset;   // [pings][sectors + 1], among all echoes
+  std::vector<EchoRecord> echoes;           // of all pings, one after another
+  std::vector<std::uint32_t> ping_of;       // [echoes]
+  std::vector<std::uint32_t> offset;        // [pings][sectors + 1], among all echoes
+  std::vector<ShiftRecord> shifts;          // of those with doppler != 0, in the same order
+  std::vector<std::uint32_t> shift_offset;  // as offset, among all shifts; empty: there are none
   std::vector<PingRecord> pings;
   std::vector<std::uint64_t> volume_key;  // [pings]
   std::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any

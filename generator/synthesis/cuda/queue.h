@@ -31,8 +31,7 @@ class DeviceBuffer {
   // At least n elements; what was there is lost where there were fewer.
   void need(std::size_t n) {
     if (n <= size_) return;
-    queue_->release(std::exchange(data_, nullptr));
-    size_ = 0;
+    drop();
     data_ = static_cast<T*>(queue_->allocate(n * sizeof(T)));
     size_ = n;
   }
@@ -40,6 +39,10 @@ class DeviceBuffer {
   void put(std::span<const T> values) {
     need(values.size());
     if (!values.empty()) queue_->upload(data_, values.data(), values.size_bytes());
+  }
+  void drop() {
+    queue_->release(std::exchange(data_, nullptr));
+    size_ = 0;
   }
   T* data() const { return data_; }
 

@@ -1,6 +1,7 @@
 // What goes up to a device, and what its functions work on: plain structs and pointers.
 //
 //   EchoRecord    one scatterer
+//   ShiftRecord   one that comes back shifted
 //   PingRecord    one ping of a batch
 //   ArrivalRecord  DirectionRecord  SectorRecord   for an array
 //   DeviceKernel  a spreading kernel as polynomials
@@ -22,6 +23,12 @@ struct EchoRecord {
   double delay_s;
   std::uint64_t key;
   float mean_re, mean_im, deviation, gain;
+};
+
+// What a shifted scatterer has beside.
+struct ShiftRecord {
+  std::uint32_t echo;  // of the batch's
+  float doppler;
 };
 
 // Where its sound seems to come from: so far away, at that cosine with the line.

@@ -1,0 +1,65 @@
+// A CUDA device as device programs see it (queue.h).
+#pragma once
+
+#include <cuda_runtime.h>
+#include <cufft.h>
+
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "core/error.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cuda/records.h"
+
+namespace ensonify {
+
+// Throws std::bad_alloc where memory does not suffice, DeviceFailure with the driver's words else.
+void check_cuda(cudaError_t error, const char* doing);
+void check_cufft(cufftResult result, const char* doing);
+
+template <class Functor>
+__global__ void run_functor(std::int64_t count, Functor functor) {
+  const std::int64_t stride = std::int64_t{gridDim.x} * blockDim.x;
+  for (std::int64_t i = std::int64_t{blockIdx.x} * blockDim.x + threadIdx.x; i < count;
+       i += stride) {
+    functor(i);
+  }
+}
+
+class CudaQueue {
+ public:
+  explicit CudaQueue(int device);
+  ~CudaQueue();
+  CudaQueue(const CudaQueue&) = delete;
+  CudaQueue& operator=(const CudaQueue&) = delete;
+
+  void* allocate(std::size_t bytes);
+  void release(void* memory);
+  void upload(void* to, const void* from, std::size_t bytes);
+  void download(void* to, const void* from, std::size_t bytes);
+  void zero(void* to, std::size_t bytes);
+  void transform(Complex32* rows, int length, int count, FftDirection direction);
+  void wait();
+  std::size_t free_bytes();
+
+  template <class Functor>
+  void run(std::int64_t count, const Functor& functor) {
+    if (count == 0) return;
+    constexpr int kThreads = 256;
+    constexpr std::int64_t kMostBlocks = std::int64_t{1} << 30;
+    const std::int64_t blocks = std::min((count + kThreads - 1) / kThreads, kMostBlocks);
+    use();
+    run_functor<<<static_cast<unsigned>(blocks), kThreads, 0, stream_>>>(count, functor);
+    check_cuda(cudaGetLastError(), "launching a kernel");
+  }
+
+ private:
+  void use();  // calls of any thread go to this device
+
+  int device_;
+  cudaStream_t stream_ = nullptr;
+  std::map<std::pair<int, int>, cufftHandle> plans_;  // by length and count
+};
+
+}  // namespace ensonify

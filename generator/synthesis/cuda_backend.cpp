@@ -1,0 +1,81 @@
+#include "synthesis/cuda_backend.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "synthesis/cuda/module_api.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kMostDevices = 64;
+
+std::filesystem::path module_path() {
+  if (const char* given = std::getenv("ENSONIFY_CUDA_MODULE")) return given;
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return self.parent_path() / "libensonify_cuda.so";
+}
+
+Error missing(const std::string& trouble) { return {ErrorKind::device, "CUDA: " + trouble}; }
+
+// Stays open: what it made must not outlive it.
+Result<const CudaModuleApi*> open_module() {
+  const std::filesystem::path path = module_path();
+  if (!std::filesystem::exists(path)) {
+    return missing(
+        "there is no " + path.string() +
+        "; the program was built without a CUDA compiler, or its module was left behind");
+  }
+  void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (module == nullptr) return missing(dlerror());
+  void* entry = dlsym(module, kCudaModuleEntry);
+  if (entry == nullptr) return missing(path.string() + " is no module of this program");
+  const CudaModuleApi* api = reinterpret_cast<CudaModuleEntry>(entry)();
+  if (std::strcmp(api->built_from, cuda_module_identity()) != 0) {
+    return missing(path.string() + " was built from another version (" + api->built_from +
+                   ") than the program (" + cuda_module_identity() + ")");
+  }
+  return api;
+}
+
+const Result<const CudaModuleApi*>& opened_module() {
+  static const Result<const CudaModuleApi*> module = open_module();
+  return module;
+}
+
+}  // namespace
+
+const char* cuda_module_identity() {
+  static const std::string identity =
+      std::string(__VERSION__) + ", " + std::to_string(sizeof(SynthesisSetup)) + " " +
+      std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(Scatterer)) + " " +
+      std::to_string(sizeof(VolumeEcho));
+  return identity.c_str();
+}
+
+Result<std::vector<CudaDeviceInfo>> cuda_devices() {
+  const Result<const CudaModuleApi*>& module = opened_module();
+  if (!module) return module.error();
+  std::vector<CudaDevice> found(kMostDevices);
+  char words[512] = "";
+  const int count = (*module)->devices(found.data(), kMostDevices, words, sizeof words);
+  if (count < 0) return missing(words);
+  if (count == 0) return missing("the driver knows no device");
+  std::vector<CudaDeviceInfo> devices;
+  for (int i = 0; i < count; ++i) {
+    devices.push_back({found[i].index, found[i].name, found[i].memory_bytes});
+  }
+  return devices;
+}
+
+Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup, int device) {
+  const Result<std::vector<CudaDeviceInfo>> devices = cuda_devices();
+  if (!devices) return devices.error();
+  return std::unique_ptr<Backend>((*opened_module())->make_backend(setup, device));
+}
+
+}  // namespace ensonify
