@@ -143,6 +143,21 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
   const PingTask whole{&list, keys_of_ping(1), 0, {&water, 1}};
   const auto got = one(*device(setup), whole).clean_power_pa2;
   CHECK(worst_db(got, one(*make_cpu_backend(setup), whole).clean_power_pa2) < 0.002);
+  // So near that kernels reach across the record's start.
+  Scatterer at_once = target_at(sonar, 10, 0, 0.5);
+  at_once.delay_s = 1e-6;
+  at_once.standard_deviation = 1;
+  at_once.mean = 0;
+  const ScattererList close = list_of(sonar, {at_once});
+  const VolumeEcho first = volume_of(setup, [](int, int n) { return n == 0 ? 1e-4 : 0.0; });
+  for (const bool has_volume : {false, true}) {
+    PingTask task{has_volume ? &list : &close, keys_of_ping(1), 0, {}};
+    if (has_volume) task.volumes = {&first, 1};
+    const double error = worst_db(one(*device(setup), task).clean_power_pa2,
+                                  one(*make_cpu_backend(setup), task).clean_power_pa2);
+    CAPTURE(has_volume);
+    CHECK(error < 0.002);
+  }
   const auto exact = one(*make_reference_backend(setup), whole).clean_power_pa2;
   CHECK(relative(got, exact) < 0.05);
   CHECK(std::accumulate(got.begin(), got.end(), 0.0) ==

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "synthesis/cpu/array_patterns.h"
 
 namespace ensonify {
@@ -16,6 +17,8 @@ void order_by_delay(const ScattererList& list, std::uint32_t first, PingBatch& b
   const std::vector<EchoRecord> echoes(begin, begin + static_cast<std::ptrdiff_t>(keys.size()));
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Scatterer& s = list.items[keys[i].index];
+    // Pulses of shifted echoes are those of BeamProgram alone so far.
+    ENSONIFY_ASSERT(s.doppler == 0);
     const double cosine = unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y;
     batch.echoes[first + i] = echoes[keys[i].index];
     batch.arrivals[first + i] = {static_cast<double>(s.received_path_m), cosine};
@@ -56,6 +59,12 @@ void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
     order_by_direction(grid, offset[0], offset[sectors], groups, batch,
                        batch.direction_offset.data() + p * (groups + 1));
   });
+}
+
+// With what their ordering takes for a while.
+std::uint64_t array_echo_bytes() {
+  return sizeof(ArrivalRecord) + sizeof(DirectionRecord) + sizeof(EchoRecord) + sizeof(SortKey) +
+         sizeof(std::uint32_t);
 }
 
 }  // namespace ensonify

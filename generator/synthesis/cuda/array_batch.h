@@ -14,4 +14,7 @@ namespace ensonify {
 void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                    const Workers& workers, PingBatch& batch);
 
+// Of each echo, on the host.
+std::uint64_t array_echo_bytes();
+
 }  // namespace ensonify

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "synthesis/backend.h"
+#include "synthesis/cuda/array_batch.h"
 #include "synthesis/cuda/array_program.h"
 #include "synthesis/cuda/beam_program.h"
 
@@ -34,6 +35,7 @@ class DeviceBackend final : public Backend {
     const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
     memory.echo_bytes =
         sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(ShiftRecord) : 0);
+    if (setup_.sonar.array) memory.echo_bytes += array_echo_bytes();
     return memory;
   }
 
