@@ -2,8 +2,9 @@
 //
 // |h_j(t)|^2 of a scatterer is taken as the beam's power pattern at the scatterer's direction and
 // the range of the sample, times the power of the beam's envelope: exact for what lies on a beam's
-// axis at its focus, and within 0.1 dB for what reaches within 40 dB of the record's maximum; the
-// spread of an echo in time by the ways across the array is left out in side lobes.
+// axis at its focus; the spread of an echo in time by the ways across the array is left out.
+// Relative L2 against the definition: 1 % steered by delay and focused, up to 11 % by phase without
+// focus.
 #pragma once
 
 #include <memory>
