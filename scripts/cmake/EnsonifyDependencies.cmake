@@ -2,8 +2,16 @@
 # file first, so that no find module shipped beside another library shadows it.
 
 find_package(Threads REQUIRED)
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
+# A machine without Debian's packages gets FFTW and Catch2 from a folder (scripts/gpu_check.sh).
+set(ENSONIFY_CARRIED "" CACHE PATH "Folder with FFTW and Catch2; empty: the system's")
+if(ENSONIFY_CARRIED)
+  add_library(PkgConfig::FFTW INTERFACE IMPORTED)
+  target_include_directories(PkgConfig::FFTW INTERFACE ${ENSONIFY_CARRIED}/include)
+  target_link_libraries(PkgConfig::FFTW INTERFACE ${ENSONIFY_CARRIED}/lib/libfftw3.a m)
+else()
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
+endif()
 
 if(ENSONIFY_USE_TBB AND NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(TBB CONFIG REQUIRED)
@@ -33,6 +41,10 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 endif()
 
-if(ENSONIFY_TESTS)
+if(ENSONIFY_TESTS AND ENSONIFY_CARRIED)
+  add_library(Catch2::Catch2 INTERFACE IMPORTED)
+  target_include_directories(Catch2::Catch2 INTERFACE ${ENSONIFY_CARRIED}/include)
+  list(APPEND CMAKE_MODULE_PATH ${ENSONIFY_CARRIED}/cmake)
+elseif(ENSONIFY_TESTS)
   find_package(Catch2 REQUIRED)
 endif()

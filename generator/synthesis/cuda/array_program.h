@@ -51,8 +51,13 @@ class ArrayProgram {
   }
 
   // Results stay on the device: series(), powers(), channels().
-  void run(const PingBatch& batch, const Workers&) {
-    upload(batch);
+  void run(const PingBatch& batch, const Workers& workers) {
+    upload(batch, workers);
+    compute(batch);
+  }
+  // Its two halves.
+  void upload(const PingBatch& batch, const Workers&) { upload(batch); }
+  void compute(const PingBatch& batch) {
     make_spectra(batch, false);
     make_beams(batch, beams_);
     if (batch.wants_channels) make_channels(batch);

@@ -51,27 +51,31 @@ class BeamProgram {
   // Results stay on the device: series(), powers().
   void run(const PingBatch& batch, const Workers& workers) {
     try {
-      run_once(batch, workers);
+      upload(batch, workers);
+      compute(batch);
     } catch (const std::bad_alloc&) {
       // Buffers that earlier batches needed larger may be all that is in the way.
       drop_buffers();
-      run_once(batch, workers);
+      upload(batch, workers);
+      compute(batch);
     }
   }
-
-  const Complex32* series() const { return beams_.data(); }
-  const float* powers() const { return powers_.data(); }
-
- private:
-  void run_once(const PingBatch& batch, const Workers& workers) {
+  // Its two halves.
+  void upload(const PingBatch& batch, const Workers& workers) {
     upload(batch);
     doppler_.upload(batch, workers);
+  }
+  void compute(const PingBatch& batch) {
     make_series(batch, false, batch.has_noise, beams_);
     if (!batch.wants_clean) return;
     if (batch.has_means) make_series(batch, true, false, means_);
     make_powers(batch);
   }
 
+  const Complex32* series() const { return beams_.data(); }
+  const float* powers() const { return powers_.data(); }
+
+ private:
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &record_, &cells_, &beams_, &means_}) b->drop();
     for (auto* b : {&energy_, &place_, &powers_}) b->drop();

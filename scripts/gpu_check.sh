@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# ./scripts/gpu_check.sh [carry DIR]
+# On a machine with a CUDA device, a CUDA toolkit and CMake: builds the cuda preset, runs every test
+# and the benchmark, and prints one table. What such a machine lacks, Catch2 and FFTW, comes along in
+# build/carried: `gpu_check.sh carry` puts it there on a machine that has Debian's packages.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+carried=$PWD/build/carried
+
+if [ "${1:-}" = carry ]; then
+  rm -rf "$carried"
+  mkdir -p "$carried/include" "$carried/lib" "$carried/cmake"
+  cp -r /usr/include/catch2 "$carried/include/"
+  cp /usr/include/fftw3.h "$carried/include/"
+  cp "$(dpkg -L libfftw3-dev | grep '/libfftw3\.a$')" "$carried/lib/"
+  cp $(dpkg -L catch2 | grep -E '/Catch(AddTests)?\.cmake$') "$carried/cmake/"
+  echo "carried: $(du -sh "$carried" | cut -f1) in build/carried"
+  exit 0
+fi
+[ $# -eq 0 ] || { sed -n '2,5s/^# //p' "$0" >&2; exit 2; }
+generator=$(command -v ninja >/dev/null && echo Ninja || echo "Unix Makefiles")
+cmake -S . -B build/cuda -G "$generator" -DCMAKE_BUILD_TYPE=Release -DENSONIFY_ACOUSTICS_ONLY=ON \
+  -DENSONIFY_CUDA=ON -DENSONIFY_USE_TBB=OFF "-DENSONIFY_CARRIED=$([ -d "$carried" ] && echo "$carried")" >build-cuda.log 2>&1 ||
+  { cat build-cuda.log >&2; exit 1; }
+rm -f build-cuda.log
+cmake --build build/cuda -j "$(nproc)" --target all ensonify_gpu_bench
+(cd build/cuda && ctest -LE long -j "$(nproc)" --output-on-failure | grep -vE '^ *(Start|[0-9]+/[0-9]+ .*Passed)')
+build/cuda/ensonify_gpu_bench
+if command -v compute-sanitizer >/dev/null; then
+  for tool in memcheck racecheck; do
+    echo "== compute-sanitizer $tool"
+    ENSONIFY_CUDA_MODULE=$PWD/build/cuda/libensonify_cuda.so \
+      compute-sanitizer --tool "$tool" --error-exitcode 1 build/cuda/tests/synthesis/test_gpu | tail -3
+  done
+fi
