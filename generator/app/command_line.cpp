@@ -141,7 +141,7 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
   CLI::App& command = *app.add_subcommand(
       "bench", "stage by stage speed of this machine, each next to its plain reference");
   command.add_option("--json", options.json, "write the numbers to this file as well");
-  command.add_option("--case", options.case_name, "only this case: full, table1, reduced or dense");
+  command.add_option("--case", options.case_name, "only this case: full, table1, reduced, dense or array");
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command

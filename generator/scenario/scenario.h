@@ -61,7 +61,7 @@ struct SonarSpec {
   double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
-  int rays_per_cell = 0;  // 0: left out
+  int rays_per_cell = 0;           // 0: left out
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;

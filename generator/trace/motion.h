@@ -56,9 +56,9 @@ Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound
 
 // Delay, arrival, sector, received path, gain and shift of every echo become those of its flight,
 // the departure of what moves too. Gain: 1/(out in) 10^(-absorption (out + in)/20), and for the
-// elevation pattern two_direction_pattern; the direction sent into weighs the transmit pattern. Echoes
-// that come in outside the sectors, or at c tau/2 outside the ranges, are dropped; in elevation the
-// fan binds only what is sent. Sorted again: origin[i] is where item i was before.
+// elevation pattern two_direction_pattern; the direction sent into weighs the transmit pattern.
+// Echoes that come in outside the sectors, or at c tau/2 outside the ranges, are dropped; in
+// elevation the fan binds only what is sent. Sorted again: origin[i] is where item i was before.
 struct MovedEchoes {
   ScattererList list;
   std::vector<std::uint32_t> origin;

@@ -31,19 +31,12 @@ double distance_m(const SpherePatch& patch, double low_m, double high_m) {
   return patch.radius_m * (latitude(high_m) - latitude(low_m));
 }
 
+// Two halves in the middle of one of the patch's sides.
 template <class P>
-std::array<P, 2> cut_azimuth(const P& patch) {
+std::array<P, 2> cut_along(const P& patch, Interval P::*side) {
   std::array<P, 2> halves{patch, patch};
-  const auto spans = halves_of(patch.azimuth_rad);
-  for (int i = 0; i < 2; ++i) halves[i].azimuth_rad = spans[i];
-  return halves;
-}
-
-template <class P>
-std::array<P, 2> cut_height(const P& patch) {
-  std::array<P, 2> halves{patch, patch};
-  const auto spans = halves_of(patch.z_m);
-  for (int i = 0; i < 2; ++i) halves[i].z_m = spans[i];
+  const auto spans = halves_of(patch.*side);
+  for (int i = 0; i < 2; ++i) halves[i].*side = spans[i];
   return halves;
 }
 
@@ -87,22 +80,19 @@ std::array<RectanglePatch, 2> halves_of(const RectanglePatch& r) {
 std::array<SpherePatch, 2> halves_of(const SpherePatch& s) {
   const double high = distance_m(s, s.z_m.low, s.z_m.high);
   const bool is_wide = widest_circle(s) * s.azimuth_rad.length() >= high;
-  return is_wide ? cut_azimuth(s) : cut_height(s);
+  return cut_along(s, is_wide ? &SpherePatch::azimuth_rad : &SpherePatch::z_m);
 }
 
 std::array<MantlePatch, 2> halves_of(const MantlePatch& m) {
   const bool is_wide = m.radius_m * m.azimuth_rad.length() >= m.z_m.length();
-  return is_wide ? cut_azimuth(m) : cut_height(m);
+  return cut_along(m, is_wide ? &MantlePatch::azimuth_rad : &MantlePatch::z_m);
 }
 
 std::array<DiscPatch, 2> halves_of(const DiscPatch& d) {
   const double inner = std::sqrt(d.radius_squared_m2.low);
   const double outer = std::sqrt(d.radius_squared_m2.high);
-  if ((inner + outer) / 2 * d.azimuth_rad.length() >= outer - inner) return cut_azimuth(d);
-  std::array<DiscPatch, 2> halves{d, d};
-  const auto spans = halves_of(d.radius_squared_m2);
-  for (int i = 0; i < 2; ++i) halves[i].radius_squared_m2 = spans[i];
-  return halves;
+  const bool is_wide = (inner + outer) / 2 * d.azimuth_rad.length() >= outer - inner;
+  return cut_along(d, is_wide ? &DiscPatch::azimuth_rad : &DiscPatch::radius_squared_m2);
 }
 
 Ball ball_of(const TrianglePatch& t) {

@@ -90,7 +90,8 @@ TEST_CASE("wrong options of the command are refused at once") {
   const Status wrong_case = bench(unknown);
   REQUIRE_FALSE(wrong_case.ok());
   CHECK(wrong_case.error().kind == ErrorKind::usage);
-  CHECK(wrong_case.error().message.find("full, table1, reduced, dense, array") != std::string::npos);
+  CHECK(wrong_case.error().message.find("full, table1, reduced, dense, array") !=
+        std::string::npos);
 
   BenchCommandOptions nowhere;
   nowhere.json = "/nonexistent/bench.json";

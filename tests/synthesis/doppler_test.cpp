@@ -135,20 +135,8 @@ TEST_CASE("V8: shifted echoes of a burst of 10 ms") {
 TEST_CASE("V8: a strong shifted echo at 1.5 m before a faint far field") {
   const double far_db = GENERATE(-40, -80, -120);
   const Sonar sonar = p900(8, 4, 30);
-  const SynthesisSetup setup = setup_of(sonar);
-  std::vector<Scatterer> scatterers;
-  for (int i = 0; i < 20; ++i) {
-    const double range_m = i == 0 ? 1.5 : 9 + i;
-    Scatterer s = point_target(sonar, (3 * i) % 8, range_m, i == 0 ? 0 : far_db);
-    s.gain = static_cast<float>(two_way_loss(range_m, 0.3));
-    s.doppler = i % 4 == 3 ? 0.0f : 1.1e-3f;
-    s.key = i;
-    if (i % 2 == 1) {
-      s.standard_deviation = s.mean.real();
-      s.mean = 0;
-    }
-    scatterers.push_back(s);
-  }
+  std::vector<Scatterer> scatterers = strong_before_faint(sonar, 20, 9, far_db);
+  for (Scatterer& s : scatterers) s.doppler = s.key % 4 == 3 ? 0.0f : 1.1e-3f;
   require_agreement({.sonar = sonar,
                      .scatterers = scatterers,
                      .judged_tenths = 1,

@@ -62,6 +62,25 @@ inline Scatterer point_target(const Sonar& sonar, int beam, double range_m, doub
   return s;
 }
 
+// A target of 0 dB at 1.5 m, and `far_db` ones a metre apart beyond `far_m`; every second is
+// diffuse.
+inline std::vector<Scatterer> strong_before_faint(const Sonar& sonar, int count, double far_m,
+                                                  double far_db) {
+  std::vector<Scatterer> scatterers;
+  for (int i = 0; i < count; ++i) {
+    const double range_m = i == 0 ? 1.5 : far_m + i;
+    Scatterer s = point_target(sonar, (3 * i) % 8, range_m, i == 0 ? 0 : far_db);
+    s.gain = static_cast<float>(two_way_loss(range_m, 0.3));
+    s.key = i;
+    if (i % 2 == 1) {
+      s.standard_deviation = s.mean.real();
+      s.mean = 0;
+    }
+    scatterers.push_back(s);
+  }
+  return scatterers;
+}
+
 // `count` diffuse scatterers at random places of the fan from `near_m` to the end of the record,
 // a tenth of them with a mean as well.
 inline std::vector<Scatterer> random_scatterers(const Sonar& sonar, int count, double near_m,

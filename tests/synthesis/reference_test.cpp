@@ -31,20 +31,8 @@ TEST_CASE("V8: beams much denser than their width") {
 TEST_CASE("V8: a strong echo at 1.5 m before a faint far field") {
   const double far_db = GENERATE(-40, -80, -120);
   const Sonar sonar = p900(8, 4, 60);
-  std::vector<Scatterer> scatterers;
-  for (int i = 0; i < 40; ++i) {
-    const double range_m = i == 0 ? 1.5 : 20 + i;
-    Scatterer s = point_target(sonar, (3 * i) % 8, range_m, i == 0 ? 0 : far_db);
-    s.gain = static_cast<float>(two_way_loss(range_m, 0.3));
-    s.key = i;
-    if (i % 2 == 1) {
-      s.standard_deviation = s.mean.real();
-      s.mean = 0;
-    }
-    scatterers.push_back(s);
-  }
   require_agreement({.sonar = sonar,
-                     .scatterers = scatterers,
+                     .scatterers = strong_before_faint(sonar, 40, 20, far_db),
                      .judged_tenths = 1,
                      .tolerances = {1e-4, 1e-5, 1e-6, 1e-7}});
 }

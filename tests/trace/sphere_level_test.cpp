@@ -50,10 +50,8 @@ SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int p
   int count = 0;
   SphereLevels result;
   for (int ping = 0; ping < pings; ++ping) {
-    const PingTask task{&list,
-                        {stream_key(5, Stream::speckle, 0), std::uint32_t(ping), 0, 0, 0},
-                        0,
-                        {}};
+    const PingTask task{
+        &list, {stream_key(5, Stream::speckle, 0), std::uint32_t(ping), 0, 0, 0}, 0, {}};
     PingSeries series;
     backend->synthesize({&task, 1}, {&series, 1}, workers);
     for (int beam = 46; beam < 256; beam += 8, ++count) {
