@@ -114,7 +114,7 @@ Status generate(const GenerateOptions& options) {
   const Scenario& scenario = worlds->first().scenario;
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();
-  const Result<Numerics> numerics = settle_backend(options.backend, options.simd, worlds->first());
+  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
   if (!numerics) return numerics.error();
   if (numerics->backend == BackendChoice::cuda && !options.quiet) {
     fmt::print(stderr, "backend: {}\n", numerics->backend_name);

@@ -1,20 +1,12 @@
 #include "app/numerics.h"
 
-#include "app/motion.h"
-
 #include "synthesis/cuda_backend.h"
 
 namespace ensonify {
 
-Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd, const Session& session) {
+Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd) {
   if (choice == BackendChoice::cpu) return Numerics{choice, simd, "cpu"};
   if (choice == BackendChoice::reference) return Numerics{choice, simd, "reference"};
-  if (session.sonar.array && moves(session)) {
-    if (choice == BackendChoice::automatic) return Numerics{BackendChoice::cpu, simd, "cpu"};
-    return Error{ErrorKind::usage,
-                 "--backend cuda: echoes that come back shifted to an array of elements are summed "
-                 "on the processor alone; accepted is --backend cpu, or motion_within_ping: false"};
-  }
   const Result<std::vector<CudaDeviceInfo>> devices = cuda_devices();
   if (devices) return Numerics{BackendChoice::cuda, simd, "cuda, " + devices->front().name};
   if (choice == BackendChoice::cuda) return devices.error();

@@ -8,7 +8,6 @@
 #include <memory>
 #include <string>
 
-#include "app/session.h"
 #include "core/error.h"
 #include "core/simd.h"
 #include "synthesis/backend.h"
@@ -23,9 +22,9 @@ struct Numerics {
   std::string backend_name = "cpu";  // as work.json has it; with the device's name behind cuda
 };
 
-// `automatic` becomes cuda where a device answers that can do the session's sums, else cpu. Error
-// (device): cuda is asked for, and none answers; (usage): no device can do them.
-Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd, const Session& session);
+// `automatic` becomes cuda where a device answers, else cpu. Error (device): cuda is asked for, and
+// none answers.
+Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd);
 
 // `numerics` settled. Throws DeviceFailure where the device cannot be had any more.
 std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup);

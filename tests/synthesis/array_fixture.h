@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "synthesis/array.h"
 #include "synthesis/cuda/device_backend.h"
 #include "synthesis/host_queue.h"
@@ -102,6 +103,38 @@ inline double highest_lobe_db(const std::vector<double>& cut) {
   while (i > 0 && cut[i - 1] < cut[i]) --i;
   for (std::size_t k = 0; k < i; ++k) highest = std::max(highest, cut[k]);
   return decibels(highest / cut[peak]);
+}
+
+// The worst of what reaches within 40 dB of the maximum.
+inline double worst_db(const std::vector<float>& a, const std::vector<float>& b) {
+  REQUIRE(a.size() == b.size());
+  const float largest = *std::max_element(b.begin(), b.end());
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (b[i] < 1e-4 * largest) continue;
+    worst = std::max(worst, std::abs(10 * std::log10(double(a[i]) / b[i])));
+  }
+  return worst;
+}
+
+// Echoes from everywhere in the fan, some elevated, from the bow of the array to the record's end.
+inline std::vector<Scatterer> fan_echoes(const Sonar& sonar, int count, double near_m,
+                                         std::uint64_t seed = 77) {
+  std::vector<Scatterer> items = random_scatterers(sonar, count, near_m, seed);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    Scatterer& s = items[i];
+    const double azimuth =
+        (uniform(seed, 1, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
+    s.arrival = {static_cast<float>(azimuth),
+                 static_cast<float>(radians(20) * (uniform(seed, 1, i, 1) - 0.5))};
+    s.received_path_m = static_cast<float>(s.delay_s * 750 * (0.9 + 0.2 * uniform(seed, 1, i, 2)));
+    s.beam = sector_of(sonar, s.arrival.azimuth_rad).value_or(0);
+  }
+  return items;
+}
+
+inline ScattererList list_of(const Sonar& sonar, std::vector<Scatterer> items) {
+  return sorted_by_beam_and_delay(std::move(items), sonar.beam_count);
 }
 
 }  // namespace ensonify::test

@@ -32,38 +32,6 @@ double relative(const Values& a, const Values& b) {
   return std::sqrt(error / norm);
 }
 
-// The worst of what reaches within 40 dB of the maximum.
-double worst_db(const std::vector<float>& a, const std::vector<float>& b) {
-  REQUIRE(a.size() == b.size());
-  const float largest = *std::max_element(b.begin(), b.end());
-  double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (b[i] < 1e-4 * largest) continue;
-    worst = std::max(worst, std::abs(10 * std::log10(double(a[i]) / b[i])));
-  }
-  return worst;
-}
-
-// Echoes from everywhere in the fan, some elevated, from the bow of the array to the record's end.
-std::vector<Scatterer> echoes_of(const Sonar& sonar, int count, double near_m,
-                                 std::uint64_t seed = 77) {
-  std::vector<Scatterer> items = random_scatterers(sonar, count, near_m, seed);
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    Scatterer& s = items[i];
-    const double azimuth =
-        (uniform(seed, 1, i, 0) - 0.5) * sonar.beam_spacing_rad * sonar.beam_count;
-    s.arrival = {static_cast<float>(azimuth),
-                 static_cast<float>(radians(20) * (uniform(seed, 1, i, 1) - 0.5))};
-    s.received_path_m = static_cast<float>(s.delay_s * 750 * (0.9 + 0.2 * uniform(seed, 1, i, 2)));
-    s.beam = sector_of(sonar, s.arrival.azimuth_rad).value_or(0);
-  }
-  return items;
-}
-
-ScattererList list_of(const Sonar& sonar, std::vector<Scatterer> items) {
-  return sorted_by_beam_and_delay(std::move(items), sonar.beam_count);
-}
-
 }  // namespace
 
 // Protects the series in every mode, element by element: noise, volumes, shading, wide elements,
@@ -83,7 +51,7 @@ TEST_CASE("device: an array's series are the reference's") {
   }
   if (elements == 21) sonar.array->spacing_m = 9e-3;
   const SynthesisSetup setup = setup_of(sonar);
-  const ScattererList list = list_of(sonar, echoes_of(sonar, 60, 0.1));
+  const ScattererList list = list_of(sonar, fan_echoes(sonar, 60, 0.1));
   const VolumeEcho water = volume_of(
       setup, [](int beam, int n) { return (n + beam) % 9 == 0 ? 1e-5 * (1 + n % 5) : 0.0; });
   for (const bool has_volumes : {false, true}) {
@@ -120,7 +88,7 @@ TEST_CASE("device: an array's pulses are the reference's") {
     Sonar sonar = line_array(18, 5, 90, 1, 200e3);
     sonar.pulse = pulse_of(shape, sonar);
     const SynthesisSetup setup = setup_of(sonar);
-    const ScattererList list = list_of(sonar, echoes_of(sonar, 40, 0.05));
+    const ScattererList list = list_of(sonar, fan_echoes(sonar, 40, 0.05));
     const PingTask task{&list, keys_of_ping(2), 0, {}, false};
     const PingSeries got = one(*device(setup), task);
     CHECK(relative(got.pressure_pa, one(*make_reference_backend(setup), task).pressure_pa) < 1e-5);
@@ -137,7 +105,7 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
   sonar.array->element_width_m = 0.6e-3;
   sonar.array->response[9] = 0;
   const SynthesisSetup setup = setup_of(sonar);
-  ScattererList list = list_of(sonar, echoes_of(sonar, 40, 0.6));
+  ScattererList list = list_of(sonar, fan_echoes(sonar, 40, 0.6));
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
   const PingTask whole{&list, keys_of_ping(1), 0, {&water, 1}};
@@ -177,7 +145,7 @@ TEST_CASE("device: an array's batch is its pings one by one") {
   std::vector<ScattererList> lists;
   std::vector<PingTask> tasks;
   for (int p = 0; p < 5; ++p) {
-    lists.push_back(list_of(sonar, echoes_of(sonar, p == 3 ? 0 : 9 + 20 * p, 0.1, p)));
+    lists.push_back(list_of(sonar, fan_echoes(sonar, p == 3 ? 0 : 9 + 20 * p, 0.1, p)));
   }
   for (Scatterer& s : lists[2].items) s.mean = 0;
   for (int p = 0; p < 5; ++p) {
@@ -208,7 +176,7 @@ TEST_CASE("device: an array's batch is its pings one by one") {
 TEST_CASE("device: an array's pings take what they announce") {
   Sonar sonar = line_array(24, 16, 60, 2);
   const SynthesisSetup setup = setup_of(sonar);
-  const ScattererList list = list_of(sonar, echoes_of(sonar, 500, 0.3));
+  const ScattererList list = list_of(sonar, fan_echoes(sonar, 500, 0.3));
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
   PingTask task{&list, keys_of_ping(0), 1e-3, {}};
   task.wants_channels = true;

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 
-#include "core/error.h"
 #include "synthesis/cpu/array_patterns.h"
 
 namespace ensonify {
 namespace {
 
-// The batch's echoes from `first` on, in the list's order so far.
-void order_by_delay(const ScattererList& list, std::uint32_t first, PingBatch& batch) {
+// The batch's echoes from `first` on, and of those that are shifted the records from `next_shift`
+// on, in the list's order so far.
+void order_by_delay(const ScattererList& list, std::uint32_t first, std::uint32_t next_shift,
+                    PingBatch& batch) {
   std::vector<SortKey> keys(list.size());
   for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {list.items[i].delay_s, 0, i};
   sort_keys(keys);
@@ -17,11 +18,11 @@ void order_by_delay(const ScattererList& list, std::uint32_t first, PingBatch& b
   const std::vector<EchoRecord> echoes(begin, begin + static_cast<std::ptrdiff_t>(keys.size()));
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Scatterer& s = list.items[keys[i].index];
-    // Pulses of shifted echoes are those of BeamProgram alone so far.
-    ENSONIFY_ASSERT(s.doppler == 0);
     const double cosine = unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y;
     batch.echoes[first + i] = echoes[keys[i].index];
     batch.arrivals[first + i] = {static_cast<double>(s.received_path_m), cosine};
+    if (s.doppler == 0) continue;
+    batch.shifts[next_shift++] = {first + static_cast<std::uint32_t>(i), s.doppler};
   }
 }
 
@@ -53,8 +54,10 @@ void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   batch.directed.resize(batch.wants_clean ? batch.echoes.size() : 0);
   batch.direction_offset.resize(batch.wants_clean ? tasks.size() * (groups + 1) : 0);
   workers.for_each(tasks.size(), [&](std::size_t p) {
-    const std::uint32_t* offset = batch.offset.data() + batch.pings[p].first_offset;
-    order_by_delay(*tasks[p].scatterers, offset[0], batch);
+    const std::uint32_t first = batch.pings[p].first_offset;
+    const std::uint32_t* offset = batch.offset.data() + first;
+    order_by_delay(*tasks[p].scatterers, offset[0],
+                   batch.shift_offset.empty() ? 0 : batch.shift_offset[first], batch);
     if (!batch.wants_clean) return;
     order_by_direction(grid, offset[0], offset[sectors], groups, batch,
                        batch.direction_offset.data() + p * (groups + 1));

@@ -9,8 +9,8 @@
 
 namespace ensonify {
 
-// Puts the echoes of every ping, filled in already, into the order of their delays, and fills in
-// where they come from. Needs setup.sonar.array.
+// Puts the echoes and shifts of every ping, filled in already, into the order of delays, and fills
+// in where echoes come from. Needs setup.sonar.array.
 void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                    const Workers& workers, PingBatch& batch);
 

@@ -124,13 +124,15 @@ ENSONIFY_HD inline std::int64_t first_at(const Sound* sounds, std::int64_t begin
   return begin;
 }
 
-// grid [pings][elements][points], written or added to; counts are pings times the block's elements
-// times points. Where an element hears a sound, the origin hears it within `reach`.
+// grid [pings][elements][points], written or added to, in pings that use it; counts are pings times
+// the block's elements times points. Where an element hears a sound, the origin hears it within
+// `reach`.
 struct GatherSounds {
   const Sound* sounds;
   PlacedEchoes placed;
   std::int64_t count;
   const std::uint32_t* begin;  // [pings + 1]
+  const unsigned char* uses;   // [pings]; null: all
   DeviceKernel kernel;
   double points_per_m;
   const double* y_m;  // of the block's first element on
@@ -142,6 +144,7 @@ struct GatherSounds {
     const auto point = static_cast<std::int32_t>(i % kernel.points);
     const auto element = static_cast<int>(i / kernel.points % block);
     const std::int64_t ping = i / kernel.points / block;
+    if (uses != nullptr && uses[ping] == 0) return;
     const double y = y_m[element];
     // A little more than what rounding could take.
     const double reach = (y < 0 ? -y : y) * points_per_m + 0.01 + 0.5 * kernel.width;

@@ -64,6 +64,15 @@ class ArrayPowerProgram {
 
   const float* powers() const { return powers_.data(); }
 
+  // Those of a batch.
+  void drop_buffers() {
+    for (auto* b : {&value_, &grid_, &record_}) b->drop();
+    for (auto* b : {&place_, &powers_}) b->drop();
+    first_.drop();
+    offset_.drop();
+    directed_.drop();
+  }
+
  private:
   int beams() const { return setup_.sonar.beam_count; }
   int bins() const { return setup_.record.transform; }

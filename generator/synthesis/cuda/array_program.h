@@ -4,13 +4,16 @@
 #pragma once
 
 #include <algorithm>
+#include <new>
 
 #include "synthesis/cpu/fft.h"
+#include "synthesis/cuda/array_doppler_kernels.h"
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/array_power_program.h"
 #include "synthesis/cuda/array_tables.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/cuda/shifted_echoes.h"
 
 namespace ensonify {
 
@@ -21,7 +24,11 @@ template <class Queue>
 class ArrayProgram {
  public:
   ArrayProgram(Queue& queue, const SynthesisSetup& setup)
-      : queue_(queue), setup_(setup), tables_(make_array_tables(setup)), power_(queue, setup) {
+      : queue_(queue),
+        setup_(setup),
+        tables_(make_array_tables(setup)),
+        power_(queue, setup),
+        shifted_(queue, setup) {
     coefficient_.put(tables_.series.coefficient);
     filter_.put(tables_.series.filter);
     y_m_.put(tables_.y_m);
@@ -43,20 +50,32 @@ class ArrayProgram {
     const std::uint64_t cells = std::uint64_t(beams()) * samples();
     const std::uint64_t sounds = echoes + (has_volumes ? cells : 0);
     const std::uint64_t placed = sizeof(Complex32) + sizeof(float) + sizeof(std::int32_t);
-    return elements() * std::uint64_t(kernel_.points + 3 * bins() + samples()) * sizeof(Complex32) +
+    const std::uint64_t points = std::max<std::uint64_t>(kernel_.points, shifted_.points());
+    const std::uint64_t shift = shifted_.points() > 0 ? shifted_.echo_bytes() + sizeof(Sound) : 0;
+    return elements() * (points + 3 * bins() + samples()) * sizeof(Complex32) +
            cells * (2 * sizeof(Complex32) + (has_volumes ? sizeof(float) : 0)) +
            sounds * (sizeof(Sound) + kElementBlock * placed) +
-           echoes * (sizeof(EchoRecord) + sizeof(ArrivalRecord) + sizeof(std::uint32_t)) +
+           echoes * (sizeof(EchoRecord) + sizeof(ArrivalRecord) + sizeof(std::uint32_t) + shift) +
            power_.ping_bytes(echoes);
   }
 
   // Results stay on the device: series(), powers(), channels().
   void run(const PingBatch& batch, const Workers& workers) {
-    upload(batch, workers);
-    compute(batch);
+    try {
+      upload(batch, workers);
+      compute(batch);
+    } catch (const std::bad_alloc&) {
+      // Buffers that earlier batches needed larger may be all that is in the way.
+      drop_buffers();
+      upload(batch, workers);
+      compute(batch);
+    }
   }
   // Its two halves.
-  void upload(const PingBatch& batch, const Workers&) { upload(batch); }
+  void upload(const PingBatch& batch, const Workers& workers) {
+    upload(batch);
+    shifted_.upload(batch, workers);
+  }
   void compute(const PingBatch& batch) {
     make_spectra(batch, false);
     make_beams(batch, beams_);
@@ -75,6 +94,28 @@ class ArrayProgram {
   const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
 
  private:
+  // As they lie on the device, each ping's from begin[ping] on, in the order of their delays.
+  struct SoundList {
+    const Sound* sounds;
+    std::int64_t count;
+    const std::uint32_t* begin;  // [pings + 1]
+  };
+
+  void drop_buffers() {
+    queue_.wait();  // uploads read lists of the host that are made anew
+    for (auto* b : {&value_, &grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
+    for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
+    for (auto* b : {&sounds_, &shifted_sounds_}) b->drop();
+    for (auto* b : {&energy_, &place_}) b->drop();
+    first_.drop();
+    volume_key_.drop();
+    echoes_.drop();
+    arrivals_.drop();
+    pings_.drop();
+    shifted_.drop_buffers();
+    power_.drop_buffers();
+  }
+
   int beams() const { return setup_.sonar.beam_count; }
   int bins() const { return setup_.record.transform; }
   int samples() const { return setup_.record.samples; }
@@ -90,12 +131,12 @@ class ArrayProgram {
   void upload(const PingBatch& batch) {
     const std::uint32_t pings = static_cast<std::uint32_t>(batch.pings.size());
     const std::uint32_t cells = beams() * samples();
-    echo_begin_.clear();
-    cell_begin_.clear();
-    for (const PingRecord& ping : batch.pings) {
-      echo_begin_.push_back(batch.offset[ping.first_offset]);
+    echo_begin_ = begin_of_pings(batch, batch.offset, batch.echoes.size());
+    shift_begin_.clear();
+    if (!batch.shifts.empty()) {
+      shift_begin_ = begin_of_pings(batch, batch.shift_offset, batch.shifts.size());
     }
-    echo_begin_.push_back(static_cast<std::uint32_t>(batch.echoes.size()));
+    cell_begin_.clear();
     for (std::uint32_t p = 0; p <= pings; ++p) cell_begin_.push_back(p * cells);
     echoes_.put(batch.echoes);
     arrivals_.put(batch.arrivals);
@@ -105,6 +146,17 @@ class ArrayProgram {
     energy_.put(batch.energy);
     first_echo_.put(echo_begin_);
     first_cell_.put(cell_begin_);
+    first_shift_.put(shift_begin_);
+  }
+
+  // [pings + 1] of what `offset` is among.
+  static std::vector<std::uint32_t> begin_of_pings(const PingBatch& batch,
+                                                   std::span<const std::uint32_t> offset,
+                                                   std::size_t count) {
+    std::vector<std::uint32_t> begin;
+    for (const PingRecord& ping : batch.pings) begin.push_back(offset[ping.first_offset]);
+    begin.push_back(static_cast<std::uint32_t>(count));
+    return begin;
   }
 
   // Spectra of the elements' records; volumes and noise unless `means_only`.
@@ -118,14 +170,15 @@ class ArrayProgram {
                HearEchoes{echoes_.data(), arrivals_.data(), ping_of_.data(), pings_.data(),
                           setup_.sonar.frequency_hz, source_pa_m, points_per_s(),
                           width_in_wavelengths(), means_only, sounds_.data()});
-    gather(pings, batch.echoes.size(), first_echo_.data(), false);
+    hear_shifts();
+    gather(pings, {sounds_.data(), std::int64_t(batch.echoes.size()), first_echo_.data()}, false);
     if (!means_only && !batch.energy.empty()) {
       const std::int64_t cells = batch.energy.size();
       sounds_.need(cells);
       queue_.run(cells, HearCells{energy_.data(), pings_.data(), volume_key_.data(),
                                   beam_cosine_.data(), source_pa_m, sample_m(), points_per_sample(),
                                   width_in_wavelengths(), beams(), samples(), sounds_.data()});
-      gather(pings, cells, first_cell_.data(), true);
+      gather(pings, {sounds_.data(), cells, first_cell_.data()}, true);
     }
     queue_.transform(grid_.data(), kernel_.points, static_cast<int>(rows), FftDirection::forward);
     const bool has_noise = !means_only && batch.has_noise;
@@ -137,23 +190,58 @@ class ArrayProgram {
     queue_.run(rows * bins(),
                FilterElements{grid_.data(), filter_.data(), response_.data(), elements(),
                               kernel_.points, bins(), has_noise, spectrum_.data()});
+    add_shifts(pings);
   }
 
-  // sounds_ onto the grid, block by block of the elements.
-  void gather(std::int64_t pings, std::int64_t count, const std::uint32_t* begin, bool adds) {
-    const double points_per_m = points_per_s() / setup_.water.sound_speed_m_s;
-    value_.need(count * kElementBlock);
-    place_.need(count * kElementBlock);
-    first_.need(count * kElementBlock);
+  // Leaves sounds_ with what is left at rest.
+  void hear_shifts() {
+    if (shifted_.count() == 0) return;
+    shifted_sounds_.need(shifted_.count());
+    const ShiftsOnDevice all = shifted_.on_device();
+    queue_.run(shifted_.count(),
+               HearShifts{all.shifts, echoes_.data(), all.nodes, shifted_.points_per_s(),
+                          sounds_.data(), all.value, all.place, shifted_sounds_.data()});
+  }
+
+  // To the spectra; the grid is lost.
+  void add_shifts(std::int64_t pings) {
+    if (shifted_.count() == 0) return;
+    const ShiftsOnDevice all = shifted_.on_device();
+    const DeviceKernel kernel = shifted_.kernel();
+    const SoundList list{shifted_sounds_.data(), shifted_.count(), first_shift_.data()};
+    const std::int64_t rows = pings * elements();
+    grid_.need(rows * kernel.points);
+    shifted_.for_each_node(pings, [&](int node, const Complex32* filter,
+                                      const unsigned char* uses) {
+      queue_.run(list.count,
+                 WeighSounds{all.value, all.place, all.nodes, node, shifted_sounds_.data()});
+      gather(pings, list, kernel, shifted_.points_per_s(), uses, false);
+      queue_.transform(grid_.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
+      queue_.run(rows * bins(), AddNode{grid_.data(), filter, response_.data(), uses, elements(),
+                                        kernel.points, bins(), spectrum_.data()});
+    });
+  }
+
+  void gather(std::int64_t pings, const SoundList& list, bool adds) {
+    gather(pings, list, kernel_, points_per_s(), nullptr, adds);
+  }
+
+  // Onto the grid, block by block of the elements, in pings that use it.
+  void gather(std::int64_t pings, const SoundList& list, const DeviceKernel& kernel,
+              double points_a_second, const unsigned char* uses, bool adds) {
+    const double points_per_m = points_a_second / setup_.water.sound_speed_m_s;
+    value_.need(list.count * kElementBlock);
+    place_.need(list.count * kElementBlock);
+    first_.need(list.count * kElementBlock);
     const PlacedEchoes placed{value_.data(), place_.data(), first_.data()};
     for (int first = 0; first < elements(); first += kElementBlock) {
       const int block = std::min(kElementBlock, elements() - first);
       const double* y_m = y_m_.data() + first;
-      queue_.run(count * block, PlaceSounds{sounds_.data(), count, y_m, turns_per_m(), points_per_m,
-                                            kernel_.width, placed});
-      queue_.run(pings * block * kernel_.points,
-                 GatherSounds{sounds_.data(), placed, count, begin, kernel_, points_per_m, y_m,
-                              elements(), first, block, adds, grid_.data()});
+      queue_.run(list.count * block, PlaceSounds{list.sounds, list.count, y_m, turns_per_m(),
+                                                 points_per_m, kernel.width, placed});
+      queue_.run(pings * block * kernel.points,
+                 GatherSounds{list.sounds, placed, list.count, list.begin, uses, kernel,
+                              points_per_m, y_m, elements(), first, block, adds, grid_.data()});
     }
   }
 
@@ -184,8 +272,9 @@ class ArrayProgram {
   SynthesisSetup setup_;
   ArrayTables tables_;
   ArrayPowerProgram<Queue> power_;
+  ShiftedEchoes<Queue> shifted_;
   DeviceKernel kernel_{};
-  std::vector<std::uint32_t> echo_begin_, cell_begin_;  // [pings + 1]
+  std::vector<std::uint32_t> echo_begin_, cell_begin_, shift_begin_;  // [pings + 1]
   DeviceBuffer<float, Queue> coefficient_{queue_}, weight_{queue_}, noise_factor_{queue_},
       correction_{queue_}, tap_{queue_}, energy_{queue_}, place_{queue_};
   DeviceBuffer<double, Queue> y_m_{queue_}, beam_cosine_{queue_};
@@ -193,12 +282,13 @@ class ArrayProgram {
       value_{queue_}, grid_{queue_}, spectrum_{queue_}, wide_{queue_}, beams_{queue_},
       means_{queue_}, channels_{queue_};
   DeviceBuffer<std::int32_t, Queue> begin_{queue_}, first_{queue_};
-  DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, first_echo_{queue_}, first_cell_{queue_};
+  DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, first_echo_{queue_}, first_cell_{queue_},
+      first_shift_{queue_};
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};
   DeviceBuffer<EchoRecord, Queue> echoes_{queue_};
   DeviceBuffer<ArrivalRecord, Queue> arrivals_{queue_};
   DeviceBuffer<PingRecord, Queue> pings_{queue_};
-  DeviceBuffer<Sound, Queue> sounds_{queue_};
+  DeviceBuffer<Sound, Queue> sounds_{queue_}, shifted_sounds_{queue_};
 };
 
 }  // namespace ensonify

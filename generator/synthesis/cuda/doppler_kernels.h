@@ -5,7 +5,7 @@
 //   PlaceShifts  copies the shifted echoes, and leaves their share at rest behind
 //   WeighShifts  what they give to a node
 //   GatherNode   these -> a point of a sector's grid
-//   AddNode      spectrum of a node's grid -> spectrum of a record
+//   AddNode      spectrum of a node's grid -> spectrum of a record, of a sector or an element
 #pragma once
 
 #include <cstdint>
@@ -107,21 +107,23 @@ struct GatherNode {
   }
 };
 
-// record [pings][sectors][transform] plus the filtered transforms of grids
-// [pings][sectors][points], in pings that use the node.
+// record [pings][rows][transform] plus the filtered transforms of grids [pings][rows][points], in
+// pings that use the node.
 struct AddNode {
   const Complex32* grid;
   const Complex32* filter;    // [transform], bin 0 first
+  const Complex32* response;  // [rows]; null: 1
   const unsigned char* uses;  // [pings]
-  int sectors, points, transform;
+  int rows, points, transform;
   Complex32* record;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const std::int64_t row = i / transform;
-    if (uses[row / sectors] == 0) return;
+    if (uses[row / rows] == 0) return;
     const auto k = static_cast<int>(i % transform);
     const int at = k < transform / 2 ? k : points - transform + k;
-    const Complex32 part = product(grid[row * points + at], filter[k]);
+    Complex32 part = product(grid[row * points + at], filter[k]);
+    if (response != nullptr) part = product(response[row % rows], part);
     record[i] = {record[i].re + part.re, record[i].im + part.im};
   }
 };

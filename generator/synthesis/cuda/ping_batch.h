@@ -19,7 +19,8 @@ struct PingBatch {
   std::vector<PingRecord> pings;
   std::vector<std::uint64_t> volume_key;  // [pings]
   std::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
-  // Of an array, whose echoes are in the order of their delays, ping by ping.
+  // Of an array, whose echoes and shifts are in the order of their delays, ping by ping: of the
+  // offsets only where pings begin and end holds.
   std::vector<ArrivalRecord> arrivals;          // [echoes]
   std::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
   std::vector<std::uint32_t> direction_offset;  // [pings][nodes - kPatternTaps + 2]
