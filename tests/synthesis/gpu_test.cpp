@@ -104,6 +104,18 @@ TEST_CASE("gpu: an array is the CPU's in every mode") {
   }
 }
 
+TEST_CASE("gpu: shifted echoes at an array are the CPU's") {
+  if (!has_device()) return;
+  SynthesisSetup setup = setup_of(line_array(64, 30, 60, 6));
+  setup.min_doppler = -4e-3;
+  setup.max_doppler = 4e-3;
+  std::vector<Scatterer> echoes = fan_echoes(setup.sonar, 800, 0.6);
+  for (std::size_t i = 0; i < echoes.size(); i += 2) {
+    echoes[i].doppler = static_cast<float>(8e-3 * (uniform(4, 0, i, 0) - 0.5));
+  }
+  compare(setup, list_of(setup.sonar, echoes), true);
+}
+
 TEST_CASE("gpu: many pings at once are each their own") {
   if (!has_device()) return;
   const Sonar sonar = p900(128, 128, 20);
