@@ -70,7 +70,7 @@ class ArrayProgram {
                        batch.has_means ? means_.data() : nullptr});
   }
 
-  const Complex32* series() const { return beams_.data(); }
+  Complex32* series() const { return beams_.data(); }
   const float* powers() const { return power_.powers(); }
   const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
 
@@ -127,12 +127,12 @@ class ArrayProgram {
                                   width_in_wavelengths(), beams(), samples(), sounds_.data()});
       gather(pings, cells, first_cell_.data(), true);
     }
-    queue_.transform(grid_.data(), kernel_.points, static_cast<int>(rows), FftDirection::forward);
+    queue_.transform(grid_.data(), kernel_.points, elements(), pings, FftDirection::forward);
     const bool has_noise = !means_only && batch.has_noise;
     if (has_noise) {
       queue_.run(rows * bins(), DrawNoise{pings_.data(), noise_factor_.data(), elements(), bins(),
                                           spectrum_.data()});
-      queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(spectrum_.data(), bins(), elements(), pings, FftDirection::forward);
     }
     queue_.run(rows * bins(),
                FilterElements{grid_.data(), filter_.data(), response_.data(), elements(),
@@ -164,7 +164,7 @@ class ArrayProgram {
     out.need(pings * beams() * samples());
     queue_.run(rows * 2 * bins(),
                WidenRecords{spectrum_.data(), correction_.data(), bins(), wide_.data()});
-    queue_.transform(wide_.data(), 2 * bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(wide_.data(), 2 * bins(), elements(), pings, FftDirection::backward);
     queue_.run(
         pings * beams() * samples(),
         SumElements{wide_.data(), begin_.data(), tap_.data(), steering_.data(), weight_.data(),
@@ -174,9 +174,9 @@ class ArrayProgram {
 
   // Of the spectra, which are lost.
   void make_channels(const PingBatch& batch) {
-    const std::int64_t rows = std::int64_t(batch.pings.size()) * elements();
+    const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     channels_.need(rows * samples());
-    queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(spectrum_.data(), bins(), elements(), pings, FftDirection::backward);
     queue_.run(rows * samples(), CutRecords{spectrum_.data(), samples(), bins(), channels_.data()});
   }
 

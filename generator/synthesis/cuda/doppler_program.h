@@ -77,7 +77,7 @@ class DopplerProgram {
       const unsigned char* uses = uses_.data() + i * ping_count;
       queue_.run(rows * kernel.points,
                  GatherNode{{placed(), pings, offset_.data(), kernel, sectors, grid.data()}, uses});
-      queue_.transform(grid.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(grid.data(), kernel.points, sectors, ping_count, FftDirection::forward);
       queue_.run(rows * bins,
                  AddNode{grid.data(), filter->data(), uses, sectors, kernel.points, bins, record});
     }
