@@ -12,7 +12,6 @@
 #include "labels/grey.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
-#include "synthesis/adc.h"
 #include "synthesis/draw.h"
 
 namespace ensonify {
@@ -50,12 +49,17 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
 }
 
 PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
-                               const Workers& workers) const {
-  const PingTask task{&echoes.scatterers, keys_of(ping), info_.noise_power_pa2,
-                      echoes.volumes,     wants_clean,   info_.output.channels};
+                               bool only_level, const Workers& workers) const {
+  const PingTask task{&echoes.scatterers,
+                      keys_of(ping),
+                      info_.noise_power_pa2,
+                      echoes.volumes,
+                      wants_clean,
+                      info_.output.channels,
+                      true,
+                      only_level};
   PingSeries series;
   backend_->synthesize({&task, 1}, {&series, 1}, workers);
-  if (session_.sonar.adc) quantise(*session_.sonar.adc, series.pressure_pa);
   return series;
 }
 
@@ -87,6 +91,7 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
   input.scatterers = &echoes.scatterers;
   input.volumes = echoes.volumes;
   input.pressure_pa = series.pressure_pa;
+  input.level_db = series.level_db;
   input.clean_power_pa2 = series.clean_power_pa2;
   input.noise_power_pa2 = info_.noise_power_pa2;
   input.bandwidth_hz = session_.sonar.bandwidth_hz;
@@ -102,7 +107,7 @@ Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const
   const Tracer tracer = tracer_.at(object_poses(session_, 0));
   const PingEchoes echoes = ping_echoes(
       {session_, fan_, scattering_, tracer, 0, pose, false, keys_of(0).speckle}, workers);
-  const PingSeries series = series_of(echoes, 0, true, workers);
+  const PingSeries series = series_of(echoes, 0, true, true, workers);
   const std::vector<std::uint8_t> hears =
       hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
                  session_.sonar.beam_count, session_.record.samples);
@@ -217,7 +222,8 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = series_of(echoes, ping, pictures, workers);
+  const bool only_level = pictures && !output.any_timeseries() && !output.layers;
+  PingSeries series = series_of(echoes, ping, pictures, only_level, workers);
   if (output.layers) {
     result.layers = layers_of_ping(echoes, ping, series, workers);
   }

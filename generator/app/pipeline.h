@@ -48,7 +48,7 @@ class Pipeline {
   FromPingZero look_at_ping_zero(const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
-                       const Workers& workers) const;
+                       bool only_level, const Workers& workers) const;
   std::vector<LayerSeries> layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
                                           const PingSeries& whole, const Workers& workers) const;
   GreyImage grey_of(const LabelledImage& polar) const;

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/levels.h"
 #include "core/units.h"
 #include "labels/energy.h"
-#include "labels/levels.h"
 
 namespace ensonify {
 namespace {
@@ -234,7 +234,7 @@ void write_labels(const PolarInput& input, int beam, const SectorEchoes& sector,
 // Rows of the image, whose memory is one piece.
 void write_rows(const PolarInput& input, const std::vector<SectorEchoes>& sectors,
                 const Samples& samples, LabelledImage& image) {
-  const std::complex<float>* pressure = input.pressure_pa.data();
+  const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
   const float* clean = input.clean_power_pa2.data();
   const auto square = [=](std::size_t cell) {
     const std::complex<float> p = pressure[cell];
@@ -243,7 +243,7 @@ void write_rows(const PolarInput& input, const std::vector<SectorEchoes>& sector
   Scratch scratch;
   for (int first = 0; first < input.beams; first += kBlockBeams) {
     const Block block{first, std::min(kBlockBeams, input.beams - first), samples};
-    write_levels(input, block, square, image.level_db);
+    if (pressure != nullptr) write_levels(input, block, square, image.level_db);
     write_levels(
         input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
     for (int beam = first; beam < first + block.beams; ++beam) {
@@ -264,9 +264,12 @@ void check_volumes(const PolarInput& input) {
 
 LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   const std::size_t count = std::size_t(input.beams) * input.samples;
-  ENSONIFY_ASSERT(input.pressure_pa.size() == count && input.clean_power_pa2.size() == count);
+  ENSONIFY_ASSERT(input.clean_power_pa2.size() == count);
+  ENSONIFY_ASSERT((input.level_db.empty() ? input.pressure_pa.size() : input.level_db.size()) ==
+                  count);
   check_volumes(input);
   LabelledImage image = blank_image(input.samples, input.beams, input.multipath);
+  std::ranges::copy(input.level_db, image.level_db.begin());
   std::vector<SectorEchoes> sectors(input.beams);
   workers.for_each(input.beams,
                    [&](std::size_t beam) { gather_sector(input, beam, sectors[beam]); });

@@ -18,7 +18,8 @@ namespace ensonify {
 
 struct PolarInput {
   const ScattererList* scatterers = nullptr;
-  std::span<const std::complex<float>> pressure_pa;  // [beams x samples]
+  std::span<const std::complex<float>> pressure_pa;  // [beams x samples]; empty: level_db is there
+  std::span<const float> level_db;                   // [samples x beams], image_level_db of it
   std::span<const float> clean_power_pa2;            // [beams x samples]
   double noise_power_pa2 = 0;                        // 0: no noise
   double bandwidth_hz = 0;
@@ -37,7 +38,7 @@ struct PolarInput {
 // is of, and in `multipath`, where `input` asks for it: the instance with most bounced energy where
 // this is more than the direct energy and noise does not forbid a label; ties go to the lower id. A
 // volume counts with its energy of the pixel's own sample and half that of the two beside it.
-// Levels are those of labels/levels.h.
+// Levels are those of core/levels.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // [beams x samples]: 1 where the pixel hears an echo, as above; noise does not matter.

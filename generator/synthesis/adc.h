@@ -1,12 +1,29 @@
 // The receiver's converter.
+//
+//   quantise   a series
+//   Converter  converter_of  converted   one part of one sample, on host or device
 #pragma once
 
+#include <cmath>
 #include <complex>
 #include <span>
 
+#include "core/host_device.h"
 #include "core/sonar.h"
 
 namespace ensonify {
+
+struct Converter {
+  double step_pa, steps;  // steps from zero to full scale
+};
+Converter converter_of(const Adc& adc);
+
+// Ties to even.
+ENSONIFY_HD inline float converted(const Converter& converter, float part_pa) {
+  const double step = std::nearbyint(part_pa / converter.step_pa);
+  const double least = -converter.steps, most = converter.steps - 1;
+  return static_cast<float>((step < least ? least : step > most ? most : step) * converter.step_pa);
+}
 
 // Real and imaginary part of each sample, each on its own: rounded to the nearest step (ties to
 // even) of full scale / 2^(bits-1) and clipped to [-2^(bits-1), 2^(bits-1) - 1] steps.

@@ -58,12 +58,19 @@ struct PingTask {
   std::span<const VolumeEcho> volumes;
   bool wants_clean = true;      // without, clean_power_pa2 stays empty
   bool wants_channels = false;  // of an array: without, channels_pa stays empty
+  // The samples go through sonar.adc, where there is one, before anything is made of them; channels
+  // do not.
+  bool converts = false;
+  // The picture alone is asked for: level_db may come in place of pressure_pa.
+  bool only_level = false;
 };
 
 struct PingSeries {
   std::vector<std::complex<float>> pressure_pa;  // [beams x samples], complex baseband
   std::vector<float> clean_power_pa2;            // [beams x samples], expected, without noise
   std::vector<std::complex<float>> channels_pa;  // [elements x samples], what each element hears
+  // [samples x beams], image_level_db of |pressure_pa|^2, which is empty then. Otherwise empty.
+  std::vector<float> level_db;
 };
 
 // What a backend keeps in memory beside tasks and results.

@@ -7,7 +7,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
-#include "labels/levels.h"
+#include "core/levels.h"
 #include "labels/polar.h"
 
 using namespace ensonify;

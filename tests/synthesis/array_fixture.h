@@ -15,7 +15,7 @@ namespace ensonify::test {
 
 // What a device computes, run on the host.
 inline std::unique_ptr<Backend> make_host_device(const SynthesisSetup& setup) {
-  return make_device_backend(std::make_unique<HostQueue>(), setup);
+  return make_device_backend<HostQueue>(queues_from(new HostQueue()), setup);
 }
 
 // The backends that every case of an array runs on.

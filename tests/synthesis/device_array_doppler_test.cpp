@@ -11,7 +11,7 @@ using namespace ensonify::test;
 namespace {
 
 std::unique_ptr<Backend> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return make_device_backend(std::unique_ptr<HostQueue>(queue), setup);
+  return make_device_backend<HostQueue>(queues_from(queue), setup);
 }
 
 PingSeries one(const Backend& backend, const PingTask& task) {

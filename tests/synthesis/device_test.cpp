@@ -14,7 +14,7 @@ namespace {
 using Device = DeviceBackend<HostQueue>;
 
 std::unique_ptr<Device> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return std::make_unique<Device>(std::unique_ptr<HostQueue>(queue), setup);
+  return std::make_unique<Device>(queues_from(queue), setup);
 }
 
 PingSeries one(const Backend& backend, const PingTask& task) {

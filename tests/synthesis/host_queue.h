@@ -1,12 +1,21 @@
-// A device that is the host: what CUDA runs, in a loop, with FFTW in double precision behind.
+// A device that is the host: what CUDA runs, in a loop, with FFTW in double precision behind. It is
+// as strict as a device may be: what comes down is there after wait() alone, and what went up must
+// still be what it was.
 #pragma once
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <memory_resource>
 #include <new>
 #include <set>
+#include <stdexcept>
+#include <vector>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/records.h"
@@ -43,15 +52,30 @@ class HostQueue {
     held_.erase(p);
     std::free(p);
   }
-  void upload(void* to, const void* from, std::size_t bytes) { std::memcpy(to, from, bytes); }
-  void download(void* to, const void* from, std::size_t bytes) { std::memcpy(to, from, bytes); }
+  void upload(void* to, const void* from, std::size_t bytes) {
+    std::memcpy(to, from, bytes);
+    uploads_.push_back({from, bytes, checksum(from, bytes)});
+  }
+  void download(void* to, const void* from, std::size_t bytes) {
+    downloads_.push_back({to, from, bytes});
+    downloaded_bytes += bytes;
+  }
   void zero(void* to, std::size_t bytes) { std::memset(to, 0, bytes); }
-  void wait() {}
+  void wait() {
+    for (const Upload& u : uploads_) {
+      if (checksum(u.from, u.bytes) != u.sum) throw std::logic_error("changed before wait()");
+    }
+    for (const Download& d : downloads_) std::memcpy(d.to, d.from, d.bytes);
+    uploads_.clear();
+    downloads_.clear();
+  }
   std::size_t free_bytes() const { return says_free_; }
+  std::size_t held_bytes() const { return used_; }
+  std::pmr::memory_resource* host_memory() { return std::pmr::new_delete_resource(); }
 
   template <class Functor>
   void run(std::int64_t count, const Functor& functor) {
-    ++launches;
+    if (++launches > lost_after) throw DeviceFailure("the host queue is lost, as it was told to");
     constexpr std::int64_t kBlock = 4096;
     workers_.for_each((count + kBlock - 1) / kBlock, [&](std::size_t block) {
       const std::int64_t first = std::int64_t(block) * kBlock;
@@ -59,9 +83,10 @@ class HostQueue {
     });
   }
 
-  void transform(Complex32* rows, int length, int count, FftDirection direction) {
+  void transform(Complex32* rows, int length, int at_once, std::int64_t count,
+                 FftDirection direction) {
     const ComplexFft fft(length, direction);
-    workers_.for_each(count, [&](std::size_t row) {
+    workers_.for_each(at_once * count, [&](std::size_t row) {
       AlignedBuffer<std::complex<double>> data(length);
       Complex32* at = rows + row * length;
       for (int i = 0; i < length; ++i) data[i] = {at[i].re, at[i].im};
@@ -73,13 +98,40 @@ class HostQueue {
   }
 
   int launches = 0;
-  std::size_t peak = 0;  // bytes held at once
+  int lost_after = std::numeric_limits<int>::max();  // launches
+  std::size_t peak = 0;                              // bytes held at once
+  std::size_t downloaded_bytes = 0;
 
  private:
+  struct Upload {
+    const void* from;
+    std::size_t bytes;
+    std::uint64_t sum;
+  };
+  struct Download {
+    void* to;
+    const void* from;
+    std::size_t bytes;
+  };
+  static std::uint64_t checksum(const void* from, std::size_t bytes) {
+    std::uint64_t sum = bytes;
+    const auto* at = static_cast<const unsigned char*>(from);
+    for (std::size_t i = 0; i < bytes; ++i) sum = (sum ^ at[i]) * 0x100000001b3;
+    return sum;
+  }
+
   static constexpr std::size_t kHeader = 64;
   std::size_t limit_, says_free_, used_ = 0;
   std::set<void*> held_;
+  std::vector<Upload> uploads_;
+  std::vector<Download> downloads_;
   Workers workers_;
 };
+
+// For a DeviceBackend: `first` for its first lane, plain ones for those that it may open beside.
+inline std::function<std::unique_ptr<HostQueue>()> queues_from(HostQueue* first) {
+  auto next = std::make_shared<std::unique_ptr<HostQueue>>(first);
+  return [next] { return *next ? std::move(*next) : std::make_unique<HostQueue>(); };
+}
 
 }  // namespace ensonify::test

@@ -1,8 +1,10 @@
 // Which of the CPU's two ways a setup takes.
 #include <algorithm>
+#include <optional>
 
 #include "acoustics/pulse.h"
 #include "core/error.h"
+#include "synthesis/adc.h"
 #include "synthesis/cpu/array_synthesis.h"
 #include "synthesis/cpu/doppler_nodes.h"
 #include "synthesis/cpu/doppler_synthesis.h"
@@ -64,6 +66,7 @@ class CpuBackend final : public Backend {
   explicit CpuBackend(const SynthesisSetup& setup)
       : cells_(std::size_t(setup.sonar.beam_count) * setup.record.samples),
         can_shift_(may_shift(setup)),
+        adc_(setup.sonar.adc),
         synthesis_(make_synthesis(setup)) {}
 
   SynthesisMemory memory(bool has_volumes) const override {
@@ -79,12 +82,15 @@ class CpuBackend final : public Backend {
       }
       ENSONIFY_ASSERT(can_shift_ || !any_shifted(*tasks[i].scatterers));
       synthesis_->run(tasks[i], series[i], workers);
+      series[i].level_db.clear();
+      if (tasks[i].converts && adc_) quantise(*adc_, series[i].pressure_pa);
     }
   }
 
  private:
   std::size_t cells_;
   bool can_shift_;
+  std::optional<Adc> adc_;
   std::unique_ptr<PingSynthesis> synthesis_;
 };
 

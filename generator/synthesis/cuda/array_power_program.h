@@ -53,12 +53,11 @@ class ArrayPowerProgram {
     record_.need(all_rows * bins());
     powers_.need(pings * beams() * samples());
     gather(batch, array);
-    queue_.transform(grid_.data(), kernel_.points, static_cast<int>(all_rows),
-                     FftDirection::forward);
+    queue_.transform(grid_.data(), kernel_.points, rows(), pings, FftDirection::forward);
     queue_.run(all_rows * bins(),
                FilterDirections{grid_.data(), filter_.data(), rows(), tables_.row_filters,
                                 kernel_.points, bins(), record_.data()});
-    queue_.transform(record_.data(), bins(), static_cast<int>(all_rows), FftDirection::backward);
+    queue_.transform(record_.data(), bins(), rows(), pings, FftDirection::backward);
     for (const PatternBlock& block : tables_.blocks) mix(block, pings, array);
   }
 

@@ -66,6 +66,7 @@ class ArrayProgram {
       compute(batch);
     } catch (const std::bad_alloc&) {
       // Buffers that earlier batches needed larger may be all that is in the way.
+      queue_.wait();
       drop_buffers();
       upload(batch, workers);
       compute(batch);
@@ -89,7 +90,7 @@ class ArrayProgram {
                        batch.has_means ? means_.data() : nullptr});
   }
 
-  const Complex32* series() const { return beams_.data(); }
+  Complex32* series() const { return beams_.data(); }
   const float* powers() const { return power_.powers(); }
   const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
 
@@ -102,7 +103,6 @@ class ArrayProgram {
   };
 
   void drop_buffers() {
-    queue_.wait();  // uploads read lists of the host that are made anew
     for (auto* b : {&value_, &grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
     for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
     for (auto* b : {&sounds_, &shifted_sounds_}) b->drop();
@@ -180,12 +180,12 @@ class ArrayProgram {
                                   width_in_wavelengths(), beams(), samples(), sounds_.data()});
       gather(pings, {sounds_.data(), cells, first_cell_.data()}, true);
     }
-    queue_.transform(grid_.data(), kernel_.points, static_cast<int>(rows), FftDirection::forward);
+    queue_.transform(grid_.data(), kernel_.points, elements(), pings, FftDirection::forward);
     const bool has_noise = !means_only && batch.has_noise;
     if (has_noise) {
       queue_.run(rows * bins(), DrawNoise{pings_.data(), noise_factor_.data(), elements(), bins(),
                                           spectrum_.data()});
-      queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(spectrum_.data(), bins(), elements(), pings, FftDirection::forward);
     }
     queue_.run(rows * bins(),
                FilterElements{grid_.data(), filter_.data(), response_.data(), elements(),
@@ -211,15 +211,15 @@ class ArrayProgram {
     const SoundList list{shifted_sounds_.data(), shifted_.count(), first_shift_.data()};
     const std::int64_t rows = pings * elements();
     grid_.need(rows * kernel.points);
-    shifted_.for_each_node(pings, [&](int node, const Complex32* filter,
-                                      const unsigned char* uses) {
-      queue_.run(list.count,
-                 WeighSounds{all.value, all.place, all.nodes, node, shifted_sounds_.data()});
-      gather(pings, list, kernel, shifted_.points_per_s(), uses, false);
-      queue_.transform(grid_.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
-      queue_.run(rows * bins(), AddNode{grid_.data(), filter, response_.data(), uses, elements(),
-                                        kernel.points, bins(), spectrum_.data()});
-    });
+    shifted_.for_each_node(
+        pings, [&](int node, const Complex32* filter, const unsigned char* uses) {
+          queue_.run(list.count,
+                     WeighSounds{all.value, all.place, all.nodes, node, shifted_sounds_.data()});
+          gather(pings, list, kernel, shifted_.points_per_s(), uses, false);
+          queue_.transform(grid_.data(), kernel.points, elements(), pings, FftDirection::forward);
+          queue_.run(rows * bins(), AddNode{grid_.data(), filter, response_.data(), uses,
+                                            elements(), kernel.points, bins(), spectrum_.data()});
+        });
   }
 
   void gather(std::int64_t pings, const SoundList& list, bool adds) {
@@ -252,7 +252,7 @@ class ArrayProgram {
     out.need(pings * beams() * samples());
     queue_.run(rows * 2 * bins(),
                WidenRecords{spectrum_.data(), correction_.data(), bins(), wide_.data()});
-    queue_.transform(wide_.data(), 2 * bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(wide_.data(), 2 * bins(), elements(), pings, FftDirection::backward);
     queue_.run(
         pings * beams() * samples(),
         SumElements{wide_.data(), begin_.data(), tap_.data(), steering_.data(), weight_.data(),
@@ -262,9 +262,9 @@ class ArrayProgram {
 
   // Of the spectra, which are lost.
   void make_channels(const PingBatch& batch) {
-    const std::int64_t rows = std::int64_t(batch.pings.size()) * elements();
+    const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     channels_.need(rows * samples());
-    queue_.transform(spectrum_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(spectrum_.data(), bins(), elements(), pings, FftDirection::backward);
     queue_.run(rows * samples(), CutRecords{spectrum_.data(), samples(), bins(), channels_.data()});
   }
 

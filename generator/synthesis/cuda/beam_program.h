@@ -55,6 +55,7 @@ class BeamProgram {
       compute(batch);
     } catch (const std::bad_alloc&) {
       // Buffers that earlier batches needed larger may be all that is in the way.
+      queue_.wait();
       drop_buffers();
       upload(batch, workers);
       compute(batch);
@@ -72,7 +73,7 @@ class BeamProgram {
     make_powers(batch);
   }
 
-  const Complex32* series() const { return beams_.data(); }
+  Complex32* series() const { return beams_.data(); }
   const float* powers() const { return powers_.data(); }
 
  private:
@@ -139,27 +140,28 @@ class BeamProgram {
     doppler_.place(echoes_.data(), value_.data());
     queue_.run(rows * kernel.points, GatherSeries{placed(), pings_.data(), offset_.data(), kernel,
                                                   sectors(), grid_.data()});
-    queue_.transform(grid_.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
+    queue_.transform(grid_.data(), kernel.points, sectors(), pings, FftDirection::forward);
     const bool has_cells = !means_only && !batch.energy.empty();
     if (has_cells) {
       cells_.need(rows * bins());
       queue_.run(rows * bins(),
                  DrawVolumes{energy_.data(), pings_.data(), volume_key_.data(), source_pa_m,
                              sectors(), samples(), bins(), cells_.data()});
-      queue_.transform(cells_.data(), bins(), static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(cells_.data(), bins(), sectors(), pings, FftDirection::forward);
     }
     queue_.run(rows * bins(), FilterSeries{grid_.data(), has_cells ? cells_.data() : nullptr,
                                            series_.filter.data(), series_.cell_filter.data(),
                                            kernel.points, bins(), record_.data()});
     doppler_.add(pings_.data(), pings, grid_, record_.data());
-    queue_.transform(record_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(record_.data(), bins(), sectors(), pings, FftDirection::backward);
     queue_.run(mixed(pings),
                MixSeries{record_.data(), pings_.data(), weight_.data() + kBeamsAThread,
                          scale_.data(), sectors(), samples(), bins(), adds_noise, out.data()});
   }
 
   void make_powers(const PingBatch& batch) {
-    const std::int64_t pings = batch.pings.size(), rows = pings * ((sectors() + 1) / 2);
+    const int row_pairs = (sectors() + 1) / 2;
+    const std::int64_t pings = batch.pings.size(), rows = pings * row_pairs;
     const DeviceKernel& kernel = power_.kernel;
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
     grid_.need(rows * kernel.points);
@@ -169,19 +171,19 @@ class BeamProgram {
                                                 kernel.width, placed()});
     queue_.run(rows * kernel.points, GatherPowers{placed(), pings_.data(), offset_.data(), kernel,
                                                   sectors(), grid_.data()});
-    queue_.transform(grid_.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
+    queue_.transform(grid_.data(), kernel.points, row_pairs, pings, FftDirection::forward);
     const bool has_cells = !batch.energy.empty();
     if (has_cells) {
       cells_.need(rows * bins());
       queue_.run(rows * bins(), VolumePowers{energy_.data(), source_pa_m, sectors(), samples(),
                                              bins(), cells_.data()});
-      queue_.transform(cells_.data(), bins(), static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(cells_.data(), bins(), row_pairs, pings, FftDirection::forward);
     }
     queue_.run(rows * bins(),
                FilterPowers{grid_.data(), has_cells ? cells_.data() : nullptr, power_.filter.data(),
                             power_.upper_filter.data(), power_.cell_filter.data(), kernel.points,
                             bins(), record_.data()});
-    queue_.transform(record_.data(), bins(), static_cast<int>(rows), FftDirection::backward);
+    queue_.transform(record_.data(), bins(), row_pairs, pings, FftDirection::backward);
     queue_.run(mixed(pings), MixPowers{record_.data(), batch.has_means ? means_.data() : nullptr,
                                        power_weight_.data() + kBeamsAThread, power_scale_.data(),
                                        sectors(), samples(), bins(), powers_.data()});

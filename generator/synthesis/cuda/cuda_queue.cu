@@ -1,13 +1,13 @@
 #include "synthesis/cuda/cuda_queue.cuh"
 
 #include <algorithm>
+#include <cstdlib>
 #include <new>
 
 namespace ensonify {
 namespace {
 
-// Batches are of few sizes; the work area of a plan is as large as its data.
-constexpr std::size_t kMostPlans = 16;
+constexpr std::size_t kPage = 4096;
 
 }  // namespace
 
@@ -42,16 +42,35 @@ CudaQueue::~CudaQueue() {
 
 void CudaQueue::use() { check_cuda(cudaSetDevice(device_), "choosing the device"); }
 
+void* LockedMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
+  const std::size_t whole = (std::max<std::size_t>(bytes, 1) + kPage - 1) / kPage * kPage;
+  void* memory = std::aligned_alloc(std::max(alignment, kPage), whole);
+  if (memory == nullptr) throw std::bad_alloc();
+  if (cudaHostRegister(memory, whole, cudaHostRegisterPortable) != cudaSuccess) cudaGetLastError();
+  return memory;
+}
+
+void LockedMemory::do_deallocate(void* memory, std::size_t, std::size_t) {
+  if (cudaHostUnregister(memory) != cudaSuccess) cudaGetLastError();
+  std::free(memory);
+}
+
 void* CudaQueue::allocate(std::size_t bytes) {
   use();
   void* memory = nullptr;
-  check_cuda(cudaMalloc(&memory, std::max<std::size_t>(bytes, 1)), "allocating memory");
+  bytes = std::max<std::size_t>(bytes, 1);
+  check_cuda(cudaMalloc(&memory, bytes), "allocating memory");
+  bytes_of_.emplace(memory, bytes);
+  held_bytes_ += bytes;
   return memory;
 }
 
 // Errors of a lost device were told by the call that met it.
 void CudaQueue::release(void* memory) {
   if (memory == nullptr) return;
+  const auto known = bytes_of_.find(memory);
+  held_bytes_ -= known->second;
+  bytes_of_.erase(known);
   cudaSetDevice(device_);
   cudaStreamSynchronize(stream_);
   cudaFree(memory);
@@ -65,7 +84,6 @@ void CudaQueue::upload(void* to, const void* from, std::size_t bytes) {
 void CudaQueue::download(void* to, const void* from, std::size_t bytes) {
   use();
   check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_), "copying down");
-  wait();
 }
 
 void CudaQueue::zero(void* to, std::size_t bytes) {
@@ -73,26 +91,28 @@ void CudaQueue::zero(void* to, std::size_t bytes) {
   check_cuda(cudaMemsetAsync(to, 0, bytes, stream_), "clearing memory");
 }
 
-void CudaQueue::transform(Complex32* rows, int length, int count, FftDirection direction) {
-  if (count == 0) return;
+cufftHandle CudaQueue::plan(int length, int at_once) {
+  const auto known = plans_.find({length, at_once});
+  if (known != plans_.end()) return known->second;
+  cufftHandle made = 0;
+  check_cufft(
+      cufftPlanMany(&made, 1, &length, nullptr, 1, length, nullptr, 1, length, CUFFT_C2C, at_once),
+      "planning a transform");
+  plans_.emplace(std::pair(length, at_once), made);
+  check_cufft(cufftSetStream(made, stream_), "choosing the stream");
+  return made;
+}
+
+void CudaQueue::transform(Complex32* rows, int length, int at_once, std::int64_t count,
+                          FftDirection direction) {
+  if (at_once == 0 || count == 0) return;
   use();
-  auto plan = plans_.find({length, count});
-  if (plan == plans_.end()) {
-    if (plans_.size() >= kMostPlans) {
-      wait();
-      for (const auto& [size, old] : plans_) cufftDestroy(old);
-      plans_.clear();
-    }
-    cufftHandle made = 0;
-    check_cufft(
-        cufftPlanMany(&made, 1, &length, nullptr, 1, length, nullptr, 1, length, CUFFT_C2C, count),
-        "planning a transform");
-    plan = plans_.emplace(std::pair(length, count), made).first;
-    check_cufft(cufftSetStream(made, stream_), "choosing the stream");
-  }
-  auto* data = reinterpret_cast<cufftComplex*>(rows);
+  const cufftHandle made = plan(length, at_once);
   const int sign = direction == FftDirection::forward ? CUFFT_FORWARD : CUFFT_INVERSE;
-  check_cufft(cufftExecC2C(plan->second, data, data, sign), "transforming");
+  for (std::int64_t i = 0; i < count; ++i) {
+    auto* data = reinterpret_cast<cufftComplex*>(rows + i * at_once * length);
+    check_cufft(cufftExecC2C(made, data, data, sign), "transforming");
+  }
 }
 
 void CudaQueue::wait() {

@@ -5,8 +5,10 @@
 #include <cufft.h>
 
 #include <map>
+#include <memory_resource>
 #include <string>
-#include <tuple>
+#include <unordered_map>
+#include <utility>
 
 #include "core/error.h"
 #include "synthesis/cpu/fft.h"
@@ -27,6 +29,14 @@ __global__ void run_functor(std::int64_t count, Functor functor) {
   }
 }
 
+// Memory of the host that copies run from and to beside the processor's work. Where the system
+// locks no more of it, ordinary memory takes its place, which is slower and no worse.
+class LockedMemory final : public std::pmr::memory_resource {
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override;
+  void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override;
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
+
 class CudaQueue {
  public:
   explicit CudaQueue(int device);
@@ -39,9 +49,12 @@ class CudaQueue {
   void upload(void* to, const void* from, std::size_t bytes);
   void download(void* to, const void* from, std::size_t bytes);
   void zero(void* to, std::size_t bytes);
-  void transform(Complex32* rows, int length, int count, FftDirection direction);
+  void transform(Complex32* rows, int length, int at_once, std::int64_t count,
+                 FftDirection direction);
   void wait();
   std::size_t free_bytes();
+  std::size_t held_bytes() const { return held_bytes_; }
+  std::pmr::memory_resource* host_memory() { return &host_memory_; }
 
   template <class Functor>
   void run(std::int64_t count, const Functor& functor) {
@@ -56,10 +69,16 @@ class CudaQueue {
 
  private:
   void use();  // calls of any thread go to this device
+  cufftHandle plan(int length, int at_once);
 
   int device_;
   cudaStream_t stream_ = nullptr;
-  std::map<std::pair<int, int>, cufftHandle> plans_;  // by length and count
+  LockedMemory host_memory_;
+  std::size_t held_bytes_ = 0;
+  std::unordered_map<void*, std::size_t> bytes_of_;
+  // By length and rows at once: how many rows a batch has must not choose the code of a transform,
+  // or results would hang on batches.
+  std::map<std::pair<int, int>, cufftHandle> plans_;
 };
 
 }  // namespace ensonify

@@ -1,8 +1,9 @@
-// The backend around a device program: batches that fit, results back to the host.
+// The backend around a device program: callers from several threads, batches of what waits.
 #pragma once
 
-#include <algorithm>
+#include <condition_variable>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -14,157 +15,142 @@
 #include "synthesis/cuda/array_batch.h"
 #include "synthesis/cuda/array_program.h"
 #include "synthesis/cuda/beam_program.h"
+#include "synthesis/cuda/device_lane.h"
 
 namespace ensonify {
 
-// Of the free memory, what a batch may take; the rest is for transforms' own.
-inline constexpr double kBatchShare = 0.6;
-inline constexpr std::size_t kMostPings = 64;
+// While one lane computes, the other one copies.
+inline constexpr int kDeviceLanes = 2;
 
 template <class Queue, class Program = BeamProgram<Queue>>
 class DeviceBackend final : public Backend {
  public:
-  DeviceBackend(std::unique_ptr<Queue> queue, const SynthesisSetup& setup)
-      : queue_(std::move(queue)), setup_(setup), program_(*queue_, setup) {}
+  using MakeQueue = std::function<std::unique_ptr<Queue>()>;
+
+  // At least one lane; others come when they are first needed.
+  DeviceBackend(MakeQueue make_queue, const SynthesisSetup& setup)
+      : make_queue_(std::move(make_queue)), setup_(setup), to_come_(kDeviceLanes - 1) {
+    idle_.push_back(std::make_unique<Lane>(make_queue_(), setup_));
+  }
 
   // On the host.
   SynthesisMemory memory(bool has_volumes) const override {
     SynthesisMemory memory;
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
-    memory.ping_bytes = has_volumes ? cells * sizeof(float) : 0;
+    // Series and clean power as they come down, and volumes as they go up.
+    memory.ping_bytes =
+        cells * (sizeof(Complex32) + sizeof(float) + (has_volumes ? sizeof(float) : 0));
     const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
     memory.echo_bytes =
         sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(ShiftRecord) : 0);
-    if (setup_.sonar.array) memory.echo_bytes += array_echo_bytes();
+    if (setup_.sonar.array) {
+      memory.echo_bytes += array_echo_bytes();
+      memory.ping_bytes +=
+          std::uint64_t(setup_.sonar.array->elements) * setup_.record.samples * sizeof(Complex32);
+    }
     return memory;
   }
 
-  // There is one device: what several threads ask for while it is at work makes its next batch.
+  // What comes while all lanes are at work makes the next batch of the first that is free.
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
     Request mine{tasks, series};
-    {
-      const std::lock_guard lock(waiting_mutex_);
-      waiting_.push_back(&mine);
-    }
-    {
-      const std::lock_guard lock(device_mutex_);
-      if (!mine.is_done) run_waiting(workers);
+    std::unique_lock lock(mutex_);
+    waiting_.push_back(&mine);
+    for (;;) {
+      changed_.wait(lock, [&] { return mine.is_done || (!mine.is_taken && may_start()); });
+      if (mine.is_done) break;
+      serve(lock, workers);
     }
     if (mine.failure) std::rethrow_exception(mine.failure);
   }
 
  private:
+  using Lane = DeviceLane<Queue, Program>;
+
   struct Request {
     std::span<const PingTask> tasks;
     std::span<PingSeries> series;
-    bool is_done = false;
+    bool is_taken = false, is_done = false;
     std::exception_ptr failure = {};
   };
 
-  // All that wait by now, as if one caller had asked for them.
-  void run_waiting(const Workers& workers) const {
-    std::vector<Request*> taken;
-    {
-      const std::lock_guard lock(waiting_mutex_);
-      taken.swap(waiting_);
+  bool may_start() const { return !idle_.empty() || to_come_ > 0; }
+
+  // All that wait by now, on one lane. A lane that finds no memory goes while there is another,
+  // and leaves its requests to that.
+  void serve(std::unique_lock<std::mutex>& lock, const Workers& workers) const {
+    std::vector<Request*> taken(waiting_.begin(), waiting_.end());
+    waiting_.clear();
+    for (Request* r : taken) r->is_taken = true;
+    std::unique_ptr<Lane> lane;
+    if (!idle_.empty()) {
+      lane = std::move(idle_.back());
+      idle_.pop_back();
+    } else {
+      --to_come_;
     }
-    std::vector<PingTask> tasks;
-    for (const Request* r : taken) tasks.insert(tasks.end(), r->tasks.begin(), r->tasks.end());
-    std::vector<PingSeries*> series;
-    for (const Request* r : taken) {
-      for (PingSeries& s : r->series) series.push_back(&s);
-    }
+    ++at_work_;
+    lock.unlock();
+    bool lacks_memory = false;
     std::exception_ptr failure;
     try {
-      run_batches(tasks, series, workers);
+      if (!lane) lane = std::make_unique<Lane>(make_queue_(), setup_);
+      run(*lane, taken, workers);
+    } catch (const std::bad_alloc&) {
+      lacks_memory = true;
+      failure = std::current_exception();
     } catch (...) {
       failure = std::current_exception();
     }
+    lock.lock();
+    --at_work_;
+    const bool goes = lacks_memory && at_work_ + idle_.size() > 0;
+    if (goes) {
+      lane.reset();
+      to_come_ = 0;
+      waiting_.insert(waiting_.begin(), taken.begin(), taken.end());
+    } else if (lane) {
+      idle_.push_back(std::move(lane));
+    }
     for (Request* r : taken) {
-      r->failure = failure;
-      r->is_done = true;
+      r->is_taken = !goes;
+      r->is_done = !goes;
+      r->failure = goes ? nullptr : failure;
     }
+    changed_.notify_all();
   }
 
-  void run_batches(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
-                   const Workers& workers) const {
-    std::size_t most = kMostPings;
-    for (std::size_t first = 0; first < tasks.size();) {
-      const std::size_t count = std::min(fitting(tasks.subspan(first)), most);
-      try {
-        run_batch(tasks.subspan(first, count), series.subspan(first, count), workers);
-      } catch (const std::bad_alloc&) {
-        if (count == 1) throw;
-        most = count / 2;
-        continue;
-      }
-      first += count;
+  static void run(Lane& lane, std::span<Request* const> requests, const Workers& workers) {
+    std::vector<PingTask> tasks;
+    std::vector<PingSeries*> series;
+    for (const Request* r : requests) {
+      tasks.insert(tasks.end(), r->tasks.begin(), r->tasks.end());
+      for (PingSeries& s : r->series) series.push_back(&s);
     }
+    lane.run(tasks, series, workers);
   }
 
-  // At least one.
-  std::size_t fitting(std::span<const PingTask> tasks) const {
-    const double free = kBatchShare * static_cast<double>(queue_->free_bytes());
-    double bytes = 0;
-    std::size_t count = 0;
-    for (const PingTask& task : tasks) {
-      bytes +=
-          static_cast<double>(program_.ping_bytes(task.scatterers->size(), !task.volumes.empty()));
-      if (count > 0 && bytes > free) break;
-      ++count;
-    }
-    return count;
-  }
-
-  void run_batch(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
-                 const Workers& workers) const {
-    fill_batch(setup_, tasks, workers, batch_);
-    program_.run(batch_, workers);
-    const std::size_t cells = std::size_t(setup_.sonar.beam_count) * setup_.record.samples;
-    for (std::size_t p = 0; p < tasks.size(); ++p) {
-      PingSeries& result = *series[p];
-      result.pressure_pa.resize(cells);
-      queue_->download(result.pressure_pa.data(), program_.series() + p * cells,
-                       cells * sizeof(Complex32));
-      download_channels(tasks[p], p, result);
-      result.clean_power_pa2.resize(tasks[p].wants_clean ? cells : 0);
-      if (!tasks[p].wants_clean) continue;
-      queue_->download(result.clean_power_pa2.data(), program_.powers() + p * cells,
-                       cells * sizeof(float));
-    }
-  }
-
-  // Of an array alone.
-  void download_channels(const PingTask& task, std::size_t p, PingSeries& series) const {
-    const bool wanted = setup_.sonar.array && task.wants_channels;
-    const std::size_t elements = wanted ? setup_.sonar.array->elements : 0;
-    const std::size_t cells = elements * setup_.record.samples;
-    series.channels_pa.resize(cells);
-    if constexpr (requires { program_.channels(); }) {
-      if (cells == 0) return;
-      queue_->download(series.channels_pa.data(), program_.channels() + p * cells,
-                       cells * sizeof(Complex32));
-    }
-  }
-
-  std::unique_ptr<Queue> queue_;
+  MakeQueue make_queue_;
   SynthesisSetup setup_;
-  mutable std::mutex device_mutex_, waiting_mutex_;
+  mutable std::mutex mutex_;  // of all below
+  mutable std::condition_variable changed_;
   mutable std::vector<Request*> waiting_;
-  mutable Program program_;
-  mutable PingBatch batch_;
+  mutable std::vector<std::unique_ptr<Lane>> idle_;
+  mutable int to_come_;
+  mutable std::size_t at_work_ = 0;
 };
 
 // Beams of sectors, or of an array.
 template <class Queue>
-std::unique_ptr<Backend> make_device_backend(std::unique_ptr<Queue> queue,
+std::unique_ptr<Backend> make_device_backend(std::function<std::unique_ptr<Queue>()> make_queue,
                                              const SynthesisSetup& setup) {
   if (setup.sonar.array) {
-    return std::make_unique<DeviceBackend<Queue, ArrayProgram<Queue>>>(std::move(queue), setup);
+    return std::make_unique<DeviceBackend<Queue, ArrayProgram<Queue>>>(std::move(make_queue),
+                                                                       setup);
   }
-  return std::make_unique<DeviceBackend<Queue>>(std::move(queue), setup);
+  return std::make_unique<DeviceBackend<Queue>>(std::move(make_queue), setup);
 }
 
 }  // namespace ensonify

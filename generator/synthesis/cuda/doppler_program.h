@@ -52,7 +52,7 @@ class DopplerProgram {
                  WeighShifts{all.value, all.place, all.nodes, node, weighed_.data()});
       queue_.run(rows * kernel.points,
                  GatherNode{{placed(), pings, offset_.data(), kernel, sectors, grid.data()}, uses});
-      queue_.transform(grid.data(), kernel.points, static_cast<int>(rows), FftDirection::forward);
+      queue_.transform(grid.data(), kernel.points, sectors, ping_count, FftDirection::forward);
       queue_.run(rows * bins,
                  AddNode{grid.data(), filter, nullptr, uses, sectors, kernel.points, bins, record});
     });

@@ -1,5 +1,5 @@
-// ensonify_gpu_bench: how fast a device synthesizes, beside the processor and the bounds of memory and
-// bus in the same run. Needs neither a world nor a scenario.
+// ensonify_gpu_bench: how fast a device synthesizes, beside the processor and the bounds of memory
+// and bus in the same run. Needs neither a world nor a scenario.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -65,8 +65,7 @@ ScattererList echoes_of(const Sonar& sonar, std::uint64_t seed) {
     s.delay_s = two_way_delay_s(range_m, 1500);
     s.gain = static_cast<float>(two_way_loss(range_m, 0.3));
     s.beam = static_cast<std::uint32_t>(i % sonar.beam_count);
-    s.arrival.azimuth_rad =
-        static_cast<float>(beam_azimuth_rad(sonar, static_cast<int>(s.beam)));
+    s.arrival.azimuth_rad = static_cast<float>(beam_azimuth_rad(sonar, static_cast<int>(s.beam)));
     s.received_path_m = static_cast<float>(range_m);
     s.standard_deviation = 1;
     s.key = i;
@@ -119,13 +118,17 @@ void run_case(const Case& c, const Workers& workers) {
   const auto cpu = make_cpu_backend(setup);
   PingSeries expected;
   cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers);
-  const double cpu_s =
-      seconds_of([&] { cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers); }, 3);
+  const double cpu_s = seconds_of(
+      [&] {
+        cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers);
+      },
+      3);
   series.resize(cells);
-  std::printf("%-6s %9zu echoes %4d pings  %9.1f /s on the device  %9.1f /s with copies  %8.2f /s "
-              "cpu, %d threads  error %.1e\n",
-              c.name, lists[0].size(), c.pings, c.pings / device_s, c.pings / whole_s, 1 / cpu_s,
-              workers.threads(), relative(series, expected.pressure_pa));
+  std::printf(
+      "%-6s %9zu echoes %4d pings  %9.1f /s on the device  %9.1f /s with copies  %8.2f /s "
+      "cpu, %d threads  error %.1e\n",
+      c.name, lists[0].size(), c.pings, c.pings / device_s, c.pings / whole_s, 1 / cpu_s,
+      workers.threads(), relative(series, expected.pressure_pa));
   const double series_gb = cells * sizeof(Complex32) / 1e9;
   std::printf("       down %.2f MB a ping, up %.2f MB\n", 1e3 * series_gb,
               batch.echoes.size() / double(c.pings) * (sizeof(EchoRecord) + 4) / 1e6);

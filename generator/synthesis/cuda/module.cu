@@ -27,7 +27,9 @@ int devices(CudaDevice* devices, int most, char* words, std::size_t size) {
 }
 
 Backend* make_backend(const SynthesisSetup& setup, int device) {
-  return make_device_backend(std::make_unique<CudaQueue>(device), setup).release();
+  return make_device_backend<CudaQueue>([device] { return std::make_unique<CudaQueue>(device); },
+                                        setup)
+      .release();
 }
 
 }  // namespace

@@ -67,6 +67,19 @@ void fill_energy(const PingTask& task, std::size_t cells, float* energy) {
 
 }  // namespace
 
+PingBatch::PingBatch(std::pmr::memory_resource* memory)
+    : echoes(memory),
+      ping_of(memory),
+      offset(memory),
+      shifts(memory),
+      shift_offset(memory),
+      pings(memory),
+      volume_key(memory),
+      energy(memory),
+      arrivals(memory),
+      directed(memory),
+      direction_offset(memory) {}
+
 void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                 const Workers& workers, PingBatch& batch) {
   const std::size_t sectors = setup.sonar.beam_count, count = tasks.size();

@@ -1,6 +1,7 @@
 // The pings of a batch as a device takes them.
 #pragma once
 
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -11,19 +12,23 @@
 namespace ensonify {
 
 struct PingBatch {
-  std::vector<EchoRecord> echoes;           // of all pings, one after another
-  std::vector<std::uint32_t> ping_of;       // [echoes]
-  std::vector<std::uint32_t> offset;        // [pings][sectors + 1], among all echoes
-  std::vector<ShiftRecord> shifts;          // of those with doppler != 0, in the same order
-  std::vector<std::uint32_t> shift_offset;  // as offset, among all shifts; empty: there are none
-  std::vector<PingRecord> pings;
-  std::vector<std::uint64_t> volume_key;  // [pings]
-  std::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
+  // Memory for all of it.
+  explicit PingBatch(std::pmr::memory_resource* memory = std::pmr::get_default_resource());
+
+  std::pmr::vector<EchoRecord> echoes;      // of all pings, one after another
+  std::pmr::vector<std::uint32_t> ping_of;  // [echoes]
+  std::pmr::vector<std::uint32_t> offset;   // [pings][sectors + 1], among all echoes
+  std::pmr::vector<ShiftRecord> shifts;     // of those with doppler != 0, in the same order
+  std::pmr::vector<std::uint32_t>
+      shift_offset;  // as offset, among all shifts; empty: there are none
+  std::pmr::vector<PingRecord> pings;
+  std::pmr::vector<std::uint64_t> volume_key;  // [pings]
+  std::pmr::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
   // Of an array, whose echoes and shifts are in the order of their delays, ping by ping: of the
   // offsets only where pings begin and end holds.
-  std::vector<ArrivalRecord> arrivals;          // [echoes]
-  std::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
-  std::vector<std::uint32_t> direction_offset;  // [pings][nodes - kPatternTaps + 2]
+  std::pmr::vector<ArrivalRecord> arrivals;          // [echoes]
+  std::pmr::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
+  std::pmr::vector<std::uint32_t> direction_offset;  // [pings][nodes - kPatternTaps + 2]
   bool wants_channels = false;
   bool has_means = false, has_noise = false, wants_clean = false;
 };

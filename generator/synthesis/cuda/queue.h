@@ -3,12 +3,14 @@
 //
 //   void* allocate(std::size_t bytes)        throws std::bad_alloc; release(void*)
 //   void upload(void* to, const void* from, std::size_t bytes), download, zero(void*, bytes)
+//   std::pmr::memory_resource* host_memory()   of the host, what copies come from and go to fastest
 //   void run(std::int64_t count, functor)    functor(i) for all i in [0, count), in any order
-//   void transform(Complex32* rows, int length, int count, FftDirection)   in place, unscaled
+//   void transform(Complex32* rows, int length, int at_once, std::int64_t count, FftDirection)
+//                                            in place, unscaled, of [count][at_once][length]
 //   void wait()                              until all of it is done
-//   std::size_t free_bytes()
+//   std::size_t free_bytes(), held_bytes()   of the device; by this queue's allocations
 //
-// Calls are carried out in their order; only `wait` and `download` wait.
+// Calls are carried out in their order; only `wait` waits.
 //
 //   DeviceBuffer   memory of a queue, owned
 #pragma once

@@ -11,6 +11,7 @@
 #include "acoustics/pulse.h"
 #include "core/error.h"
 #include "core/units.h"
+#include "synthesis/adc.h"
 #include "synthesis/array.h"
 #include "synthesis/draw.h"
 #include "synthesis/reference/plain_dft.h"
@@ -203,6 +204,7 @@ PingSeries ArrayReference::one_ping(const PingTask& task, const Workers& workers
       series.channels_pa.emplace_back(std::complex<float>(p));
     }
   }
+  if (task.converts && setup_.sonar.adc) quantise(*setup_.sonar.adc, series.pressure_pa);
   if (task.wants_clean) series.clean_power_pa2 = clean_power(task, workers);
   return series;
 }

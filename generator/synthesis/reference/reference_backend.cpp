@@ -9,6 +9,7 @@
 #include "acoustics/pulse.h"
 #include "core/error.h"
 #include "core/units.h"
+#include "synthesis/adc.h"
 #include "synthesis/backend.h"
 #include "synthesis/draw.h"
 #include "synthesis/mixing.h"
@@ -212,6 +213,7 @@ PingSeries ReferenceBackend::one_ping(const PingTask& task, const Workers& worke
       series.pressure_pa[at] = std::complex<float>(p);
     }
   }
+  if (task.converts && setup_.sonar.adc) quantise(*setup_.sonar.adc, series.pressure_pa);
   if (task.wants_clean) series.clean_power_pa2 = clean_power(task, workers);
   return series;
 }

@@ -1,0 +1,159 @@
+// What happens around a device's sums: what comes down, several lanes, too little memory, a device
+// that is lost. The device is the host.
+#include <atomic>
+
+#include "catch.h"
+#include "core/levels.h"
+#include "synthesis/adc.h"
+#include "synthesis/cuda/device_backend.h"
+#include "synthesis/host_queue.h"
+#include "synthesis/ping_fixture.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+using Device = DeviceBackend<HostQueue>;
+constexpr int kBeams = 8;
+
+Sonar sonar_of_few() { return p900(kBeams, kBeams, 2); }
+
+std::vector<ScattererList> lists_of(const Sonar& sonar, int pings) {
+  std::vector<ScattererList> lists;
+  for (int p = 0; p < pings; ++p) {
+    lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), kBeams));
+  }
+  return lists;
+}
+
+PingSeries one(const Backend& backend, const PingTask& task) {
+  PingSeries series;
+  backend.synthesize({&task, 1}, {&series, 1}, Workers(1));
+  return series;
+}
+
+// Every ping asked for by a thread of its own. How many calls failed.
+int ask_all_at_once(const Backend& backend, const std::vector<ScattererList>& lists,
+                    std::vector<PingSeries>& series) {
+  std::atomic<int> failed = 0;
+  Workers(static_cast<int>(lists.size())).for_each(lists.size(), [&](std::size_t p) {
+    const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
+    try {
+      backend.synthesize({&task, 1}, {&series[p], 1}, Workers(1));
+    } catch (const DeviceFailure&) {
+      ++failed;
+    }
+  });
+  return failed;
+}
+
+}  // namespace
+
+// Protects pictures without series: half as much comes down, and it is the series' own level.
+TEST_CASE("device: levels in place of series are the levels of the series") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 1);
+  PingTask task{&lists[0], keys_of_ping(1), 1e-3, {}};
+  const PingSeries whole = one(Device(queues_from(new HostQueue()), setup), task);
+  task.only_level = true;
+  auto* queue = new HostQueue();
+  const Device device(queues_from(queue), setup);
+  const PingSeries picture = one(device, task);
+  CHECK(picture.pressure_pa.empty());
+  CHECK(picture.clean_power_pa2 == whole.clean_power_pa2);
+  const int samples = setup.record.samples;
+  CHECK(queue->downloaded_bytes == 2 * sizeof(float) * kBeams * samples);
+  REQUIRE(picture.level_db.size() == whole.pressure_pa.size());
+  for (int n = 0; n < samples; ++n) {
+    for (int j = 0; j < kBeams; ++j) {
+      const std::complex<float> p = whole.pressure_pa[j * samples + n];
+      const float level = image_level_db(p.real() * p.real() + p.imag() * p.imag());
+      REQUIRE(picture.level_db[n * kBeams + j] == Approx(level).margin(1e-4));
+    }
+  }
+}
+
+TEST_CASE("device: the converter is quantise, before levels are made") {
+  Sonar sonar = sonar_of_few();
+  sonar.adc = Adc{6, 150};
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 1);
+  PingTask task{&lists[0], keys_of_ping(1), 1e-3, {}};
+  const Device device(queues_from(new HostQueue()), setup);
+  PingSeries expected = one(device, task);
+  const auto unconverted = expected.pressure_pa;
+  quantise(*sonar.adc, expected.pressure_pa);
+  CHECK(expected.pressure_pa != unconverted);
+  task.converts = true;
+  CHECK(one(device, task).pressure_pa == expected.pressure_pa);
+  task.only_level = true;
+  const PingSeries picture = one(device, task);
+  const std::complex<float> first = expected.pressure_pa[0];
+  CHECK(picture.level_db[0] ==
+        Approx(image_level_db(first.real() * first.real() + first.imag() * first.imag())));
+}
+
+// Protects mixed batches: each ping gets what it asked for, and nothing else.
+TEST_CASE("device: pings of one batch may ask for different things") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 4);
+  std::vector<PingTask> tasks;
+  for (int p = 0; p < 4; ++p) {
+    tasks.push_back({&lists[p], keys_of_ping(p), 1e-3, {}, p % 2 == 0});
+    tasks[p].only_level = p >= 2;
+  }
+  const Device device(queues_from(new HostQueue()), setup);
+  std::vector<PingSeries> together(4);
+  device.synthesize(tasks, together, Workers(2));
+  for (int p = 0; p < 4; ++p) {
+    CAPTURE(p);
+    const PingSeries alone = one(device, tasks[p]);
+    CHECK(together[p].pressure_pa == alone.pressure_pa);
+    CHECK(together[p].level_db == alone.level_db);
+    CHECK(together[p].clean_power_pa2 == alone.clean_power_pa2);
+    CHECK(together[p].pressure_pa.empty() == (p >= 2));
+    CHECK(together[p].level_db.empty() == (p < 2));
+    CHECK(together[p].clean_power_pa2.empty() == (p % 2 == 1));
+  }
+}
+
+// Protects a run on a device that others use too: what the second lane cannot have, the first does.
+TEST_CASE("device: a lane without memory leaves its pings to the other") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 24);
+  const Device whole(queues_from(new HostQueue()), setup);
+  // Less than the tables, and less than a ping beside them.
+  for (const std::size_t limit : {std::size_t(100), std::size_t(1) << 17}) {
+    CAPTURE(limit);
+    std::atomic<int> made = 0;
+    const Device device(
+        [&] { return std::make_unique<HostQueue>(made++ == 0 ? std::size_t{1} << 40 : limit); },
+        setup);
+    std::vector<PingSeries> series(lists.size());
+    CHECK(ask_all_at_once(device, lists, series) == 0);
+    for (std::size_t p = 0; p < lists.size(); ++p) {
+      const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
+      CHECK(one(whole, task).pressure_pa == series[p].pressure_pa);
+    }
+  }
+}
+
+// Protects from waiting for ever: whoever waits for a lost device is told, whatever it asked for.
+TEST_CASE("device: a lost device is told to all who wait") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 12);
+  const Device device(
+      [] {
+        auto queue = std::make_unique<HostQueue>();
+        queue->lost_after = 3;
+        return queue;
+      },
+      setup);
+  std::vector<PingSeries> series(lists.size());
+  CHECK(ask_all_at_once(device, lists, series) == 12);
+}
