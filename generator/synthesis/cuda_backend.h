@@ -27,8 +27,8 @@ Result<std::vector<CudaDeviceInfo>> cuda_devices();
 
 // Series within 1e-4 of the CPU backend's (relative L2), whatever `tolerance`; the same bytes from
 // run to run on the same device. May be called from several threads at once: what comes while the
-// device is at work makes the next batch. Throws DeviceFailure where the device fails. Error
-// (device): as above.
+// device is at work makes the next batch. Throws DeviceFailure where the device fails, or has no
+// memory for a single ping. Error (device): as above.
 Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup, int device = 0);
 
 }  // namespace ensonify

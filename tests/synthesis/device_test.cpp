@@ -171,5 +171,5 @@ TEST_CASE("device: a ping that does not fit by itself is out of memory") {
   const std::size_t tables = measured->peak;
   whole->synthesize({&task, 1}, {&series, 1}, Workers(1));
   const auto backend = device(setup, new HostQueue((tables + measured->peak) / 2));
-  CHECK_THROWS_AS(backend->synthesize({&task, 1}, {&series, 1}, Workers(1)), std::bad_alloc);
+  CHECK_THROWS_AS(backend->synthesize({&task, 1}, {&series, 1}, Workers(1)), DeviceFailure);
 }

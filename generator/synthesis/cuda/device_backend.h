@@ -51,7 +51,8 @@ class DeviceBackend final : public Backend {
     return memory;
   }
 
-  // What comes while all lanes are at work makes the next batch of the first that is free.
+  // What comes while all lanes are at work makes the next batch of the first that is free. Throws
+  // DeviceFailure where the device fails, or has no memory for a single ping.
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
@@ -100,13 +101,17 @@ class DeviceBackend final : public Backend {
       run(*lane, taken, workers);
     } catch (const std::bad_alloc&) {
       lacks_memory = true;
-      failure = std::current_exception();
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     --at_work_;
     const bool goes = lacks_memory && at_work_ + idle_.size() > 0;
+    if (lacks_memory && !goes) {
+      failure = std::make_exception_ptr(
+          DeviceFailure("not enough memory for one ping on the device; accepted is --backend cpu, "
+                        "fewer beams or rays, or a shorter range"));
+    }
     if (goes) {
       lane.reset();
       to_come_ = 0;

@@ -10,9 +10,8 @@
 #include "acoustics/propagation.h"
 #include "core/random.h"
 #include "core/units.h"
-#include "synthesis/cuda/array_program.h"
-#include "synthesis/cuda/beam_program.h"
 #include "synthesis/cuda/cuda_queue.cuh"
+#include "synthesis/cuda/device_backend.h"
 
 namespace ensonify {
 namespace {
@@ -83,8 +82,85 @@ double relative(const std::vector<std::complex<float>>& a,
   return std::sqrt(error / norm);
 }
 
+// Device memory that a ping's sums read and write at least, every array once a pass, and the
+// multiply-adds of its last sum.
+struct Work {
+  double bytes, fma;
+};
+
+Work work_of(const SynthesisSetup& setup, int points) {
+  const double beams = setup.sonar.beam_count, samples = setup.record.samples;
+  const double bins = setup.record.transform, elements = setup.sonar.array->elements;
+  const double out = beams * samples;
+  // Grid written, transformed, filtered to a record of twice its bins, transformed, summed.
+  return {sizeof(Complex32) * (elements * (4.0 * points + 2 * bins + 4 * 2 * bins) + out),
+          4 * out * elements};
+}
+
+Work work_of_sectors(const SynthesisSetup& setup, int points) {
+  const double beams = setup.sonar.beam_count, samples = setup.record.samples;
+  const double bins = setup.record.transform, out = beams * samples;
+  return {sizeof(Complex32) * (beams * (4.0 * points + 4 * bins) + out), 2 * out * beams};
+}
+
+struct Rates {
+  double memory, up, down, fma;  // B/s, 1/s
+};
+
+struct Times {
+  double device_s, series_s, levels_s, cpu_s;  // a ping
+  double error;
+};
+
+// All tasks through the backend, from two threads: one batch's copies beside the other's sums.
+double backend_s(const Backend& backend, std::vector<PingTask> tasks, bool only_level,
+                 std::vector<PingSeries>& series, const Workers& workers) {
+  for (PingTask& task : tasks) task.only_level = only_level;
+  const std::size_t half = (tasks.size() + 1) / 2;
+  const auto all = [&] {
+    Workers(2).for_each(2, [&](std::size_t i) {
+      const std::size_t first = i * half, count = i == 0 ? half : tasks.size() - half;
+      backend.synthesize(std::span(tasks).subspan(first, count),
+                         std::span(series).subspan(first, count), workers);
+    });
+  };
+  all();  // plans and memory
+  return seconds_of(all, 5) / static_cast<double>(tasks.size());
+}
+
 template <class Program>
-void run_case(const Case& c, const Workers& workers) {
+Times times_of(const SynthesisSetup& setup, const std::vector<PingTask>& tasks,
+               const Workers& workers) {
+  Times times{};
+  {
+    CudaQueue queue(0);
+    Program program(queue, setup);
+    PingBatch batch;
+    fill_batch(setup, tasks, workers, batch);
+    program.run(batch, workers);
+    queue.wait();
+    const auto compute = [&] {
+      program.compute(batch);
+      queue.wait();
+    };
+    times.device_s = seconds_of(compute, 5) / static_cast<double>(tasks.size());
+  }
+  const auto device =
+      make_device_backend<CudaQueue>([] { return std::make_unique<CudaQueue>(0); }, setup);
+  std::vector<PingSeries> series(tasks.size());
+  times.levels_s = backend_s(*device, tasks, true, series, workers);
+  times.series_s = backend_s(*device, tasks, false, series, workers);
+  const auto cpu = make_cpu_backend(setup);
+  PingSeries expected;
+  const auto one = [&] { cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers); };
+  one();
+  times.cpu_s = seconds_of(one, 5);
+  times.error = relative(series[0].pressure_pa, expected.pressure_pa);
+  return times;
+}
+
+template <class Program>
+void run_case(const Case& c, const Rates& rates, const Workers& workers) {
   const Sonar sonar = sonar_of(c);
   const Water water{1500, 0.3};
   const SynthesisSetup setup{sonar, water, make_record(sonar, water, 0)};
@@ -96,51 +172,24 @@ void run_case(const Case& c, const Workers& workers) {
                           static_cast<std::uint32_t>(p), 3};
     tasks.push_back({&lists[p % lists.size()], keys, 0, {}, false});
   }
-  CudaQueue queue(0);
-  Program program(queue, setup);
-  PingBatch batch;
-  fill_batch(setup, tasks, workers, batch);
-  const std::size_t cells = std::size_t(sonar.beam_count) * setup.record.samples;
-  std::vector<std::complex<float>> series(cells * c.pings);
-  const auto with_copies = [&] {
-    fill_batch(setup, tasks, workers, batch);
-    program.run(batch, workers);
-    queue.download(series.data(), program.series(), series.size() * sizeof(Complex32));
-  };
-  with_copies();  // plans and memory
-  const double whole_s = seconds_of(with_copies, 5);
-  const double device_s = seconds_of(
-      [&] {
-        program.compute(batch);
-        queue.wait();
-      },
-      5);
-  const auto cpu = make_cpu_backend(setup);
-  PingSeries expected;
-  cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers);
-  const double cpu_s = seconds_of(
-      [&] {
-        cpu->synthesize({&tasks[0], 1}, {&expected, 1}, workers);
-      },
-      3);
-  series.resize(cells);
-  std::printf(
-      "%-6s %9zu echoes %4d pings  %9.1f /s on the device  %9.1f /s with copies  %8.2f /s "
-      "cpu, %d threads  error %.1e\n",
-      c.name, lists[0].size(), c.pings, c.pings / device_s, c.pings / whole_s, 1 / cpu_s,
-      workers.threads(), relative(series, expected.pressure_pa));
-  const double series_gb = cells * sizeof(Complex32) / 1e9;
-  std::printf("       down %.2f MB a ping, up %.2f MB\n", 1e3 * series_gb,
-              batch.echoes.size() / double(c.pings) * (sizeof(EchoRecord) + 4) / 1e6);
+  const Times times = times_of<Program>(setup, tasks, workers);
+  const int points =
+      sonar.array ? make_array_tables(setup).series.points : make_beam_tables(setup).series.points;
+  const Work work = sonar.array ? work_of(setup, points) : work_of_sectors(setup, points);
+  const double cells = double(sonar.beam_count) * setup.record.samples;
+  const double up = lists[0].size() * double(sizeof(EchoRecord) + sizeof(std::uint32_t));
+  std::printf("%-6s %8zu %10.1f %10.1f %10.1f %10.2f %8.1e | %10.0f %10.0f %10.0f %10.0f\n", c.name,
+              lists[0].size(), 1 / times.device_s, 1 / times.series_s, 1 / times.levels_s,
+              1 / times.cpu_s, times.error, rates.memory / work.bytes, rates.fma / work.fma,
+              rates.up / up, rates.down / (cells * sizeof(Complex32)));
 }
 
-void print_bounds() {
+Rates measured_rates() {
   constexpr std::size_t kBytes = std::size_t{1} << 30;
   CudaQueue queue(0);
   void* a = queue.allocate(kBytes);
   void* b = queue.allocate(kBytes);
-  void* pinned = nullptr;
-  check_cuda(cudaMallocHost(&pinned, kBytes), "allocating pinned memory");
+  void* pinned = queue.host_memory()->allocate(kBytes);
   const auto rate = [&](void* to, const void* from, cudaMemcpyKind kind, double passes) {
     const double s = seconds_of(
         [&] {
@@ -148,28 +197,42 @@ void print_bounds() {
           check_cuda(cudaDeviceSynchronize(), "waiting");
         },
         5);
-    return passes * kBytes / s / 1e9;
+    return passes * kBytes / s;
   };
-  std::printf("bounds: memory %.0f GB/s (read and written), bus up %.1f GB/s, down %.1f GB/s\n",
-              rate(a, b, cudaMemcpyDeviceToDevice, 2), rate(a, pinned, cudaMemcpyHostToDevice, 1),
-              rate(pinned, a, cudaMemcpyDeviceToHost, 1));
-  cudaFreeHost(pinned);
+  Rates rates{rate(a, b, cudaMemcpyDeviceToDevice, 2), rate(a, pinned, cudaMemcpyHostToDevice, 1),
+              rate(pinned, a, cudaMemcpyDeviceToHost, 1), 0};
+  queue.host_memory()->deallocate(pinned, kBytes);
   queue.release(a);
   queue.release(b);
+  int khz = 0, processors = 0;
+  check_cuda(cudaDeviceGetAttribute(&khz, cudaDevAttrClockRate, 0), "asking for the clock");
+  check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, 0), "asking");
+  rates.fma = 1e3 * khz * processors * 128;  // lanes of a multiprocessor, compute capability 8.6 on
+  return rates;
 }
 
 int run() {
   cudaDeviceProp device{};
   if (const cudaError_t error = cudaGetDeviceProperties(&device, 0); error != cudaSuccess) {
-    std::fprintf(stderr, "skipped: CUDA: %s\n", cudaGetErrorString(error));
+    std::printf("skipped: CUDA: %s\n", cudaGetErrorString(error));
     return 5;
   }
-  std::printf("device: %s, %.0f GB\n", device.name, device.totalGlobalMem / 1e9);
-  print_bounds();
   const Workers workers;
-  run_case<BeamProgram<CudaQueue>>({"full", 114, 0, 32}, workers);
-  run_case<BeamProgram<CudaQueue>>({"dense", 7296, 0, 4}, workers);
-  run_case<ArrayProgram<CudaQueue>>({"array", 114, 256, 8}, workers);
+  const Rates rates = measured_rates();
+  std::printf(
+      "device: %s, %.0f GB; memory %.0f GB/s (read and written), bus up %.1f GB/s, "
+      "down %.1f GB/s, %.1f T multiply-adds/s\n",
+      device.name, device.totalGlobalMem / 1e9, rates.memory / 1e9, rates.up / 1e9,
+      rates.down / 1e9, rates.fma / 1e12);
+  std::printf(
+      "pings/s: on the device, series copied down, levels copied down, cpu backend with %d "
+      "threads; bounds of memory, multiply-adds, bus up, bus down\n",
+      workers.threads());
+  std::printf("%-6s %8s %10s %10s %10s %10s %8s | %10s %10s %10s %10s\n", "case", "echoes",
+              "device", "series", "levels", "cpu", "error", "memory", "fma", "up", "down");
+  run_case<BeamProgram<CudaQueue>>({"full", 114, 0, 32}, rates, workers);
+  run_case<BeamProgram<CudaQueue>>({"dense", 7296, 0, 4}, rates, workers);
+  run_case<ArrayProgram<CudaQueue>>({"array", 114, 256, 8}, rates, workers);
   return 0;
 }
 

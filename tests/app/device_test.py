@@ -1,0 +1,163 @@
+"""The program with a CUDA backend, whose device is the host: every scene and mode beside the CPU
+backend, runs that lose their device, devices with too little memory.
+
+ENSONIFY is the program, SCENES the folder of scenes, HOST_DEVICE the module that is opened in place
+of CUDA's; tests/synthesis/host_module.cpp says what ENSONIFY_HOST_DEVICE tells it.
+"""
+import json
+import os
+import pathlib
+import unittest
+
+import numpy as np
+from program_test import SCENES, Case, hashes, run
+
+MODULE = os.environ["HOST_DEVICE"]
+
+ARRAY = """ensonify: 1
+name: line
+seed: 3
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 3
+  beams: {count: 32, fov_deg: 60, width_deg: 4}
+  rays: {elevation: 6, per_cell: 12}
+  receiver: {mode: array, shading: taylor, gain_error_db: 1, phase_error_deg: 10, dead: [2]}
+materials: {m: {reflectivity: 1e-3, coherent: {model: rician, k: 1}}}
+objects:
+  - {name: room, class: room, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+volumes: [{name: water, uniform: {strength_db: -60}}]
+noise: {spectrum_level_db: 30}
+trajectory: {ping_rate_hz: 5, pings: 2, poses: [{time_s: 0, position_m: [0, 0, 0]},
+                                                {time_s: 1, position_m: [1, 0.5, 0], rotation_deg: [0, 0, 20]}]}
+output: {cartesian: false}
+"""
+
+MODES = [
+    (),
+    ("motion_within_ping=true",),
+    ("multipath={surface: {z_m: 0.9, reflection: -0.8}}",),
+    ("scattering.speckle=surface",),
+    ("scattering.speckle=per_ray",),
+    ("noise.spectrum_level_db=40",),
+    ("noise={spectrum_level_db: 40}", "sonar.receiver.adc={bits: 24, full_scale_db: 170}"),
+    ("output.layers=true", "noise.spectrum_level_db=40"),
+    ("output.timeseries=none",),
+]
+
+
+def on_device(*arguments, device=""):
+    return run("generate", *arguments, "--backend", "cuda",
+               env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE, "ENSONIFY_HOST_DEVICE": device})
+
+
+def relative(got, expected):
+    return np.linalg.norm(got - expected) / np.linalg.norm(expected)
+
+
+class Device(Case):
+    def same_data(self, scenario, *arguments, series_are_there=True, adc_step_pa=0):
+        """Both backends make the same files; series differ by 1e-4 at most (relative L2)."""
+        folders = {}
+        for backend in ("cpu", "cuda"):
+            folders[backend] = self.folder / f"{len(list(self.folder.iterdir()))}-{backend}"
+            common = (scenario, "-o", folders[backend], *arguments)
+            result = (on_device(*common) if backend == "cuda" else
+                      run("generate", *common, "--backend", backend))
+            self.assertEqual(result.returncode, 0, result.stderr)
+        names = {backend: set(hashes(folder)) for backend, folder in folders.items()}
+        self.assertEqual(names["cpu"], names["cuda"])
+        series = [name for name in names["cpu"] if "timeseries" in name and name.endswith(".npy")]
+        self.assertEqual(bool(series), series_are_there)
+        for name in series:
+            got, expected = (np.load(folders[backend] / name) for backend in ("cuda", "cpu"))
+            if adc_step_pa:
+                # Rounding before the converter may take the next step; no more than that.
+                for part in (np.real, np.imag):
+                    self.assertLess(np.abs(part(got - expected)).max(), 1.001 * adc_step_pa)
+            elif expected.any():
+                self.assertLess(relative(got, expected), 1e-4, name)
+            else:
+                self.assertFalse(got.any(), name)
+        work = json.loads((folders["cuda"] / "work.json").read_text())
+        self.assertEqual(work["numerics"]["backend"], "cuda, the host itself")
+        return folders
+
+    def test_every_scene(self):
+        for scene in sorted(SCENES.glob("*.yaml")):
+            one = (scene, "--pings", "0:1", "--sequences", "0:1")
+            with self.subTest(scene.name):
+                adc = "adc: {bits: 14, full_scale_db: 185}"
+                if adc not in scene.read_text():
+                    self.same_data(*one)
+                    continue
+                self.same_data(*one, adc_step_pa=10 ** ((185 - 120) / 20) / 2 ** 13)
+                self.same_data(*one, "--set", "sonar.receiver.adc.bits=24")
+
+    def test_every_mode_of_beams_and_arrays(self):
+        line = self.folder / "line.yaml"
+        line.write_text(ARRAY)
+        for scenario in (self.scenario, line):
+            for mode in MODES:
+                if scenario == line and any("multipath" in key for key in mode):
+                    continue  # refused beside volumes
+                settings = [word for key in mode for word in ("--set", key)]
+                with self.subTest(scenario=scenario.name, mode=mode):
+                    self.same_data(scenario, "--pings", "0:2", *settings,
+                                   series_are_there="output.timeseries=none" not in mode)
+
+    def test_pictures_without_series_are_those_beside_series(self):
+        folders = [self.folder / "with", self.folder / "without"]
+        for folder, series in zip(folders, ("npy", "none")):
+            result = on_device(self.scenario, "-o", folder, "--pings", "0:2", "--set",
+                               f"output.timeseries={series}")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        pictures = [{name: sum_ for name, sum_ in hashes(folder).items()
+                     if name.endswith((".png", ".exr"))} for folder in folders]
+        self.assertTrue(pictures[0])
+        self.assertEqual(*pictures)
+
+    def test_the_same_bytes_from_any_threads_and_any_memory(self):
+        first = self.folder / "first"
+        self.assertEqual(on_device(self.scenario, "-o", first, "--pings", "0:6").returncode, 0)
+        for number, (threads, device) in enumerate([(1, ""), (8, ""), (4, "limit=900000")]):
+            with self.subTest(threads=threads, device=device):
+                other = self.folder / str(number)
+                result = on_device(self.scenario, "-o", other, "--pings", "0:6", "--threads",
+                                   threads, device=device)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(hashes(first), hashes(other))
+
+    def test_a_lost_device_keeps_what_is_finished(self):
+        undisturbed, output = self.folder / "undisturbed", self.folder / "out"
+        self.assertEqual(on_device(self.scenario, "-o", undisturbed).returncode, 0)
+        lost = on_device(self.scenario, "-o", output, "--threads", 1, device="lost_after=100")
+        self.assertEqual(lost.returncode, 5, lost.stderr)
+        self.assertIn("lost", lost.stderr)
+        records = list(output.rglob("*.json"))
+        self.assertTrue(records)
+        again = on_device(self.scenario, "-o", output)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("continuing: ", again.stderr)
+        self.assertEqual(hashes(output), hashes(undisturbed))
+
+    def test_a_device_too_small_for_one_ping_ends_with_5(self):
+        result = on_device(self.scenario, "-o", self.folder / "out", device="limit=500000")
+        self.assertEqual(result.returncode, 5, result.stderr)
+        self.assertIn("memory for one ping on the device", result.stderr)
+
+    def test_no_device_is_told_in_the_drivers_words(self):
+        result = on_device(self.scenario, "-o", self.folder / "out", device="none")
+        self.assertEqual(result.returncode, 5)
+        self.assertIn("no CUDA-capable device is detected", result.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
+    def test_auto_takes_the_device_and_says_so(self):
+        result = run("generate", self.scenario, "-o", self.folder / "out", "--pings", "0:1",
+                     env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE})
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("backend: cuda, the host itself", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

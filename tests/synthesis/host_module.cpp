@@ -1,0 +1,59 @@
+// A module as the CUDA module is, whose device is the host: the program's tests open it in place of
+// that one, so that everything but CUDA's own calls runs where there is no device.
+//
+// ENSONIFY_HOST_DEVICE, words in any order: limit=BYTES of memory, lost_after=LAUNCHES, none (no
+// device answers).
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+#include "synthesis/cuda/device_backend.h"
+#include "synthesis/cuda/module_api.h"
+#include "synthesis/host_queue.h"
+
+namespace ensonify {
+namespace {
+
+using test::HostQueue;
+
+std::string told() {
+  const char* words = std::getenv("ENSONIFY_HOST_DEVICE");
+  return words == nullptr ? "" : words;
+}
+
+std::size_t number(const std::string& key, std::size_t otherwise) {
+  const std::string words = told();
+  const std::size_t at = words.find(key + "=");
+  return at == std::string::npos ? otherwise : std::stoull(words.substr(at + key.size() + 1));
+}
+
+int devices(CudaDevice* devices, int, char* words, std::size_t size) {
+  if (told() == "none") {
+    std::snprintf(words, size, "no CUDA-capable device is detected");
+    return -1;
+  }
+  std::snprintf(devices[0].name, sizeof devices[0].name, "the host itself");
+  devices[0].index = 0;
+  devices[0].memory_bytes = number("limit", std::size_t{1} << 40);
+  return 1;
+}
+
+std::unique_ptr<HostQueue> make_queue() {
+  auto queue = std::make_unique<HostQueue>(number("limit", std::size_t{1} << 40));
+  queue->lost_after = static_cast<int>(number("lost_after", std::numeric_limits<int>::max()));
+  return queue;
+}
+
+Backend* make_backend(const SynthesisSetup& setup, int) {
+  return make_device_backend<HostQueue>(make_queue, setup).release();
+}
+
+}  // namespace
+}  // namespace ensonify
+
+extern "C" const ensonify::CudaModuleApi* ensonify_cuda_module() {
+  static const ensonify::CudaModuleApi api{ensonify::cuda_module_identity(), ensonify::devices,
+                                           ensonify::make_backend};
+  return &api;
+}
