@@ -1,6 +1,7 @@
 // The CUDA backend on a device, against the CPU backend. Where none answers these tests say so and
 // are counted as skipped; what they launch runs on the host in the device_*_test files.
 #include "catch.h"
+#include "core/levels.h"
 #include "core/volume_echo.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/cuda_backend.h"
@@ -131,5 +132,51 @@ TEST_CASE("gpu: many pings at once are each their own") {
   backend->synthesize(tasks, together, Workers(2));
   for (const int p : {0, 1, 2, 3, 39}) {
     CHECK(of(*alone, tasks[p]).pressure_pa == together[p].pressure_pa);
+  }
+}
+
+// Protects what is made of series before they come down.
+TEST_CASE("gpu: the converter and the levels are the CPU's") {
+  if (!has_device()) return;
+  Sonar sonar = p900(64, 64, 12);
+  sonar.adc = Adc{24, 190};
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = sorted_by_beam_and_delay(random_scatterers(sonar, 9000, 0.1, 5), 64);
+  PingTask task{&list, keys_of_ping(3), 1e-3, {}};
+  task.converts = true;
+  const auto backend = device(setup);
+  const PingSeries series = of(*backend, task);
+  CHECK(relative(series.pressure_pa, of(*make_cpu_backend(setup), task).pressure_pa) < 1e-4);
+  task.only_level = true;
+  const PingSeries picture = of(*backend, task);
+  CHECK(picture.pressure_pa.empty());
+  REQUIRE(picture.level_db.size() == series.pressure_pa.size());
+  for (int n = 0; n < setup.record.samples; ++n) {
+    for (int j = 0; j < 64; ++j) {
+      const std::complex<float> p = series.pressure_pa[j * setup.record.samples + n];
+      REQUIRE(picture.level_db[n * 64 + j] ==
+              Approx(image_level_db(p.real() * p.real() + p.imag() * p.imag())).margin(1e-3));
+    }
+  }
+}
+
+// Protects results from the copies of one lane beside the sums of the other.
+TEST_CASE("gpu: many threads at once get what each asked for") {
+  if (!has_device()) return;
+  const Sonar sonar = p900(128, 128, 20);
+  const SynthesisSetup setup = setup_of(sonar);
+  std::vector<ScattererList> lists;
+  for (int p = 0; p < 64; ++p) {
+    lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 400 * (p % 5), 1, p), 128));
+  }
+  const auto backend = device(setup), alone = device(setup);
+  std::vector<PingSeries> got(lists.size());
+  Workers(16).for_each(lists.size(), [&](std::size_t p) {
+    const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
+    backend->synthesize({&task, 1}, {&got[p], 1}, Workers(1));
+  });
+  for (std::size_t p = 0; p < lists.size(); ++p) {
+    const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
+    CHECK(of(*alone, task).pressure_pa == got[p].pressure_pa);
   }
 }

@@ -255,9 +255,21 @@ struct FilterPowers {
 // A thread has a sample of so many neighbouring beams: every sector's sample is read once for all.
 constexpr int kBeamsAThread = 16;
 
+// The weights of as many sectors in these beams are a band, which fits into registers.
+struct WeightBand {
+  float w[2 * kBeamsAThread - 1];
+
+  // `weight` points at that of the first sector in the first beam.
+  ENSONIFY_HD explicit WeightBand(const float* weight) {
+    ENSONIFY_UNROLL
+    for (int d = 0; d < 2 * kBeamsAThread - 1; ++d) w[d] = weight[d - kBeamsAThread + 1];
+  }
+  ENSONIFY_HD float of(int sector, int beam) const { return w[sector - beam + kBeamsAThread - 1]; }
+};
+
 // beams [pings][beams][samples] of records [pings][sectors][transform]; counts are pings times
-// ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1]: of sector s in beam j at
-// s - j + beams - 1.
+// ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1], with a margin of kBeamsAThread
+// at both ends: of sector s in beam j at s - j + beams - 1.
 struct MixSeries {
   const Complex32* record;
   const PingRecord* pings;
@@ -272,17 +284,24 @@ struct MixSeries {
     const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
     const std::int64_t ping = i / samples / blocks;
     Complex32 sum[kBeamsAThread] = {};
-    for (int s = 0; s < beams; ++s) {
-      const Complex32 p = record[(ping * beams + s) * transform + n];
-      // Of beam first + b: s - first - b + beams - 1, which the table's margin covers.
-      const float* w = weight + s - first + beams - 1;
-      for (int b = 0; b < kBeamsAThread; ++b) {
-        sum[b].re += w[-b] * p.re;
-        sum[b].im += w[-b] * p.im;
+    for (int s = 0; s < beams; s += kBeamsAThread) {
+      const WeightBand band(weight + s - first + beams - 1);
+      ENSONIFY_UNROLL
+      for (int t = 0; t < kBeamsAThread; ++t) {
+        const bool is_there = s + t < beams;
+        const Complex32 p =
+            is_there ? record[(ping * beams + s + t) * transform + n] : Complex32{0, 0};
+        ENSONIFY_UNROLL
+        for (int b = 0; b < kBeamsAThread; ++b) {
+          sum[b].re += band.of(t, b) * p.re;
+          sum[b].im += band.of(t, b) * p.im;
+        }
       }
     }
-    for (int b = 0; b < kBeamsAThread && first + b < beams; ++b) {
+    ENSONIFY_UNROLL
+    for (int b = 0; b < kBeamsAThread; ++b) {
       const int beam = first + b;
+      if (beam >= beams) continue;
       Complex32 p = {scale[beam] * sum[b].re, scale[beam] * sum[b].im};
       if (adds_noise && pings[ping].noise_rms != 0) {
         const auto item = (static_cast<std::uint64_t>(beam) << 32) | static_cast<unsigned>(n);
@@ -311,12 +330,22 @@ struct MixPowers {
     const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
     const std::int64_t ping = i / samples / blocks;
     float sum[kBeamsAThread] = {};
-    for (int row = 0; row < rows; ++row) {
-      const Complex32 p = record[(ping * rows + row) * transform + n];
-      const float* w = weight + 2 * row - first + beams - 1;
-      for (int b = 0; b < kBeamsAThread; ++b) sum[b] += w[-b] * p.re + w[1 - b] * p.im;
+    for (int s = 0; s < beams; s += kBeamsAThread) {
+      const WeightBand band(weight + s - first + beams - 1);
+      ENSONIFY_UNROLL
+      for (int t = 0; t < kBeamsAThread; t += 2) {
+        const int row = (s + t) / 2;
+        const Complex32 p =
+            row < rows ? record[(ping * rows + row) * transform + n] : Complex32{0, 0};
+        ENSONIFY_UNROLL
+        for (int b = 0; b < kBeamsAThread; ++b) {
+          sum[b] += band.of(t, b) * p.re + band.of(t + 1, b) * p.im;
+        }
+      }
     }
-    for (int b = 0; b < kBeamsAThread && first + b < beams; ++b) {
+    ENSONIFY_UNROLL
+    for (int b = 0; b < kBeamsAThread; ++b) {
+      if (first + b >= beams) continue;
       const std::int64_t at = (ping * beams + first + b) * samples + n;
       float power = scale[first + b] * sum[b];
       // Ringing of the kernel may leave a rounding error below zero.
