@@ -4,10 +4,10 @@
 #include <map>
 
 #include "catch.h"
+#include "core/levels.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
-#include "core/levels.h"
 #include "labels/polar.h"
 
 using namespace ensonify;
