@@ -5,18 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "catch.h"
 #include "synthesis/array.h"
-#include "synthesis/cuda/device_backend.h"
-#include "synthesis/host_queue.h"
-#include "synthesis/ping_fixture.h"
+#include "synthesis/device_fixture.h"
 
 namespace ensonify::test {
-
-// What a device computes, run on the host.
-inline std::unique_ptr<Backend> make_host_device(const SynthesisSetup& setup) {
-  return make_device_backend<HostQueue>(queues_from(new HostQueue()), setup);
-}
 
 // The backends that every case of an array runs on.
 struct ArrayBackend {
@@ -27,7 +19,7 @@ struct ArrayBackend {
 inline const std::vector<ArrayBackend> kArrayBackends = {
     {"reference", make_reference_backend, true},
     {"cpu", make_cpu_backend, false},
-    {"device", make_host_device, false},
+    {"device", [](const SynthesisSetup& setup) { return host_device(setup); }, false},
 };
 
 inline constexpr double kWavelengthM = 1500 / 900e3;

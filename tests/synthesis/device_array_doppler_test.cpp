@@ -1,6 +1,4 @@
 // Echoes that come back shifted to an array, by the functors of a device run on the host.
-#include <cstring>
-
 #include "catch.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/v8.h"
@@ -10,30 +8,8 @@ using namespace ensonify::test;
 
 namespace {
 
-std::unique_ptr<Backend> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return make_device_backend<HostQueue>(queues_from(queue), setup);
-}
-
-PingSeries one(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
-  return series;
-}
-
-SynthesisSetup setup_with(const Sonar& sonar, double most) {
-  SynthesisSetup setup = setup_of(sonar);
-  setup.min_doppler = -most;
-  setup.max_doppler = most;
-  return setup;
-}
-
-// Every third echo at rest, the others shifted by up to `most` to either side.
 ScattererList shifted(const Sonar& sonar, std::vector<Scatterer> items, double most) {
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (i % 3 == 0) continue;
-    items[i].doppler = static_cast<float>(most * (2 * uniform(71, 0, i, 0) - 1));
-  }
-  return list_of(sonar, std::move(items));
+  return list_of(sonar, with_shifts(std::move(items), most));
 }
 
 template <class T>
@@ -42,23 +18,11 @@ double error_of(const std::vector<T>& obtained, const std::vector<T>& expected, 
   return compare(widened(obtained), widened(expected), samples, 0, samples).ratio();
 }
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-bool same_bytes(const PingSeries& a, const PingSeries& b) {
-  return same_bytes(a.pressure_pa, b.pressure_pa) &&
-         same_bytes(a.clean_power_pa2, b.clean_power_pa2) &&
-         same_bytes(a.channels_pa, b.channels_pa);
-}
-
 // What beams and elements hear.
 void require_reference(const SynthesisSetup& setup, PingTask task) {
   task.wants_clean = false;
   task.wants_channels = true;
-  const PingSeries got = one(*device(setup), task);
+  const PingSeries got = one(*host_device(setup), task);
   const PingSeries expected = one(*make_reference_backend(setup), task);
   const double series = error_of(got.pressure_pa, expected.pressure_pa, setup.record.samples);
   const double channels = error_of(got.channels_pa, expected.channels_pa, setup.record.samples);
@@ -109,7 +73,7 @@ TEST_CASE("device: shifted echoes at an array are the reference's") {
     sonar.array->response[7] = {1.1, 0.2};
     sonar.array->spacing_m = 9e-3;
   }
-  const SynthesisSetup setup = setup_with(sonar, 4e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 4e-3);
   const ScattererList list = shifted(sonar, fan_echoes(sonar, 60, 0.1), 4e-3);
   const VolumeEcho water = volume_of(
       setup, [](int beam, int n) { return (n + beam) % 9 == 0 ? 1e-5 * (1 + n % 5) : 0.0; });
@@ -125,7 +89,7 @@ TEST_CASE("device: an array's shifted pulses are the reference's") {
     sonar.pulse = pulse_of(shape, sonar);
     if (shape == PulseShape::cw) sonar.pulse.duration_s = 3e-3;
     const ScattererList list = shifted(sonar, fan_echoes(sonar, 40, 0.05), 1.2e-2);
-    require_reference(setup_with(sonar, 1.2e-2), {&list, keys_of_ping(2), 0, {}});
+    require_reference(with_shifts(sonar, 1.2e-2), {&list, keys_of_ping(2), 0, {}});
   }
 }
 
@@ -146,12 +110,12 @@ TEST_CASE("device: an array's shifts that none announced are the reference's") {
 TEST_CASE("device: an array's expected power has the shifts of means") {
   Sonar sonar = line_array(20, 9, 60, 2);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
-  const SynthesisSetup setup = setup_with(sonar, 1e-2);
+  const SynthesisSetup setup = with_shifts(sonar, 1e-2);
   ScattererList list = shifted(sonar, fan_echoes(sonar, 40, 0.6), 1e-2);
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return beam == 5 && n % 20 == 10 ? 1e-9 * n : 0.0; });
   const PingTask whole{&list, keys_of_ping(1), 0, {&water, 1}};
-  const auto got = one(*device(setup), whole).clean_power_pa2;
+  const auto got = one(*host_device(setup), whole).clean_power_pa2;
   CHECK(worst_db(got, one(*make_cpu_backend(setup), whole).clean_power_pa2) < 0.002);
   for (Scatterer& s : list.items) {
     s.standard_deviation = 0;
@@ -159,7 +123,7 @@ TEST_CASE("device: an array's expected power has the shifts of means") {
   }
   const PingTask means{&list, keys_of_ping(1), 0, {}};
   const auto exact = one(*make_reference_backend(setup), means).clean_power_pa2;
-  const auto of_means = one(*device(setup), means).clean_power_pa2;
+  const auto of_means = one(*host_device(setup), means).clean_power_pa2;
   CHECK(error_of(of_means, exact, setup.record.samples) < 2e-5);
   CHECK(worst_db(of_means, exact) < 0.001);
 }
@@ -167,15 +131,15 @@ TEST_CASE("device: an array's expected power has the shifts of means") {
 // Protects echoes at rest: what else a batch or a setup has leaves no bit of them changed.
 TEST_CASE("device: an array's ping at rest is the same bytes among shifted ones") {
   const Sonar sonar = line_array(20, 6, 60, 1);
-  const SynthesisSetup setup = setup_with(sonar, 5e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
   const Batch batch = mixed_batch(sonar, {&volume, 1});
-  const auto backend = device(setup);
+  const auto backend = host_device(setup);
   std::vector<PingSeries> together(7);
   backend->synthesize(batch.tasks, together, Workers(2));
   for (const int p : {0, 2, 5}) {
     CAPTURE(p);
-    CHECK(same_bytes(together[p], one(*device(setup_of(sonar)), batch.tasks[p])));
+    CHECK(same_bytes(together[p], one(*host_device(setup_of(sonar)), batch.tasks[p])));
     CHECK(same_bytes(together[p], one(*backend, batch.tasks[p])));
   }
 }
@@ -184,19 +148,19 @@ TEST_CASE("device: an array's ping at rest is the same bytes among shifted ones"
 // batches and their size leave no trace.
 TEST_CASE("device: an array's shifted pings do not hang on batches") {
   const Sonar sonar = line_array(20, 6, 60, 1);
-  const SynthesisSetup setup = setup_with(sonar, 5e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
   const Batch batch = mixed_batch(sonar, {&volume, 1});
   std::vector<PingSeries> together(7), few(7), tight(7);
-  device(setup)->synthesize(batch.tasks, together, Workers(2));
-  const auto single = device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
+  host_device(setup)->synthesize(batch.tasks, together, Workers(2));
+  const auto single = host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
   single->synthesize(batch.tasks, few, Workers(1));
   auto* measured = new HostQueue();
-  const auto alone = device(setup, measured);
+  const auto alone = host_device(setup, measured);
   alone->synthesize({&batch.tasks[6], 1}, {&tight[6], 1}, Workers(1));
   // Says that it has plenty, and fails: batches shrink.
   auto* liar = new HostQueue(2 * measured->peak);
-  device(setup, liar)->synthesize(batch.tasks, tight, Workers(2));
+  host_device(setup, liar)->synthesize(batch.tasks, tight, Workers(2));
   for (int p = 6; p >= 0; --p) {
     CAPTURE(p);
     CHECK(same_bytes(few[p], together[p]));
@@ -208,7 +172,7 @@ TEST_CASE("device: an array's shifted pings do not hang on batches") {
 // Protects pings that fit from what earlier ones of another kind have left behind.
 TEST_CASE("device: an array's ping fits that fits alone") {
   const Sonar sonar = line_array(20, 6, 60, 1);
-  const SynthesisSetup setup = setup_with(sonar, 5e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const ScattererList many = shifted(sonar, fan_echoes(sonar, 500, 0.1), 0);
   const ScattererList few = shifted(sonar, fan_echoes(sonar, 40, 0.1), 5e-3);
   const PingTask first{&many, keys_of_ping(0), 0, {}, false};
@@ -216,16 +180,16 @@ TEST_CASE("device: an array's ping fits that fits alone") {
   std::size_t peak = 0;
   for (const PingTask& task : {first, second}) {
     auto* queue = new HostQueue();
-    const auto backend = device(setup, queue);
+    const auto backend = host_device(setup, queue);
     one(*backend, task);
     peak = std::max(peak, queue->peak);
   }
   auto* plenty = new HostQueue();
-  const auto unhindered = device(setup, plenty);
+  const auto unhindered = host_device(setup, plenty);
   one(*unhindered, first);
   const PingSeries expected = one(*unhindered, second);
   REQUIRE(plenty->peak > 1.1 * peak);
-  const auto tight = device(setup, new HostQueue(peak));
+  const auto tight = host_device(setup, new HostQueue(peak));
   one(*tight, first);
   CHECK(same_bytes(one(*tight, second), expected));
 }
@@ -233,7 +197,7 @@ TEST_CASE("device: an array's ping fits that fits alone") {
 // Protects the estimate by which batches are cut to the device's memory.
 TEST_CASE("device: an array's shifted pings take what they announce") {
   const Sonar sonar = line_array(24, 16, 60, 2);
-  const SynthesisSetup setup = setup_with(sonar, 5e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   ScattererList list = list_of(sonar, fan_echoes(sonar, 500, 0.3));
   for (std::size_t i = 0; i < list.size(); ++i) list.items[i].doppler = i % 2 == 0 ? 5e-3f : -4e-3f;
   PingTask task{&list, keys_of_ping(0), 1e-3, {}};
@@ -246,7 +210,7 @@ TEST_CASE("device: an array's shifted pings take what they announce") {
   std::size_t peak[2] = {};
   for (const int more : {0, 1}) {
     auto* queue = new HostQueue();
-    const auto backend = device(setup, queue);
+    const auto backend = host_device(setup, queue);
     backend->synthesize(std::span(tasks).first(1 + 3 * more), std::span(series).first(1 + 3 * more),
                         Workers(1));
     peak[more] = queue->peak;

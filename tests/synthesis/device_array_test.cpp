@@ -3,36 +3,9 @@
 
 #include "catch.h"
 #include "synthesis/array_fixture.h"
-#include "synthesis/cuda/device_backend.h"
-#include "synthesis/host_queue.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
-
-namespace {
-
-std::unique_ptr<Backend> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return make_device_backend<HostQueue>(queues_from(queue), setup);
-}
-
-PingSeries one(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
-  return series;
-}
-
-template <class Values>
-double relative(const Values& a, const Values& b) {
-  REQUIRE(a.size() == b.size());
-  double error = 0, norm = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    error += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
-    norm += std::norm(std::complex<double>(b[i]));
-  }
-  return std::sqrt(error / norm);
-}
-
-}  // namespace
 
 // Protects the series in every mode, element by element: noise, volumes, shading, wide elements,
 // wrong and dead ones, near echoes, and blocks of elements that are not full.
@@ -58,7 +31,7 @@ TEST_CASE("device: an array's series are the reference's") {
     PingTask task{&list, keys_of_ping(1), has_volumes ? 1e-3 : 0.0, {}, false};
     if (has_volumes) task.volumes = {&water, 1};
     task.wants_channels = true;
-    const PingSeries got = one(*device(setup), task);
+    const PingSeries got = one(*host_device(setup), task);
     const PingSeries expected = one(*make_reference_backend(setup), task);
     const double series = relative(got.pressure_pa, expected.pressure_pa);
     const double channels = relative(got.channels_pa, expected.channels_pa);
@@ -77,7 +50,7 @@ TEST_CASE("device: noise of an array is the reference's") {
   const SynthesisSetup setup = setup_of(sonar);
   const ScattererList nothing = sorted_by_beam_and_delay({}, sonar.beam_count);
   const PingTask task{&nothing, keys_of_ping(1), 1e-3, {}, false};
-  const PingSeries got = one(*device(setup), task);
+  const PingSeries got = one(*host_device(setup), task);
   CHECK(relative(got.pressure_pa, one(*make_reference_backend(setup), task).pressure_pa) < 1e-5);
 }
 
@@ -90,7 +63,7 @@ TEST_CASE("device: an array's pulses are the reference's") {
     const SynthesisSetup setup = setup_of(sonar);
     const ScattererList list = list_of(sonar, fan_echoes(sonar, 40, 0.05));
     const PingTask task{&list, keys_of_ping(2), 0, {}, false};
-    const PingSeries got = one(*device(setup), task);
+    const PingSeries got = one(*host_device(setup), task);
     CHECK(relative(got.pressure_pa, one(*make_reference_backend(setup), task).pressure_pa) < 1e-5);
   }
 }
@@ -109,7 +82,7 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
   const VolumeEcho water =
       volume_of(setup, [](int beam, int n) { return beam == 5 && n % 40 == 20 ? 1e-9 * n : 0.0; });
   const PingTask whole{&list, keys_of_ping(1), 0, {&water, 1}};
-  const auto got = one(*device(setup), whole).clean_power_pa2;
+  const auto got = one(*host_device(setup), whole).clean_power_pa2;
   CHECK(worst_db(got, one(*make_cpu_backend(setup), whole).clean_power_pa2) < 0.002);
   // So near that kernels reach across the record's start.
   Scatterer at_once = target_at(sonar, 10, 0, 0.5);
@@ -121,7 +94,7 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
   for (const bool has_volume : {false, true}) {
     PingTask task{has_volume ? &list : &close, keys_of_ping(1), 0, {}};
     if (has_volume) task.volumes = {&first, 1};
-    const double error = worst_db(one(*device(setup), task).clean_power_pa2,
+    const double error = worst_db(one(*host_device(setup), task).clean_power_pa2,
                                   one(*make_cpu_backend(setup), task).clean_power_pa2);
     CAPTURE(has_volume);
     CHECK(error < 0.002);
@@ -132,7 +105,7 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
         Approx(std::accumulate(exact.begin(), exact.end(), 0.0)).epsilon(0.02));
   for (Scatterer& s : list.items) s.standard_deviation = 0;
   const PingTask means{&list, keys_of_ping(1), 0, {}};
-  CHECK(worst_db(one(*device(setup), means).clean_power_pa2,
+  CHECK(worst_db(one(*host_device(setup), means).clean_power_pa2,
                  one(*make_reference_backend(setup), means).clean_power_pa2) < 0.001);
 }
 
@@ -153,9 +126,9 @@ TEST_CASE("device: an array's batch is its pings one by one") {
     if (p == 4) tasks[p].volumes = {&volume, 1};
   }
   std::vector<PingSeries> together(5), few(5);
-  device(setup)->synthesize(tasks, together, Workers(2));
-  device(setup, new HostQueue(std::size_t{1} << 40, 1, 1))->synthesize(tasks, few, Workers(1));
-  const auto again = device(setup);
+  host_device(setup)->synthesize(tasks, together, Workers(2));
+  host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1))->synthesize(tasks, few, Workers(1));
+  const auto again = host_device(setup);
   for (int p = 0; p < 5; ++p) {
     CAPTURE(p);
     const PingSeries alone = one(*again, tasks[p]);
@@ -188,12 +161,12 @@ TEST_CASE("device: an array's pings take what they announce") {
     const std::uint64_t announced = program.ping_bytes(list.size(), has_volumes);
     const std::vector<PingTask> tasks(4, task);
     auto* queue = new HostQueue();
-    const auto backend = device(setup, queue);
+    const auto backend = host_device(setup, queue);
     std::vector<PingSeries> series(4);
     backend->synthesize(std::span(tasks).first(1), std::span(series).first(1), Workers(1));
     const std::size_t first = queue->peak;
     auto* queue_of_four = new HostQueue();
-    const auto backend_of_four = device(setup, queue_of_four);
+    const auto backend_of_four = host_device(setup, queue_of_four);
     backend_of_four->synthesize(tasks, series, Workers(1));
     const double each = static_cast<double>(queue_of_four->peak - first) / 3;
     CHECK(each <= 1.01 * announced);

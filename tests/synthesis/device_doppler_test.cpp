@@ -1,12 +1,7 @@
 // Echoes that come back shifted, by the functors of a device run on the host.
-#include <cstring>
-
-#include "catch.h"
 #include "synthesis/cpu/doppler_nodes.h"
-#include "synthesis/cuda/device_backend.h"
 #include "synthesis/cuda/doppler_kernels.h"
-#include "synthesis/host_queue.h"
-#include "synthesis/ping_fixture.h"
+#include "synthesis/device_fixture.h"
 #include "synthesis/v8.h"
 
 using namespace ensonify;
@@ -14,49 +9,14 @@ using namespace ensonify::test;
 
 namespace {
 
-using Device = DeviceBackend<HostQueue>;
-
-std::unique_ptr<Device> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return std::make_unique<Device>(queues_from(queue), setup);
-}
-
-PingSeries one(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
-  return series;
-}
-
-// Every third echo at rest, the others shifted by up to `most` to either side.
 ScattererList shifted(std::vector<Scatterer> scatterers, double most, int beams) {
-  for (std::size_t i = 0; i < scatterers.size(); ++i) {
-    if (i % 3 == 0) continue;
-    scatterers[i].doppler = static_cast<float>(most * (2 * uniform(71, 0, i, 0) - 1));
-  }
-  return sorted_by_beam_and_delay(std::move(scatterers), beams);
-}
-
-SynthesisSetup setup_with(const Sonar& sonar, double most) {
-  SynthesisSetup setup = setup_of(sonar);
-  setup.min_doppler = -most;
-  setup.max_doppler = most;
-  return setup;
-}
-
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-bool same_bytes(const PingSeries& a, const PingSeries& b) {
-  return same_bytes(a.pressure_pa, b.pressure_pa) &&
-         same_bytes(a.clean_power_pa2, b.clean_power_pa2);
+  return sorted_by_beam_and_delay(with_shifts(std::move(scatterers), most), beams);
 }
 
 // Of the whole record and, tenfold, of each tenth that holds something.
 void require_reference(const SynthesisSetup& setup, const PingTask& task) {
   const int samples = setup.record.samples;
-  const PingSeries got = one(*device(setup), task);
+  const PingSeries got = one(*host_device(setup), task);
   const PingSeries expected = one(*make_reference_backend(setup), task);
   require_within(widened(got.pressure_pa), widened(expected.pressure_pa), samples, 2e-5, 2e-4, 1e-4,
                  5);
@@ -99,7 +59,7 @@ TEST_CASE("device: shifted echoes are the reference's") {
       sonar.pulse = pulse_of(shape, sonar);
       sonar.window = window;
       const ScattererList list = shifted(random_scatterers(sonar, 400, 0.3, 5), 4e-3, 9);
-      require_reference(setup_with(sonar, 4e-3), {&list, keys_of_ping(2), 0, {}});
+      require_reference(with_shifts(sonar, 4e-3), {&list, keys_of_ping(2), 0, {}});
     }
   }
 }
@@ -112,7 +72,7 @@ TEST_CASE("device: a shifted burst of 10 ms is the reference's") {
   sonar.pulse.shape = PulseShape::cw;
   sonar.pulse.duration_s = 10e-3;
   const ScattererList list = shifted(random_scatterers(sonar, 60, 1, 26), most, 3);
-  require_reference(setup_with(sonar, most), {&list, keys_of_ping(1), 0, {}});
+  require_reference(with_shifts(sonar, most), {&list, keys_of_ping(1), 0, {}});
 }
 
 // Protects means alone, whose power is all from the shifted series, and one echo at the band's
@@ -128,7 +88,7 @@ TEST_CASE("device: shifted means are the reference's") {
     targets.back().doppler = static_cast<float>(doppler);
   }
   const ScattererList list = sorted_by_beam_and_delay(targets, 4);
-  require_reference(setup_with(sonar, 1.3e-2), {&list, keys_of_ping(1), 0, {}});
+  require_reference(with_shifts(sonar, 1.3e-2), {&list, keys_of_ping(1), 0, {}});
 }
 
 // Protects volumes, noise and echoes beyond the announced shifts, or beyond any that is heard.
@@ -146,12 +106,12 @@ TEST_CASE("device: shifts that none announced are the reference's, with volumes 
 TEST_CASE("device: a ping at rest is the same bytes among shifted ones") {
   const Sonar sonar = p900(11, 11, 2);
   const Batch batch = mixed_batch(sonar);
-  const auto backend = device(setup_with(sonar, 5e-3));
+  const auto backend = host_device(with_shifts(sonar, 5e-3));
   std::vector<PingSeries> together(7);
   backend->synthesize(batch.tasks, together, Workers(2));
   for (const int p : {0, 2, 5}) {
     CAPTURE(p);
-    CHECK(same_bytes(together[p], one(*device(setup_of(sonar)), batch.tasks[p])));
+    CHECK(same_bytes(together[p], one(*host_device(setup_of(sonar)), batch.tasks[p])));
     CHECK(same_bytes(together[p], one(*backend, batch.tasks[p])));
   }
 }
@@ -160,17 +120,17 @@ TEST_CASE("device: a ping at rest is the same bytes among shifted ones") {
 // batches and their size leave no trace.
 TEST_CASE("device: shifted pings do not hang on batches, threads or what came before") {
   const Sonar sonar = p900(11, 11, 2);
-  const SynthesisSetup setup = setup_with(sonar, 5e-3);
+  const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const Batch batch = mixed_batch(sonar);
   std::vector<PingSeries> together(7), few(7), tight(7);
-  device(setup)->synthesize(batch.tasks, together, Workers(2));
-  const auto single = device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
+  host_device(setup)->synthesize(batch.tasks, together, Workers(2));
+  const auto single = host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
   single->synthesize(batch.tasks, few, Workers(1));
   auto* measured = new HostQueue();
-  const auto alone = device(setup, measured);
+  const auto alone = host_device(setup, measured);
   alone->synthesize({&batch.tasks[6], 1}, {&tight[6], 1}, Workers(1));
   // Says that it has plenty, and fails: batches shrink.
-  const auto shrinking = device(setup, new HostQueue(2 * measured->peak));
+  const auto shrinking = host_device(setup, new HostQueue(2 * measured->peak));
   shrinking->synthesize(batch.tasks, tight, Workers(2));
   for (int p = 6; p >= 0; --p) {
     CAPTURE(p);

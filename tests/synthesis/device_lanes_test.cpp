@@ -2,12 +2,9 @@
 // that is lost. The device is the host.
 #include <atomic>
 
-#include "catch.h"
 #include "core/levels.h"
 #include "synthesis/adc.h"
-#include "synthesis/cuda/device_backend.h"
-#include "synthesis/host_queue.h"
-#include "synthesis/ping_fixture.h"
+#include "synthesis/device_fixture.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -25,12 +22,6 @@ std::vector<ScattererList> lists_of(const Sonar& sonar, int pings) {
     lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), kBeams));
   }
   return lists;
-}
-
-PingSeries one(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(1));
-  return series;
 }
 
 // Every ping asked for by a thread of its own. How many calls failed.

@@ -1,50 +1,9 @@
 // What a device computes, run on the host: the functors that CUDA launches, against the reference.
-#include "synthesis/cuda/device_backend.h"
-
-#include "catch.h"
-#include "synthesis/host_queue.h"
-#include "synthesis/ping_fixture.h"
+#include "synthesis/device_fixture.h"
 #include "synthesis/v8.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
-
-namespace {
-
-using Device = DeviceBackend<HostQueue>;
-
-std::unique_ptr<Device> device(const SynthesisSetup& setup, HostQueue* queue = new HostQueue()) {
-  return std::make_unique<Device>(queues_from(queue), setup);
-}
-
-PingSeries one(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
-  return series;
-}
-
-double relative(const std::vector<std::complex<float>>& a,
-                const std::vector<std::complex<float>>& b) {
-  REQUIRE(a.size() == b.size());
-  double error = 0, norm = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    error += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
-    norm += std::norm(std::complex<double>(b[i]));
-  }
-  return std::sqrt(error / norm);
-}
-
-double relative(const std::vector<float>& a, const std::vector<float>& b) {
-  REQUIRE(a.size() == b.size());
-  double error = 0, norm = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    error += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
-    norm += double(b[i]) * b[i];
-  }
-  return std::sqrt(error / norm);
-}
-
-}  // namespace
 
 // Protects the series and its expected power: pulses, mixings, odd numbers of beams.
 TEST_CASE("device: a ping is the reference's") {
@@ -59,7 +18,7 @@ TEST_CASE("device: a ping is the reference's") {
       const ScattererList list =
           sorted_by_beam_and_delay(random_scatterers(sonar, 900, 0.01, 5), beams);
       PingTask task{&list, keys_of_ping(2), 3e-3, {}};
-      const PingSeries got = one(*device(setup), task);
+      const PingSeries got = one(*host_device(setup), task);
       const PingSeries expected = one(*make_reference_backend(setup), task);
       CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-5);
       CHECK(relative(got.clean_power_pa2, expected.clean_power_pa2) < 1e-5);
@@ -76,7 +35,7 @@ TEST_CASE("device: volumes and noise are the reference's") {
   const VolumeEcho more = volume_of(setup, [](int beam, int) { return beam == 8 ? 1e-7 : 0.0; });
   const std::vector<VolumeEcho> volumes{volume, more};
   const PingTask task{&list, keys_of_ping(4), 1e-2, volumes};
-  const PingSeries got = one(*device(setup), task);
+  const PingSeries got = one(*host_device(setup), task);
   const PingSeries expected = one(*make_reference_backend(setup), task);
   CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-5);
   CHECK(relative(got.clean_power_pa2, expected.clean_power_pa2) < 1e-5);
@@ -97,12 +56,12 @@ TEST_CASE("device: a batch is its pings one by one") {
     tasks.push_back({&lists[p], keys_of_ping(p), p == 1 ? 1e-3 : 0, {}, p != 2});
     if (p == 4) tasks[p].volumes = {&volume, 1};
   }
-  const auto backend = device(setup);
+  const auto backend = host_device(setup);
   std::vector<PingSeries> together(5);
   backend->synthesize(tasks, together, Workers(2));
   for (int p = 0; p < 5; ++p) {
     CAPTURE(p);
-    const PingSeries alone = one(*device(setup), tasks[p]);
+    const PingSeries alone = one(*host_device(setup), tasks[p]);
     CHECK(together[p].pressure_pa == alone.pressure_pa);
     CHECK(together[p].clean_power_pa2 == alone.clean_power_pa2);
   }
@@ -120,15 +79,15 @@ TEST_CASE("device: results do not hang on batches, threads or what came before")
   }
   for (int p = 0; p < 6; ++p) tasks.push_back({&lists[p], keys_of_ping(p), 1e-3, {}});
   std::vector<PingSeries> all(6), few(6), tight(6);
-  device(setup)->synthesize(tasks, all, Workers(2));
+  host_device(setup)->synthesize(tasks, all, Workers(2));
   auto* small = new HostQueue(std::size_t{1} << 40, 1, 1);
-  device(setup, small)->synthesize(tasks, few, Workers(1));
+  host_device(setup, small)->synthesize(tasks, few, Workers(1));
   // Says that it has plenty, and fails: batches shrink.
   auto* measured = new HostQueue();
-  const auto alone = device(setup, measured);
+  const auto alone = host_device(setup, measured);
   alone->synthesize({&tasks[0], 1}, {&few[0], 1}, Workers(1));
   auto* liar = new HostQueue(2 * measured->peak);
-  const auto shrinking = device(setup, liar);
+  const auto shrinking = host_device(setup, liar);
   shrinking->synthesize(tasks, tight, Workers(2));
   CHECK(liar->launches > 2 * measured->launches);
   for (int p = 0; p < 6; ++p) {
@@ -147,7 +106,7 @@ TEST_CASE("device: pings of many threads at once are their own") {
   for (int p = 0; p < kPings; ++p) {
     lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), 8));
   }
-  const auto backend = device(setup);
+  const auto backend = host_device(setup);
   std::vector<PingSeries> got(kPings);
   Workers(8).for_each(kPings, [&](std::size_t p) {
     const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
@@ -155,7 +114,7 @@ TEST_CASE("device: pings of many threads at once are their own") {
   });
   for (int p = 0; p < kPings; ++p) {
     const PingTask task{&lists[p], keys_of_ping(p), 1e-3, {}};
-    CHECK(one(*device(setup), task).pressure_pa == got[p].pressure_pa);
+    CHECK(one(*host_device(setup), task).pressure_pa == got[p].pressure_pa);
   }
 }
 
@@ -167,9 +126,9 @@ TEST_CASE("device: a ping that does not fit by itself is out of memory") {
   const PingTask task{&list, keys_of_ping(0), 0, {}};
   PingSeries series;
   auto* measured = new HostQueue();
-  const auto whole = device(setup, measured);
+  const auto whole = host_device(setup, measured);
   const std::size_t tables = measured->peak;
   whole->synthesize({&task, 1}, {&series, 1}, Workers(1));
-  const auto backend = device(setup, new HostQueue((tables + measured->peak) / 2));
+  const auto backend = host_device(setup, new HostQueue((tables + measured->peak) / 2));
   CHECK_THROWS_AS(backend->synthesize({&task, 1}, {&series, 1}, Workers(1)), DeviceFailure);
 }

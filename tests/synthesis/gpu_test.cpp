@@ -18,27 +18,10 @@ bool has_device() {
   return devices.ok();
 }
 
-PingSeries of(const Backend& backend, const PingTask& task) {
-  PingSeries series;
-  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
-  return series;
-}
-
 std::unique_ptr<Backend> device(const SynthesisSetup& setup) {
   auto backend = make_cuda_backend(setup);
   REQUIRE(backend);
   return std::move(*backend);
-}
-
-template <class T>
-double relative(const std::vector<T>& a, const std::vector<T>& b) {
-  REQUIRE(a.size() == b.size());
-  double error = 0, norm = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    error += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
-    norm += std::norm(std::complex<double>(b[i]));
-  }
-  return norm > 0 ? std::sqrt(error / norm) : error;
 }
 
 // Everything that a ping may hold.
@@ -48,11 +31,11 @@ void compare(const SynthesisSetup& setup, const ScattererList& list, bool wants_
   PingTask task{&list, keys_of_ping(3), 1e-3, {&volume, 1}};
   task.wants_channels = wants_channels;
   const auto backend = device(setup);
-  const PingSeries got = of(*backend, task), expected = of(*make_cpu_backend(setup), task);
+  const PingSeries got = one(*backend, task), expected = one(*make_cpu_backend(setup), task);
   CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-4);
   CHECK(relative(got.channels_pa, expected.channels_pa) < 1e-4);
   if (!setup.sonar.array) CHECK(relative(got.clean_power_pa2, expected.clean_power_pa2) < 1e-4);
-  const PingSeries again = of(*backend, task), anew = of(*device(setup), task);
+  const PingSeries again = one(*backend, task), anew = one(*device(setup), task);
   CHECK(again.pressure_pa == got.pressure_pa);
   CHECK(anew.pressure_pa == got.pressure_pa);
   CHECK(anew.clean_power_pa2 == got.clean_power_pa2);
@@ -131,7 +114,7 @@ TEST_CASE("gpu: many pings at once are each their own") {
   std::vector<PingSeries> together(tasks.size());
   backend->synthesize(tasks, together, Workers(2));
   for (const int p : {0, 1, 2, 3, 39}) {
-    CHECK(of(*alone, tasks[p]).pressure_pa == together[p].pressure_pa);
+    CHECK(one(*alone, tasks[p]).pressure_pa == together[p].pressure_pa);
   }
 }
 
@@ -145,10 +128,10 @@ TEST_CASE("gpu: the converter and the levels are the CPU's") {
   PingTask task{&list, keys_of_ping(3), 1e-3, {}};
   task.converts = true;
   const auto backend = device(setup);
-  const PingSeries series = of(*backend, task);
-  CHECK(relative(series.pressure_pa, of(*make_cpu_backend(setup), task).pressure_pa) < 1e-4);
+  const PingSeries series = one(*backend, task);
+  CHECK(relative(series.pressure_pa, one(*make_cpu_backend(setup), task).pressure_pa) < 1e-4);
   task.only_level = true;
-  const PingSeries picture = of(*backend, task);
+  const PingSeries picture = one(*backend, task);
   CHECK(picture.pressure_pa.empty());
   REQUIRE(picture.level_db.size() == series.pressure_pa.size());
   for (int n = 0; n < setup.record.samples; ++n) {
@@ -177,6 +160,6 @@ TEST_CASE("gpu: many threads at once get what each asked for") {
   });
   for (std::size_t p = 0; p < lists.size(); ++p) {
     const PingTask task{&lists[p], keys_of_ping(static_cast<std::uint32_t>(p)), 1e-3, {}};
-    CHECK(of(*alone, task).pressure_pa == got[p].pressure_pa);
+    CHECK(one(*alone, task).pressure_pa == got[p].pressure_pa);
   }
 }

@@ -49,20 +49,14 @@ struct HearEchoes {
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const EchoRecord& e = echoes[i];
     const ArrivalRecord& from = arrivals[i];
-    const PingRecord& ping = pings[ping_of[i]];
-    float re = e.mean_re, im = e.mean_im;
-    if (!means_only && e.deviation != 0) {
-      const ComplexDraw xi = complex_normal(ping.speckle_key, ping.speckle_ping, e.key, 0);
-      re = static_cast<float>(re + e.deviation * xi.re);
-      im = static_cast<float>(im + e.deviation * xi.im);
-    }
+    const Complex32 a = amplitude_of(e, pings[ping_of[i]], means_only);
     const auto scale =
         static_cast<float>(source_pa_m * e.gain * sinc(width_in_wavelengths * from.cosine));
     out[i] = {from.range_m,
               from.range_m * from.cosine,
               -carrier_turns(frequency_hz, e.delay_s),
               e.delay_s * points_per_s,
-              {scale * re, scale * im}};
+              {scale * a.re, scale * a.im}};
   }
 };
 

@@ -61,16 +61,8 @@ class ArrayProgram {
 
   // Results stay on the device: series(), powers(), channels().
   void run(const PingBatch& batch, const Workers& workers) {
-    try {
-      upload(batch, workers);
-      compute(batch);
-    } catch (const std::bad_alloc&) {
-      // Buffers that earlier batches needed larger may be all that is in the way.
-      queue_.wait();
-      drop_buffers();
-      upload(batch, workers);
-      compute(batch);
-    }
+    upload(batch, workers);
+    compute(batch);
   }
   // Its two halves.
   void upload(const PingBatch& batch, const Workers& workers) {
@@ -94,14 +86,7 @@ class ArrayProgram {
   const float* powers() const { return power_.powers(); }
   const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
 
- private:
-  // As they lie on the device, each ping's from begin[ping] on, in the order of their delays.
-  struct SoundList {
-    const Sound* sounds;
-    std::int64_t count;
-    const std::uint32_t* begin;  // [pings + 1]
-  };
-
+  // Those of batches; results too.
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
     for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
@@ -115,6 +100,14 @@ class ArrayProgram {
     shifted_.drop_buffers();
     power_.drop_buffers();
   }
+
+ private:
+  // As they lie on the device, each ping's from begin[ping] on, in the order of their delays.
+  struct SoundList {
+    const Sound* sounds;
+    std::int64_t count;
+    const std::uint32_t* begin;  // [pings + 1]
+  };
 
   int beams() const { return setup_.sonar.beam_count; }
   int bins() const { return setup_.record.transform; }

@@ -46,14 +46,9 @@ struct PlaceEchoes {
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const EchoRecord& e = echoes[i];
-    const PingRecord& ping = pings[ping_of[i]];
-    double re = e.mean_re, im = e.mean_im;
-    if (!means_only && e.deviation != 0) {
-      const ComplexDraw xi = complex_normal(ping.speckle_key, ping.speckle_ping, e.key, 0);
-      re = static_cast<float>(re + e.deviation * xi.re);
-      im = static_cast<float>(im + e.deviation * xi.im);
-    }
-    if (means_only || e.deviation != 0 || re != 0 || im != 0) {
+    const Complex32 a = amplitude_of(e, pings[ping_of[i]], means_only);
+    const double re = a.re, im = a.im;
+    if (re != 0 || im != 0) {
       const double angle = -2 * kPi * carrier_turns(frequency_hz, e.delay_s);
       const double c = std::cos(angle), s = std::sin(angle), scale = source_pa_m * e.gain;
       out.value[i] = {static_cast<float>(scale * (re * c - im * s)),

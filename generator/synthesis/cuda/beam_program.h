@@ -50,16 +50,8 @@ class BeamProgram {
 
   // Results stay on the device: series(), powers().
   void run(const PingBatch& batch, const Workers& workers) {
-    try {
-      upload(batch, workers);
-      compute(batch);
-    } catch (const std::bad_alloc&) {
-      // Buffers that earlier batches needed larger may be all that is in the way.
-      queue_.wait();
-      drop_buffers();
-      upload(batch, workers);
-      compute(batch);
-    }
+    upload(batch, workers);
+    compute(batch);
   }
   // Its two halves.
   void upload(const PingBatch& batch, const Workers& workers) {
@@ -76,7 +68,7 @@ class BeamProgram {
   Complex32* series() const { return beams_.data(); }
   const float* powers() const { return powers_.data(); }
 
- private:
+  // Those of batches; results too.
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &record_, &cells_, &beams_, &means_}) b->drop();
     for (auto* b : {&energy_, &place_, &powers_}) b->drop();
@@ -89,6 +81,7 @@ class BeamProgram {
     doppler_.drop_buffers();
   }
 
+ private:
   // A DeviceSpread there.
   struct Spread {
     Spread(Queue& queue, const DeviceSpread& spread)

@@ -81,8 +81,17 @@ class DeviceLane {
   void run_batch(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
                  const Workers& workers) {
     fill_batch(setup_, tasks, workers, batch_);
-    program_.run(batch_, workers);
-    finish_series(tasks);
+    try {
+      program_.run(batch_, workers);
+      finish_series(tasks);
+    } catch (const std::bad_alloc&) {
+      // Buffers that earlier batches needed larger may be all that is in the way.
+      queue_->wait();
+      program_.drop_buffers();
+      level_.drop();
+      program_.run(batch_, workers);
+      finish_series(tasks);
+    }
     download(tasks);
     queue_->wait();
     workers.for_each(tasks.size(), [&](std::size_t p) { hand_over(tasks[p], p, *series[p]); });

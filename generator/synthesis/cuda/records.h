@@ -4,6 +4,7 @@
 //   ShiftRecord   one that comes back shifted
 //   PingRecord    one ping of a batch
 //   ArrivalRecord  DirectionRecord  SectorRecord   for an array
+//   amplitude_of
 //   DeviceKernel  a spreading kernel as polynomials
 //   Complex32
 #pragma once
@@ -11,6 +12,7 @@
 #include <cstdint>
 
 #include "core/host_device.h"
+#include "core/random.h"
 
 namespace ensonify {
 
@@ -54,6 +56,15 @@ struct PingRecord {
   float noise_rms;
   std::uint32_t first_offset;  // where the ping's [sectors + 1] begin among the batch's offsets
 };
+
+// Amplitude of an echo: its mean alone, or with what is drawn.
+ENSONIFY_HD inline Complex32 amplitude_of(const EchoRecord& echo, const PingRecord& ping,
+                                          bool means_only) {
+  if (means_only || echo.deviation == 0) return {echo.mean_re, echo.mean_im};
+  const ComplexDraw xi = complex_normal(ping.speckle_key, ping.speckle_ping, echo.key, 0);
+  return {static_cast<float>(echo.mean_re + echo.deviation * xi.re),
+          static_cast<float>(echo.mean_im + echo.deviation * xi.im)};
+}
 
 // coefficient [degree + 1][width], highest power of the offset first.
 struct DeviceKernel {

@@ -1,0 +1,74 @@
+// Backends whose device is the host, and what the tests compare.
+//
+//   host_device   one ping at a time by `one`
+//   relative      relative L2 error; without a norm, the error's square
+//   same_bytes    of values, of pings
+//   with_shifts   a setup, and echoes of which two in three are shifted
+#pragma once
+
+#include <cmath>
+#include <complex>
+#include <cstring>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "catch.h"
+#include "core/random.h"
+#include "synthesis/cuda/device_backend.h"
+#include "synthesis/host_queue.h"
+#include "synthesis/ping_fixture.h"
+
+namespace ensonify::test {
+
+inline std::unique_ptr<Backend> host_device(const SynthesisSetup& setup,
+                                            HostQueue* queue = new HostQueue()) {
+  return make_device_backend<HostQueue>(queues_from(queue), setup);
+}
+
+inline PingSeries one(const Backend& backend, const PingTask& task) {
+  PingSeries series;
+  backend.synthesize({&task, 1}, {&series, 1}, Workers(2));
+  return series;
+}
+
+template <class T>
+double relative(const std::vector<T>& got, const std::vector<T>& expected) {
+  REQUIRE(got.size() == expected.size());
+  double error = 0, norm = 0;
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    error += std::norm(std::complex<double>(got[i]) - std::complex<double>(expected[i]));
+    norm += std::norm(std::complex<double>(expected[i]));
+  }
+  return norm > 0 ? std::sqrt(error / norm) : error;
+}
+
+template <class T>
+bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+inline bool same_bytes(const PingSeries& a, const PingSeries& b) {
+  return same_bytes(a.pressure_pa, b.pressure_pa) &&
+         same_bytes(a.clean_power_pa2, b.clean_power_pa2) &&
+         same_bytes(a.channels_pa, b.channels_pa) && same_bytes(a.level_db, b.level_db);
+}
+
+inline SynthesisSetup with_shifts(const Sonar& sonar, double most) {
+  SynthesisSetup setup = setup_of(sonar);
+  setup.min_doppler = -most;
+  setup.max_doppler = most;
+  return setup;
+}
+
+// Every third at rest, the others shifted by up to `most` to either side.
+inline std::vector<Scatterer> with_shifts(std::vector<Scatterer> scatterers, double most) {
+  for (std::size_t i = 0; i < scatterers.size(); ++i) {
+    if (i % 3 == 0) continue;
+    scatterers[i].doppler = static_cast<float>(most * (2 * uniform(71, 0, i, 0) - 1));
+  }
+  return scatterers;
+}
+
+}  // namespace ensonify::test
