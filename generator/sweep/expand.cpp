@@ -107,47 +107,43 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
     return made;
   }
   made.error = cost.error();
-  std::string& message = made.error->message;
-  std::string all;
-  for (const std::string& line : lines_of(message)) {
-    all += (all.empty() ? "" : "\n") + placed(file, tree, line);
-  }
-  message = all;
+  std::vector<std::string> lines = lines_of(cost.error().message);
+  for (std::string& line : lines) line = placed(file, tree, line);
+  made.error->message = fmt::format("{}", fmt::join(lines, "\n"));
   return made;
 }
 
 // Each line once, with the runs that have it.
 Error all_errors(const std::vector<Resolved>& all) {
   struct Told {
-    std::size_t first = 0, runs = 0, order = 0;
+    std::string line;
+    std::size_t first_run, runs;
   };
-  std::unordered_map<std::string, Told> told;
-  std::vector<const std::string*> order;
+  std::vector<Told> told;
+  std::unordered_map<std::string, std::size_t> index;
   ErrorKind kind = ErrorKind::usage;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!all[i].error) continue;
     if (all[i].error->kind != ErrorKind::usage) kind = all[i].error->kind;
-    for (const std::string& line : lines_of(all[i].error->message)) {
-      const auto [entry, fresh] = told.try_emplace(line, Told{i, 0, order.size()});
-      if (fresh) order.push_back(&entry->first);
-      ++entry->second.runs;
+    for (std::string& line : lines_of(all[i].error->message)) {
+      const auto [known, fresh] = index.try_emplace(line, told.size());
+      if (fresh) told.push_back({std::move(line), i, 0});
+      ++told[known->second].runs;
     }
   }
-  std::string message;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i == kMaxFaults) {
-      message += fmt::format("\nand {} more", order.size() - i);
+  std::vector<std::string> lines;
+  for (const auto& [line, first_run, runs] : told) {
+    if (lines.size() == kMaxFaults) {
+      lines.push_back(fmt::format("and {} more", told.size() - lines.size()));
       break;
     }
-    const Told& of = told.at(*order[i]);
-    const std::string runs =
-        of.runs == all.size() && of.runs > 1
-            ? "every run"
-            : fmt::format("run {}{}", one_line(all[of.first].run.name),
-                          of.runs > 1 ? fmt::format(" and {} more", of.runs - 1) : "");
-    message += fmt::format("{}{} ({})", i == 0 ? "" : "\n", *order[i], runs);
+    const std::string more = runs > 1 ? fmt::format(" and {} more", runs - 1) : "";
+    const bool every = runs > 1 && runs == all.size();
+    lines.push_back(
+        every ? line + " (every run)"
+              : fmt::format("{} (run {}{})", line, one_line(all[first_run].run.name), more));
   }
-  return {kind, message};
+  return {kind, fmt::format("{}", fmt::join(lines, "\n"))};
 }
 
 }  // namespace
