@@ -36,12 +36,9 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
 Node with_preset(const Node& sonar) {
   const Node* name = sonar.kind == NodeKind::map ? find(sonar, "preset") : nullptr;
   if (name == nullptr || name->kind != NodeKind::scalar) return sonar;
-  for (const SonarPreset& preset : sonar_presets()) {
-    if (preset.name != name->text) continue;
-    Faults ignored;
-    const auto tree = read_yaml_map(preset.yaml, add_source(ignored, "preset"), ignored);
-    if (!tree) return sonar;
-    Node merged = merge_over(*tree, sonar);
+  for (std::size_t i = 0; i < sonar_presets().size(); ++i) {
+    if (sonar_presets()[i].name != name->text) continue;
+    Node merged = merge_over(preset_trees()[i], sonar);
     const auto at = find(merged, "preset") - merged.items.data();
     merged.items.erase(merged.items.begin() + at);
     merged.keys.erase(merged.keys.begin() + at);
