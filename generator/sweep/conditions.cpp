@@ -1,6 +1,8 @@
 #include "sweep/conditions.h"
 
 #include <muParser.h>
+#include <algorithm>
+#include <cfenv>
 #include <cmath>
 #include <string_view>
 
@@ -58,14 +60,7 @@ std::optional<std::string> Conditions::add(const std::string& text) {
   try {
     parser->DefineInfixOprt("!", negation);
     for (std::size_t i = 0; i < impl_->names.size(); ++i) {
-      try {
-        parser->DefineVar(impl_->names[i], &impl_->values[i]);
-      } catch (const mu::ParserError&) {
-        return fmt::format(
-            "the axis {} is called like a function of muparser, accepted is another "
-            "`name` for it",
-            shown(impl_->names[i]));
-      }
+      parser->DefineVar(impl_->names[i], &impl_->values[i]);
     }
     parser->SetExpr(text);
     parser->Eval();
@@ -81,12 +76,15 @@ Conditions::Answer Conditions::at(std::span<const double> values) {
   ENSONIFY_ASSERT(values.size() == impl_->values.size());
   std::copy(values.begin(), values.end(), impl_->values.begin());
   for (std::size_t i = 0; i < impl_->parsers.size(); ++i) {
+    // A division by zero inside a comparison would go unseen.
+    std::feclearexcept(FE_ALL_EXCEPT);
     double value = std::nan("");
     try {
       value = impl_->parsers[i]->Eval();
-    } catch (const mu::ParserError&) {  // as for a division by zero, where it looks for one
+    } catch (const mu::ParserError&) {  // where muparser looks itself
     }
-    if (!std::isfinite(value)) return {none, i};
+    const bool sound = std::fetestexcept(FE_INVALID | FE_DIVBYZERO) == 0;
+    if (!sound || !std::isfinite(value)) return {none, i};
     if (value != 0) return {i, none};
   }
   return {};

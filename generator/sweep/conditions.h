@@ -30,7 +30,8 @@ class Conditions {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   struct Answer {
     std::size_t holds = none;     // index of the first condition that holds
-    std::size_t no_value = none;  // of the first whose value is no finite number, if it comes first
+    std::size_t no_value = none;  // of the first, if it comes before, that divides by zero, has a
+                                  // root of what is below zero, or is not finite
   };
   // Values of the variables, in their order.
   Answer at(std::span<const double> values);

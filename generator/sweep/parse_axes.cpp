@@ -105,8 +105,11 @@ class AxisParser {
     std::string key;
     read_text(faults_, value, "key", key, Need::optional, kMaxFileNameBytes);
     read_name(value, key, made.name);
+    // What is missing may be the key that was mistyped.
+    if (!watch.quiet() && !has_any(value, kSources)) return std::nullopt;
     const auto source = only_key_of(faults_, value, kSources, kSourcesInWords);
     if (!source) return std::nullopt;
+    if (const auto given = child(value, "key")) key_place_ = given->place;
     if (*source == "values") {
       refuse_useless(faults_, value, {"count"}, "beside values, which are as many as they are");
       read_values(value, key, made);
@@ -120,6 +123,11 @@ class AxisParser {
       read_range(value, *source, key, made);
     }
     return watch.quiet() ? std::optional(std::move(made)) : std::nullopt;
+  }
+
+  static bool has_any(const Value& value, const Words& keys) {
+    return std::any_of(keys.begin(), keys.end(),
+                       [&](std::string_view key) { return child(value, key).has_value(); });
   }
 
   void read_name(const Value& value, const std::string& key, std::string& name) {
@@ -154,7 +162,7 @@ class AxisParser {
       const Value given = item(list, i);
       AxisValue made;
       if (has_key) {
-        made.settings.push_back({key, given.place, *given.node});
+        made.settings.push_back({key, key_place_, *given.node});
         made.label = cut(plain_text(*given.node));
         made.json = json_of_node(*given.node);
         made.number = number_of(*given.node, i);
@@ -257,13 +265,14 @@ class AxisParser {
       node.place = list.place;
       node.text = fmt::format("{}", number);
       AxisValue value{node.text, json_of_node(node), number, {}};
-      value.settings.push_back({key, list.place, std::move(node)});
+      value.settings.push_back({key, key_place_, std::move(node)});
       axis.values.push_back(std::move(value));
     }
   }
 
   Faults& faults_;
   std::uint64_t seed_;
+  Place key_place_;  // of the axis that is being read
 };
 
 void check_shared(Faults& faults, const std::string& list_path,
