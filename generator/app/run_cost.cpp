@@ -21,13 +21,16 @@ constexpr double kElementSampleSeconds = 1.2e-7;  // beams of an element's serie
 constexpr double kPingSeconds = 2e-3;             // files, whatever is in them
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, to a ray
+constexpr double kRaysByNeed = 2;
+constexpr double kBounce = 0.25;  // echoes that came round once more, to a direct one
 
 double ping_seconds(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
   const Sonar& sonar = session.sonar;
   double rays = static_cast<double>(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
   if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
-  if (const auto& multipath = session.scenario.multipath) rays *= 1 + multipath->bounces;
+  if (sonar.rays_per_cell > 0) rays *= kRaysByNeed;
+  if (const auto& multipath = session.scenario.multipath) rays *= 1 + kBounce * multipath->bounces;
   const double samples = static_cast<double>(sonar.beam_count) * session.record.samples;
   const double series = 1 + static_cast<double>(layer_count(session));
   double seconds = kPingSeconds + rays * kRaySeconds + series * samples * kSampleSeconds;
