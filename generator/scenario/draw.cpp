@@ -28,11 +28,8 @@ struct Way {
 };
 
 Way step(const Way& way, std::string_view segment, std::string_view name) {
-  const auto joined_to = [](const std::string& path, std::string_view next) {
-    return path.empty() ? std::string(next) : fmt::format("{}.{}", path, next);
-  };
-  return {mix64(way.key ^ name_key(name)), joined_to(way.path, segment),
-          joined_to(way.named, name)};
+  return {mix64(way.key ^ name_key(name)), joined_path(way.path, segment),
+          joined_path(way.named, name)};
 }
 
 Way step(const Way& way, std::string_view segment) { return step(way, segment, segment); }

@@ -20,14 +20,14 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool in_map = node.kind == NodeKind::map;
     const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
-    const std::string inner = fmt::format("{}.{}", path, segment);
+    const std::string inner = joined_path(path, segment);
     if (!drawn) {
       const bool keyed = in_map && key != "parts";  // whose keys are the names of parts
       for_each_file(node.items[i], keyed ? segment : "", inner, visit);
       continue;
     }
     for (std::size_t k = 0; k < node.items[i].items.size(); ++k) {
-      for_each_file(node.items[i].items[k], key, fmt::format("{}.{}", inner, k), visit);
+      for_each_file(node.items[i].items[k], key, joined_path(inner, std::to_string(k)), visit);
     }
   }
 }
