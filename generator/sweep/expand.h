@@ -51,6 +51,7 @@ struct Sweep {
 // with its place and the runs that have it; io: an input file cannot be read.
 Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers& workers);
 
+// Line i is run i.
 Plan plan_of(const Sweep& sweep);
 
 // Errors: as expand_sweep, of this run.

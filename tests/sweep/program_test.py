@@ -3,6 +3,7 @@
 ENSONIFY is the program, SWEEPS the folder of sweeps. Run by ctest; by hand:
     ENSONIFY=build/release/ensonify SWEEPS=configs/sweeps python3 -m unittest program_test
 """
+import hashlib
 import os
 import pathlib
 import re
@@ -59,6 +60,8 @@ class List(unittest.TestCase):
         made = run("generate", self.folder / "base.yaml", "-o", out, "--quiet", "--set", "sonar.range_max_m=3")
         self.assertEqual(made.returncode, 0, made.stderr)
         self.assertEqual(int(row[1]), 2)
+        # The id is that of the scenario that the data set holds, by an implementation that is not ours.
+        self.assertEqual(row[0], hashlib.sha256((out / "scenario.yaml").read_bytes()).hexdigest()[:16])
         self.assertEqual(int(row[2]), sum(path.is_file() for path in out.rglob("*")))
 
     def test_it_writes_nothing(self):
