@@ -10,13 +10,6 @@
 namespace ensonify {
 namespace {
 
-std::string bytes_text(std::uint64_t bytes) {
-  const double b = static_cast<double>(bytes);
-  if (b < 1e6) return fmt::format("{:.0f} kB", b / 1e3);
-  if (b < 1e9) return fmt::format("{:.0f} MB", b / 1e6);
-  return fmt::format("{:.1f} GB", b / 1e9);
-}
-
 // Every sequence of a scenario in which something is drawn, as far as that goes without its world.
 Status check_sequences(const ScenarioOptions& options, const Workers& workers) {
   const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);

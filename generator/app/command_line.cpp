@@ -30,8 +30,8 @@ struct Arguments {
   int threads = 0;
   BenchCommandOptions bench;
   ExportOptions exported;
-  std::string format, view, labels;
-  bool overwrite = false, export_scatterers = false, quiet = false;
+  std::string format, view, labels, shard;
+  bool list = false, overwrite = false, export_scatterers = false, quiet = false;
 };
 
 Error usage(const std::string& text) { return {ErrorKind::usage, text}; }
@@ -103,6 +103,28 @@ Status run_check(const Arguments& arguments) {
   return input ? check(*input) : Status(input.error());
 }
 
+Status run_sweep(const Arguments& arguments) {
+  SweepOptions options;
+  options.sweep = arguments.scenario;
+  options.output = arguments.folder;
+  if (!arguments.shard.empty()) {
+    const Result<Shard> shard = parse_shard(arguments.shard);
+    if (!shard) return shard.error();
+    options.shard = *shard;
+  }
+  return list_sweep(options);
+}
+
+void add_sweep(CLI::App& app, Arguments& arguments) {
+  CLI::App& command =
+      *app.add_subcommand("sweep", "many runs of one scenario: what they are and cost");
+  command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
+  command.add_option("-o,--output", arguments.folder, "folder of the sweep, to compare its plan");
+  command.add_flag("--list", arguments.list, "print the runs with their cost, write nothing")
+      ->required();
+  command.add_option("--shard", arguments.shard, "K/N: only part K of N, the first is 0/N");
+}
+
 void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file")->required();
   command
@@ -141,7 +163,8 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
   CLI::App& command = *app.add_subcommand(
       "bench", "stage by stage speed of this machine, each next to its plain reference");
   command.add_option("--json", options.json, "write the numbers to this file as well");
-  command.add_option("--case", options.case_name, "only this case: full, table1, reduced, dense or array");
+  command.add_option("--case", options.case_name,
+                     "only this case: full, table1, reduced, dense or array");
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command
@@ -188,6 +211,7 @@ Status dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("check")) return run_check(arguments);
   if (app.got_subcommand("verify")) return verify(arguments.folder, arguments.threads);
   if (app.got_subcommand("export")) return run_export(arguments);
+  if (app.got_subcommand("sweep")) return run_sweep(arguments);
   if (app.got_subcommand("bench")) return bench(arguments.bench);
   return presets(arguments.preset);
 }
@@ -215,6 +239,7 @@ int run_command_line(int argc, const char* const* argv) {
   verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
       ->check(CLI::Range(0, 4096));
   add_export(app, arguments);
+  add_sweep(app, arguments);
   add_bench(app, arguments.bench);
   app.add_subcommand("presets", "sonar presets with their numbers and sources")
       ->add_option("NAME", arguments.preset, "print this one");

@@ -1,7 +1,7 @@
 // The program's commands. Each returns nothing or the error that the process ends with; messages
 // for people go to stderr, what was asked for (`check`, `presets`) to stdout.
 //
-//   generate check verify export_command presets bench
+//   generate check verify export_command presets bench list_sweep
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include "core/simd.h"
 #include "export/export.h"
 #include "scenario/scenario.h"
+#include "sweep/shards.h"
 
 namespace ensonify {
 
@@ -44,6 +45,12 @@ struct BenchCommandOptions {
   std::filesystem::path disk;
 };
 
+struct SweepOptions {
+  std::filesystem::path sweep;
+  std::filesystem::path output;  // empty: none was named
+  std::optional<Shard> shard;    // absent: all runs
+};
+
 // Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
 Status generate(const GenerateOptions& options);
 
@@ -61,6 +68,10 @@ std::string export_format_list();
 
 // Prints the speed of this machine stage by stage. Error kinds: usage, io.
 Status bench(const BenchCommandOptions& options);
+
+// Prints the plan of a sweep with the cost of each run, and writes nothing. Error kinds: usage
+// (also where the plan in the folder has runs that this one has not), io.
+Status list_sweep(const SweepOptions& options);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "app/memory.h"
 #include "labels/cartesian.h"
 
@@ -78,6 +80,7 @@ std::uint64_t packed_array_count(const Session& session) {
 }  // namespace
 
 std::uint64_t layer_count(const Session& session) {
+  if (!session.scenario.output.selection.layers) return 0;
   return sequence_info(session, 0, 0, 1).layers.size();
 }
 
@@ -96,13 +99,10 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
   return static_cast<int>(std::min((wanted + pings - 1) / pings, sequences));
 }
 
-Cost estimate_cost(const Session& session, int threads) {
-  const ResidentMemory loaded = resident_memory();
-  const EchoCounts echoes = count_echoes(session);
-  const Sonar& sonar = session.sonar;
-  const std::uint64_t pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+Cost estimate_files(const Session& session, std::uint64_t echoes) {
+  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
   const std::uint64_t sequences = session.scenario.sequences;
-  const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
+  const PerPing ping = per_ping(session, pixels, echoes);
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
@@ -116,10 +116,26 @@ Cost estimate_cost(const Session& session, int threads) {
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000 +
                     sequences * static_cast<std::uint64_t>(sdf.file_bytes);
+  return cost;
+}
 
+Cost estimate_cost(const Session& session, int threads) {
+  const ResidentMemory loaded = resident_memory();
+  const EchoCounts echoes = count_echoes(session);
+  const std::uint64_t listed = echoes.surface + echoes.coherent;
+  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
+  Cost cost = estimate_files(session, listed);
+  const PerPing ping = per_ping(session, pixels, listed);
   cost.peak_bytes =
       peak_bytes(session, threads, loaded, echoes, static_cast<std::uint64_t>(ping.bytes));
   return cost;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  const double b = static_cast<double>(bytes);
+  if (b < 1e6) return fmt::format("{:.0f} kB", b / 1e3);
+  if (b < 1e9) return fmt::format("{:.0f} MB", b / 1e6);
+  return fmt::format("{:.1f} GB", b / 1e9);
 }
 
 }  // namespace ensonify

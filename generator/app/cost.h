@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "app/session.h"
 
@@ -28,5 +29,12 @@ std::uint64_t layer_count(const Session& session);
 std::uint64_t channel_samples(const Session& session);
 
 Cost estimate_cost(const Session& session, int threads);
+
+// Pings, files and bytes alone, from `echoes` of a ping: needs no world, but for the size of its
+// distance field.
+Cost estimate_files(const Session& session, std::uint64_t echoes);
+
+// "12 MB"
+std::string bytes_text(std::uint64_t bytes);
 
 }  // namespace ensonify

@@ -150,7 +150,8 @@ Status cut_surfaces(Session& session) {
                            leaves, kMostLeaves)};
 }
 
-Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world) {
+Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
+                        bool is_built) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
@@ -169,7 +170,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                  "sonar.pulse.table.file: its amplitudes are zero on every bin of the record; "
                  "accepted is a table with amplitude across the band"};
   }
-  session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
+  // It takes longer than all else together where nothing is built, and then nobody asks.
+  if (is_built) {
+    session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
+  }
   Result<std::optional<ArrayReceiver>> array =
       array_receiver(scenario, session.sonar, session.water, session.record);
   if (!array) return array.error();
@@ -196,12 +200,12 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
 
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
   Result<World> world = build_world(scenario, sequence);
-  return prepare(std::move(scenario), sequence, std::move(world));
+  return prepare(std::move(scenario), sequence, std::move(world), true);
 }
 
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence) {
   World world = empty_world(scenario);
-  return prepare(std::move(scenario), sequence, std::move(world));
+  return prepare(std::move(scenario), sequence, std::move(world), false);
 }
 
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,

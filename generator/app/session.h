@@ -29,8 +29,8 @@ struct Session {
   Sonar sonar;
   Water water;
   Record record;
-  ResolutionCell cell;
-  Pose mount;  // sonar on the body
+  ResolutionCell cell;  // of prepare_session alone
+  Pose mount;           // sonar on the body
   World world;
   BouncePlan bounces;                              // without paths where there is no multipath
   Path path;                                       // of the body
@@ -44,7 +44,7 @@ struct Session {
 // kMostLeaves in a ping.
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
 
-// The same without building anything: its world holds only ids, names and classes.
+// The same without building anything: its world holds only ids, names and classes; no cell.
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
 // Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.

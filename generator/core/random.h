@@ -30,6 +30,7 @@ enum class Stream : std::uint32_t {
   place = 8,    // where objects come to lie
   bubbles = 9,  // procedural volumes
   array = 12,   // errors of elements
+  sweep = 13,   // random values of a sweep's axes
 };
 
 struct Philox4 {

@@ -28,11 +28,8 @@ struct Way {
 };
 
 Way step(const Way& way, std::string_view segment, std::string_view name) {
-  const auto joined_to = [](const std::string& path, std::string_view next) {
-    return path.empty() ? std::string(next) : fmt::format("{}.{}", path, next);
-  };
-  return {mix64(way.key ^ name_key(name)), joined_to(way.path, segment),
-          joined_to(way.named, name)};
+  return {mix64(way.key ^ name_key(name)), joined_path(way.path, segment),
+          joined_path(way.named, name)};
 }
 
 Way step(const Way& way, std::string_view segment) { return step(way, segment, segment); }
@@ -67,23 +64,6 @@ std::string without_choices(std::string path) {
     path.erase(at, end - at);
   }
   return path;
-}
-
-// Keys that the sections read by read_integer.
-bool reads_whole_numbers(std::string_view path) {
-  const auto segment_before = [&](std::size_t end) {
-    const std::size_t dot = path.substr(0, end).rfind('.');
-    return path.substr(dot == std::string_view::npos ? 0 : dot + 1,
-                       end - (dot == std::string_view::npos ? 0 : dot + 1));
-  };
-  const std::string_view last = segment_before(path.size());
-  for (const char* key :
-       {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels", "elements"}) {
-    if (last == key) return true;
-  }
-  const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
-  const std::string_view parent = segment_before(parent_end);
-  return parent == "rays" || parent == "dead";
 }
 
 std::optional<std::int64_t> whole_number(const Node& node) {
@@ -331,6 +311,23 @@ class Drawer {
 };
 
 }  // namespace
+
+// Those that the sections read by read_integer.
+bool reads_whole_numbers(std::string_view path) {
+  const auto segment_before = [&](std::size_t end) {
+    const std::size_t dot = path.substr(0, end).rfind('.');
+    return path.substr(dot == std::string_view::npos ? 0 : dot + 1,
+                       end - (dot == std::string_view::npos ? 0 : dot + 1));
+  };
+  const std::string_view last = segment_before(path.size());
+  for (const char* key :
+       {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels", "elements"}) {
+    if (last == key) return true;
+  }
+  const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
+  const std::string_view parent = segment_before(parent_end);
+  return parent == "rays" || parent == "dead";
+}
 
 bool is_distribution(const Node& node) {
   if (node.kind != NodeKind::map || node.keys.size() != 1) return false;

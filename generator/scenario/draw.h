@@ -5,6 +5,7 @@
 //   is_distribution     {uniform: [a, b]}, {log_uniform: ...}, {normal: ...}, {choice: [...]}
 //   holds_distribution  anywhere in a tree
 //   has_counts          entries of objects or point_targets that stand for several
+//   reads_whole_numbers keys whose values are whole numbers
 //   draw_values         the tree of one sequence
 #pragma once
 
@@ -21,6 +22,9 @@ namespace ensonify {
 bool is_distribution(const Node& node);
 bool holds_distribution(const Node& node);
 bool has_counts(std::string_view section, const Node& node);
+
+// Of a key path.
+bool reads_whole_numbers(std::string_view path);
 
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its
 // places are added to `wrong`, so that what is said about it later can be left out.

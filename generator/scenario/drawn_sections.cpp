@@ -20,14 +20,14 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool in_map = node.kind == NodeKind::map;
     const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
-    const std::string inner = fmt::format("{}.{}", path, segment);
+    const std::string inner = joined_path(path, segment);
     if (!drawn) {
       const bool keyed = in_map && key != "parts";  // whose keys are the names of parts
       for_each_file(node.items[i], keyed ? segment : "", inner, visit);
       continue;
     }
     for (std::size_t k = 0; k < node.items[i].items.size(); ++k) {
-      for_each_file(node.items[i].items[k], key, fmt::format("{}.{}", inner, k), visit);
+      for_each_file(node.items[i].items[k], key, joined_path(inner, std::to_string(k)), visit);
     }
   }
 }
@@ -36,12 +36,9 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
 Node with_preset(const Node& sonar) {
   const Node* name = sonar.kind == NodeKind::map ? find(sonar, "preset") : nullptr;
   if (name == nullptr || name->kind != NodeKind::scalar) return sonar;
-  for (const SonarPreset& preset : sonar_presets()) {
-    if (preset.name != name->text) continue;
-    Faults ignored;
-    const auto tree = read_yaml_map(preset.yaml, add_source(ignored, "preset"), ignored);
-    if (!tree) return sonar;
-    Node merged = merge_over(*tree, sonar);
+  for (std::size_t i = 0; i < sonar_presets().size(); ++i) {
+    if (sonar_presets()[i].name != name->text) continue;
+    Node merged = merge_over(preset_trees()[i], sonar);
     const auto at = find(merged, "preset") - merged.items.data();
     merged.items.erase(merged.items.begin() + at);
     merged.keys.erase(merged.keys.begin() + at);

@@ -122,6 +122,14 @@ Segments segments_of(std::string_view path) {
   }
 }
 
+Node* item_of_name(Node& list, std::string_view name) {
+  for (Node& item : list.items) {
+    const Node* own = item.kind == NodeKind::map ? find(item, "name") : nullptr;
+    if (own != nullptr && own->kind == NodeKind::scalar && own->text == name) return &item;
+  }
+  return nullptr;
+}
+
 // The item of a list that a segment names, made if it is the first behind the end.
 Node* enter_list(Node& list, std::string_view segment, Place place, const std::string& path,
                  Faults& faults) {
@@ -129,18 +137,21 @@ Node* enter_list(Node& list, std::string_view segment, Place place, const std::s
   const char* last = segment.data() + segment.size();
   const auto [end, error] = std::from_chars(segment.data(), last, index);
   const std::size_t size = list.items.size();
-  if (error != std::errc{} || end != last || (segment.size() > 1 && segment[0] == '0') ||
-      index > size) {
-    add_fault(faults, place, path,
-              fmt::format("{} names no item of a list of {}, accepted is an index from 0 to {}",
-                          shown(segment), size, size));
-    return nullptr;
+  const bool is_index =
+      error == std::errc{} && end == last && (segment.size() == 1 || segment[0] != '0');
+  if (is_index && index <= size) {
+    if (index == size) {
+      list.items.emplace_back();
+      list.items.back().place = place;
+    }
+    return &list.items[index];
   }
-  if (index == size) {
-    list.items.emplace_back();
-    list.items.back().place = place;
-  }
-  return &list.items[index];
+  if (Node* named = is_index ? nullptr : item_of_name(list, segment)) return named;
+  add_fault(faults, place, path,
+            fmt::format("{} names no item of a list of {}, accepted is an index from 0 to {}, or "
+                        "the name of an item that has one",
+                        shown(segment), size, size));
+  return nullptr;
 }
 
 // The child of the node at `path` that a segment names, made if need be.
@@ -165,37 +176,6 @@ Node* enter(Node& node, std::span<const std::string_view> path, std::string_view
   node.items.emplace_back();
   node.items.back().place = place;
   return &node.items.back();
-}
-
-void apply_override(Node& root, const Override& override_, Faults& faults) {
-  const int source = add_source(faults, "--set " + override_.path);
-  const Place place{source, 0, 0};
-  const Segments segments = segments_of(override_.path);
-  for (const std::string_view segment : segments) {
-    if (!segment.empty()) continue;
-    add_fault(faults, place, override_.path,
-              "empty key in the path, accepted are keys and indexes joined by dots");
-    return;
-  }
-  if (segments.size() > kMaxYamlDepth) {
-    add_fault(faults, place, override_.path, fmt::format("more than {} keys", kMaxYamlDepth));
-    return;
-  }
-  std::optional<Node> value = read_yaml_value(override_.value, source, override_.path, faults);
-  if (!value) return;
-  std::vector<Node*> visited = {&root};
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    const std::span path(segments.data(), i);
-    Node* node = enter(*visited.back(), path, segments[i], place, override_.path, faults);
-    if (node == nullptr) return;
-    visited.push_back(node);
-  }
-  *visited.back() = std::move(*value);
-  // From the inside out: what is removed from a map moves what it holds.
-  for (std::size_t i = segments.size(); i-- > 0;) {
-    if (holds_names({segments.data(), i})) continue;
-    remove_excluded_by_value(*visited[i], segments[i]);
-  }
 }
 
 }  // namespace
@@ -225,8 +205,40 @@ Node merge_over(Node lower, const Node& upper) {
   return lower;
 }
 
+void apply_setting(Node& root, const Setting& setting, Faults& faults) {
+  const auto& [path, place, value] = setting;
+  const Segments segments = segments_of(path);
+  for (const std::string_view segment : segments) {
+    if (!segment.empty()) continue;
+    add_fault(faults, place, path,
+              "empty key in the path, accepted are keys, indexes and names joined by dots");
+    return;
+  }
+  if (segments.size() > kMaxYamlDepth) {
+    add_fault(faults, place, path, fmt::format("more than {} keys", kMaxYamlDepth));
+    return;
+  }
+  std::vector<Node*> visited = {&root};
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const std::span way(segments.data(), i);
+    Node* node = enter(*visited.back(), way, segments[i], place, path, faults);
+    if (node == nullptr) return;
+    visited.push_back(node);
+  }
+  *visited.back() = value;
+  // From the inside out: what is removed from a map moves what it holds.
+  for (std::size_t i = segments.size(); i-- > 0;) {
+    if (holds_names({segments.data(), i})) continue;
+    remove_excluded_by_value(*visited[i], segments[i]);
+  }
+}
+
 void apply_overrides(Node& root, const std::vector<Override>& overrides, Faults& faults) {
-  for (const Override& override_ : overrides) apply_override(root, override_, faults);
+  for (const Override& override_ : overrides) {
+    const int source = add_source(faults, "--set " + override_.path);
+    auto value = read_yaml_value(override_.value, source, override_.path, faults);
+    if (value) apply_setting(root, {override_.path, {source, 0, 0}, std::move(*value)}, faults);
+  }
 }
 
 }  // namespace ensonify

@@ -1,6 +1,6 @@
 // The sections of a scenario, each read into its struct; faults are added, what is right is kept.
 //
-//   parse_sonar                      with the preset it names
+//   parse_sonar  preset_trees        with the preset it names
 //   parse_pulse  parse_beams  parse_receiver  parts of it, each in a file of its name
 //   parse_water  parse_scattering  parse_trajectory  parse_output  parse_splits
 //   parse_profile  check_profile_conflicts   in parse_profile.cpp
@@ -36,6 +36,9 @@ inline constexpr double kMaxLengthM = 1e7;
 
 inline constexpr NumberRange kAngle = above_up_to(0, 180);
 inline constexpr NumberRange kLambertExponent = from_to(0, 100);
+
+// The presets that are built in, read once for all scenarios; in the order of sonar_presets().
+const std::vector<Node>& preset_trees();
 
 void parse_sonar(const InputFolder& input, const Value& value, SonarSpec& sonar);
 void parse_pulse(const InputFolder& input, const Value& sonar, PulseSpec& pulse);

@@ -9,6 +9,7 @@
 #include "scenario/drawn_sections.h"
 #include "scenario/merge.h"
 #include "scenario/parse.h"
+#include "scenario/scenario_tree.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -194,17 +195,13 @@ void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
   }
 }
 
-Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
-                                const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides, std::uint32_t sequence) {
-  Faults faults;
-  std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
-  if (!tree) return to_error(faults);
-  apply_overrides(*tree, overrides, faults);
+std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
+                                            const std::filesystem::path& folder, Faults& faults,
+                                            std::uint32_t sequence) {
   const InputFolder input{folder, faults};
-  const Value root{&*tree, tree->place, ""};
-  auto sections = keep_drawn_sections(*tree, input);
-  const bool drawn = holds_distribution(*tree);
+  const Value root{&tree, tree.place, ""};
+  auto sections = keep_drawn_sections(tree, input);
+  const bool drawn = holds_distribution(tree);
   std::vector<std::string> classes = class_names(root);
   const std::vector<std::string> targets = layer_target_words(root);
   std::uint64_t seed = 0;
@@ -212,12 +209,12 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   read_seed(told_later, root, "seed", seed);
   std::vector<Place> wrong;
   std::vector<DrawnValue> draws;
-  draw_values(*tree, seed, sequence, faults, wrong, draws);
+  draw_values(tree, seed, sequence, faults, wrong, draws);
   const std::size_t before = faults.list.size();
   Scenario scenario = read_scenario(input, root, label);
   check_layer_targets(faults, root, targets);
   drop_faults_at(wrong, before, faults);
-  if (!faults.empty()) return to_error(faults);
+  if (!faults.empty()) return std::nullopt;
   scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                             [](const ObjectSpec& o) { return o.place; });
   scenario.draws = std::move(draws);
@@ -226,11 +223,23 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
   return scenario;
 }
 
-Result<std::string> read_scenario_text(const std::filesystem::path& file) {
+Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
+                                const std::filesystem::path& folder,
+                                const std::vector<Override>& overrides, std::uint32_t sequence) {
+  Faults faults;
+  std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
+  if (!tree) return to_error(faults);
+  apply_overrides(*tree, overrides, faults);
+  auto scenario = parse_scenario_tree(std::move(*tree), label, folder, faults, sequence);
+  if (!scenario) return to_error(faults);
+  return std::move(*scenario);
+}
+
+Result<std::string> read_scenario_text(const std::filesystem::path& file, std::string_view what) {
   const std::string label = file.string();
   const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
     return Error{kind,
-                 one_line(fmt::format("{}: {}, accepted is a scenario in YAML", label, trouble))};
+                 one_line(fmt::format("{}: {}, accepted is {} in YAML", label, trouble, what))};
   };
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);

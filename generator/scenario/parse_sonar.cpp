@@ -17,15 +17,21 @@ constexpr int kMaxPerCell = 1000;
 constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
 constexpr double kMaxSonarRays = 134217728.0;  // 2^27 beams x rays
 
+void set_source(Node& node, int source) {
+  node.place.source = source;
+  for (Key& key : node.keys) key.place.source = source;
+  for (Node& item : node.items) set_source(item, source);
+}
+
 // The preset that the map names, as a tree; nothing if it names none.
 std::optional<Node> preset_tree(Faults& faults, const Value& sonar) {
   std::vector<std::string_view> names;
   for (const SonarPreset& preset : sonar_presets()) names.push_back(preset.name);
   const auto index = read_word(faults, sonar, "preset", names, Need::optional);
   if (!index) return std::nullopt;
-  const SonarPreset& preset = sonar_presets()[*index];
-  const int source = add_source(faults, "preset " + preset.name);
-  return read_yaml_map(preset.yaml, source, faults);
+  Node tree = preset_trees()[*index];
+  set_source(tree, add_source(faults, "preset " + sonar_presets()[*index].name));
+  return tree;
 }
 
 void parse_elevation(Faults& faults, const Value& elevation, Need need, SonarSpec& sonar) {

@@ -1,5 +1,7 @@
 #include <string_view>
 
+#include "core/error.h"
+#include "scenario/parse.h"
 #include "scenario/preset_files.h"
 #include "scenario/scenario.h"
 
@@ -33,6 +35,20 @@ const std::vector<SonarPreset>& sonar_presets() {
     return made;
   }();
   return presets;
+}
+
+const std::vector<Node>& preset_trees() {
+  static const std::vector<Node> trees = [] {
+    std::vector<Node> read;
+    for (const SonarPreset& preset : sonar_presets()) {
+      Faults faults;
+      auto tree = read_yaml_map(preset.yaml, add_source(faults, preset.name), faults);
+      ENSONIFY_ASSERT(tree && faults.empty());
+      read.push_back(std::move(*tree));
+    }
+    return read;
+  }();
+  return trees;
 }
 
 }  // namespace ensonify

@@ -138,9 +138,17 @@ std::string integer_in_words(int low, int high) {
 
 }  // namespace
 
-std::string path_of(const Value& map, std::string_view key) {
-  return map.path.empty() ? std::string(key) : fmt::format("{}.{}", map.path, key);
+// Every value that is read has its path made: fmt would be a third of the time of reading.
+std::string joined_path(std::string_view map, std::string_view key) {
+  std::string path;
+  path.reserve(map.size() + 1 + key.size());
+  path += map;
+  if (!map.empty()) path += '.';
+  path += key;
+  return path;
 }
+
+std::string path_of(const Value& map, std::string_view key) { return joined_path(map.path, key); }
 
 std::optional<Value> child(const Value& map, std::string_view key) {
   const Node* node = find(*map.node, key);

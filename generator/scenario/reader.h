@@ -30,6 +30,8 @@ struct Value {
   std::string path;
 };
 
+// "map.key"; "key" where the map is the whole text.
+std::string joined_path(std::string_view map, std::string_view key);
 std::string path_of(const Value& map, std::string_view key);
 std::optional<Value> child(const Value& map, std::string_view key);
 

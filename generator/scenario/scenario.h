@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -251,8 +252,9 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
 Error with_place(const Error& error, const std::string& text, const std::string& label,
                  const std::vector<Override>& overrides = {});
 
-// The text of a scenario file. Errors as above, of the file alone.
-Result<std::string> read_scenario_text(const std::filesystem::path& file);
+// The text of a scenario file. Errors as above, of the file alone; `what` is what they ask for.
+Result<std::string> read_scenario_text(const std::filesystem::path& file,
+                                       std::string_view what = "a scenario");
 
 // The same from text; relative paths in it are relative to `folder`; `label` stands for the file
 // name in messages.

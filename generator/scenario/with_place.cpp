@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "scenario/scenario.h"
+#include "scenario/scenario_tree.h"
 #include "scenario/yaml_tree.h"
 
 namespace ensonify {
@@ -19,6 +20,18 @@ const Node* step(const Node& node, const std::string& name) {
 
 }  // namespace
 
+std::optional<Place> place_in(const Node& tree, std::string_view path) {
+  const Node* deepest = &tree;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const Node* next = step(*deepest, std::string(path.substr(begin, end - begin)));
+    if (next == nullptr) break;
+    deepest = next;
+    begin = end + 1;
+  }
+  return deepest == &tree ? std::nullopt : std::optional(deepest->place);
+}
+
 Error with_place(const Error& error, const std::string& text, const std::string& label,
                  const std::vector<Override>& overrides) {
   const std::string path = error.message.substr(0, error.message.find(": "));
@@ -27,18 +40,10 @@ Error with_place(const Error& error, const std::string& text, const std::string&
   }
   Faults faults;
   const std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
-  if (!tree) return error;
-  const Node* deepest = &*tree;
-  for (std::size_t begin = 0; begin <= path.size();) {
-    const std::size_t end = std::min(path.find('.', begin), path.size());
-    const Node* next = step(*deepest, path.substr(begin, end - begin));
-    if (next == nullptr) break;
-    deepest = next;
-    begin = end + 1;
-  }
-  if (deepest == &*tree) return error;
-  const auto [source, line, column] = deepest->place;
-  return {error.kind, fmt::format("{}:{}:{}: {}", label, line, column, error.message)};
+  const auto place = tree ? place_in(*tree, path) : std::nullopt;
+  if (!place) return error;
+  return {error.kind,
+          fmt::format("{}:{}:{}: {}", label, place->line, place->column, error.message)};
 }
 
 }  // namespace ensonify

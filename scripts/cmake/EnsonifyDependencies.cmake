@@ -38,6 +38,7 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   find_package(ZLIB REQUIRED)
   find_package(PNG REQUIRED)
   find_package(LibArchive REQUIRED)
+  find_package(muparser CONFIG REQUIRED)
   pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 endif()
 

@@ -39,6 +39,18 @@ TEST_CASE("overrides replace, add and append") {
   REQUIRE(scenario->materials.size() == 4);
 }
 
+// Protects sweeps and command lines from lists whose order changes.
+TEST_CASE("overrides name items of lists by their names too") {
+  const auto scenario = parse(kExample, {{"objects.1.name", "post"},
+                                         {"objects.post.shape.cylinder.radius_m", "0.4"},
+                                         {"point_targets.calibration.target_strength_db", "-31"}});
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  CHECK(std::get<CylinderSpec>(scenario->objects[1].shape).radius_m == 0.4);
+  REQUIRE(scenario->point_targets.size() == 1);
+  CHECK(scenario->point_targets[0].target_strength_db == -31);
+}
+
 // Protects the convenience that an override need not remove what it excludes.
 TEST_CASE("an override takes the place of what excludes it") {
   const auto scenario = parse(kExample, {{"sonar.beams.spacing_deg", "0.1"},

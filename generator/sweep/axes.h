@@ -1,0 +1,59 @@
+// What a sweep varies, and the values that it takes.
+//
+//   AxisValue  Axis  AxisGroup     a value of an axis; several axes that go together
+//   parse_axes                     the list `axes` of a sweep file
+//   linear_values  log_values  uniform_values  log_uniform_values
+//   is_axis_name                   letters, digits and _
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/merge.h"
+#include "scenario/reader.h"
+
+namespace ensonify {
+
+struct AxisValue {
+  std::string label;              // in names of runs
+  std::string json;               // in plan.jsonl
+  double number = 0;              // in conditions
+  std::vector<Setting> settings;  // of the base
+};
+
+struct Axis {
+  std::string name;
+  Place place;
+  std::vector<AxisValue> values;  // at least one
+};
+
+// One axis, or those of a zip, which have as many values each.
+struct AxisGroup {
+  std::vector<Axis> axes;
+};
+
+// Values of one axis, and points of the whole product.
+inline constexpr int kMaxAxisValues = 100'000;
+
+// `seed` keys the random values. Faults: wrong axes, which are left out; names and key paths that
+// two axes share.
+std::vector<AxisGroup> parse_axes(Faults& faults, const Value& list, std::uint64_t seed);
+
+// From a to b, both included; `count` = 1: a alone. Rounded to 15 significant digits.
+std::vector<double> linear_values(double a, double b, int count);
+
+// The same with equal ratios; a, b > 0. Values between are rounded to 6 significant digits, so that
+// machines whose logarithms differ in the last bit agree, and people can type them.
+std::vector<double> log_values(double a, double b, int count);
+
+// Random, a <= b, rounded to 6 significant digits. Value i is a function of the key and of i alone,
+// so that a larger count only adds some. With `whole` all of a ... b are as likely.
+std::vector<double> uniform_values(double a, double b, int count, std::uint64_t key,
+                                   bool whole = false);
+std::vector<double> log_uniform_values(double a, double b, int count, std::uint64_t key);
+
+bool is_axis_name(std::string_view name);
+
+}  // namespace ensonify

@@ -1,0 +1,60 @@
+// From a sweep file to its runs: the scenario of each, checked, with its id and cost. Nothing is
+// written.
+//
+//   RunCost  CostOf
+//   SweepRun  Sweep  expand_sweep
+//   plan_of                        what plan.jsonl says of it
+//   scenario_of                    the scenario of a run, made again
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "scenario/scenario.h"
+#include "sweep/plan.h"
+#include "sweep/sweep_file.h"
+
+namespace ensonify {
+
+struct RunCost {
+  std::uint64_t pings = 0;  // of all sequences
+  std::uint64_t files = 0;
+  std::uint64_t disk_bytes = 0;
+  double core_s = 0;  // seconds of a core; it decides how shards are balanced
+};
+
+// Estimated from the scenario alone, in far less than a millisecond, the same on every machine.
+// Called from several threads at once. Errors begin with the key path that is to blame.
+using CostOf = std::function<Result<RunCost>(Scenario)>;
+
+struct SweepRun {
+  std::string id;  // first 16 hexadecimal digits of the SHA-256 of the resolved scenario, its
+                   // input files named by their own hashes
+  std::string name;
+  Point point;
+  std::uint64_t seed = 0;
+  RunCost cost;
+};
+
+struct Sweep {
+  SweepFile file;
+  std::vector<SweepRun> runs;  // in order, no id twice
+  std::size_t left_out = 0;    // points that skip_if left out
+  std::size_t repeated = 0;    // points whose scenario is that of an earlier one
+};
+
+// Every run through the parser of scenarios. Errors (usage): all faults of all runs, each once,
+// with its place and the runs that have it; io: an input file cannot be read.
+Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers& workers);
+
+// Line i is run i.
+Plan plan_of(const Sweep& sweep);
+
+// Errors: as expand_sweep, of this run.
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point);
+
+}  // namespace ensonify

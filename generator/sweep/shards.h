@@ -1,0 +1,39 @@
+// Parts of a plan for processes that know nothing of each other.
+//
+//   Shard  parse_shard      "2/5"
+//   slurm_shard             of a task of a SLURM array
+//   runs_of_shard           which runs of a plan
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+#include "sweep/plan.h"
+
+namespace ensonify {
+
+struct Shard {
+  std::size_t number = 0;  // 0 ... count - 1
+  std::size_t count = 1;
+
+  friend bool operator==(const Shard&, const Shard&) = default;
+};
+
+// K/N with 0 <= K < N. Errors (usage).
+Result<Shard> parse_shard(std::string_view text);
+
+// SLURM_ARRAY_TASK_ID less _MIN, over _STEP, of _COUNT; `variable` is asked for each and gives null
+// where it is not set. Nothing outside an array. Errors (usage): variables that make no shard, as
+// of an array with holes (--array=1,3,7).
+Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const char*)>& variable);
+
+// Indexes into the plan, rising. Each run is in one shard; taken from the plan alone: the longest
+// first, each to the shard that has least to do so far.
+std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard);
+
+}  // namespace ensonify

@@ -1,0 +1,94 @@
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "sweeps.h"
+
+namespace ensonify {
+namespace {
+
+using testing::faults_of;
+using testing::joined;
+
+std::vector<std::string> page() {
+  std::ifstream file(std::string(ENSONIFY_DOCS) + "/sweeps.md");
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
+
+// First words in back quotes of the table's rows under a heading.
+std::set<std::string> documented(const std::string& heading) {
+  std::set<std::string> keys;
+  bool inside = false;
+  for (const std::string& line : page()) {
+    if (line.starts_with("## ")) inside = line == "## " + heading;
+    if (!inside || !line.starts_with("| `")) continue;
+    keys.insert(line.substr(3, line.find('`', 3) - 3));
+  }
+  return keys;
+}
+
+// What a fault says is accepted: "..., accepted are a, b, c".
+std::set<std::string> accepted(const std::string& fault) {
+  std::set<std::string> keys;
+  const std::string mark = "accepted are ";
+  std::string rest = fault.substr(fault.find(mark) + mark.size()) + ", ";
+  for (std::size_t end = rest.find(", "); end != std::string::npos; end = rest.find(", ")) {
+    keys.insert(rest.substr(0, end));
+    rest.erase(0, end + 2);
+  }
+  return keys;
+}
+
+// Protects the page from keys that are gone, and keys from being left out of it.
+TEST_CASE("the page has the keys of the parser and no other") {
+  const testing::SweepFolder folder;
+  const auto head = faults_of(folder.parse("seeds: 1\nqqqqqqqqqqqq: 1\n"));
+  REQUIRE(head.size() == 1);
+  CHECK(documented("Keys") == accepted(head[0]));
+  const auto axis = faults_of(folder.parse("axes: [{key: a.b, values: [1], qqqqqqqqqqqq: 1}]\n"));
+  REQUIRE(axis.size() == 1);
+  CHECK(documented("Axes") == accepted(axis[0]));
+}
+
+TEST_CASE("the page has the members of a plan and no other") {
+  const std::string line = to_jsonl({{"0123456789abcdef", "", {}, 0, 1, 0}});
+  std::set<std::string> members;
+  for (std::size_t at = line.find("\":"); at != std::string::npos; at = line.find("\":", at + 1)) {
+    const std::size_t open = line.rfind('"', at - 1);
+    members.insert(line.substr(open + 1, at - open - 1));
+  }
+  CHECK(documented("The plan") == members);
+}
+
+// Protects whoever copies from the page.
+TEST_CASE("every example of the page expands") {
+  std::string example;
+  std::size_t count = 0;
+  bool inside = false;
+  for (const std::string& line : page()) {
+    if (line == "```yaml") {
+      inside = true;
+      example.clear();
+    } else if (line == "```" && inside) {
+      inside = false;
+      ++count;
+      auto file = parse_sweep_file(example, "example.yaml",
+                                   std::filesystem::path(ENSONIFY_DOCS).parent_path());
+      INFO(example << joined(faults_of(file)));
+      REQUIRE(file.ok());
+      const auto sweep = expand_sweep(std::move(*file), testing::plain_cost, Workers(2));
+      INFO(joined(faults_of(sweep)));
+      REQUIRE(sweep.ok());
+      CHECK(sweep->runs.size() > 10);
+      CHECK(sweep->left_out > 0);
+    } else if (inside) {
+      example += line + "\n";
+    }
+  }
+  CHECK(count == 1);
+}
+
+}  // namespace
+}  // namespace ensonify
