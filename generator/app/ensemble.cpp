@@ -10,8 +10,6 @@
 namespace ensonify {
 namespace {
 
-// What a kill can cost.
-constexpr std::chrono::seconds kCheckpointEvery{10};
 // What interpolation between equal poses may leave.
 constexpr double kSamePlaceM = 1e-9, kSameTurn = 1 - 1e-14;
 
@@ -50,8 +48,12 @@ Status check_draws(const Session& session) {
   return {};
 }
 
-Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info)
-    : dir_(std::move(dir)), info_(info), saved_(std::chrono::steady_clock::now()) {
+Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info,
+                   std::chrono::milliseconds checkpoint_every)
+    : dir_(std::move(dir)),
+      info_(info),
+      checkpoint_every_(checkpoint_every),
+      saved_(std::chrono::steady_clock::now()) {
   auto loaded = load_moments(dir_, info);
   moments_ = loaded ? std::move(*loaded) : Moments(info.sonar.beam_count, info.record.samples);
   first_block_ = static_cast<std::uint32_t>((moments_.count + kMomentBlock - 1) / kMomentBlock);
@@ -89,7 +91,7 @@ void Ensemble::pass_on(std::uint32_t block, int stripe) {
 bool Ensemble::checkpoint_is_due() {
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
-  if (now - saved_ < kCheckpointEvery) return false;
+  if (now - saved_ < checkpoint_every_) return false;
   saved_ = now;
   return true;
 }

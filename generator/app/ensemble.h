@@ -26,8 +26,10 @@ Status check_draws(const Session& session);
 
 class Ensemble {
  public:
-  // Goes on from the checkpoint in `dir`, if there is one.
-  Ensemble(std::filesystem::path dir, const SequenceInfo& info);
+  // Goes on from the checkpoint in `dir`, if there is one. A kill costs what came since the last
+  // one.
+  Ensemble(std::filesystem::path dir, const SequenceInfo& info,
+           std::chrono::milliseconds checkpoint_every = std::chrono::seconds(10));
 
   // Blocks of kMomentBlock pings from the sequence's first on, the last as short as it comes out.
   std::uint32_t block_count() const;
@@ -55,6 +57,7 @@ class Ensemble {
 
   std::filesystem::path dir_;
   const SequenceInfo& info_;
+  std::chrono::milliseconds checkpoint_every_;
   Moments moments_;
   std::uint32_t first_block_ = 0;
   std::mutex mutex_;

@@ -156,6 +156,8 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
     return status;
   });
   if (made || made.error().kind != ErrorKind::interrupted) return made;
+  // Another copy of the same work may have been faster, and taken .work away.
+  if (sequence_is_finished(run.options.output, pipeline.info())) return made;
   const Status saved = ensemble.save();
   return saved ? made : saved;
 }

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <complex>
 #include <cstring>
-#include <numbers>
+#include <thread>
 
 #include "app/ensemble.h"
 #include "app/pipeline.h"
@@ -211,6 +211,43 @@ TEST_CASE("statistics go on from a checkpoint, and from none that is damaged") {
     return;
   }
   CHECK_FALSE(load_moments(options.output, info));
+}
+
+// Protects what a kill leaves: checkpoints are written on the way too, by whoever's block it is,
+// and hold whole blocks, however many threads add and in whatever order they come.
+TEST_CASE("checkpoints on the way hold whole blocks in their order") {
+  const SceneRun scene = SceneRun::of_text(kStudy);
+  const SequenceInfo info = sequence_info(scene.session(), 0, 0, 21);
+  std::vector<std::vector<Series>> blocks(3);
+  for (std::uint32_t ping = 0; ping < 21; ++ping) {
+    blocks[ping / kMomentBlock].push_back(scene.ping(ping).series);
+  }
+  const TemporaryFolder folder;
+  Ensemble one(folder.path() / "one", info), many(folder.path() / "many", info, {});
+  REQUIRE(one.block_count() == 3);
+  for (std::uint32_t b = 0; b < 3; ++b) REQUIRE(one.add(b, blocks[b]).ok());
+  CHECK_FALSE(load_moments(folder.path() / "one", info));
+  {
+    std::vector<std::jthread> lanes;
+    for (const std::uint32_t b : {2u, 1u, 0u}) {
+      lanes.emplace_back([&, b] { static_cast<void>(many.add(b, blocks[b])); });
+    }
+  }
+  CHECK(many.moments().count == 21);
+  CHECK(many.moments().values == one.moments().values);
+  // That of one block or of another, whichever got its name last.
+  const auto loaded = load_moments(folder.path() / "many", info);
+  REQUIRE(loaded);
+  CHECK((loaded->count == 8 || loaded->count == 16 || loaded->count == 21));
+
+  Ensemble stopped(folder.path() / "stopped", info);
+  REQUIRE(stopped.add(0, blocks[0]).ok());
+  std::jthread waiting([&] { static_cast<void>(stopped.add(2, blocks[2])); });
+  stopped.give_up();
+  waiting.join();
+  CHECK(stopped.moments().count == kMomentBlock);
+  REQUIRE(stopped.save().ok());
+  CHECK(Ensemble(folder.path() / "stopped", info).blocks_done() == 1);
 }
 
 // Protects the speed of studies, and their bytes: what is traced once is what each ping would

@@ -1,8 +1,6 @@
 #include "core/moments.h"
 
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <vector>
 
 #include "catch.h"
