@@ -82,6 +82,13 @@ struct PingCounts {
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
+// Draws of one scene share what was traced once; the series of a block stand until it is added.
+std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
+                         std::uint64_t series) {
+  return output.statistics ? kMomentBlock * series
+                           : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
+}
+
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
                          std::uint64_t encoded_bytes) {
   const OutputSelection& output = session.scenario.output.selection;
@@ -134,11 +141,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
                                  (output.polar ? polar : 0) + cartesian + encoded_bytes;
-  // Draws of one scene share what was traced once; the series of a block stand until it is added.
-  const std::uint64_t drawn = output.statistics
-                                  ? kMomentBlock * series
-                                  : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
-  return drawn +
+  return held_bytes(output, count, series) +
          std::max({output.statistics ? 0 : tracing, volumes + series + clean + layers + layering,
                    picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +

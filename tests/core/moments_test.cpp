@@ -136,14 +136,15 @@ TEST_CASE("speckle has contrast 1 and fourth moment 2 within their standard erro
   std::complex<double> bins = 0, beams = 0;
   for (int j = 0; j < kBeams; ++j) {
     for (int n = 0; n < kSamples; ++n) {
-      const Ratios r =
-          ratios(value(m, MomentRow::mean_power, j, n), value(m, MomentRow::power_spread, j, n), kCount);
+      const Ratios r = ratios(value(m, MomentRow::mean_power, j, n),
+                              value(m, MomentRow::power_spread, j, n), kCount);
       contrast += r.contrast / (kBeams * kSamples);
       fourth += r.fourth_moment / (kBeams * kSamples);
       bins += std::complex(value(m, MomentRow::bins_re, j, n), value(m, MomentRow::bins_im, j, n)) /
               (kCount * kBeams * (kSamples - 1.0));
-      beams += std::complex(value(m, MomentRow::beams_re, j, n), value(m, MomentRow::beams_im, j, n)) /
-               (kCount * kSamples * (kBeams - 1.0));
+      beams +=
+          std::complex(value(m, MomentRow::beams_re, j, n), value(m, MomentRow::beams_im, j, n)) /
+          (kCount * kSamples * (kBeams - 1.0));
     }
   }
   const double se = 1.2 / std::sqrt(double(kCount) * kBeams * kSamples);
@@ -173,13 +174,13 @@ TEST_CASE("a constant part has the contrast of Rice's distribution") {
   const Moments m = moments_of(all, 6, 1);
   double contrast = 0, kappa_found = 0;
   for (int j = 0; j < 6; ++j) {
-    contrast +=
-        ratios(value(m, MomentRow::mean_power, j, 0), value(m, MomentRow::power_spread, j, 0), kCount)
-            .contrast /
-        6;
-    kappa_found +=
-        std::norm(std::complex(value(m, MomentRow::mean_re, j, 0), value(m, MomentRow::mean_im, j, 0))) /
-        (value(m, MomentRow::spread, j, 0) / (kCount - 1.0)) / 6;
+    contrast += ratios(value(m, MomentRow::mean_power, j, 0),
+                       value(m, MomentRow::power_spread, j, 0), kCount)
+                    .contrast /
+                6;
+    kappa_found += std::norm(std::complex(value(m, MomentRow::mean_re, j, 0),
+                                          value(m, MomentRow::mean_im, j, 0))) /
+                   (value(m, MomentRow::spread, j, 0) / (kCount - 1.0)) / 6;
   }
   const double expected = std::sqrt(1 + 2 * kappa) / (1 + kappa);
   CHECK(contrast == Approx(expected).margin(4 * expected / std::sqrt(6.0 * kCount)));
