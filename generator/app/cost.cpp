@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "app/memory.h"
+#include "core/moments.h"
+#include "dataset/statistics.h"
 #include "labels/cartesian.h"
 
 namespace ensonify {
@@ -18,6 +20,8 @@ constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 // Five halves, an instance and a class.
 constexpr double kPackedBytesPerPixel = 5 * 2 + 2 + 1;
 constexpr double kPackedShadowBytesPerPixel = 2;
+// Five arrays of doubles and five of complex ones.
+constexpr std::uint64_t kStatisticsBytesPerPixel = 5 * 8 + 5 * 16;
 constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 
 struct PerPing {
@@ -94,6 +98,10 @@ int pings_under_way(int threads, std::uint64_t pings) {
   return static_cast<int>(std::min<std::uint64_t>(lanes, pings));
 }
 
+std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output) {
+  return output.statistics ? (pings + kMomentBlock - 1) / kMomentBlock : pings;
+}
+
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences) {
   const std::uint64_t wanted = pings_under_way(threads, std::uint64_t{1} << 30);
   return static_cast<int>(std::min((wanted + pings - 1) / pings, sequences));
@@ -113,9 +121,12 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
                input_files(session.scenario).size();
   const SdfSize sdf = sdf_size_of(session);
   if (session.scenario.output.sdf) cost.files += sequences;
+  const bool statistics = session.scenario.output.selection.statistics;
+  if (statistics) cost.files += sequences * statistics_arrays().size();
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000 +
-                    sequences * static_cast<std::uint64_t>(sdf.file_bytes);
+                    sequences * static_cast<std::uint64_t>(sdf.file_bytes) +
+                    (statistics ? sequences * kStatisticsBytesPerPixel * pixels : 0);
   return cost;
 }
 

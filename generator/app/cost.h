@@ -19,6 +19,9 @@ struct Cost {
 // files the disk is taking.
 int pings_under_way(int threads, std::uint64_t pings);
 
+// What a sequence's pings are shared out in: one by one, or blocks of an ensemble.
+std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
+
 // As many sequences of `pings` each as it takes to have enough pings in hand.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences);
 

@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <complex>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <semaphore>
 #include <vector>
 
 #include "app/cost.h"
+#include "app/ensemble.h"
 #include "app/interrupt.h"
 #include "app/pipeline.h"
 #include "app/progress.h"
@@ -49,17 +52,53 @@ Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::
   return encode_ping(pipeline.info(), pipeline.run(ping, workers), workers);
 }
 
+Status unless_interrupted() {
+  if (!interrupted()) return {};
+  return Error{ErrorKind::interrupted,
+               "interrupted: what is finished is kept; the same command goes on from there"};
+}
+
 Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                  const Workers& workers) {
-  if (interrupted()) {
-    return Error{ErrorKind::interrupted,
-                 "interrupted: what is finished is kept; the same command goes on from there"};
-  }
+  if (Status go = unless_interrupted(); !go) return go;
   const Result<EncodedPing> encoded = encoded_ping(run, pipeline, ping, workers);
   if (!encoded) return encoded.error();
   Status stored = store_ping(run.options.output, pipeline.info(), *encoded);
   if (stored) run.progress.ping_done();
   return stored;
+}
+
+// A ping of an ensemble, stored unless it is; its series.
+Result<std::vector<std::complex<float>>> draw_ping(const Run& run, const Pipeline& pipeline,
+                                                   std::uint32_t ping, const Workers& workers) {
+  const SequenceInfo& info = pipeline.info();
+  const bool stored = ping_is_finished(run.options.output, info.sequence, ping, info);
+  std::optional<Result<EncodedPing>> encoded;
+  PingResult result;
+  {
+    const Turn turn(run.turns);
+    result = pipeline.run(ping, workers);
+    if (!stored) encoded = encode_ping(info, result, workers);
+  }
+  if (encoded && !*encoded) return encoded->error();
+  if (encoded) {
+    if (Status kept = store_ping(run.options.output, info, **encoded); !kept) return kept.error();
+  }
+  return std::move(result.series);
+}
+
+Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
+                  const Workers& workers, Ensemble& ensemble) {
+  const auto [first, last] = ensemble.block_pings(block);
+  std::vector<std::vector<std::complex<float>>> series;
+  for (std::uint32_t ping = first; ping < last; ++ping) {
+    if (Status go = unless_interrupted(); !go) return go;
+    auto drawn = draw_ping(run, pipeline, ping, workers);
+    if (!drawn) return drawn.error();
+    series.push_back(std::move(*drawn));
+    run.progress.ping_done();
+  }
+  return ensemble.add(block, series);
 }
 
 // Calls work(lane, i) for i = 0 ... count - 1, in this order, from `lanes` lanes at once, until one
@@ -96,9 +135,39 @@ Status make_pings(const Run& run, const Pipeline& pipeline,
   });
 }
 
-std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& info) {
+// The same for blocks of an ensemble. What does not get to its end, by whatever way, must let the
+// others go.
+Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
+  struct Letting {
+    Ensemble& ensemble;
+    bool done = false;
+    ~Letting() {
+      if (!done) ensemble.give_up();
+    }
+  };
+  const std::uint32_t first = ensemble.blocks_done();
+  const std::size_t blocks = ensemble.block_count() - first;
+  if (blocks == 0) return {};
+  const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, blocks));
+  Status made = in_lanes(pings_under_way(threads, blocks), blocks, [&](std::size_t, std::size_t i) {
+    Letting letting{ensemble};
+    Status status = make_block(run, pipeline, first + static_cast<std::uint32_t>(i),
+                               Workers(threads / side_by_side), ensemble);
+    letting.done = status.ok();
+    return status;
+  });
+  if (made || made.error().kind != ErrorKind::interrupted) return made;
+  // Another copy of the same work may have been faster, and taken .work away.
+  if (sequence_is_finished(run.options.output, pipeline.info())) return made;
+  const Status saved = ensemble.save();
+  return saved ? made : saved;
+}
+
+// Of the pings [first_ping, last).
+std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& info,
+                                         std::uint32_t last) {
   std::vector<std::uint32_t> missing;
-  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+  for (std::uint32_t ping = info.first_ping; ping < last; ++ping) {
     if (!ping_is_finished(run.options.output, info.sequence, ping, info)) missing.push_back(ping);
   }
   return missing;
@@ -131,6 +200,16 @@ Result<std::string> sdf_of(const Run& run, const Session& session, const Sequenc
   return sdf;
 }
 
+// All pings of a sequence whose moments are kept.
+Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
+  const SequenceInfo& info = pipeline.info();
+  // Those that are added already need no more than their files.
+  const std::uint32_t added =
+      std::min(info.last_ping, info.first_ping + ensemble.blocks_done() * kMomentBlock);
+  Status made = make_pings(run, pipeline, missing_pings(run, info, added), threads);
+  return made ? make_blocks(run, pipeline, threads, ensemble) : made;
+}
+
 Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
   if (sequence_is_finished(run.options.output, light)) return {};
   if (Status opened = open_workshop(run, light, workshop); !opened) return opened;
@@ -142,17 +221,37 @@ Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Wor
     Status started = workshop.pipeline->start_sequence(info, workers);
     if (!started) return started;
   }
-  Status made = make_pings(run, *workshop.pipeline, missing_pings(run, info), threads);
+  const Pipeline& pipeline = *workshop.pipeline;
+  std::optional<Ensemble> ensemble;
+  if (info.output.statistics) ensemble.emplace(run.options.output, pipeline.info());
+  Status made = ensemble
+                    ? make_ensemble(run, pipeline, threads, *ensemble)
+                    : make_pings(run, pipeline, missing_pings(run, info, info.last_ping), threads);
   if (!made) return made;
   const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
-  return sdf ? finish_sequence(run.options.output, workshop.pipeline->info(), *sdf)
-             : Status(sdf.error());
+  if (!sdf) return sdf.error();
+  return finish_sequence(run.options.output, pipeline.info(), *sdf,
+                         ensemble ? &ensemble->moments() : nullptr);
+}
+
+// Those that are not made again.
+std::uint64_t pings_found(const std::filesystem::path& dir, const SequenceInfo& info) {
+  std::uint64_t found = 0;
+  std::uint32_t last = info.last_ping;
+  if (info.output.statistics && !sequence_is_finished(dir, info)) {
+    const auto moments = load_moments(dir, info);
+    last = info.first_ping + static_cast<std::uint32_t>(moments ? moments->count : 0);
+  }
+  for (std::uint32_t ping = info.first_ping; ping < last; ++ping) {
+    found += ping_is_finished(dir, info.sequence, ping, info);
+  }
+  return found;
 }
 
 int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {
   std::uint32_t pings = 1;
   for (const SequenceInfo& info : sequences) {
-    pings = std::max(pings, info.last_ping - info.first_ping);
+    pings = std::max(pings, work_items(info.last_ping - info.first_ping, info.output));
   }
   return sequences_under_way(threads, pings, sequences.size());
 }
@@ -165,9 +264,7 @@ Status make_sequences(const GenerateOptions& options, const Numerics& numerics,
   std::uint64_t total = 0, found = 0;
   for (const SequenceInfo& info : sequences) {
     total += info.last_ping - info.first_ping;
-    for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
-      found += ping_is_finished(options.output, info.sequence, ping, info);
-    }
+    found += pings_found(options.output, info);
   }
   if (found > 0 && !options.quiet) {
     fmt::print(stderr, "continuing: {} of {} pings are there\n", found, total);

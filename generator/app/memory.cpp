@@ -9,6 +9,7 @@
 
 #include "app/cost.h"
 #include "app/motion.h"
+#include "core/moments.h"
 #include "core/random.h"
 #include "labels/cartesian.h"
 #include "synthesis/backend.h"
@@ -81,6 +82,13 @@ struct PingCounts {
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
+// Draws of one scene share what was traced once; the series of a block stand until it is added.
+std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
+                         std::uint64_t series) {
+  return output.statistics ? kMomentBlock * series
+                           : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
+}
+
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
                          std::uint64_t encoded_bytes) {
   const OutputSelection& output = session.scenario.output.selection;
@@ -133,10 +141,20 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
                                  (output.polar ? polar : 0) + cartesian + encoded_bytes;
-  return (count.echoes() + count.echo.hidden) * sizeof(Scatterer) +
-         std::max({tracing, volumes + series + clean + layers + layering, picturing, encoding}) +
+  return held_bytes(output, count, series) +
+         std::max({output.statistics ? 0 : tracing, volumes + series + clean + layers + layering,
+                   picturing, encoding}) +
          (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
          session.world.objects.size() * kRecordBytesPerObject;
+}
+
+// What all draws of one scene share: echoes, which are traced once, and their moments, which go to
+// the files array by array.
+std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
+  if (!session.scenario.output.selection.statistics) return 0;
+  const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
+  return 3 * (count.echoes() + count.echo.hidden) * sizeof(Scatterer) + volumes +
+         count.rays * sizeof(Hit) + count.pixels * (kMoments + 2) * sizeof(double);
 }
 
 PingCounts counts_of(const Session& session, const EchoCounts& echo) {
@@ -158,7 +176,9 @@ struct UnderWay {
 };
 
 UnderWay under_way(const Session& session, int threads) {
-  const std::uint64_t all = std::max(threads, 1), pings = session.ping_times_s.size();
+  const std::uint64_t all = std::max(threads, 1),
+                      pings = work_items(static_cast<std::uint32_t>(session.ping_times_s.size()),
+                                         session.scenario.output.selection);
   UnderWay run;
   run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences);
   const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
@@ -255,11 +275,16 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   const std::uint64_t loading =
       vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
            : 0;
+  const std::uint64_t block = session.scenario.output.selection.statistics
+                                  ? kMomentBlock * count.pixels * sizeof(std::complex<float>)
+                                  : 0;
+  const std::uint64_t waiting_bytes = encoded_bytes + block;
   const std::uint64_t sum =
       loaded.now_bytes + more_worlds + kLaterLibraryBytes +
       worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
       run.workers * synthesis.thread_bytes +
-      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * encoded_bytes +
+      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * waiting_bytes +
+      run.sequences * ensemble_bytes(session, count) +
       run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes);
   const std::uint64_t peak =
       std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});

@@ -102,6 +102,22 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
   return input;
 }
 
+PingEchoes Pipeline::echoes_of(std::uint32_t ping, const Workers& workers) const {
+  const OutputSelection& output = info_.output;
+  const bool pictures = output.polar || output.cartesian || output.png;
+  const bool wants_hidden = pictures && (output.shadow || output.amodal);
+  const Tracer tracer = tracer_.at(object_poses(session_, ping));
+  return ping_echoes({session_, fan_, scattering_, tracer, ping, sonar_pose(session_, ping),
+                      wants_hidden, keys_of(ping).speckle},
+                     workers);
+}
+
+std::vector<float> Pipeline::first_return_of(const PingEchoes& echoes) const {
+  const bool by_delay = bends(session_.water) || moves(session_);
+  return first_return_m(echoes.scatterers, session_.sonar.beam_count,
+                        by_delay ? session_.water.sound_speed_m_s : 0);
+}
+
 Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
   const Pose pose = sonar_pose(session_, 0);
   const Tracer tracer = tracer_.at(object_poses(session_, 0));
@@ -132,6 +148,10 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   // Where scatterers lie on surfaces is drawn for each sequence.
   if (info_.speckle == SpeckleMode::surface) ping_zero_.reset();
   layer_of_instance_ = layer_table(info_);
+  if (info_.output.statistics && !shared_echoes_) {
+    shared_echoes_ = echoes_of(info_.first_ping, workers);
+    shared_first_return_m_ = first_return_of(*shared_echoes_);
+  }
   grey_gain_db_.clear();
   if (info_.output.png &&
       (info_.png.spreading != 0 || info_.png.absorption || info_.png.gain_db != 0)) {
@@ -204,18 +224,14 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   result.time_s = session_.ping_times_s[ping];
   result.sonar_in_world = sonar_pose(session_, ping);
   result.object_in_world = object_poses(session_, ping);
-  const Tracer tracer = tracer_.at(result.object_in_world);
   for (const PointTarget& target : session_.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
   const bool pictures = output.polar || output.cartesian || output.png;
-  const bool wants_hidden = pictures && (output.shadow || output.amodal);
-  PingEchoes echoes = ping_echoes({session_, fan_, scattering_, tracer, ping, result.sonar_in_world,
-                                   wants_hidden, keys_of(ping).speckle},
-                                  workers);
-  const bool by_delay = bends(session_.water) || moves(session_);
-  result.first_return_m = first_return_m(echoes.scatterers, session_.sonar.beam_count,
-                                         by_delay ? session_.water.sound_speed_m_s : 0);
+  std::optional<PingEchoes> own;
+  if (!shared_echoes_) own = echoes_of(ping, workers);
+  const PingEchoes& echoes = own ? *own : *shared_echoes_;
+  result.first_return_m = own ? first_return_of(*own) : shared_first_return_m_;
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : echoes.scatterers.items) {
@@ -228,8 +244,12 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
     result.layers = layers_of_ping(echoes, ping, series, workers);
   }
   if (pictures) add_pictures(result, echoes, series, workers);
-  result.scatterers = std::move(echoes.scatterers);
-  if (output.any_timeseries()) result.series = std::move(series.pressure_pa);
+  if (own) {
+    result.scatterers = std::move(own->scatterers);
+  } else if (output.scatterers || output.points) {
+    result.scatterers = echoes.scatterers;
+  }
+  if (output.any_timeseries() || output.statistics) result.series = std::move(series.pressure_pa);
   result.channels = std::move(series.channels_pa);
   return result;
 }

@@ -28,7 +28,8 @@ class Pipeline {
            const Numerics& numerics);
 
   // Everything that the sequence's output selection asks for. May be called from several threads at
-  // once, for different pings.
+  // once, for different pings. Where all pings are draws of one scene (output.statistics), what
+  // they hear is traced once.
   PingResult run(std::uint32_t ping, const Workers& workers) const;
 
   // From here on pings are those of this sequence. What follows from the clean image of ping 0,
@@ -45,6 +46,8 @@ class Pipeline {
     double mean_clean_pa2 = 0;  // over the pixels that hear an echo; 0: none does
   };
 
+  PingEchoes echoes_of(std::uint32_t ping, const Workers& workers) const;
+  std::vector<float> first_return_of(const PingEchoes& echoes) const;
   FromPingZero look_at_ping_zero(const Workers& workers) const;
   RandomKeys keys_of(std::uint32_t ping) const;
   PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
@@ -67,6 +70,9 @@ class Pipeline {
   std::vector<double> grey_gain_db_;  // [samples] of the grey pictures; empty: none
   std::vector<Layer> layer_of_instance_;
   std::optional<FromPingZero> ping_zero_;
+  // What all pings hear, where they are draws of one scene.
+  std::optional<PingEchoes> shared_echoes_;
+  std::vector<float> shared_first_return_m_;
   HiddenPower hidden_power_;
 };
 

@@ -12,6 +12,7 @@
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "app/array_receiver.h"
+#include "app/ensemble.h"
 #include "app/layers.h"
 #include "app/motion.h"
 #include "core/random.h"
@@ -193,6 +194,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   if (Status can = check_motion(session); !can) return can.error();
+  if (Status are = check_draws(session); !are) return are.error();
   return session;
 }
 

@@ -91,7 +91,7 @@ struct PingResult {
   double time_s = 0;
   Pose sonar_in_world;                        // mount included
   std::vector<Pose> object_in_world;          // by instance id - 1
-  std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: not asked for
+  std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: nothing needs it
   std::vector<LayerSeries> layers;            // as SequenceInfo::layers
   std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
   std::optional<LabelledImage> polar;         // absent: not asked for
@@ -176,8 +176,10 @@ struct OutputSelection {
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
-  bool channels = false;  // what each element of an array hears
-  bool packed = false;    // arrays of all pings in place of files of each
+  bool channels = false;    // what each element of an array hears
+  bool packed = false;      // arrays of all pings in place of files of each
+  bool statistics = false;  // of all pings of a sequence, which then are draws of one scene
+  bool pings = true;        // without, no ping has a file, and all that it would take is off
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };

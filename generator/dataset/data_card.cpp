@@ -191,6 +191,11 @@ In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
         "metres, voxels of {} m, world coordinates |\n",
         first.sdf->voxel_m);
   }
+  text +=
+      row(first.output.statistics,
+          "| `statistics/*.npy` | float64 or complex128 [samples, beams]: mean, variance, "
+          "contrast, fourth moment and covariance of neighbours over all pings, which are draws "
+          "of one scene; `statistics` in `sequence.json` says each |");
   text += first.output.packed ? packed_rows(first) : ping_rows(first);
   return text + "\n";
 }
@@ -229,6 +234,9 @@ for ping in data.split("train"):                # or data[0, 3]: sequence 0, pin
   code += row(output.polar, "    level_db, mask = ping.polar.level_db, ping.polar.instance");
   code +=
       row(output.timeseries, "    series = ping.series                        # [beams, samples]");
+  code += row(
+      output.statistics,
+      "    contrast = ping.sequence.statistics.contrast   # [samples, beams], of all its pings");
   return code + R"(    azimuth_rad = ping.sequence.azimuth_rad
 ```
 
@@ -264,6 +272,9 @@ for row in csv.DictReader(open("index.csv")):
        R"(grey = cv2.imread(f"{folder}/png/{ping}_polar.png", cv2.IMREAD_UNCHANGED))");
   line(output.scatterers,
        R"(scatterers = np.load(f"{folder}/scatterers/{ping}.npy")  # one record each)");
+  line(
+      output.statistics,
+      R"(contrast = np.load(f"{folder}/statistics/contrast.npy")  # [samples, beams], of all pings)");
   line(true, R"(azimuth_rad = np.load(f"{folder}/azimuth_rad.npy"))");
   return code + R"(
 coco = json.load(open("coco.json"))

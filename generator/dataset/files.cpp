@@ -286,7 +286,8 @@ void remove_work_folder(const fs::path& dir) {
     if (!files) continue;
     for (const std::string& name : *files) {
       const bool temporary = name.starts_with("tmp/");
-      const bool record = name.starts_with("sequences/") && name.ends_with(".json");
+      const bool record = name.starts_with("sequences/") &&
+                          (name.ends_with(".json") || name.ends_with(layout::kMoments));
       if (temporary || record || name == "plan.json") ::unlink((work / name).c_str());
     }
     remove_empty_folders(work);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/moments.h"
 #include "core/ping.h"
 #include "dataset/work.h"
 
@@ -22,10 +23,11 @@ bool sequence_is_finished(const std::filesystem::path& dir, const SequenceInfo& 
 
 // Writes the sequence's arrays and tables from the records of its pings
 // [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished. `sdf_vdb`:
-// the bytes of sdf.vdb, where info.sdf asks for them.
+// the bytes of sdf.vdb, where info.sdf asks for them; `moments`: of all its pings, where
+// info.output.statistics asks for them.
 // Error (usage): records of some pings, or their files, are missing. Error (io): as it says.
 Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info,
-                       std::string_view sdf_vdb = {});
+                       std::string_view sdf_vdb = {}, const Moments* moments = nullptr);
 
 // An input file of the scenario; goes to assets/<sha256>.<extension>.
 struct Asset {

@@ -14,6 +14,7 @@
 #include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/sequence_json.h"
+#include "dataset/statistics.h"
 #include "dataset/tables.h"
 
 namespace ensonify {
@@ -183,7 +184,8 @@ Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const 
   return committed ? Status() : Status(committed.error());
 }
 
-Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb) {
+Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb,
+                      const Moments* moments) {
   if (const Status there = check_all_there(dir, info); !there) return there;
   // A sequence without pings has no plan yet.
   if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
@@ -200,6 +202,11 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
+  if (info.output.statistics) {
+    const auto arrays = write_statistics(dir, info, moments != nullptr ? *moments : Moments());
+    if (!arrays) return arrays.error();
+    entries->insert(entries->end(), arrays->begin(), arrays->end());
+  }
   const auto totals = write_tables(dir, info, *entries);
   if (!totals) return totals.error();
   return write_sequence_json(dir, info, *totals, std::move(*entries));
@@ -215,13 +222,15 @@ bool sequence_is_finished(const fs::path& dir, const SequenceInfo& info) {
   }
 }
 
-Status finish_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb) {
+Status finish_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb,
+                       const Moments* moments) {
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
-    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info, sdf_vdb);
+    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info, sdf_vdb, moments);
     // Another copy of the same work may have finished it, and taken the records away, meanwhile.
     if (!written && !sequence_is_finished(dir, info)) return written;
     remove_pieces(dir, info.sequence);
+    remove_moments(dir, info.sequence);
     return {};
   });
 }

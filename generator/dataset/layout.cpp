@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "dataset/packed.h"
+#include "dataset/statistics.h"
 
 namespace ensonify::layout {
 namespace {
@@ -128,6 +129,9 @@ bool is_layout_name(std::string_view relative) {
   if (slash != std::string::npos && in_folder(marked.substr(slash + 1)) &&
       packed_form(marked.substr(slash + 1))) {
     return true;
+  }
+  for (const StatisticsArray& array : statistics_arrays()) {
+    if (in_folder(array.name)) return true;
   }
   const auto once = sequence_files();
   return in_folder(kSdf) || std::any_of(once.begin(), once.end(), in_folder) ||

@@ -24,6 +24,8 @@ inline constexpr char kProvenanceJson[] = "provenance.json";
 inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kSdf[] = "sdf.vdb";  // where it is asked for
 inline constexpr char kAnnotations[] = "annotations.jsonl";
+// What statistics are made from while pings are missing; in .work.
+inline constexpr char kMoments[] = "moments.bin";
 inline constexpr char kWorkFolder[] = ".work";
 inline constexpr char kTemporaryFolder[] = ".work/tmp";
 

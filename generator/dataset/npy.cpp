@@ -167,6 +167,7 @@ std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
   if (descr == kNpyFloat32) return 4;
   if (descr == kNpyFloat64) return 8;
   if (descr == kNpyComplex64) return 8;
+  if (descr == kNpyComplex128) return 16;
   if (descr == kNpyScatterer) return kScattererBytes;
   return std::nullopt;
 }

@@ -26,6 +26,7 @@ inline constexpr char kNpyFloat16[] = "'<f2'";
 inline constexpr char kNpyFloat32[] = "'<f4'";
 inline constexpr char kNpyFloat64[] = "'<f8'";
 inline constexpr char kNpyComplex64[] = "'<c8'";
+inline constexpr char kNpyComplex128[] = "'<c16'";
 
 // The dtype of scatterers/*.npy as it stands in the header: fields packed, in the order of
 // docs and contract; 82 bytes an element.

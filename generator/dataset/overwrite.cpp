@@ -15,6 +15,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/packed.h"
+#include "dataset/statistics.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -99,6 +100,9 @@ void list_planned_sequence(const fs::path& dir, std::uint32_t sequence, Listing&
     }
   }
   listing.add(layout::in_sequence(sequence, layout::kSdf));
+  for (const StatisticsArray& array : statistics_arrays()) {
+    listing.add(layout::in_sequence(sequence, array.name));
+  }
   Plan& planned = listing.add_plan(layout::sequence_folder(sequence) + "/");
   planned.first_ping = *first;
   planned.last_ping = *last;

@@ -3,6 +3,7 @@
 #include "dataset/layout.h"
 #include "dataset/model_json.h"
 #include "dataset/packed.h"
+#include "dataset/statistics.h"
 
 namespace ensonify {
 namespace {
@@ -169,6 +170,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
                {"each_ping", each_ping},
                {"bytes", bytes}};
   add_multipath(info, json);
+  if (info.output.statistics) json["statistics"] = statistics_json(info);
   return json;
 }
 

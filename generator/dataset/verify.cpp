@@ -13,6 +13,7 @@
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/schema.h"
+#include "dataset/statistics.h"
 #include "dataset/verify_files.h"
 #include "dataset/verify_masks.h"
 
@@ -119,6 +120,11 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceSh
   }
   const Json* sdf = member(head, "sdf");
   if (sdf != nullptr && sdf->is_object()) names.emplace_back(layout::kSdf, layout::kSdf);
+  if (member(head, "statistics") != nullptr) {
+    for (const StatisticsArray& array : statistics_arrays()) {
+      names.emplace_back(array.name, array.name);
+    }
+  }
   const Json* each = member(head, "each_ping");
   if (each == nullptr || !each->is_array()) return names;
   for (const Json& item : *each) {
@@ -140,6 +146,10 @@ void check_listed_files(Verification& v, const SequenceShape& shape, const Json&
     v.fault(folder + layout::kSequenceJson, "its keys pack and arrays contradict each other");
   }
   const Json* each = member(head, "each_ping");
+  const Json* statistics = member(head, "statistics");
+  if (statistics != nullptr && count_at(*statistics, "realisations") != shape.pings()) {
+    v.fault(folder + layout::kSequenceJson, "its statistics are not of all its pings");
+  }
   if (each != nullptr && shape.pings() * each->size() > entries.size()) {
     // Also keeps a manifest that claims billions of pings from filling the memory.
     v.fault(folder + layout::kSequenceJson, "lists fewer files than its pings have");

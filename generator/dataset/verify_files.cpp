@@ -14,6 +14,7 @@
 #include "dataset/ply.h"
 #include "dataset/png.h"
 #include "dataset/schema.h"
+#include "dataset/statistics.h"
 #include "dataset/table_schema.h"
 #include "dataset/verify_masks.h"
 
@@ -177,6 +178,15 @@ std::string vdb_fault(const fs::path& path) {
   return {};
 }
 
+std::string statistics_fault(const fs::path& path, const StatisticsArray& array,
+                             const SequenceShape& shape) {
+  const auto less = [](std::uint64_t size, int fewer) {
+    return size - std::min<std::uint64_t>(size, static_cast<std::uint64_t>(fewer));
+  };
+  return npy_fault(path, array.descr,
+                   {less(shape.samples, array.fewer_rows), less(shape.beams, array.fewer_columns)});
+}
+
 using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
 
 struct KnownFile {
@@ -283,6 +293,9 @@ std::string format_fault(const fs::path& dir, const SequenceShape& shape, const 
     const NpyShape& grid = grids[static_cast<int>(form->grid)];
     expected.insert(expected.end(), grid.begin(), grid.end());
     return npy_fault(path, form->descr, expected);
+  }
+  if (const auto form = statistics_form(name_template)) {
+    return statistics_fault(path, *form, shape);
   }
   for (const KnownFile& known : kKnownFiles) {
     if (known.name_template != name_template) continue;

@@ -247,6 +247,12 @@ std::string layers_text(const OutputSpec& output) {
   return fmt::format("{{targets: [{}]}}", names);
 }
 
+// Left out where there are none, as ever before.
+std::string statistics_text(const OutputSelection& output) {
+  if (!output.statistics) return "";
+  return fmt::format(", statistics: true, pings: {}", output.pings);
+}
+
 std::string output_text(const Scenario& scenario) {
   const OutputSpec& output = scenario.output;
   std::string cartesian = "false";
@@ -262,12 +268,12 @@ std::string output_text(const Scenario& scenario) {
   }
   return fmt::format(
       "output: {{timeseries: {}, polar: {}, cartesian: {}, png: {}, shadow: {}, amodal: {}, "
-      "{}polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}}}\n",
+      "{}polygons: {}, scatterers: {}, points: {}, layers: {}, pack: {}{}{}{}}}\n",
       timeseries_word(output.selection), output.selection.polar, cartesian, png_text(output),
       output.selection.shadow, output.selection.amodal, multipath, output.selection.polygons,
       output.selection.scatterers, output.selection.points, layers_text(output),
       output.selection.packed ? "sequence" : "ping",
-      output.selection.channels ? ", channels: true" : "", sdf);
+      output.selection.channels ? ", channels: true" : "", sdf, statistics_text(output.selection));
 }
 
 }  // namespace

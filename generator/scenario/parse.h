@@ -74,6 +74,8 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output);
 void parse_png(Faults& faults, const Value& output, OutputSpec& spec);
 void parse_layers(Faults& faults, const Value& output, OutputSpec& spec);
 void parse_pack(Faults& faults, const Value& output, OutputSelection& selection);
+// The last of them: without pings it takes away what the others ask for.
+void parse_pings(Faults& faults, const Value& output, OutputSelection& selection);
 void parse_timeseries(Faults& faults, const Value& output, OutputSelection& selection);
 
 // What output.layers.targets may name: objects, point targets and their classes, behind draws too.

@@ -44,7 +44,7 @@ void parse_multipath_mask(Faults& faults, const Value& root, Scenario& scenario)
   const Value output = child_or_empty(root, "output");
   if (output.node->kind != NodeKind::map) return;
   const auto given = child(output, "multipath");
-  if (!given) return;
+  if (!given || !selection.pings) return;
   const auto map = read_switch(faults, output, "multipath", selection.multipath);
   if (map) open_map(faults, *map, {});
   if (!selection.multipath || (scenario.multipath && pictures)) return;

@@ -113,6 +113,24 @@ void parse_pack(Faults& faults, const Value& output, OutputSelection& selection)
       "with it is timeseries npy or none");
 }
 
+void parse_pings(Faults& faults, const Value& output, OutputSelection& selection) {
+  if (const auto map = read_switch(faults, output, "pings", selection.pings)) {
+    open_map(faults, *map, {});
+  }
+  if (selection.pings) return;
+  if (!selection.statistics) {
+    const Value pings = *child(output, "pings");
+    add_fault(faults, pings.place, pings.path,
+              "without statistics nothing would be written; accepted is false with statistics "
+              "true");
+  }
+  OutputSelection none;
+  none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
+  none.statistics = selection.statistics;
+  none.pings = false;
+  selection = none;
+}
+
 void parse_png(Faults& faults, const Value& output, OutputSpec& spec) {
   const auto png = read_switch(faults, output, "png", spec.selection.png);
   if (!png || !open_map(faults, *png, {"scale", "db", "tvg", "gain_db"})) return;

@@ -155,9 +155,10 @@ void parse_scattering(Faults& faults, const Value& value, ScatteringSpec& scatte
 }
 
 void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
-  if (!open_map(faults, value,
-                {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "multipath",
-                 "polygons", "scatterers", "points", "layers", "channels", "pack", "sdf"})) {
+  if (!open_map(
+          faults, value,
+          {"timeseries", "polar", "cartesian", "png", "shadow", "amodal", "multipath", "polygons",
+           "scatterers", "points", "layers", "channels", "pack", "sdf", "statistics", "pings"})) {
     return;
   }
   OutputSelection& selection = output.selection;
@@ -179,6 +180,8 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
   read_plain_switch("channels", selection.channels);
   parse_pack(faults, value, selection);
   parse_sdf(faults, value, output);
+  read_plain_switch("statistics", selection.statistics);
+  parse_pings(faults, value, selection);
 }
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {

@@ -12,14 +12,17 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
 
     dataset.py     SonarDataset, SequenceFolder, Ping, View, Pose, Annotation
     files.py       read_png, read_exr, decode_rle, DatasetError
+    statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
     transforms.py  to_db, to_grey, to_amplitude, normalise
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .dataset import Annotation, Ping, Pose, SequenceFolder, SonarDataset, View
 from .files import DatasetError, decode_rle, read_exr, read_png
+from .statistics import Statistics, merge
 from .transforms import NO_ENERGY_DB, normalise, to_amplitude, to_db, to_grey
 
 __all__ = [
     "Annotation", "DatasetError", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
-    "View", "decode_rle", "normalise", "read_exr", "read_png", "to_amplitude", "to_db", "to_grey",
+    "Statistics", "View", "decode_rle", "merge", "normalise", "read_exr", "read_png", "to_amplitude",
+    "to_db", "to_grey",
 ]

@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
+from .statistics import Statistics, statistics_of
 
 FORMAT_VERSION = 1
 SPLITS = ("train", "val", "test")
@@ -259,6 +260,11 @@ class SequenceFolder:
     def first_return_m(self) -> np.ndarray:
         """float32 [pings, beams]."""
         return np.array(read_npy(self.folder / "first_return_m.npy"))
+
+    @property
+    def statistics(self) -> Statistics:
+        """Of every pixel over all pings (`output.statistics`)."""
+        return statistics_of(self.folder, self.info)
 
     @cached_property
     def pose_rows(self) -> List[Dict[str, str]]:

@@ -75,6 +75,9 @@ class Memory(unittest.TestCase):
         self.assertLess(taken, 1.15 * announced, f"took {taken}, announced {announced}")
         self.assertLess(announced, 1.5 * taken, f"took {taken}, announced {announced}")
 
+    def test_statistics(self):
+        self.check_announced(ROOM, "output={statistics: true, pings: false}", "trajectory.pings=20")
+
     def test_pictures(self):
         self.check_announced(ROOM)
 

@@ -203,7 +203,7 @@ def check_sequence_files(checklist, sequence):
     wanted = set(ONCE_PER_SEQUENCE)
     for ping in sequence.pings:
         wanted |= per_ping_files(sequence, ping)
-    extra = {path for path in found - wanted if not path.startswith(("layers/", "channels/"))}
+    extra = {path for path in found - wanted if not path.startswith(("layers/", "channels/", "statistics/"))}
     checklist.expect_none(sorted(extra), f"{sequence.name} foreign files")
     checklist.expect_none(sorted(wanted - found), f"{sequence.name} absent files")
     check_listing(checklist, sequence.folder, sequence.files, f"{sequence.name}/sequence.json")

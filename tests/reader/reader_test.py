@@ -76,6 +76,9 @@ class Scenes(Folder):
                                                         "--pings", "1:2"))
                 self.assertEqual(data.index, [(0, 1)])
                 ping, folder = data[0], self.folder / scene / "sequences/000000"
+                if not ping.sequence.info["each_ping"]:
+                    self.tables_are_those_of_the_files(ping, folder)
+                    continue  # statistics_test.py reads what it has
                 self.same(ping.series, independent.read_npy(folder / "timeseries/000001.npy"), np.complex64)
                 self.same(ping.sequence.azimuth_rad, independent.read_npy(folder / "azimuth_rad.npy"), float)
                 self.same(ping.sequence.range_m, independent.read_npy(folder / "range_m.npy"), float)

@@ -1,0 +1,127 @@
+#include "app/ensemble.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace ensonify {
+namespace {
+
+// What interpolation between equal poses may leave.
+constexpr double kSamePlaceM = 1e-9, kSameTurn = 1 - 1e-14;
+
+bool same_pose(const Pose& a, const Pose& b) {
+  const double turn = a.rotation.w * b.rotation.w + a.rotation.x * b.rotation.x +
+                      a.rotation.y * b.rotation.y + a.rotation.z * b.rotation.z;
+  return length(a.position_m - b.position_m) <= kSamePlaceM && std::abs(turn) >= kSameTurn;
+}
+
+Error not_draws(const std::string& why, const char* accepted) {
+  return {ErrorKind::usage, fmt::format("output.statistics: {}; accepted is {}", why, accepted)};
+}
+
+}  // namespace
+
+Status check_draws(const Session& session) {
+  if (!session.scenario.output.selection.statistics) return {};
+  if (session.scenario.scattering.speckle != SpeckleMode::per_ping) {
+    return not_draws(
+        "its realisations are the pings of a sequence, and scattering.speckle lets them share "
+        "their draws",
+        "speckle per_ping");
+  }
+  const Pose sonar = sonar_pose(session, 0);
+  const std::vector<Pose> objects = object_poses(session, 0);
+  for (std::uint32_t ping = 1; ping < session.ping_times_s.size(); ++ping) {
+    const bool rests = same_pose(sonar_pose(session, ping), sonar);
+    const std::vector<Pose> now = object_poses(session, ping);
+    if (rests && std::equal(now.begin(), now.end(), objects.begin(), same_pose)) continue;
+    return not_draws(fmt::format("its realisations are the pings of a sequence, and at ping {} {} "
+                                 "has moved",
+                                 ping, rests ? "an object" : "the sonar"),
+                     "everything at rest; for several places draw the pose of each of several "
+                     "sequences");
+  }
+  return {};
+}
+
+Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info,
+                   std::chrono::milliseconds checkpoint_every)
+    : dir_(std::move(dir)),
+      info_(info),
+      checkpoint_every_(checkpoint_every),
+      saved_(std::chrono::steady_clock::now()) {
+  auto loaded = load_moments(dir_, info);
+  moments_ = loaded ? std::move(*loaded) : Moments(info.sonar.beam_count, info.record.samples);
+  first_block_ = static_cast<std::uint32_t>((moments_.count + kMomentBlock - 1) / kMomentBlock);
+  const int stripes = (moments_.beams + kStripeBeams - 1) / kStripeBeams;
+  next_block_.assign(static_cast<std::size_t>(stripes), first_block_);
+}
+
+std::uint32_t Ensemble::block_count() const {
+  return (info_.last_ping - info_.first_ping + kMomentBlock - 1) / kMomentBlock;
+}
+
+PingRange Ensemble::block_pings(std::uint32_t block) const {
+  const std::uint32_t first = info_.first_ping + block * kMomentBlock;
+  return {first, std::min(first + kMomentBlock, info_.last_ping)};
+}
+
+// The beam behind a stripe must still be as this block found it: its covariance needs the means.
+bool Ensemble::wait_for(std::uint32_t block, int stripe) {
+  const auto s = static_cast<std::size_t>(stripe);
+  const auto is_next = [&] {
+    return next_block_[s] == block && (s + 1 == next_block_.size() || next_block_[s + 1] == block);
+  };
+  std::unique_lock lock(mutex_);
+  // Who has begun goes on to the end, and who is before it has begun.
+  changed_.wait(lock, [&] { return is_next() || (given_up_ && stripe == 0); });
+  return is_next();
+}
+
+void Ensemble::pass_on(std::uint32_t block, int stripe) {
+  const std::lock_guard lock(mutex_);
+  next_block_[static_cast<std::size_t>(stripe)] = block + 1;
+  changed_.notify_all();
+}
+
+bool Ensemble::checkpoint_is_due() {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - saved_ < checkpoint_every_) return false;
+  saved_ = now;
+  return true;
+}
+
+Status Ensemble::add(std::uint32_t block, SeriesBlock series) {
+  const std::uint64_t before = std::uint64_t{block} * kMomentBlock;
+  const int stripes = static_cast<int>(next_block_.size());
+  std::optional<MomentsFile> checkpoint;
+  for (int stripe = 0; stripe < stripes; ++stripe) {
+    if (!wait_for(block, stripe)) return {};
+    if (stripe == 0 && checkpoint_is_due()) checkpoint.emplace(dir_, info_, before + series.size());
+    const int first = stripe * kStripeBeams, last = std::min(first + kStripeBeams, moments_.beams);
+    add_block(series, before, first, last, moments_);
+    if (checkpoint) checkpoint->append(moments_, first, last);
+    if (stripe + 1 == stripes) moments_.count = before + series.size();
+    pass_on(block, stripe);
+  }
+  return checkpoint ? checkpoint->commit() : Status();
+}
+
+void Ensemble::give_up() {
+  const std::lock_guard lock(mutex_);
+  given_up_ = true;
+  changed_.notify_all();
+}
+
+Status Ensemble::save() const {
+  MomentsFile file(dir_, info_, moments_.count);
+  file.append(moments_, 0, moments_.beams);
+  return file.commit();
+}
+
+}  // namespace ensonify

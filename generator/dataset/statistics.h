@@ -1,0 +1,60 @@
+// Statistics of a sequence on disk: the arrays, and the moments of a run that was cut off.
+//
+//   statistics_arrays  statistics_form   what there is, and what an array of that name is
+//   statistics_json                      what sequence.json says of them
+//   write_statistics                     moments -> arrays
+//   MomentsFile  load_moments  remove_moments   a checkpoint in .work
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+#include "core/moments.h"
+#include "core/ping.h"
+#include "dataset/files.h"
+#include "dataset/json.h"
+
+namespace ensonify {
+
+// Samples and beams are the polar picture's rows and columns; a covariance of neighbours has one
+// row or one column less.
+struct StatisticsArray {
+  const char* name;   // statistics/contrast.npy
+  const char* descr;  // npy.h
+  const char* unit;
+  const char* what;
+  int fewer_rows = 0, fewer_columns = 0;
+};
+std::vector<StatisticsArray> statistics_arrays();
+// None if no sequence has an array of this name.
+std::optional<StatisticsArray> statistics_form(std::string_view name);
+
+Json statistics_json(const SequenceInfo& info);
+
+// Error (bug): they are not of all pings of the sequence; (io): a file cannot be written.
+Result<std::vector<FileEntry>> write_statistics(const std::filesystem::path& dir,
+                                                const SequenceInfo& info, const Moments& moments);
+
+// Moments written row by row while others go on with the rows that are done.
+class MomentsFile {
+ public:
+  MomentsFile(const std::filesystem::path& dir, const SequenceInfo& info, std::uint64_t count);
+  // Of beams [first, last), which follow those before.
+  void append(const Moments& moments, int first, int last);
+  Status commit();
+
+ private:
+  StreamedFile file_;
+  std::uint64_t check_;
+};
+
+// None if there is no checkpoint of this sequence, or it is damaged: then it is done again.
+std::optional<Moments> load_moments(const std::filesystem::path& dir, const SequenceInfo& info);
+void remove_moments(const std::filesystem::path& dir, std::uint32_t sequence);
+
+}  // namespace ensonify

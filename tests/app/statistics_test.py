@@ -1,0 +1,122 @@
+"""Speckle studies from outside: kills, interrupts, two copies at once, memory, what is announced.
+
+ENSONIFY is the program, SCENES the folder of scenes. Run by ctest; by hand:
+    ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest statistics_test
+"""
+import os
+import pathlib
+import random
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+SCENE = pathlib.Path(os.environ.get("SCENES", "scenes")) / "speckle_wall.yaml"
+SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=400"]
+
+
+def run(*words):
+    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
+
+
+def generate(folder, *more):
+    return [PROGRAM, "generate", SCENE, "-o", folder, *SMALL, *more]
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*"))
+            if path.is_file() and path.name != "provenance.json"}
+
+
+class Statistics(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def whole(self, *more):
+        made = run(*generate(self.folder / "whole", "--quiet", *more)[1:])
+        self.assertEqual(made.returncode, 0, made.stderr)
+        return contents(self.folder / "whole")
+
+    def test_killed_and_interrupted_runs_end_in_the_same_bytes(self):
+        expected = self.whole()
+        draw = random.Random(3)
+        output = self.folder / "stopped"
+        records = output / ".work/sequences/000000"
+        codes, kept = [], 0
+        for number in [signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGKILL, signal.SIGTERM]:
+            process = subprocess.Popen(generate(output), stderr=subprocess.PIPE, text=True)
+            # Beyond the records that killed runs left, whose pings have to be drawn again.
+            goal = self.recorded(records) + draw.randrange(10, 50)
+            while process.poll() is None and self.recorded(records) < goal:
+                time.sleep(0.001)
+            process.send_signal(number)
+            message = process.communicate()[1]
+            codes.append(process.returncode)
+            if codes[-1] == 130:
+                self.assertIn("goes on", message)
+                said = int(re.search(rb"count (\d+)\n", (records / "moments.bin").read_bytes())[1])
+                self.assertGreaterEqual(said, kept)
+                self.assertEqual(said % 8, 0)
+                kept = said
+        self.assertEqual(set(codes), {130, -signal.SIGKILL})
+        self.assertGreater(kept, 0)
+        last = run(*generate(output)[1:])
+        self.assertEqual(last.returncode, 0, last.stderr)
+        self.assertIn(f"continuing: {kept} of 400 pings are there", last.stderr)
+        self.assertEqual(contents(output), expected)
+
+    @staticmethod
+    def recorded(records):
+        return len(list(records.glob("0*.json")))
+
+    def test_files_of_added_pings_that_went_are_made_again(self):
+        """With pings: true; a kept block must not be added twice, nor its pings be missing."""
+        keep = ["--set", "output={statistics: true, polar: false, cartesian: false, png: false}",
+                "--set", "trajectory.pings=60"]
+        expected = self.whole(*keep)
+        output = self.folder / "stopped"
+        checkpoint = output / ".work/sequences/000000/moments.bin"
+        process = subprocess.Popen(generate(output, *keep), stderr=subprocess.DEVNULL)
+        while process.poll() is None and not (checkpoint.parent / "000030.json").exists():
+            time.sleep(0.001)
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(), 130)
+        self.assertTrue(checkpoint.exists())
+        (output / "sequences/000000/timeseries/000001.npy").unlink()
+        self.assertEqual(run(*generate(output, *keep)[1:]).returncode, 0)
+        self.assertEqual(contents(output), expected)
+        self.assertEqual(run("verify", output).returncode, 0)
+
+    def test_two_copies_at_once_end_in_one_data_set(self):
+        expected = self.whole()
+        both = [subprocess.Popen(generate(self.folder / "both", "--quiet")) for _ in range(2)]
+        self.assertEqual([process.wait() for process in both], [0, 0])
+        self.assertEqual(contents(self.folder / "both"), expected)
+
+    def test_memory_does_not_grow_with_the_realisations(self):
+        taken = []
+        for pings in (40, 800):
+            process = subprocess.Popen(generate(self.folder / str(pings), "--quiet", "--threads", "2",
+                                                "--set", f"trajectory.pings={pings}"))
+            _, process.returncode, usage = os.wait4(process.pid, 0)
+            self.assertEqual(process.returncode, 0)
+            taken.append(usage.ru_maxrss * 1024)
+        # 760 series more would be 60 MB.
+        self.assertLess(taken[1] - taken[0], 10e6, taken)
+
+    def test_files_are_announced(self):
+        said = run("check", SCENE, *SMALL).stdout
+        files = self.whole()
+        self.assertIn(f"# files: {len(files) + 1}\n", said)  # and provenance.json
+        announced = float(re.search(r"# disk: about ([\d.]+) MB", said)[1])
+        taken = sum(map(len, files.values())) / 1e6
+        self.assertLess(taken, 1.2 * announced)
+
+
+if __name__ == "__main__":
+    unittest.main()
