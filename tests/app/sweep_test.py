@@ -41,8 +41,7 @@ axes:
   - {key: noise.spectrum_level_db, name: noise_db, values: [20, 30]}
   - {key: trajectory.pings, values: [1, 3]}
 """
-# Its second box is too small to hold the sonar's place over the mirror: a world that can be read
-# and not be run.
+# A file that is there and holds no mesh is found when a world is built.
 FAILING = """ensonify_sweep: 1
 name: failing
 base: base.yaml
@@ -66,6 +65,10 @@ def run(*words, **more):
 def contents(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*"))
             if path.is_file() and path.name != "provenance.json"}
+
+
+def table(folder):
+    return list(csv.DictReader((folder / "runs.csv").read_text().splitlines()))
 
 
 class SweepTest(unittest.TestCase):
@@ -179,7 +182,7 @@ class Slurm(SweepTest):
         expected = self.whole()
         for task in "345":
             said = self.go("--quiet", SLURM_ARRAY_TASK_ID=task, **self.ARRAY)
-            self.assertEqual(said.stderr, f"shard {int(task) - 3}/3, from the Slurm array, of 12 runs\n")
+            self.assertIn(f"shard {int(task) - 3}/3, from the Slurm array, of 12 runs\n", said.stderr)
         self.go("--finalize", "--quiet", SLURM_ARRAY_TASK_ID="5", **self.ARRAY)
         self.assertEqual(contents(self.out), expected)
 
@@ -218,7 +221,7 @@ class Interrupts(SweepTest):
         self.assertEqual(contents(self.out), expected)
 
     def files(self):
-        return sum(1 for path in self.out.rglob("*.*") if path.is_file())
+        return sum(len(names) for _, _, names in os.walk(self.out))
 
     def test_two_processes_at_once_on_the_same_shard(self):
         expected = self.whole()
@@ -265,7 +268,7 @@ class Failures(SweepTest):
                 self.assertEqual(run("verify", folder).returncode, 0)
         status = self.go("--status").stdout
         self.assertIn("failing: 4 runs: 2 done, 0 running, 2 failed, 0 missing\n", status)
-        self.assertEqual(status.count("bad.obj: ") > 0, True)
+        self.assertEqual(len(re.findall(r"^failed: [0-9a-f]{16} file=bad\.obj.*bad\.obj", status, re.M)), 2)
 
     def test_failed_runs_are_tried_again(self):
         """Protects the morning: the same command makes what another disk or node can make."""
@@ -292,7 +295,7 @@ class Failures(SweepTest):
         self.assertFalse(index["complete"])
         self.assertEqual([entry["run"] for entry in index["failed"]], self.failed())
         self.assertEqual({entry["status"] for entry in index["runs"]}, {"done", "failed"})
-        rows = list(csv.DictReader((self.out / "runs.csv").open()))
+        rows = table(self.out)
         self.assertEqual([row["status"] for row in rows], ["done", "done", "failed", "failed"])
         self.assertEqual(rows[2]["mean_level_db"], "")
 
@@ -301,7 +304,7 @@ class Failures(SweepTest):
         before = self.go("--quiet", expect=3)
         self.assertIn("bad.obj", before.stderr)
         old = {line["run"] for line in self.plan()}
-        (self.folder / "bad.obj").write_text(TRIANGLE.replace("3", "2"))
+        (self.folder / "bad.obj").write_text(TRIANGLE.replace("v 3", "v 2"))
         changed = self.go("--quiet", expect=2)
         self.assertIn("2 of its 4 runs are not in this one", changed.stderr)
         self.go("--quiet", "--overwrite")
@@ -340,7 +343,7 @@ class Telling(SweepTest):
         import numpy as np
         expected = self.whole()
         out = self.folder / "whole"
-        rows = list(csv.DictReader((out / "runs.csv").open()))
+        rows = table(out)
         self.assertEqual(list(rows[0])[:8], ["run", "name", "range_max_m", "noise_db", "axis_pings",
                                              "seed", "pings", "folder"])
         for row, line in zip(rows, self.plan(out), strict=True):
@@ -355,10 +358,11 @@ class Telling(SweepTest):
                                    np.nanmean(np.load(sequence / "first_return_m.npy").astype(float)), 4)
             noise = json.loads((sequence / "sequence.json").read_text())["noise"]["power_pa2"]
             self.assertAlmostEqual(float(row["noise_level_db"]), 120 + 10 * np.log10(noise), 3)
-            lines = [json.loads(text) for text in (sequence / "annotations.jsonl").open()]
+            lines = [json.loads(text) for text in (sequence / "annotations.jsonl").read_text().splitlines()]
             areas = [sum(a["area"] for a in text["images"][0]["annotations"]) for text in lines]
             self.assertAlmostEqual(float(row["labelled_px"]), np.mean(areas), 2)
-            self.assertEqual(row["instances"], "2")
+            seen = {a["instance"] for text in lines for image in text["images"] for a in image["annotations"]}
+            self.assertEqual(int(row["instances"]), len(seen))
             self.assertEqual((row["contrast"], row["contrast_se"]), ("", ""))
         index = json.loads(expected["index.json"])
         self.assertTrue(index["complete"])
@@ -368,12 +372,12 @@ class Telling(SweepTest):
                              hashlib.sha256(expected[entry["folder"] + "/dataset.json"]).hexdigest())
 
     def test_levels_of_pictures_where_no_series_are_kept(self):
-        for word, places in [("", 0.005), ("timeseries: false, ", 0.05)]:
+        for word, places in [("", 0.005), ("timeseries: none, ", 0.05)]:
             (self.folder / "base.yaml").write_text(BASE.replace("output: {", "output: {" + word))
             out = self.folder / f"out{len(word)}"
             self.go("--quiet", out=out)
             self.go("--finalize", "--quiet", out=out)
-            rows = list(csv.DictReader((out / "runs.csv").open()))
+            rows = table(out)
             self.levels = getattr(self, "levels", [float(row["mean_level_db"]) for row in rows])
             for row, level in zip(rows, self.levels, strict=True):
                 self.assertAlmostEqual(float(row["mean_level_db"]), level, delta=places)
@@ -381,10 +385,10 @@ class Telling(SweepTest):
     def test_contrast_of_speckle_studies(self):
         text = BASE.replace("output: {", "output: {statistics: true, pings: false} #")
         (self.folder / "base.yaml").write_text(text.replace("pings: 2", "pings: 200"))
-        self.sweep.write_text("ensonify_sweep: 1\nbase: base.yaml\nset: {noise: {}}\nseeds: 3\n")
+        self.sweep.write_text("ensonify_sweep: 1\nbase: base.yaml\nseeds: 3\n")
         self.go("--quiet")
         self.go("--finalize", "--quiet")
-        for row in csv.DictReader((self.out / "runs.csv").open()):
+        for row in table(self.out):
             contrast, error = float(row["contrast"]), float(row["contrast_se"])
             self.assertLess(error, 0.02)
             # 1 - 1/n is the mean of the contrast of developed speckle.
@@ -397,7 +401,7 @@ class Sharing(SweepTest):
         it, and nothing that hangs on the sonar may come from another run's world."""
         (self.folder / "base.yaml").write_text(BASE.replace("- {name: wall", """- name: sand
     material: m
-    shape: {heightfield: {size_m: [8, 8], cell_m: 0.25, fractal: {rms_m: 0.1, hurst: 0.8}}}
+    shape: {heightfield: {size_m: [8, 8], cell_m: 0.25, roughness: {rms_m: 0.1, exponent: 3.3, outer_scale_m: 4}}}
     pose: {position_m: [3, 0, -1]}
   - {name: wall"""))
         self.sweep.write_text("""ensonify_sweep: 1
