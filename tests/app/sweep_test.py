@@ -237,6 +237,24 @@ class Interrupts(SweepTest):
         self.assertEqual(contents(self.out), expected)
 
 
+class FullDisk(SweepTest):
+    def test_a_full_disk_ends_everything_and_room_lets_it_go_on(self):
+        """Protects the night: a disk that is full must not mark run after run as failed."""
+        expected = self.whole()
+        self.out.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", self.out],
+                                 capture_output=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest("mounting a small tmpfs needs root and the right to mount")
+        self.addCleanup(subprocess.run, ["umount", self.out], check=False)
+        self.assertIn("space", self.go("--quiet", expect=4).stderr)
+        self.assertFalse((self.out / "failed").exists())
+        subprocess.run(["mount", "-o", "remount,size=200m", self.out], check=True)
+        self.go("--quiet")
+        self.go("--finalize", "--quiet")
+        self.assertEqual(contents(self.out), expected)
+
+
 class Failures(SweepTest):
     sweep_text = FAILING
 
