@@ -57,7 +57,8 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SchedulerParameters=sched_interval=1,bf_interval=1
 SlurmdParameters=config_overrides
-SlurmdTimeout=4
+SlurmdTimeout=3
+MessageTimeout=3
 InactiveLimit=0
 KillWait=5
 MinJobAge=300
@@ -134,5 +135,5 @@ if [ $up = no ]; then
 fi
 echo up
 while read -r command number; do
-  if [ "$command" = node ]; then start_node "$number"; fi
+  if [ "$command" = node ]; then start_node "$number"; disown -a; fi
 done

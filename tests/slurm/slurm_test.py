@@ -168,15 +168,23 @@ class Cluster(unittest.TestCase):
         said = run(PROGRAM, "sweep", self.sweep, "--list", "--shard", shard).stdout
         return re.findall("^([0-9a-f]{16}) ", said, re.M)
 
-    def hold(self, job, task, tasks):
-        """Stops the program of a task after its first ping; its process id."""
-        folders = [self.out / "runs" / name for name in self.ids(f"{task}/{tasks}")]
-        pids = until(f"the program of task {task}", lambda: self.programs(job, task))
-        until("its first ping", lambda: any(any(f.rglob("000000*.npy")) for f in folders))
-        send(signal.SIGSTOP, pids)
-        until("it to stop", lambda: stat_of(pids[0])[0] == "T")
-        self.assertFalse(all((f / "dataset.sha256").exists() for f in folders), "ended too soon")
-        return pids
+    def hold(self, job, tasks):
+        """Stops the program of each task after its first ping; process ids by task."""
+        shards = {task: [self.out / "runs" / name for name in self.ids(f"{task}/{tasks}")] for task in range(tasks)}
+        held = {}
+
+        def hold_some():
+            for task in shards.keys() - held.keys():
+                if any(any(folder.rglob("000000*.npy")) for folder in shards[task]):
+                    held[task] = self.programs(job, task)
+                    send(signal.SIGSTOP, held[task])
+            return len(held) == tasks
+
+        until("first pings of all tasks", hold_some)
+        for task, folders in shards.items():
+            self.assertFalse(all((f / "dataset.sha256").exists() for f in folders), "ended too soon")
+            until("programs to stop", lambda: all(stat_of(pid)[0] == "T" for pid in held[task]))
+        return held
 
     def programs(self, job, task):
         pids = processes(SLURM_CONF=self.conf, SLURM_ARRAY_JOB_ID=job, SLURM_ARRAY_TASK_ID=task)
@@ -201,7 +209,7 @@ class Cluster(unittest.TestCase):
 
     def test_killed_tasks_and_a_killed_node(self):
         job, _ = self.submit("--tasks", "4")
-        held = {task: self.hold(job, task, 4) for task in range(4)}
+        held = self.hold(job, 4)
         where = dict(
             line.split() for line in self.slurm("squeue", "-h", "-r", "-j", job, "-o", "%K %N").splitlines()
         )
@@ -226,13 +234,13 @@ class Cluster(unittest.TestCase):
 
     def test_a_task_told_to_end_goes_on_later_and_a_cancelled_one_does_not(self):
         job, _ = self.submit("--tasks", "2")
-        told, cancelled = self.hold(job, 0, 2), self.hold(job, 1, 2)
+        held = self.hold(job, 2)
         kept = {path: path.stat().st_ino for name in self.ids("0/2")
                 for path in (self.out / "runs" / name).rglob("0*.npy")}  # fmt: skip
         self.assertTrue(kept)
         self.slurm("scancel", "--batch", "--signal=TERM", f"{job}_0")
         self.slurm("scancel", f"{job}_1")
-        send(signal.SIGCONT, told + cancelled)
+        send(signal.SIGCONT, held[0] + held[1])
         self.wait_for_end()
         log = self.logs(f"{job}_0.log")
         self.assertIn("ended with 130", log)
