@@ -12,7 +12,8 @@ build_packages=(
 )
 # python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
 # with all it asks for. Without it they skip.
-test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch)
+test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
+               slurm-wlm munge parallel)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -24,13 +24,17 @@ told=0 child=''
 trap 'told=$((told + 1)); [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
 say() { echo "task.sh: $(date -u +%FT%TZ) $job on ${SLURMD_NODENAME:-$(hostname)}: $1" >&2; }
 
-# Files and bytes that this shard's runs have. Temporary files are no progress, nor is what other
-# tasks do.
+# What this shard's runs have: files, bytes, and when a study's moments were last saved, whose size
+# stays. Temporary files are no progress, nor is what other tasks do.
 progress() {
   "$program" sweep "$sweep" --list --shard "$shard" | sed -nE 's/^([0-9a-f]{16}) .*/\1/p' |
     while read -r run; do
-      cd "$out/runs/$run" 2>/dev/null && find . -type f ! -path './.work/tmp/*' -printf '%s\n'
-    done | awk '{ bytes += $1 } END { printf "%d files, %.0f bytes\n", NR, bytes }'
+      cd "$out/runs/$run" 2>/dev/null &&
+        find . -type f ! -path './.work/tmp/*' -printf '%f %s %T@\n'
+    done | awk '
+      { bytes += $2 }
+      $1 == "moments.bin" && $3 > saved { saved = $3 }
+      END { printf "%d files, %.0f bytes%s\n", NR, bytes, saved ? ", moments of " saved : "" }'
 }
 
 idle_starts=0
@@ -40,7 +44,7 @@ if [ -f "$note" ]; then
   if [ "$now" = "$before" ]; then idle_starts=$((idle_starts + 1)); else idle_starts=0; fi
 fi
 if [ "$idle_starts" -ge 3 ]; then
-  say "three starts in a row brought nothing ($now): it stays ended. Is the time limit shorter than a ping, or memory too small? Then submit it anew"
+  say "three starts in a row brought nothing ($now): not started again. Is there too little memory, or time for a ping? See docs/cluster.md"
   rm -f "$note"
   exit 1
 fi
@@ -53,10 +57,10 @@ say "shard $shard, $threads threads, start $((${SLURM_RESTART_COUNT:-0} + 1)), $
 child=$!
 [ $told = 0 ] || kill -TERM "$child" # told before there was a program
 while :; do
-  before=$told
+  told_before=$told
   wait "$child"
   status=$?
-  [ "$told" = "$before" ] && break # else only `wait` was interrupted
+  [ "$told" = "$told_before" ] && break # else only `wait` was interrupted
 done
 
 case $status in

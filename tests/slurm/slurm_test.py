@@ -107,10 +107,11 @@ def send(number, pids):
             pass
 
 
-@unittest.skipIf(MISSING, f"not installed: {', '.join(MISSING)}")
 class Cluster(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        if MISSING:
+            raise unittest.SkipTest(f"not installed: {', '.join(MISSING)}")
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-slurm-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         # Out of this process' tree: it must outlive a test that ctest kills, to clear up after it.
@@ -207,6 +208,8 @@ class Cluster(unittest.TestCase):
         self.assertGreater(len(expected), 4)
         self.assertEqual(made, expected, self.logs())
 
+
+class Killed(Cluster):
     def test_killed_tasks_and_a_killed_node(self):
         job, _ = self.submit("--tasks", "4")
         held = self.hold(job, 4)
@@ -232,6 +235,8 @@ class Cluster(unittest.TestCase):
         self.cluster.stdin.flush()
         until("the node again", lambda: self.slurm("sinfo", "-h", "-n", "n1", "-o", "%T") == "idle\n")
 
+
+class Ended(Cluster):
     def test_a_task_told_to_end_goes_on_later_and_a_cancelled_one_does_not(self):
         job, _ = self.submit("--tasks", "2")
         held = self.hold(job, 2)
@@ -275,6 +280,8 @@ class Cluster(unittest.TestCase):
         self.wait_for_end()
         self.check_same_as_one_process()
 
+
+class Refused(Cluster):
     def test_what_cannot_run_is_not_submitted(self):
         self.sweep.write_text(SWEEP.replace("values", "valuse"))
         result = run(SCRIPTS / "submit.sh", self.sweep, self.out, "--program", PROGRAM, env=self.environment)
@@ -296,14 +303,63 @@ class Cluster(unittest.TestCase):
         self.wait_for_end()
 
 
-class WithoutSlurm(unittest.TestCase):
+class Without(unittest.TestCase):
+    """What needs no cluster."""
+
+    def setUp(self):
+        self.here = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-slurm-"))
+        self.addCleanup(shutil.rmtree, self.here, ignore_errors=True)
+
     def test_says_how_to_run_on_one_machine(self):
-        with tempfile.TemporaryDirectory() as empty:
-            for tool in ("bash", "dirname", "sed"):
-                os.symlink(shutil.which(tool), pathlib.Path(empty) / tool)
-            result = run(SCRIPTS / "submit.sh", "a.yaml", "out", env={"PATH": empty})
+        for tool in ("bash", "dirname", "sed"):
+            os.symlink(shutil.which(tool), self.here / tool)
+        result = run(SCRIPTS / "submit.sh", "a.yaml", "out", env={"PATH": str(self.here)})
         self.assertEqual(result.returncode, 4, result.stderr)
         self.assertIn("ensonify sweep a.yaml -o out", result.stderr)
+
+    def write(self, name, text):
+        (self.here / name).write_text("#!/bin/bash\n" + text)
+        (self.here / name).chmod(0o755)
+
+    def start_task(self):
+        """task.sh with Slurm's commands played; its exit status and whether it asked to be requeued."""
+        asked = self.here / "asked"
+        asked.unlink(missing_ok=True)
+        self.write("squeue", "echo RUNNING")
+        self.write("scontrol", f'echo "$@" >{asked}')
+        (self.here / "out.slurm").mkdir(exist_ok=True)
+        result = run(
+            SCRIPTS / "task.sh", self.here / "program", "a.yaml", self.here / "out", "2",
+            env={"PATH": f"{self.here}:{os.environ['PATH']}",
+                 "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "1"},
+        )  # fmt: skip
+        return result.returncode, asked.exists() and asked.read_text()
+
+    def test_gives_up_after_three_starts_that_brought_nothing(self):
+        folder = self.here / "out" / "runs" / ("0" * 16)
+        folder.mkdir(parents=True)
+        listed = 'if [ "$3" = --list ]; then echo "0000000000000000 1 2"; exit; fi\n'
+        self.write("program", listed + "kill -KILL $$")
+        again = (0, "requeue 7_1\n")
+        self.assertEqual([self.start_task() for _ in range(4)], [again] * 3 + [(1, False)])
+        # What makes progress is started as often as it takes.
+        self.write("program", listed + f"mktemp {folder}/XXXX >/dev/null; kill -KILL $$")
+        self.assertEqual([self.start_task() for _ in range(6)], [again] * 6)
+        # So is a study, whose moments grow in one file of one size.
+        moments = folder / ".work" / "sequences" / "000000" / "moments.bin"
+        moments.parent.mkdir(parents=True)
+        self.write("program", listed + f"sleep 0.01; echo 1 >{moments}; kill -KILL $$")
+        self.assertEqual([self.start_task() for _ in range(6)], [again] * 6)
+        # A temporary file is no progress.
+        other = folder / ".work" / "tmp"
+        other.mkdir()
+        self.write("program", listed + f"mktemp {other}/XXXX >/dev/null; kill -KILL $$")
+        self.assertIn((1, False), [self.start_task() for _ in range(5)])
+
+    def test_keeps_the_programs_exit_status(self):
+        for status in (0, 2, 3, 5):
+            self.write("program", f"exit {status}")
+            self.assertEqual(self.start_task(), (status, False))
 
 
 if __name__ == "__main__":
