@@ -31,8 +31,17 @@ struct Arguments {
   BenchCommandOptions bench;
   ExportOptions exported;
   std::string format, view, labels, shard;
-  bool list = false, overwrite = false, export_scatterers = false, quiet = false;
+  bool list = false, status = false, finalize = false, partial = false;
+  bool overwrite = false, export_scatterers = false, quiet = false;
 };
+
+// Some runs of a sweep failed, the others are done.
+constexpr int kFailedRuns = 3;
+
+Result<int> exit_status(const Status& status) {
+  if (!status) return status.error();
+  return 0;
+}
 
 Error usage(const std::string& text) { return {ErrorKind::usage, text}; }
 
@@ -64,6 +73,15 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
       fmt::format("{} {}: accepted is A:B, the first and the one after the last", option, text));
 }
 
+Result<SimdLevel> simd_of(const Arguments& arguments) {
+  if (arguments.simd == "auto") return best_simd_level();
+  const SimdLevel level = *parse_simd_level(arguments.simd);
+  if (level <= best_simd_level()) return level;
+  return usage(
+      fmt::format("--simd {}: this processor has not got it; accepted is auto, or up to {}",
+                  arguments.simd, simd_level_name(best_simd_level())));
+}
+
 Status run_generate(const Arguments& arguments) {
   Result<ScenarioOptions> input = scenario_options(arguments);
   if (!input) return input.error();
@@ -83,16 +101,9 @@ Status run_generate(const Arguments& arguments) {
   }
   options.threads = arguments.threads;
   options.backend = backends().at(arguments.backend);
-  if (arguments.simd != "auto") {
-    const SimdLevel level = *parse_simd_level(arguments.simd);
-    if (level > best_simd_level()) {
-      return usage(
-          fmt::format("--simd {}: this processor has not got it; accepted is auto, or up to "
-                      "{}",
-                      arguments.simd, simd_level_name(best_simd_level())));
-    }
-    options.simd = level;
-  }
+  const Result<SimdLevel> simd = simd_of(arguments);
+  if (!simd) return simd.error();
+  options.simd = *simd;
   options.overwrite = arguments.overwrite;
   options.quiet = arguments.quiet;
   return generate(options);
@@ -103,26 +114,31 @@ Status run_check(const Arguments& arguments) {
   return input ? check(*input) : Status(input.error());
 }
 
-Status run_sweep(const Arguments& arguments) {
+// The exit status.
+Result<int> run_sweep_command(const Arguments& arguments) {
   SweepOptions options;
   options.sweep = arguments.scenario;
   options.output = arguments.folder;
+  options.threads = arguments.threads;
+  options.backend = backends().at(arguments.backend);
+  options.overwrite = arguments.overwrite;
+  options.partial = arguments.partial;
+  options.quiet = arguments.quiet;
+  const Result<SimdLevel> simd = simd_of(arguments);
+  if (!simd) return simd.error();
+  options.simd = *simd;
   if (!arguments.shard.empty()) {
     const Result<Shard> shard = parse_shard(arguments.shard);
     if (!shard) return shard.error();
     options.shard = *shard;
   }
-  return list_sweep(options);
-}
-
-void add_sweep(CLI::App& app, Arguments& arguments) {
-  CLI::App& command =
-      *app.add_subcommand("sweep", "many runs of one scenario: what they are and cost");
-  command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
-  command.add_option("-o,--output", arguments.folder, "folder of the sweep, to compare its plan");
-  command.add_flag("--list", arguments.list, "print the runs with their cost, write nothing")
-      ->required();
-  command.add_option("--shard", arguments.shard, "K/N: only part K of N, the first is 0/N");
+  if (arguments.list) return exit_status(list_sweep(options));
+  if (arguments.folder.empty()) return usage("--output is missing; accepted is a folder");
+  if (arguments.status) return exit_status(sweep_status(options));
+  if (arguments.finalize) return exit_status(finalize_sweep(options));
+  const Result<std::size_t> failed = run_sweep(options);
+  if (!failed) return failed.error();
+  return *failed > 0 ? kFailedRuns : 0;
 }
 
 void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
@@ -134,12 +150,7 @@ void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--seed", arguments.seed, "override the scenario's seed");
 }
 
-CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
-  CLI::App& command = *app.add_subcommand("generate", "make a data set, or go on with one");
-  add_scenario_arguments(command, arguments);
-  command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
-  command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
-  command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
+void add_numerics(CLI::App& command, Arguments& arguments) {
   command.add_option("--threads", arguments.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command
@@ -151,6 +162,42 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
       .add_option("--simd", arguments.simd,
                   "auto (what the processor has), sse4, avx2 or avx512: vectors of the inner loops")
       ->check(CLI::IsMember({"auto", "sse4", "avx2", "avx512"}));
+}
+
+void add_sweep(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand(
+      "sweep", "many runs of one scenario: make those that are missing, or --list --status");
+  command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
+  command.add_option("-o,--output", arguments.folder, "folder of the sweep");
+  CLI::Option* list =
+      command.add_flag("--list", arguments.list, "print the runs with their cost, write nothing");
+  CLI::Option* status =
+      command.add_flag("--status", arguments.status, "print how far the sweep is")->excludes(list);
+  CLI::Option* finalize = command
+                              .add_flag("--finalize", arguments.finalize,
+                                        "write runs.csv and index.json, once all runs are done")
+                              ->excludes(list)
+                              ->excludes(status);
+  command.add_flag("--partial", arguments.partial, "... though runs are missing")->needs(finalize);
+  command
+      .add_option("--shard", arguments.shard,
+                  "K/N: only part K of N, the first is 0/N; inside a Slurm array that of its "
+                  "task, unless it is given")
+      ->excludes(finalize);
+  add_numerics(command, arguments);
+  command.add_flag("--overwrite", arguments.overwrite,
+                   "take the new plan, and begin unfinished runs of other programs or machines "
+                   "anew; what is done stays");
+  command.add_flag("--quiet", arguments.quiet, "no progress");
+}
+
+CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand("generate", "make a data set, or go on with one");
+  add_scenario_arguments(command, arguments);
+  command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
+  command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
+  command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
+  add_numerics(command, arguments);
   command.add_flag("--overwrite", arguments.overwrite,
                    "replace another data set; removes only files that its manifest lists");
   command.add_flag("--export-scatterers", arguments.export_scatterers,
@@ -206,14 +253,16 @@ void add_export(CLI::App& app, Arguments& arguments) {
 }
 
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
-Status dispatch(const CLI::App& app, const Arguments& arguments) {
-  if (app.got_subcommand("generate")) return run_generate(arguments);
-  if (app.got_subcommand("check")) return run_check(arguments);
-  if (app.got_subcommand("verify")) return verify(arguments.folder, arguments.threads);
-  if (app.got_subcommand("export")) return run_export(arguments);
-  if (app.got_subcommand("sweep")) return run_sweep(arguments);
-  if (app.got_subcommand("bench")) return bench(arguments.bench);
-  return presets(arguments.preset);
+Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
+  if (app.got_subcommand("sweep")) return run_sweep_command(arguments);
+  if (app.got_subcommand("generate")) return exit_status(run_generate(arguments));
+  if (app.got_subcommand("check")) return exit_status(run_check(arguments));
+  if (app.got_subcommand("verify")) {
+    return exit_status(verify(arguments.folder, arguments.threads));
+  }
+  if (app.got_subcommand("export")) return exit_status(run_export(arguments));
+  if (app.got_subcommand("bench")) return exit_status(bench(arguments.bench));
+  return exit_status(presets(arguments.preset));
 }
 
 int report(const Error& error) {
@@ -249,8 +298,8 @@ int run_command_line(int argc, const char* const* argv) {
     return app.exit(error) == 0 ? 0 : exit_code(ErrorKind::usage);
   }
   try {
-    const Status status = dispatch(app, arguments);
-    return status ? 0 : report(status.error());
+    const Result<int> status = dispatch(app, arguments);
+    return status ? *status : report(status.error());
   } catch (const std::bad_alloc&) {
     return report({ErrorKind::device,
                    "not enough memory; `ensonify check` tells what a scenario needs: fewer rays, "

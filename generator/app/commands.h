@@ -1,7 +1,8 @@
 // The program's commands. Each returns nothing or the error that the process ends with; messages
 // for people go to stderr, what was asked for (`check`, `presets`) to stdout.
 //
-//   generate check verify export_command presets bench list_sweep
+//   generate check verify export_command presets bench
+//   list_sweep run_sweep sweep_status finalize_sweep
 #pragma once
 
 #include <cstdint>
@@ -48,7 +49,13 @@ struct BenchCommandOptions {
 struct SweepOptions {
   std::filesystem::path sweep;
   std::filesystem::path output;  // empty: none was named
-  std::optional<Shard> shard;    // absent: all runs
+  std::optional<Shard> shard;    // absent: all runs, or what a Slurm array says
+  int threads = 0;
+  BackendChoice backend = BackendChoice::automatic;
+  SimdLevel simd = best_simd_level();
+  bool overwrite = false;
+  bool partial = false;  // --finalize of what is there
+  bool quiet = false;
 };
 
 // Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
@@ -72,6 +79,16 @@ Status bench(const BenchCommandOptions& options);
 // Prints the plan of a sweep with the cost of each run, and writes nothing. Error kinds: usage
 // (also where the plan in the folder has runs that this one has not), io.
 Status list_sweep(const SweepOptions& options);
+
+// Makes the runs of the shard that are missing; how many of them failed, which is told on stderr
+// and in a file of each. Error kinds: usage (nothing written); io, device and interrupted end it.
+Result<std::size_t> run_sweep(const SweepOptions& options);
+
+// Prints how far the sweep in `output` is, from its files. Error kinds: usage, io.
+Status sweep_status(const SweepOptions& options);
+
+// Writes the table of runs and the index. Error kinds: usage (runs are missing), io.
+Status finalize_sweep(const SweepOptions& options);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

@@ -130,6 +130,13 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   return cost;
 }
 
+std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact) {
+  const EchoCounts echoes = exact ? count_echoes(session) : most_echoes(session);
+  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
+  const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
+  return peak_bytes(session, threads, {0, 0}, echoes, static_cast<std::uint64_t>(ping.bytes));
+}
+
 Cost estimate_cost(const Session& session, int threads) {
   const ResidentMemory loaded = resident_memory();
   const EchoCounts echoes = count_echoes(session);

@@ -33,6 +33,10 @@ std::uint64_t channel_samples(const Session& session);
 
 Cost estimate_cost(const Session& session, int threads);
 
+// Memory of one of several runs of a process, beside what it has loaded. With `exact` a few pings
+// are traced; else it is a bound that may be far too high.
+std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact);
+
 // Pings, files and bytes alone, from `echoes` of a ping: needs no world, but for the size of its
 // distance field.
 Cost estimate_files(const Session& session, std::uint64_t echoes);

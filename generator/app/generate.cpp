@@ -1,66 +1,22 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
-#include <span>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/make_dataset.h"
 #include "app/make_sequences.h"
 #include "app/numerics.h"
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/starved_cells.h"
-#include "app/version.h"
-#include "dataset/finish.h"
-#include "dataset/sha256.h"
 #include "dataset/work.h"
 
 namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-
-Result<std::vector<Asset>> hash_assets(const Scenario& scenario) {
-  std::vector<Asset> assets;
-  for (const fs::path& file : input_files(scenario)) {
-    Result<std::string> hash = sha256_of_file(file);
-    if (!hash) return hash.error();
-    assets.push_back({*hash, file.extension().string(), file});
-  }
-  return assets;
-}
-
-// The resolved text as a data set holds it: input files by the hash of their content.
-std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& assets) {
-  return to_yaml(scenario, [&](const fs::path& file) {
-    for (const Asset& asset : assets) {
-      if (asset.source == file) return "assets/" + asset.sha256 + asset.extension;
-    }
-    return file.string();
-  });
-}
-
-WorkIdentity identity_of(const SequenceWorlds& worlds, const std::vector<Asset>& assets,
-                         const SequenceInfo& first, const Numerics& numerics) {
-  const Session& session = worlds.first();
-  // More sequences are the same work grown: the first ones stay as they are.
-  Scenario without_count = session.scenario;
-  without_count.sequences = 1;
-  WorkIdentity identity;
-  identity.name = session.scenario.name;
-  identity.scenario_sha256 = sha256_hex(resolved_text(without_count, assets));
-  identity.seed = session.scenario.seed;
-  identity.first_ping = first.first_ping;
-  identity.last_ping = first.last_ping;
-  identity.program_version = program_version();
-  identity.program_commit = program_commit();
-  identity.backend = numerics.backend_name;
-  identity.simd = numerics_name(numerics.simd);
-  identity.embree_isa = worlds.first_tracer().instruction_set();
-  return identity;
-}
 
 // A run must not remove what it reads.
 Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
@@ -78,16 +34,6 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   return {};
 }
 
-Result<PingRange> sequences_of(const GenerateOptions& options, const Scenario& scenario) {
-  if (!options.sequences) return PingRange{0, scenario.sequences};
-  const auto [first, last] = *options.sequences;
-  if (first < last && last <= scenario.sequences) return *options.sequences;
-  return Error{ErrorKind::usage,
-               fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; accepted is A:B "
-                           "with 0 <= A < B <= {}",
-                           first, last, scenario.sequences - 1, scenario.sequences)};
-}
-
 // A noise.snr_db without an echo is a wrong scenario: found before anything is written.
 Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
                        const Numerics& numerics, const Workers& workers) {
@@ -96,10 +42,18 @@ Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
   return pipeline.start_sequence(info, workers);
 }
 
-std::string host_name() {
-  char name[256] = "";
-  gethostname(name, sizeof name - 1);
-  return name;
+Status make(const GenerateOptions& options, const Numerics& numerics, const SequenceWorlds& worlds,
+            const DatasetWork& work, const Workers& workers) {
+  std::uint64_t pings = 0;
+  for (const SequenceInfo& info : work.sequences()) pings += info.last_ping - info.first_ping;
+  const std::uint64_t found = pings_found(options.output, work.sequences());
+  if (found > 0 && !options.quiet) {
+    fmt::print(stderr, "continuing: {} of {} pings are there\n", found, pings);
+  }
+  Progress progress(progress_style(options.quiet), pings, found);
+  Turns turns(workers.threads());
+  return make_sequences({numerics, workers.threads(), turns, progress}, options.output, worlds,
+                        work.sequences());
 }
 
 }  // namespace
@@ -112,30 +66,25 @@ Status generate(const GenerateOptions& options) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const Scenario& scenario = worlds->first().scenario;
-  Result<PingRange> range = sequences_of(options, scenario);
-  if (!range) return range.error();
   const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
   if (!numerics) return numerics.error();
   if (numerics->backend == BackendChoice::cuda && !options.quiet) {
     fmt::print(stderr, "backend: {}\n", numerics->backend_name);
   }
   const Workers workers(options.threads);
+  FileHashes hashes;
+  Result<DatasetWork> work =
+      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);
+  if (!work) return work.error();
   for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
     fmt::print(stderr, "warning: {}\n", text);
   }
-  Result<std::vector<SequenceInfo>> infos = worlds->all_infos(options.pings, workers);
-  if (!infos) return infos.error();
-  Result<std::vector<Asset>> assets = hash_assets(scenario);
-  if (!assets) return assets.error();
   if (Status kept = keep_inputs(options, scenario); !kept) return kept;
-  if (Status heard = check_ping_zero(*worlds, infos->front(), *numerics, workers); !heard) {
+  if (Status heard = check_ping_zero(*worlds, work->infos.front(), *numerics, workers); !heard) {
     return heard;
   }
-
-  DatasetInfo dataset;
-  dataset.identity = identity_of(*worlds, *assets, infos->front(), *numerics);
-  Result<FolderState> state =
-      open_work(options.output, dataset.identity, scenario.sequences, options.overwrite);
+  const Result<FolderState> state =
+      open_work(options.output, work->identity, scenario.sequences, options.overwrite);
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {
@@ -144,24 +93,15 @@ Status generate(const GenerateOptions& options) {
     return {};
   }
   listen_for_interrupts();
-  const std::span<const SequenceInfo> asked =
-      std::span(*infos).subspan(range->first, range->second - range->first);
-  if (Status made = make_sequences(options, *numerics, *worlds, asked, workers); !made) return made;
+  if (Status made = make(options, *numerics, *worlds, *work, workers); !made) return made;
 
   std::uint64_t pings = 0;
-  for (const SequenceInfo& info : asked) pings += info.last_ping - info.first_ping;
-  for (SequenceInfo& info : *infos) {
-    if (sequence_is_finished(options.output, info)) dataset.sequences.push_back(std::move(info));
-  }
-  dataset.scenario_yaml = resolved_text(scenario, *assets);
-  dataset.classes = worlds->first().world.classes;
-  dataset.assets = std::move(*assets);
-  dataset.host = host_name();
-  dataset.threads = workers.threads();
-  dataset.wall_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::size_t sequences = asked.size();
-  if (Status finished = finish_dataset(options.output, dataset); !finished) return finished;
+  for (const SequenceInfo& info : work->sequences()) pings += info.last_ping - info.first_ping;
+  const std::size_t sequences = work->sequences().size();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const Status finished =
+      finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
+  if (!finished) return finished;
   if (!options.quiet) {
     fmt::print(stderr, "{}: {} pings in {} sequence{}\n", options.output.string(), pings, sequences,
                sequences == 1 ? "" : "s");

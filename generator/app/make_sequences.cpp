@@ -3,40 +3,37 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <complex>
-#include <cstdio>
 #include <memory>
 #include <optional>
-#include <semaphore>
 #include <vector>
 
 #include "app/cost.h"
 #include "app/ensemble.h"
 #include "app/interrupt.h"
+#include "app/lanes.h"
 #include "app/pipeline.h"
-#include "app/progress.h"
 #include "dataset/finish.h"
 #include "dataset/write_ping.h"
 
 namespace ensonify {
 namespace {
 
-using Turns = std::counting_semaphore<>;
-
-// As many at once as there are threads.
-struct Turn {
-  explicit Turn(Turns& all) : turns(all) { turns.acquire(); }
-  ~Turn() { turns.release(); }
-  Turns& turns;
-};
-
 struct Run {
-  const GenerateOptions& options;
-  const Numerics& numerics;
+  const Crew& crew;
+  const std::filesystem::path& dir;
   const SequenceWorlds& worlds;
-  Turns& turns;
-  Progress& progress;
+  int beside;
+  const std::function<void()>& told;
+
+  void ping_done() const {
+    crew.progress.ping_done();
+    if (told) told();
+  }
+  // Of one of some pings that are made side by side.
+  int threads_within(int threads, std::size_t side_by_side) const {
+    return std::max(1, threads / (static_cast<int>(side_by_side) * beside));
+  }
 };
 
 // One sequence being made: its world and what computes its pings.
@@ -48,23 +45,23 @@ struct Workshop {
 // The processor's part of a ping, when it is its turn.
 Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                                  const Workers& workers) {
-  const Turn turn(run.turns);
+  const Turn turn(run.crew.turns);
   return encode_ping(pipeline.info(), pipeline.run(ping, workers), workers);
 }
 
-Status unless_interrupted() {
-  if (!interrupted()) return {};
+Status unless_interrupted(const Run& run) {
+  if (!interrupted() && !(run.crew.stopped != nullptr && *run.crew.stopped)) return {};
   return Error{ErrorKind::interrupted,
                "interrupted: what is finished is kept; the same command goes on from there"};
 }
 
 Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                  const Workers& workers) {
-  if (Status go = unless_interrupted(); !go) return go;
+  if (Status go = unless_interrupted(run); !go) return go;
   const Result<EncodedPing> encoded = encoded_ping(run, pipeline, ping, workers);
   if (!encoded) return encoded.error();
-  Status stored = store_ping(run.options.output, pipeline.info(), *encoded);
-  if (stored) run.progress.ping_done();
+  Status stored = store_ping(run.dir, pipeline.info(), *encoded);
+  if (stored) run.ping_done();
   return stored;
 }
 
@@ -72,17 +69,17 @@ Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
 Result<std::vector<std::complex<float>>> draw_ping(const Run& run, const Pipeline& pipeline,
                                                    std::uint32_t ping, const Workers& workers) {
   const SequenceInfo& info = pipeline.info();
-  const bool stored = ping_is_finished(run.options.output, info.sequence, ping, info);
+  const bool stored = ping_is_finished(run.dir, info.sequence, ping, info);
   std::optional<Result<EncodedPing>> encoded;
   PingResult result;
   {
-    const Turn turn(run.turns);
+    const Turn turn(run.crew.turns);
     result = pipeline.run(ping, workers);
     if (!stored) encoded = encode_ping(info, result, workers);
   }
   if (encoded && !*encoded) return encoded->error();
   if (encoded) {
-    if (Status kept = store_ping(run.options.output, info, **encoded); !kept) return kept.error();
+    if (Status kept = store_ping(run.dir, info, **encoded); !kept) return kept.error();
   }
   return std::move(result.series);
 }
@@ -92,34 +89,13 @@ Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
   const auto [first, last] = ensemble.block_pings(block);
   std::vector<std::vector<std::complex<float>>> series;
   for (std::uint32_t ping = first; ping < last; ++ping) {
-    if (Status go = unless_interrupted(); !go) return go;
+    if (Status go = unless_interrupted(run); !go) return go;
     auto drawn = draw_ping(run, pipeline, ping, workers);
     if (!drawn) return drawn.error();
     series.push_back(std::move(*drawn));
-    run.progress.ping_done();
+    run.ping_done();
   }
   return ensemble.add(block, series);
-}
-
-// Calls work(lane, i) for i = 0 ... count - 1, in this order, from `lanes` lanes at once, until one
-// fails.
-template <class Work>
-Status in_lanes(int lanes, std::size_t count, Work work) {
-  std::vector<Status> statuses(lanes);
-  std::atomic<std::size_t> next = 0;
-  Workers(lanes).for_each(lanes, [&](std::size_t lane) {
-    for (std::size_t i; (i = next.fetch_add(1)) < count;) {
-      statuses[lane] = work(lane, i);
-      if (!statuses[lane]) {
-        next = count;
-        return;
-      }
-    }
-  });
-  for (const Status& status : statuses) {
-    if (!status) return status;
-  }
-  return {};
 }
 
 // Whole pings side by side while there are enough of them, in their order; threads beyond that work
@@ -128,10 +104,10 @@ Status in_lanes(int lanes, std::size_t count, Work work) {
 Status make_pings(const Run& run, const Pipeline& pipeline,
                   const std::vector<std::uint32_t>& missing, int threads) {
   if (missing.empty()) return {};
-  const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, missing.size()));
+  const int within = run.threads_within(threads, std::min<std::size_t>(threads, missing.size()));
   const int lanes = pings_under_way(threads, missing.size());
   return in_lanes(lanes, missing.size(), [&](std::size_t, std::size_t i) {
-    return make_ping(run, pipeline, missing[i], Workers(threads / side_by_side));
+    return make_ping(run, pipeline, missing[i], Workers(within));
   });
 }
 
@@ -148,17 +124,17 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
   const std::uint32_t first = ensemble.blocks_done();
   const std::size_t blocks = ensemble.block_count() - first;
   if (blocks == 0) return {};
-  const int side_by_side = static_cast<int>(std::min<std::size_t>(threads, blocks));
+  const int within = run.threads_within(threads, std::min<std::size_t>(threads, blocks));
   Status made = in_lanes(pings_under_way(threads, blocks), blocks, [&](std::size_t, std::size_t i) {
     Letting letting{ensemble};
-    Status status = make_block(run, pipeline, first + static_cast<std::uint32_t>(i),
-                               Workers(threads / side_by_side), ensemble);
+    Status status =
+        make_block(run, pipeline, first + static_cast<std::uint32_t>(i), Workers(within), ensemble);
     letting.done = status.ok();
     return status;
   });
   if (made || made.error().kind != ErrorKind::interrupted) return made;
   // Another copy of the same work may have been faster, and taken .work away.
-  if (sequence_is_finished(run.options.output, pipeline.info())) return made;
+  if (sequence_is_finished(run.dir, pipeline.info())) return made;
   const Status saved = ensemble.save();
   return saved ? made : saved;
 }
@@ -168,7 +144,7 @@ std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& inf
                                          std::uint32_t last) {
   std::vector<std::uint32_t> missing;
   for (std::uint32_t ping = info.first_ping; ping < last; ++ping) {
-    if (!ping_is_finished(run.options.output, info.sequence, ping, info)) missing.push_back(ping);
+    if (!ping_is_finished(run.dir, info.sequence, ping, info)) missing.push_back(ping);
   }
   return missing;
 }
@@ -177,22 +153,21 @@ std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& inf
 // of the lane.
 Status open_workshop(const Run& run, const SequenceInfo& info, Workshop& workshop) {
   if (workshop.pipeline && !run.worlds.vary()) return {};
-  const Turn turn(run.turns);
+  const Turn turn(run.crew.turns);
   workshop.pipeline.reset();
   workshop.world = {};  // the last world goes before the next one comes
   Result<ReadyWorld> world = run.worlds.world(info.sequence);
   if (!world) return world.error();
   workshop.world = std::move(*world);
-  workshop.pipeline =
-      std::make_unique<Pipeline>(*workshop.world.session, *workshop.world.tracer, info,
-                                 run.numerics);
+  workshop.pipeline = std::make_unique<Pipeline>(*workshop.world.session, *workshop.world.tracer,
+                                                 info, run.crew.numerics);
   return {};
 }
 
 // The scene at the sequence's first ping; nothing where it is not asked for.
 Result<std::string> sdf_of(const Run& run, const Session& session, const SequenceInfo& info) {
   if (!info.sdf) return std::string();
-  const Turn turn(run.turns);
+  const Turn turn(run.crew.turns);
   Result<std::string> sdf =
       scene_sdf_vdb(session.world, object_poses(session, info.first_ping), *info.sdf,
                     reach_of(session, info.first_ping, info.last_ping));
@@ -211,31 +186,29 @@ Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ense
 }
 
 Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
-  if (sequence_is_finished(run.options.output, light)) return {};
+  if (sequence_is_finished(run.dir, light)) return {};
   if (Status opened = open_workshop(run, light, workshop); !opened) return opened;
   const SequenceInfo info =
       sequence_info(*workshop.world.session, light.sequence, light.first_ping, light.last_ping);
-  const Workers workers(threads);
+  const Workers workers(run.threads_within(threads, 1));
   {
-    const Turn turn(run.turns);
+    const Turn turn(run.crew.turns);
     Status started = workshop.pipeline->start_sequence(info, workers);
     if (!started) return started;
   }
   const Pipeline& pipeline = *workshop.pipeline;
   std::optional<Ensemble> ensemble;
-  if (info.output.statistics) ensemble.emplace(run.options.output, pipeline.info());
+  if (info.output.statistics) ensemble.emplace(run.dir, pipeline.info());
   Status made = ensemble
                     ? make_ensemble(run, pipeline, threads, *ensemble)
                     : make_pings(run, pipeline, missing_pings(run, info, info.last_ping), threads);
   if (!made) return made;
   const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
   if (!sdf) return sdf.error();
-  return finish_sequence(run.options.output, pipeline.info(), *sdf,
-                         ensemble ? &ensemble->moments() : nullptr);
+  return finish_sequence(run.dir, pipeline.info(), *sdf, ensemble ? &ensemble->moments() : nullptr);
 }
 
-// Those that are not made again.
-std::uint64_t pings_found(const std::filesystem::path& dir, const SequenceInfo& info) {
+std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInfo& info) {
   std::uint64_t found = 0;
   std::uint32_t last = info.last_ping;
   if (info.output.statistics && !sequence_is_finished(dir, info)) {
@@ -258,22 +231,19 @@ int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {
 
 }  // namespace
 
-Status make_sequences(const GenerateOptions& options, const Numerics& numerics,
-                      const SequenceWorlds& worlds,
-                      std::span<const SequenceInfo> sequences, const Workers& workers) {
-  std::uint64_t total = 0, found = 0;
-  for (const SequenceInfo& info : sequences) {
-    total += info.last_ping - info.first_ping;
-    found += pings_found(options.output, info);
-  }
-  if (found > 0 && !options.quiet) {
-    fmt::print(stderr, "continuing: {} of {} pings are there\n", found, total);
-  }
-  Progress progress(progress_style(options.quiet), total, found);
-  Turns turns(workers.threads());
-  const Run run{options, numerics, worlds, turns, progress};
-  const int lanes = sequences_at_once(sequences, workers.threads());
-  const int threads = std::max(1, workers.threads() / lanes);
+std::uint64_t pings_found(const std::filesystem::path& dir,
+                          std::span<const SequenceInfo> sequences) {
+  std::uint64_t found = 0;
+  for (const SequenceInfo& info : sequences) found += pings_found_of(dir, info);
+  return found;
+}
+
+Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
+                      const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
+                      int beside, const std::function<void()>& ping_done) {
+  const Run run{crew, dir, worlds, beside, ping_done};
+  const int lanes = sequences_at_once(sequences, crew.threads);
+  const int threads = std::max(1, crew.threads / lanes);
   std::vector<Workshop> workshops(lanes);
   return in_lanes(lanes, sequences.size(), [&](std::size_t lane, std::size_t i) {
     return make_sequence(run, sequences[i], threads, workshops[lane]);

@@ -239,6 +239,21 @@ EchoCounts count_echoes(const Session& session) {
   return most;
 }
 
+EchoCounts most_echoes(const Session& session) {
+  const std::uint64_t rays = counts_of(session, {}).rays;
+  EchoCounts most;
+  most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
+  if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
+  most.coherent = rays * (1 + session.bounces.paths.size());
+  for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
+  if (wants_hidden(session.scenario.output.selection)) most.hidden = rays * (kMostLayers - 1);
+  return most;
+}
+
+std::uint64_t world_bytes(const World& world) {
+  return loaded_bytes(world) + hierarchy_bytes(world);
+}
+
 ResidentMemory resident_memory() {
   // What is free is there for the pings.
   malloc_trim(0);

@@ -1,8 +1,8 @@
 // Memory of the process.
 //
-//   resident_memory  what it has now and had at most
-//   count_echoes     of a ping
-//   peak_bytes       what generating will take
+//   resident_memory             what it has now and had at most
+//   count_echoes  most_echoes   of a ping
+//   peak_bytes  world_bytes     what generating will take
 #pragma once
 
 #include <cstdint>
@@ -33,5 +33,11 @@ EchoCounts count_echoes(const Session& session);
 // process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes);
+
+// No ping has more, found without tracing; often far fewer.
+EchoCounts most_echoes(const Session& session);
+
+// What a world takes with its hierarchies, whoever shares it.
+std::uint64_t world_bytes(const World& world);
 
 }  // namespace ensonify

@@ -51,6 +51,11 @@ Progress::~Progress() {
   if (bar_open_) std::fputc('\n', stderr);
 }
 
+void Progress::pings_found(std::uint64_t pings) {
+  const std::lock_guard lock(mutex_);
+  found_ += pings;
+}
+
 void Progress::ping_done() {
   const std::lock_guard lock(mutex_);
   ++made_;

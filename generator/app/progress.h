@@ -27,6 +27,8 @@ class Progress {
 
   // From any thread.
   void ping_done();
+  // More pings that were there already. From any thread.
+  void pings_found(std::uint64_t pings);
 
  private:
   void show();  // with the mutex held

@@ -12,6 +12,21 @@ ReadyWorld ready(Session session) {
   return world;
 }
 
+// The text is read once: whoever edits the file meanwhile does not change this run.
+ScenarioSource source_of(const ScenarioOptions& input, std::string text) {
+  const auto shared =
+      std::make_shared<const std::pair<ScenarioOptions, std::string>>(input, std::move(text));
+  return {[shared](std::uint32_t sequence) {
+            const auto& [options, yaml] = *shared;
+            return parse_scenario(yaml, options.scenario.string(), options.scenario.parent_path(),
+                                  options.overrides, sequence);
+          },
+          [shared](const Error& error) {
+            const auto& [options, yaml] = *shared;
+            return with_place(error, yaml, options.scenario.string(), options.overrides);
+          }};
+}
+
 Error of_sequence(std::uint32_t sequence, const Error& error) {
   return {error.kind, fmt::format("sequence {}: {}", sequence, error.message)};
 }
@@ -31,22 +46,25 @@ Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session&
 Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
   Result<std::string> text = read_scenario_text(input.scenario);
   if (!text) return text.error();
-  SequenceWorlds worlds(input, std::move(*text));
-  Result<Scenario> scenario = worlds.scenario_of(0);
+  SequenceWorlds worlds(source_of(input, std::move(*text)));
+  Result<Scenario> scenario = worlds.source_.scenario(0);
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario), 0);
-  if (!session) return worlds.placed(session.error());
+  if (!session) return worlds.source_.placed(session.error());
   worlds.first_ = ready(std::move(*session));
   return worlds;
 }
 
-Result<Scenario> SequenceWorlds::scenario_of(std::uint32_t sequence) const {
-  const std::filesystem::path& file = input_.scenario;
-  return parse_scenario(text_, file.string(), file.parent_path(), input_.overrides, sequence);
-}
-
-Error SequenceWorlds::placed(const Error& error) const {
-  return with_place(error, text_, input_.scenario.string(), input_.overrides);
+Result<SequenceWorlds> SequenceWorlds::open_in(ScenarioSource source,
+                                               const Result<BuiltWorld>& built) {
+  SequenceWorlds worlds(std::move(source));
+  Result<Scenario> scenario = worlds.source_.scenario(0);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_in_world(
+      std::move(*scenario), 0, built ? Result<World>(*built->world) : Result<World>(built.error()));
+  if (!session) return worlds.source_.placed(session.error());
+  worlds.first_ = {std::make_shared<const Session>(std::move(*session)), built->tracer};
+  return worlds;
 }
 
 bool SequenceWorlds::vary() const { return varies_by_sequence(first().scenario); }
@@ -59,10 +77,10 @@ Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
     return sequence_info(session, sequence, range->first, range->second);
   };
   if (!vary() || sequence == 0) return of(first());
-  Result<Scenario> scenario = scenario_of(sequence);
+  Result<Scenario> scenario = source_.scenario(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   const Result<Session> session = prepare_without_world(std::move(*scenario), sequence);
-  return session ? of(*session) : of_sequence(sequence, placed(session.error()));
+  return session ? of(*session) : of_sequence(sequence, source_.placed(session.error()));
 }
 
 Result<std::vector<SequenceInfo>> SequenceWorlds::all_infos(const std::optional<PingRange>& pings,
@@ -86,10 +104,10 @@ Result<std::vector<SequenceInfo>> SequenceWorlds::all_infos(const std::optional<
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   if (!vary() || sequence == 0) return first_;
-  Result<Scenario> scenario = scenario_of(sequence);
+  Result<Scenario> scenario = source_.scenario(sequence);
   if (!scenario) return of_sequence(sequence, scenario.error());
   Result<Session> session = prepare_session(std::move(*scenario), sequence);
-  if (!session) return of_sequence(sequence, placed(session.error()));
+  if (!session) return of_sequence(sequence, source_.placed(session.error()));
   return ready(std::move(*session));
 }
 

@@ -2,10 +2,13 @@
 // something is.
 //
 //   ReadyWorld      a session and the tracer of its world
-//   SequenceWorlds  open, info, all_infos, world
+//   ScenarioSource  where the scenario of each sequence comes from
+//   BuiltWorld      a world that others may share
+//   SequenceWorlds  open, open_in, info, all_infos, world
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +27,19 @@ struct ReadyWorld {
   std::shared_ptr<const Tracer> tracer;
 };
 
+// Both may be called from several threads at once.
+struct ScenarioSource {
+  // As drawn for the sequence. Errors (usage).
+  std::function<Result<Scenario>(std::uint32_t)> scenario;
+  // An error of prepare_session, with the place of its key.
+  std::function<Error(const Error&)> placed;
+};
+
+struct BuiltWorld {
+  std::shared_ptr<const World> world;
+  std::shared_ptr<const Tracer> tracer;  // of this world
+};
+
 using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
 
 class SequenceWorlds {
@@ -31,6 +47,8 @@ class SequenceWorlds {
   // Reads the scenario and builds the world of sequence 0. Errors: those of load_scenario and
   // prepare_session, the latter with the place of the key in the file.
   static Result<SequenceWorlds> open(const ScenarioOptions& input);
+  // The same in the world of sequence 0, or the error of building it, that is there already.
+  static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
   // Whether each sequence has a world of its own.
   bool vary() const;
@@ -51,14 +69,9 @@ class SequenceWorlds {
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
  private:
-  SequenceWorlds(ScenarioOptions input, std::string text)
-      : input_(std::move(input)), text_(std::move(text)) {}
+  explicit SequenceWorlds(ScenarioSource source) : source_(std::move(source)) {}
 
-  Result<Scenario> scenario_of(std::uint32_t sequence) const;
-  Error placed(const Error& error) const;
-
-  ScenarioOptions input_;
-  std::string text_;  // read once: whoever edits the file meanwhile does not change this run
+  ScenarioSource source_;
   ReadyWorld first_;
 };
 

@@ -85,17 +85,6 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
-// Importing a large mesh takes several times what is kept of it; nothing else gives that back.
-void give_back_import(const World& world) {
-  constexpr std::size_t kLargeMesh = 100'000;
-  for (const WorldObject& object : world.objects) {
-    const auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr || shape->mesh->triangles.size() < kLargeMesh) continue;
-    malloc_trim(0);
-    return;
-  }
-}
-
 Status check_sdf(const Session& session) {
   const std::optional<SdfGrid>& sdf = session.scenario.output.sdf;
   if (!sdf) return {};
@@ -182,7 +171,6 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
-  give_back_import(*world);
   session.world = std::move(*world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
@@ -200,8 +188,23 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
 
 }  // namespace
 
+void give_back_import(const World& world) {
+  constexpr std::size_t kLargeMesh = 100'000;
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || shape->mesh->triangles.size() < kLargeMesh) continue;
+    malloc_trim(0);
+    return;
+  }
+}
+
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
   Result<World> world = build_world(scenario, sequence);
+  if (world) give_back_import(*world);
+  return prepare_in_world(std::move(scenario), sequence, std::move(world));
+}
+
+Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world) {
   return prepare(std::move(scenario), sequence, std::move(world), true);
 }
 

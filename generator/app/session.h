@@ -1,7 +1,8 @@
 // A scenario made ready to run: everything that can be wrong with the input has been looked at,
 // and nothing has been written.
 //
-//   Session          prepare_session  prepare_without_world
+//   Session          prepare_session  prepare_in_world  give_back_import
+//                    prepare_without_world
 //   sequence_info    what one sequence's files say of it
 //   pick_split       train, val or test
 //   reach_of  sdf_size_of
@@ -44,7 +45,15 @@ struct Session {
 // kMostLeaves in a ping.
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
 
-// The same without building anything: its world holds only ids, names and classes; no cell.
+// The same with a world, or the error of one, that build_world made of an equal scenario; equal but
+// for what worlds do not depend on (world_cache.h).
+Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world);
+
+// Importing a large mesh takes several times what is kept of it; nothing else gives that back.
+void give_back_import(const World& world);
+
+// As prepare_session without building anything: its world holds only ids, names and classes; no
+// cell.
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
 // Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.

@@ -1,9 +1,7 @@
 #include "dataset/work.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "dataset/files.h"
+#include "dataset/folder_lock.h"
 #include "dataset/json.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
@@ -21,24 +20,6 @@
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
-
-// Keeps two processes from opening one folder at the same time. Where the file system has no locks
-// it does nothing.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& dir)
-      : descriptor_(::open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
-};
 
 // What stands in a folder, as far as it decides whose it is.
 struct Folder {
@@ -228,6 +209,12 @@ std::string to_json(const WorkIdentity& identity) {
         {{"backend", identity.backend},
          {"simd", identity.simd},
          {"embree_isa", identity.embree_isa}}}});
+}
+
+bool is_sealed(const fs::path& dir) {
+  const auto manifest = text_of(dir, layout::kDatasetJson);
+  return manifest && text_of(dir, layout::kDatasetSha256) ==
+                         sha256_hex(*manifest) + "  " + layout::kDatasetJson + "\n";
 }
 
 Result<FolderState> open_work(const fs::path& dir, const WorkIdentity& identity,

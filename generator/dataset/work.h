@@ -1,7 +1,7 @@
 // The identity of a piece of work and the folder it is done in.
 //
 //   WorkIdentity  to_json  what must be equal for a folder to be continued
-//   open_work              new, continued, complete, or refused
+//   open_work  is_sealed   new, continued, complete, or refused
 #pragma once
 
 #include <cstdint>
@@ -46,5 +46,9 @@ enum class FolderState {
 // Error (io): the folder cannot be made, read or written.
 Result<FolderState> open_work(const std::filesystem::path& dir, const WorkIdentity& identity,
                               std::uint32_t sequences, bool overwrite);
+
+// Whether a data set was finished in `dir`: dataset.json and dataset.sha256 are there and agree.
+// Looks at nothing else.
+bool is_sealed(const std::filesystem::path& dir);
 
 }  // namespace ensonify

@@ -64,6 +64,12 @@ std::string placed(const SweepFile& file, const Node& tree, const std::string& l
                      place->line, place->column, line);
 }
 
+Error all_placed(const Error& error, const SweepFile& file, const Node& tree) {
+  std::vector<std::string> lines = lines_of(error.message);
+  for (std::string& line : lines) line = placed(file, tree, line);
+  return {error.kind, fmt::format("{}", fmt::join(lines, "\n"))};
+}
+
 Result<std::string> id_of(const Scenario& scenario, FileHashes& hashes) {
   std::map<fs::path, std::string> names;
   for (const fs::path& path : input_files(scenario)) {
@@ -106,10 +112,7 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
     made.run.cost = *cost;
     return made;
   }
-  made.error = cost.error();
-  std::vector<std::string> lines = lines_of(cost.error().message);
-  for (std::string& line : lines) line = placed(file, tree, line);
-  made.error->message = fmt::format("{}", fmt::join(lines, "\n"));
+  made.error = all_placed(cost.error(), file, tree);
   return made;
 }
 
@@ -184,12 +187,17 @@ Plan plan_of(const Sweep& sweep) {
   return plan;
 }
 
-Result<Scenario> scenario_of(const SweepFile& file, const Point& point) {
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence) {
   Faults faults = faults_of(file);
   auto scenario = parse_scenario_tree(tree_of(file, point, faults), file.sources[1],
-                                      file.base.parent_path(), faults);
+                                      file.base.parent_path(), faults, sequence);
   if (!scenario) return to_error(faults);
   return std::move(*scenario);
+}
+
+Error with_place(const Error& error, const SweepFile& file, const Point& point) {
+  Faults faults = faults_of(file);
+  return all_placed(error, file, tree_of(file, point, faults));
 }
 
 }  // namespace ensonify

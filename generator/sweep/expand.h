@@ -4,7 +4,7 @@
 //   RunCost  CostOf
 //   SweepRun  Sweep  expand_sweep
 //   plan_of                        what plan.jsonl says of it
-//   scenario_of                    the scenario of a run, made again
+//   scenario_of  with_place        the scenario of a run, made again; its faults that show later
 #pragma once
 
 #include <cstdint>
@@ -54,7 +54,11 @@ Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers&
 // Line i is run i.
 Plan plan_of(const Sweep& sweep);
 
-// Errors: as expand_sweep, of this run.
-Result<Scenario> scenario_of(const SweepFile& file, const Point& point);
+// As drawn for one of its sequences. Errors: as expand_sweep, of this run.
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence = 0);
+
+// An error that only shows once a world is there, each line `key.path: ...`, with the place of that
+// key in the sweep file or the base.
+Error with_place(const Error& error, const SweepFile& file, const Point& point);
 
 }  // namespace ensonify

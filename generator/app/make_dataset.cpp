@@ -1,0 +1,115 @@
+#include "app/make_dataset.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "app/version.h"
+#include "dataset/sha256.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<std::vector<Asset>> hash_assets(const Scenario& scenario, FileHashes& hashes) {
+  std::vector<Asset> assets;
+  for (const fs::path& file : input_files(scenario)) {
+    Result<std::string> hash = hashes.of(file);
+    if (!hash) return hash.error();
+    assets.push_back({*hash, file.extension().string(), file});
+  }
+  return assets;
+}
+
+// The resolved text as a data set holds it: input files by the hash of their content.
+std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& assets) {
+  return to_yaml(scenario, [&](const fs::path& file) {
+    for (const Asset& asset : assets) {
+      if (asset.source == file) return "assets/" + asset.sha256 + asset.extension;
+    }
+    return file.string();
+  });
+}
+
+WorkIdentity identity_of(const SequenceWorlds& worlds, const DatasetWork& work,
+                         const Numerics& numerics) {
+  const Session& session = worlds.first();
+  // More sequences are the same work grown: the first ones stay as they are.
+  Scenario without_count = session.scenario;
+  without_count.sequences = 1;
+  WorkIdentity identity;
+  identity.name = session.scenario.name;
+  identity.scenario_sha256 = sha256_hex(resolved_text(without_count, work.assets));
+  identity.seed = session.scenario.seed;
+  identity.first_ping = work.infos.front().first_ping;
+  identity.last_ping = work.infos.front().last_ping;
+  identity.program_version = program_version();
+  identity.program_commit = program_commit();
+  identity.backend = numerics.backend_name;
+  identity.simd = numerics_name(numerics.simd);
+  identity.embree_isa = worlds.first_tracer().instruction_set();
+  return identity;
+}
+
+Result<PingRange> sequences_of(const std::optional<PingRange>& asked, const Scenario& scenario) {
+  if (!asked) return PingRange{0, scenario.sequences};
+  const auto [first, last] = *asked;
+  if (first < last && last <= scenario.sequences) return *asked;
+  return Error{ErrorKind::usage,
+               fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; accepted is A:B "
+                           "with 0 <= A < B <= {}",
+                           first, last, scenario.sequences - 1, scenario.sequences)};
+}
+
+}  // namespace
+
+Result<std::string> FileHashes::of(const fs::path& file) {
+  const std::lock_guard lock(mutex_);
+  const auto known = known_.find(file);
+  if (known != known_.end()) return known->second;
+  Result<std::string> hash = sha256_of_file(file);
+  if (hash) known_.emplace(file, *hash);
+  return hash;
+}
+
+Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
+                                   const std::optional<PingRange>& pings,
+                                   const std::optional<PingRange>& sequences,
+                                   const Numerics& numerics, FileHashes& hashes,
+                                   const Workers& workers) {
+  const Scenario& scenario = worlds.first().scenario;
+  const Result<PingRange> asked = sequences_of(sequences, scenario);
+  if (!asked) return asked.error();
+  Result<std::vector<SequenceInfo>> infos = worlds.all_infos(pings, workers);
+  if (!infos) return infos.error();
+  Result<std::vector<Asset>> assets = hash_assets(scenario, hashes);
+  if (!assets) return assets.error();
+  DatasetWork work{std::move(*infos), *asked, std::move(*assets), {}, {}};
+  work.identity = identity_of(worlds, work, numerics);
+  work.scenario_yaml = resolved_text(scenario, work.assets);
+  return work;
+}
+
+Status finish_work(const fs::path& dir, const SequenceWorlds& worlds, DatasetWork work, int threads,
+                   double wall_seconds) {
+  DatasetInfo dataset;
+  dataset.identity = std::move(work.identity);
+  for (SequenceInfo& info : work.infos) {
+    if (sequence_is_finished(dir, info)) dataset.sequences.push_back(std::move(info));
+  }
+  dataset.scenario_yaml = std::move(work.scenario_yaml);
+  dataset.classes = worlds.first().world.classes;
+  dataset.assets = std::move(work.assets);
+  dataset.host = host_name();
+  dataset.threads = threads;
+  dataset.wall_seconds = wall_seconds;
+  return finish_dataset(dir, dataset);
+}
+
+std::string host_name() {
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+}  // namespace ensonify

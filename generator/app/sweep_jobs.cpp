@@ -1,0 +1,150 @@
+#include "app/sweep_jobs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <map>
+
+#include "app/cost.h"
+#include "app/starved_cells.h"
+#include "core/moments.h"
+#include "dataset/sha256.h"
+#include "dataset/work.h"
+#include "scenario/text.h"
+#include "sweep/folder.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+void warn_once(SweepRoom& room, const SweepRun& run, const std::string& text) {
+  const std::lock_guard lock(room.mutex);
+  if (!room.warned.insert(text).second) return;
+  fmt::print(stderr, "warning: {} (run {})\n", text, one_line(run.name));
+}
+
+Result<BuiltWorld> build(const Crew& crew, const Scenario& scenario) {
+  const Turn turn(crew.turns);
+  Result<World> world = build_world(scenario, 0);
+  if (!world) return world.error();
+  give_back_import(*world);
+  BuiltWorld built;
+  built.world = std::make_shared<const World>(std::move(*world));
+  // The tracer looks into its world: they go together.
+  struct Both {
+    std::shared_ptr<const World> world;
+    Tracer tracer;
+  };
+  const auto both = std::make_shared<const Both>(Both{built.world, Tracer(*built.world)});
+  built.tracer = std::shared_ptr<const Tracer>(both, &both->tracer);
+  return built;
+}
+
+Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
+  const SweepFile& file = room.file;
+  const Point& point = job.run->point;
+  const Result<Scenario> scenario = scenario_of(file, point);
+  if (!scenario) return scenario.error();
+  const Result<BuiltWorld> built = room.worlds.world(
+      job.world, *scenario, [&](const Scenario& of) { return build(room.crew, of); });
+  const Turn turn(room.crew.turns);
+  Result<SequenceWorlds> worlds = SequenceWorlds::open_in(
+      {[&](std::uint32_t sequence) { return scenario_of(file, point, sequence); },
+       [&](const Error& error) { return with_place(error, file, point); }},
+      built);
+  if (!worlds) return worlds;
+  for (const std::string& warning : worlds->first().world.warnings) {
+    warn_once(room, *job.run, warning);
+  }
+  return worlds;
+}
+
+// Room for its pings. A bound that fits is good enough; what is counted takes rays.
+MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, int beside) {
+  const int threads = room.crew.threads;
+  std::uint64_t bytes = run_peak_bytes(session, threads, false);
+  if (!room.gate.fits(bytes, static_cast<std::uint64_t>(beside))) {
+    const Turn turn(room.crew.turns);
+    bytes = run_peak_bytes(session, threads, true);
+  }
+  return room.gate.hold(MemoryGate::What::run, bytes);
+}
+
+Status check_id(const SweepRun& run, const DatasetWork& work) {
+  if (sha256_hex(work.scenario_yaml).starts_with(run.id)) return {};
+  return Error{ErrorKind::usage,
+               "an input file has changed since the plan was made; put the old file back, or give "
+               "the same command again, which makes a new plan"};
+}
+
+Status make_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
+                  const fs::path& dir, const SequenceWorlds& worlds, const DatasetWork& work) {
+  room.crew.progress.pings_found(pings_found(dir, work.sequences()));
+  std::atomic<std::uint64_t> made = 0;
+  const auto ping_done = [&] {
+    if (++made % job.pings_of_item == 0) room.queue.item_done(taken.run);
+  };
+  return make_sequences(room.crew, dir, worlds, work.sequences(), taken.beside, ping_done);
+}
+
+}  // namespace
+
+Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const SweepRun*>& runs,
+                                 const Workers& workers) {
+  std::vector<Job> jobs(runs.size());
+  std::vector<Status> statuses(runs.size());
+  workers.for_each(runs.size(), [&](std::size_t i) {
+    const Result<Scenario> scenario = scenario_of(file, runs[i]->point);
+    if (!scenario) {
+      statuses[i] = scenario.error();
+      return;
+    }
+    const bool blocks = scenario->output.selection.statistics;
+    jobs[i] = {runs[i], world_key(*scenario), blocks ? kMomentBlock : 1, 0};
+    const std::uint64_t each = runs[i]->cost.pings / scenario->sequences;
+    jobs[i].items = scenario->sequences *
+                    work_items(static_cast<std::uint32_t>(each), scenario->output.selection);
+  });
+  for (const Status& status : statuses) {
+    if (!status) return status.error();
+  }
+  std::map<std::string, std::size_t> first;
+  for (std::size_t i = 0; i < jobs.size(); ++i) first.emplace(jobs[i].world, i);
+  std::stable_sort(jobs.begin(), jobs.end(), [&](const Job& a, const Job& b) {
+    return first.at(a.world) < first.at(b.world);
+  });
+  return jobs;
+}
+
+Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
+  const auto start = std::chrono::steady_clock::now();
+  const fs::path dir = room.options.output / run_folder(job.run->id);
+  const Result<SequenceWorlds> worlds = worlds_of(room, job);
+  if (!worlds) return worlds.error();
+  const Session& session = worlds->first();
+  const MemoryGate::Hold memory = hold_memory(room, session, taken.beside);
+  const Workers workers(1);
+  Result<DatasetWork> work =
+      settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes, workers);
+  if (!work) return work.error();
+  if (Status same = check_id(*job.run, *work); !same) return same;
+  if (taken.run == 0) {
+    const Turn turn(room.crew.turns);
+    for (const auto& text : starved_warnings(session, worlds->first_tracer(), workers)) {
+      warn_once(room, *job.run, text);
+    }
+  }
+  // What is done stays, whatever program and machine it comes from.
+  const bool overwrite = room.options.overwrite && !is_sealed(dir);
+  const auto state = open_work(dir, work->identity, session.scenario.sequences, overwrite);
+  if (!state) return state.error();
+  if (*state == FolderState::complete) return {};
+  if (Status made = make_pings(room, job, taken, dir, *worlds, *work); !made) return made;
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  return finish_work(dir, *worlds, std::move(*work), room.crew.threads, took.count());
+}
+
+}  // namespace ensonify

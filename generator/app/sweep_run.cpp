@@ -1,0 +1,274 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <new>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/lanes.h"
+#include "app/run_cost.h"
+#include "app/sweep_jobs.h"
+#include "app/version.h"
+#include "dataset/files.h"
+#include "dataset/layout.h"
+#include "scenario/text.h"
+#include "sweep/folder.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The rest is for others, and for what estimates leave out.
+constexpr double kMemoryShare = 0.85;
+// A disk that does not take this much is full.
+constexpr std::size_t kProbeBytes = 1 << 20;
+
+std::string time_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32] = "";
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+// How it went, gathered from all lanes.
+class Outcome {
+ public:
+  explicit Outcome(const SweepOptions& options) : options_(options) {}
+
+  void add(const SweepRun& run, const Status& status) {
+    const std::lock_guard lock(mutex_);
+    if (status) {
+      ++done_;
+      remove_failure(options_.output, run.id);
+    } else if (status.error().kind == ErrorKind::interrupted) {
+      interrupted_ = true;
+    } else if (const Status recorded = record(run, status.error()); !recorded) {
+      if (!fatal_) fatal_ = recorded.error();
+      stopped_ = true;
+    }
+  }
+
+  const std::atomic<bool>& stopped() const { return stopped_; }
+  // Nothing more should begin.
+  bool ends() const { return stopped_ || interrupted_; }
+  std::size_t done() const { return done_; }
+  std::size_t failed() const { return failed_; }
+
+  Status result() const {
+    if (fatal_) return *fatal_;
+    if (!interrupted_) return {};
+    return Error{ErrorKind::interrupted,
+                 "interrupted: what is finished is kept; the same command goes on from there"};
+  }
+
+  void tell_failures() const {
+    if (failed_ == 0) return;
+    fmt::print(stderr, "error: {} of {} runs failed; the reasons are in {}\n", failed_,
+               failed_ + done_, (options_.output / "failed").string());
+    for (const auto& [message, runs] : failures_) {
+      const std::string more = runs.second > 0 ? fmt::format(" and {} more", runs.second) : "";
+      fmt::print(stderr, "  {} (run {}{})\n", message, runs.first, more);
+    }
+  }
+
+ private:
+  // An error ends everything where every run would have it.
+  Status record(const SweepRun& run, const Error& error) {
+    const Error named{error.kind,
+                      fmt::format("{} (run {} {})", error.message, run.id, one_line(run.name))};
+    if (error.kind == ErrorKind::device) return named;
+    if (error.kind == ErrorKind::io && disk_is_full(run)) return named;
+    ++failed_;
+    auto& [name, more] = failures_[error.message];
+    if (name.empty()) {
+      name = one_line(run.name);
+    } else {
+      ++more;
+    }
+    return write_failure(options_.output, {run.id, run.name, kind_name(error.kind), error.message,
+                                           host_name(), time_utc()});
+  }
+
+  bool disk_is_full(const SweepRun& run) const {
+    std::error_code unknown;
+    const fs::space_info space = fs::space(options_.output, unknown);
+    if (!unknown && space.available < run.cost.disk_bytes) return true;
+    const std::string probe = layout::kTemporaryFolder + std::string("/probe");
+    const Status written =
+        write_hashed_file(options_.output, probe, std::string(kProbeBytes, '\0'));
+    ::unlink((options_.output / probe).c_str());
+    return !written;
+  }
+
+  const SweepOptions& options_;
+  std::mutex mutex_;
+  std::atomic<bool> stopped_ = false;  // what is under way should end
+  std::optional<Error> fatal_;
+  std::atomic<bool> interrupted_ = false;
+  std::size_t done_ = 0, failed_ = 0;
+  // By message: the first run's name, and how many more.
+  std::map<std::string, std::pair<std::string, std::size_t>> failures_;
+};
+
+Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
+  if (interrupted() || *room.crew.stopped) return Error{ErrorKind::interrupted, "interrupted"};
+  try {
+    return make_run(room, job, taken);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::device, "not enough memory; use fewer --threads"};
+  } catch (const DeviceFailure& failure) {
+    return Error{ErrorKind::device, failure.what()};
+  } catch (const std::exception& error) {
+    return Error{ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())};
+  }
+}
+
+// How many jobs are still to come of each world.
+class WorldUses {
+ public:
+  explicit WorldUses(const std::vector<Job>& jobs) {
+    for (const Job& job : jobs) ++uses_[job.world];
+  }
+  // Whether it was the last one.
+  bool drop(const std::string& world) {
+    const std::lock_guard lock(mutex_);
+    return --uses_.at(world) == 0;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::size_t> uses_;
+};
+
+Status make_jobs(const SweepOptions& options, const SweepFile& file, const Numerics& numerics,
+                 const std::vector<Job>& jobs, const Workers& workers, Progress& progress,
+                 Outcome& outcome) {
+  std::vector<std::uint64_t> items;
+  for (const Job& job : jobs) items.push_back(job.items);
+  RunQueue queue(std::move(items), workers.threads());
+  Turns turns(workers.threads());
+  const Crew crew{numerics, workers.threads(), turns, progress, &outcome.stopped()};
+  MemoryGate gate(
+      static_cast<std::uint64_t>(kMemoryShare * static_cast<double>(available_memory())));
+  WorldCache worlds(gate);
+  WorldUses uses(jobs);
+  SweepRoom room{options, file, crew, queue, gate, worlds};
+  const int lanes = queue.lanes();
+  return in_lanes(lanes, static_cast<std::size_t>(lanes), [&](std::size_t, std::size_t) {
+    while (const auto taken = queue.take()) {
+      const Job& job = jobs[taken->run];
+      // Another process may have been faster.
+      if (run_is_done(options.output, job.run->id)) {
+        progress.pings_found(job.run->cost.pings);
+        outcome.add(*job.run, {});
+      } else {
+        outcome.add(*job.run, guarded(room, job, *taken));
+      }
+      if (outcome.ends()) queue.stop();
+      queue.finish(taken->run);
+      if (uses.drop(job.world)) worlds.forget(job.world);
+    }
+    return Status();
+  });
+}
+
+Result<Shard> shard_of(const SweepOptions& options, std::size_t runs) {
+  if (options.shard) return *options.shard;
+  const auto shard = slurm_shard([](const char* name) { return std::getenv(name); });
+  if (!shard) return shard.error();
+  if (!*shard) return Shard{};
+  fmt::print(stderr, "shard {}/{}, from the Slurm array, of {} runs\n", (*shard)->number,
+             (*shard)->count, runs);
+  return **shard;
+}
+
+struct ToDo {
+  std::vector<const SweepRun*> missing;
+  std::uint64_t pings = 0, pings_found = 0;
+  std::size_t runs = 0;
+};
+
+ToDo to_do(const SweepOptions& options, const Sweep& sweep, const std::vector<std::size_t>& shard) {
+  ToDo todo;
+  todo.runs = shard.size();
+  for (const std::size_t i : shard) {
+    const SweepRun& run = sweep.runs[i];
+    todo.pings += run.cost.pings;
+    if (run_is_done(options.output, run.id)) {
+      todo.pings_found += run.cost.pings;
+      remove_failure(options.output, run.id);
+    } else {
+      todo.missing.push_back(&run);
+    }
+  }
+  return todo;
+}
+
+Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep,
+                                 const Numerics& numerics, const ToDo& todo,
+                                 const Workers& workers) {
+  const Result<std::vector<Job>> jobs = jobs_of(sweep.file, todo.missing, workers);
+  if (!jobs) return jobs.error();
+  if (!options.quiet) {
+    fmt::print(stderr, "{}: {} of {} runs to do, {} pings\n", options.output.string(), jobs->size(),
+               todo.runs, todo.pings - todo.pings_found);
+  }
+  Outcome outcome(options);
+  Status ran;
+  {
+    Progress progress(progress_style(options.quiet), todo.pings, todo.pings_found);
+    ran = make_jobs(options, sweep.file, numerics, *jobs, workers, progress, outcome);
+  }
+  outcome.tell_failures();
+  if (!options.quiet) {
+    fmt::print(stderr, "{}: {} of {} runs done\n", options.output.string(),
+               todo.runs - jobs->size() + outcome.done(), todo.runs);
+  }
+  if (!ran) return ran.error();
+  const Status result = outcome.result();
+  if (!result) return result.error();
+  return outcome.failed();
+}
+
+}  // namespace
+
+Result<std::size_t> run_sweep(const SweepOptions& options) {
+  Result<SweepFile> file = load_sweep_file(options.sweep);
+  if (!file) return file.error();
+  const Workers workers(options.threads);
+  const Result<Sweep> sweep = expand_sweep(std::move(*file), run_cost, workers);
+  if (!sweep) return sweep.error();
+  const Plan plan = plan_of(*sweep);
+  const Result<Shard> shard = shard_of(options, plan.size());
+  if (!shard) return shard.error();
+  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  if (!numerics) return numerics.error();
+  if (numerics->backend == BackendChoice::cuda && !options.quiet) {
+    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+  }
+  listen_for_interrupts();
+  const Status opened =
+      open_sweep_folder(options.output, {sweep->file.name, program_version(), program_commit()},
+                        plan, options.overwrite);
+  if (!opened) return opened.error();
+  const ToDo todo = to_do(options, *sweep, runs_of_shard(plan, *shard));
+  Result<std::size_t> made = std::size_t{0};
+  if (!todo.missing.empty()) {
+    made = make_missing(options, *sweep, *numerics, todo, workers);
+  } else if (!options.quiet) {
+    fmt::print(stderr, "{}: all {} runs are done already, nothing to do\n", options.output.string(),
+               todo.runs);
+  }
+  close_sweep_folder(options.output);
+  return made;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "app/commands.h"
+#include "dataset/files.h"
+#include "dataset/layout.h"
+#include "sweep/folder.h"
+#include "sweep/index.h"
+#include "sweep/status.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Begun {
+  SweepHead head;
+  Plan plan;
+};
+
+// The sweep as its folder has it, whatever became of its file.
+Result<Begun> begun_sweep(const fs::path& dir) {
+  auto head = read_sweep_head(dir);
+  if (!head) return head.error();
+  auto plan = read_plan(dir);
+  if (!plan) return plan.error();
+  if (*head && *plan) return Begun{std::move(**head), std::move(**plan)};
+  return Error{ErrorKind::usage,
+               fmt::format("{}: no sweep has begun here; accepted is the folder that `ensonify "
+                           "sweep SWEEP -o DIR` writes to",
+                           dir.string())};
+}
+
+std::vector<RunStatus> all_statuses(const fs::path& dir, const Plan& plan, const Workers& workers) {
+  std::vector<RunStatus> statuses(plan.size());
+  workers.for_each(plan.size(), [&](std::size_t i) { statuses[i] = run_status(dir, plan[i]); });
+  return statuses;
+}
+
+// Failed ones count as missing: their data is not there.
+Status refuse_missing(const fs::path& dir, const SweepStatus& status) {
+  if (status.done == status.runs) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("{}: {} of {} runs are not done ({} failed, {} running, {} missing); "
+                           "give the sweep's command again, or --partial to finish it without "
+                           "them; nothing was written",
+                           dir.string(), status.runs - status.done, status.runs, status.failed,
+                           status.begun, status.missing)};
+}
+
+Result<FinishedRun> finished_run(const fs::path& dir, const PlannedRun& run,
+                                 const RunStatus& status) {
+  FinishedRun finished;
+  finished.state = status.state;
+  finished.failure = status.failure;
+  if (status.state != RunState::done) return finished;
+  const fs::path folder = dir / run_folder(run.id);
+  const auto hash = sha256_of_file(folder / layout::kDatasetJson);
+  if (!hash) return hash.error();
+  finished.dataset_sha256 = *hash;
+  const auto results = read_results(folder);
+  if (!results) return results.error();
+  finished.results = *results;
+  return finished;
+}
+
+Status write_tables(const fs::path& dir, const Begun& sweep, const std::vector<FinishedRun>& runs) {
+  const auto table = write_file_atomically(dir, kRunsFile, runs_csv(sweep.plan, runs));
+  if (!table) return table.error();
+  const auto index =
+      write_file_atomically(dir, kIndexFile, index_json(sweep.head, sweep.plan, runs));
+  close_sweep_folder(dir);
+  return index ? Status() : Status(index.error());
+}
+
+}  // namespace
+
+Status sweep_status(const SweepOptions& options) {
+  Result<Begun> sweep = begun_sweep(options.output);
+  if (!sweep) return sweep.error();
+  if (options.shard) {
+    Plan part;
+    for (const std::size_t i : runs_of_shard(sweep->plan, *options.shard)) {
+      part.push_back(sweep->plan[i]);
+    }
+    sweep->plan = std::move(part);
+  }
+  const auto runs = all_statuses(options.output, sweep->plan, Workers(options.threads));
+  const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
+  const SweepStatus status = sum_up(sweep->plan, runs, now.count());
+  fmt::print("{}", status_text(sweep->head.name, sweep->plan, runs, status));
+  return {};
+}
+
+Status finalize_sweep(const SweepOptions& options) {
+  const Result<Begun> sweep = begun_sweep(options.output);
+  if (!sweep) return sweep.error();
+  const Workers workers(options.threads);
+  const auto statuses = all_statuses(options.output, sweep->plan, workers);
+  const SweepStatus sum = sum_up(sweep->plan, statuses, 0);
+  if (!options.partial) {
+    if (Status whole = refuse_missing(options.output, sum); !whole) return whole;
+  }
+  std::vector<FinishedRun> runs(sweep->plan.size());
+  std::vector<Status> read(runs.size());
+  workers.for_each(runs.size(), [&](std::size_t i) {
+    auto run = finished_run(options.output, sweep->plan[i], statuses[i]);
+    if (run) {
+      runs[i] = std::move(*run);
+    } else {
+      read[i] = run.error();
+    }
+  });
+  for (const Status& status : read) {
+    if (!status) return status;
+  }
+  if (Status written = write_tables(options.output, *sweep, runs); !written) return written;
+  if (!options.quiet) {
+    fmt::print(stderr, "{}: {} of {} runs in {} and {}\n", options.output.string(), sum.done,
+               sum.runs, kRunsFile, kIndexFile);
+  }
+  return {};
+}
+
+}  // namespace ensonify

@@ -1,0 +1,58 @@
+// What stands in the folder of a sweep beside its plan.
+//
+//   SweepHead  open_sweep_folder  close_sweep_folder   DIR/sweep.json
+//   run_folder  run_is_done                            DIR/runs/<id>
+//   RunFailure  write_failure  read_failure  remove_failure   DIR/failed/<id>.json
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/error.h"
+#include "sweep/plan.h"
+
+namespace ensonify {
+
+struct SweepHead {
+  std::string name;
+  std::string program_version, program_commit;
+
+  friend bool operator==(const SweepHead&, const SweepHead&) = default;
+};
+
+// Nothing where there is none. Errors: usage (no sweep.json of this program), io.
+Result<std::optional<SweepHead>> read_sweep_head(const std::filesystem::path& dir);
+
+// Makes the folder, or looks at the one that is there, and writes sweep.json and plan.jsonl where
+// they are not there as they should be. Processes that open it at the same time wait for each
+// other. Errors: usage, where the folder is a data set, where another program began the sweep, or
+// where its plan has runs that this one has not, unless `overwrite`; then nothing is written. io.
+Status open_sweep_folder(const std::filesystem::path& dir, const SweepHead& head, const Plan& plan,
+                         bool overwrite);
+
+// Takes away temporary files. Others may be at work in the folder.
+void close_sweep_folder(const std::filesystem::path& dir);
+
+// runs/<id>
+std::string run_folder(const std::string& id);
+
+// Whether its data set is there, finished, and nothing of its making is left.
+bool run_is_done(const std::filesystem::path& dir, const std::string& id);
+
+struct RunFailure {
+  std::string run, name;
+  std::string kind;  // kind_name
+  std::string message;
+  std::string host, time_utc;  // where and when
+};
+
+// usage, io, ...
+std::string kind_name(ErrorKind kind);
+
+Status write_failure(const std::filesystem::path& dir, const RunFailure& failure);
+// Nothing where there is none, or none that can be read.
+std::optional<RunFailure> read_failure(const std::filesystem::path& dir, const std::string& id);
+void remove_failure(const std::filesystem::path& dir, const std::string& id);
+
+}  // namespace ensonify

@@ -1,0 +1,149 @@
+#include "sweep/status.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "dataset/layout.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+// When a file was last written, since 1970.
+std::optional<double> written_s(const fs::path& path) {
+  struct stat info {};
+  if (::lstat(path.c_str(), &info) != 0) return std::nullopt;
+  return static_cast<double>(info.st_mtim.tv_sec) +
+         1e-9 * static_cast<double>(info.st_mtim.tv_nsec);
+}
+
+bool is_record(const std::string& name) {
+  return name.ends_with(".json") && name.find_first_not_of("0123456789") == name.size() - 5;
+}
+
+// Records of pings that a run under way has.
+void count_records(const fs::path& folder, RunStatus& status) {
+  std::error_code error;
+  const fs::path sequences = folder / layout::kWorkFolder / "sequences";
+  for (fs::directory_iterator sequence(sequences, error), end; !error && sequence != end;
+       sequence.increment(error)) {
+    std::error_code inner;
+    for (fs::directory_iterator entry(sequence->path(), inner); !inner && entry != end;
+         entry.increment(inner)) {
+      if (!is_record(entry->path().filename().string())) continue;
+      ++status.pings;
+      status.changed_s = std::max(status.changed_s, written_s(entry->path()).value_or(0));
+    }
+  }
+}
+
+// Of what a run has done, the part within the last kRateSeconds.
+double recent_pings(const RunStatus& run, double from_s) {
+  if (run.pings == 0 || run.changed_s <= from_s) return 0;
+  const double all_s = run.changed_s - run.begun_s;
+  const double part = all_s > 0 ? (run.changed_s - std::max(run.begun_s, from_s)) / all_s : 1;
+  return static_cast<double>(run.pings) * std::clamp(part, 0.0, 1.0);
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 60) return fmt::format("{:.0f} s", seconds);
+  const long minutes = std::lround(seconds / 60);
+  if (minutes < 60) return fmt::format("{} min", minutes);
+  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
+}
+
+}  // namespace
+
+std::string state_name(RunState state) {
+  switch (state) {
+    case RunState::begun:
+      return "running";
+    case RunState::failed:
+      return "failed";
+    case RunState::done:
+      return "done";
+    case RunState::missing:
+      break;
+  }
+  return "missing";
+}
+
+RunStatus run_status(const fs::path& dir, const PlannedRun& run) {
+  const fs::path folder = dir / run_folder(run.id);
+  RunStatus status;
+  const auto begun = written_s(folder / layout::kWorkJson);
+  if (run_is_done(dir, run.id)) {
+    status.state = RunState::done;
+    status.pings = run.pings;
+    status.changed_s = written_s(folder / layout::kDatasetSha256).value_or(0);
+    status.begun_s = begun.value_or(status.changed_s);
+    return status;
+  }
+  if (begun) {
+    status.state = RunState::begun;
+    count_records(folder, status);
+    status.pings = std::min(status.pings, run.pings);
+    status.begun_s = *begun;
+    status.changed_s = std::max(status.changed_s, *begun);
+  }
+  status.failure = read_failure(dir, run.id);
+  if (status.failure) status.state = RunState::failed;
+  return status;
+}
+
+SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double now_s) {
+  SweepStatus sum;
+  sum.runs = plan.size();
+  double begun_s = now_s, recent = 0;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const RunStatus& run = runs[i];
+    sum.done += run.state == RunState::done;
+    sum.begun += run.state == RunState::begun;
+    sum.failed += run.state == RunState::failed;
+    sum.missing += run.state == RunState::missing;
+    sum.silent += run.state == RunState::begun && now_s - run.changed_s > kSilentSeconds;
+    sum.pings += plan[i].pings;
+    sum.pings_done += run.pings;
+    if (run.state != RunState::failed) sum.pings_to_come += plan[i].pings - run.pings;
+    if (run.pings > 0) begun_s = std::min(begun_s, run.begun_s);
+    recent += recent_pings(run, now_s - kRateSeconds);
+  }
+  const double seconds = std::min(now_s - begun_s, kRateSeconds);
+  if (recent > 0 && seconds > 0) {
+    sum.pings_per_s = recent / seconds;
+    sum.seconds_left = static_cast<double>(sum.pings_to_come) / *sum.pings_per_s;
+  }
+  return sum;
+}
+
+std::string status_text(const std::string& name, const Plan& plan,
+                        const std::vector<RunStatus>& runs, const SweepStatus& status) {
+  std::string text =
+      fmt::format("{}: {} runs: {} done, {} running, {} failed, {} missing\n", name, status.runs,
+                  status.done, status.begun, status.failed, status.missing);
+  if (status.silent > 0) {
+    text += fmt::format("{} of the running wrote nothing for {} and may have been cut off\n",
+                        status.silent, duration_text(kSilentSeconds));
+  }
+  text += fmt::format("{} of {} pings", status.pings_done, status.pings);
+  if (status.pings_to_come > 0 && status.pings_per_s) {
+    text += fmt::format(", {:.3g} pings/s, {} left", *status.pings_per_s,
+                        duration_text(*status.seconds_left));
+  }
+  text += "\n";
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    if (!runs[i].failure) continue;
+    text += fmt::format("failed: {} {}: {}\n", plan[i].id, one_line(plan[i].name),
+                        one_line(runs[i].failure->message));
+  }
+  return text;
+}
+
+}  // namespace ensonify

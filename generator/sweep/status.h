@@ -1,0 +1,55 @@
+// How far a sweep is, from the files in its folder alone.
+//
+//   RunState  RunStatus  run_status
+//   SweepStatus  sum_up
+//   status_text
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sweep/folder.h"
+#include "sweep/plan.h"
+
+namespace ensonify {
+
+enum class RunState {
+  missing,  // nobody has begun it
+  begun,    // under way, or cut off
+  failed,   // and not done since
+  done
+};
+
+// done, failed, running, missing
+std::string state_name(RunState state);
+
+struct RunStatus {
+  RunState state = RunState::missing;
+  std::uint64_t pings = 0;            // done
+  double begun_s = 0, changed_s = 0;  // of its pings, since 1970; 0: there are none
+  std::optional<RunFailure> failure;  // of a failed one
+};
+
+RunStatus run_status(const std::filesystem::path& dir, const PlannedRun& run);
+
+struct SweepStatus {
+  std::size_t runs = 0, done = 0, begun = 0, failed = 0, missing = 0;
+  std::size_t silent = 0;  // of `begun`: without a new file for kSilentSeconds
+  std::uint64_t pings = 0, pings_done = 0;
+  std::uint64_t pings_to_come = 0;  // without those of failed runs
+  std::optional<double> pings_per_s, seconds_left;
+};
+
+// The speed is that of the last kRateSeconds; a run's pings are taken to have come evenly between
+// its first and its last one.
+inline constexpr double kSilentSeconds = 600, kRateSeconds = 600;
+SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double now_s);
+
+// Some lines for people, failed runs and their reasons last.
+std::string status_text(const std::string& name, const Plan& plan,
+                        const std::vector<RunStatus>& runs, const SweepStatus& status);
+
+}  // namespace ensonify
