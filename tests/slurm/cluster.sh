@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
 # cluster.sh FOLDER NODES
 # A private Slurm on this machine's loopback, all of it in FOLDER: munge, a controller, and NODES
-# nodes of two processors each. Says "up" when all nodes are idle. It then reads its standard input:
-# "node K" starts node K (0 ... NODES-1) again after it was killed; the end of the input, which also
-# comes when whoever started this is killed, takes everything down. SLURM_CONF=FOLDER/slurm.conf
-# leads Slurm's commands there. Needs slurm-wlm and munge; any user.
+# nodes of two processors each. Says "up" when all nodes are idle, and takes everything down when its
+# standard input ends, which it also does when whoever started this is killed.
+# SLURM_CONF=FOLDER/slurm.conf leads Slurm's commands there. Needs slurm-wlm and munge; any user.
 set -euo pipefail
 
 folder=$(realpath -m -- "$1")
@@ -74,8 +73,6 @@ CONF
   done
 }
 
-start_node() { slurmd -D -N "n$1" >>"$folder/log/n$1.out" 2>&1 </dev/null & }
-
 start() {
   local node
   # --force: the private folder may lie under one that only its owner can enter.
@@ -87,7 +84,9 @@ start() {
     sleep 0.02
   done
   slurmctld -D >"$folder/log/ctld.out" 2>&1 </dev/null &
-  for ((node = 0; node < nodes; ++node)); do start_node "$node"; done
+  for ((node = 0; node < nodes; ++node)); do
+    slurmd -D -N "n$node" >"$folder/log/n$node.out" 2>&1 </dev/null &
+  done
   disown -a  # no word about each when they are killed
 }
 
@@ -134,6 +133,4 @@ if [ $up = no ]; then
   exit 1
 fi
 echo up
-while read -r command number; do
-  if [ "$command" = node ]; then start_node "$number"; disown -a; fi
-done
+cat >/dev/null

@@ -53,7 +53,7 @@ def until(what, condition, seconds=60):
         value = condition()
         if value:
             return value
-        time.sleep(0.01)
+        time.sleep(0.02)
     raise AssertionError(f"never came: {what}")
 
 
@@ -108,6 +108,8 @@ def send(number, pids):
 
 
 class Cluster(unittest.TestCase):
+    alone = None
+
     @classmethod
     def setUpClass(cls):
         if MISSING:
@@ -118,7 +120,7 @@ class Cluster(unittest.TestCase):
         cls.cluster = subprocess.Popen(
             ["setsid", "--fork", HERE / "cluster.sh", cls.folder / "cluster", "2"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
+        )
         cls.addClassCleanup(cls.take_down)
         cls.conf = cls.folder / "cluster" / "slurm.conf"
         cls.environment = dict(os.environ, SLURM_CONF=str(cls.conf), PATH=PATH)
@@ -153,14 +155,26 @@ class Cluster(unittest.TestCase):
     def submit(self, *options):
         """Of submit.sh: the array's id, and what it said."""
         said = self.slurm(SCRIPTS / "submit.sh", self.sweep, self.out, "--program", PROGRAM,
-                          *options, "--", "--cpus-per-task=1", "--time=5")  # fmt: skip
+                          *options, "--", "--cpus-per-task=1", "--time=5")
         return re.search(r"array (\d+)", said)[1], said
 
     def state(self, job):
         return self.slurm("squeue", "-h", "-t", "all", "-j", job, "-o", "%T").strip()
 
     def wait_for_end(self):
+        self.begin_alone()  # meanwhile
         until("an empty queue", lambda: not self.slurm("squeue", "-h"), 90)
+
+    def begin_alone(self):
+        """One process makes the sweep, once for all tests of a class."""
+        if self.alone is None and self.sweep.read_text() == SWEEP:
+            folder = self.folder / "alone"
+            folder.mkdir()
+            (folder / "small_scene.yaml").write_text(SCENARIO)
+            (folder / "small.yaml").write_text(SWEEP)
+            command = [PROGRAM, "sweep", folder / "small.yaml", "-o", folder / "out", "--quiet"]
+            type(self).alone = subprocess.Popen(command)
+            self.addClassCleanup(self.alone.wait)
 
     def logs(self, name="*"):
         return "".join(path.read_text() for path in sorted((self.here / "out.slurm").glob(name)))
@@ -200,11 +214,15 @@ class Cluster(unittest.TestCase):
         for pids in ([daemon], steps, jobs):
             send(signal.SIGKILL, pids)
 
+    def finalize(self, sweep, out):
+        result = run(PROGRAM, "sweep", sweep, "-o", out, "--finalize")
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def check_same_as_one_process(self):
-        alone = self.here / "alone"
-        self.assertEqual(run(PROGRAM, "sweep", self.sweep, "-o", alone).returncode, 0)
-        self.assertEqual(run(PROGRAM, "sweep", self.sweep, "-o", alone, "--finalize").returncode, 0)
-        expected, made = hashes(alone), hashes(self.out)
+        alone = self.folder / "alone"
+        self.assertEqual(self.alone.wait(), 0)
+        self.finalize(alone / "small.yaml", alone / "out")
+        expected, made = hashes(alone / "out"), hashes(self.out)
         self.assertGreater(len(expected), 4)
         self.assertEqual(made, expected, self.logs())
 
@@ -231,9 +249,6 @@ class Killed(Cluster):
         for task in range(4):
             self.assertIn(f"shard {task}/4, 1 threads, start 2", self.logs(f"{job}_{task}.log"))
         self.check_same_as_one_process()
-        self.cluster.stdin.write("node 1\n")
-        self.cluster.stdin.flush()
-        until("the node again", lambda: self.slurm("sinfo", "-h", "-n", "n1", "-o", "%T") == "idle\n")
 
 
 class Ended(Cluster):
@@ -241,7 +256,7 @@ class Ended(Cluster):
         job, _ = self.submit("--tasks", "2")
         held = self.hold(job, 2)
         kept = {path: path.stat().st_ino for name in self.ids("0/2")
-                for path in (self.out / "runs" / name).rglob("0*.npy")}  # fmt: skip
+                for path in (self.out / "runs" / name).rglob("0*.npy")}
         self.assertTrue(kept)
         self.slurm("scancel", "--batch", "--signal=TERM", f"{job}_0")
         self.slurm("scancel", f"{job}_1")
@@ -257,12 +272,14 @@ class Ended(Cluster):
         self.assertIn("not all runs are there", self.logs("*_end.log"))
         # A lost task alone: still shard 1 of 2.
         self.slurm("sbatch", "--array=1", "--cpus-per-task=1", "--output", self.here / "out.slurm" / "alone.log",
-                   SCRIPTS / "task.sh", PROGRAM, self.sweep, self.out, "2")  # fmt: skip
+                   SCRIPTS / "task.sh", PROGRAM, self.sweep, self.out, "2")
         self.wait_for_end()
         self.assertIn("shard 1/2, 1 threads, start 1", self.logs("alone.log"))
-        self.assertEqual(run(PROGRAM, "sweep", self.sweep, "-o", self.out, "--finalize").returncode, 0)
+        self.finalize(self.sweep, self.out)
         self.check_same_as_one_process()
 
+
+class Failed(Cluster):
     def test_a_failed_run_does_not_hold_back_the_rest(self):
         # Somebody else's folder in the place of a run.
         foreign = self.out / "runs" / self.ids()[2]
@@ -290,7 +307,7 @@ class Refused(Cluster):
         self.sweep.write_text(SWEEP)
         for options in (["--tasks", "0"], ["--tasks"], ["--", "--array=3"], ["--", "-n4"]):
             result = run(SCRIPTS / "submit.sh", self.sweep, self.out, "--program", PROGRAM, *options,
-                         env=self.environment)  # fmt: skip
+                         env=self.environment)
             self.assertEqual(result.returncode, 2, options)
         self.assertEqual(self.slurm("squeue", "-h"), "")
         self.assertFalse(self.out.exists())
@@ -332,7 +349,7 @@ class Without(unittest.TestCase):
             SCRIPTS / "task.sh", self.here / "program", "a.yaml", self.here / "out", "2",
             env={"PATH": f"{self.here}:{os.environ['PATH']}",
                  "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "1"},
-        )  # fmt: skip
+        )
         return result.returncode, asked.exists() and asked.read_text()
 
     def test_gives_up_after_three_starts_that_brought_nothing(self):
