@@ -1,8 +1,8 @@
 """Sweeps on a real Slurm: cluster.sh starts one with two nodes on the loopback, in a private folder.
 
 Protects what scripts/slurm promises: whatever is killed, the sweep becomes whole, in the bytes that one
-process makes. Kills hit tasks that are held (SIGSTOP) after their first ping, so that nothing here hangs
-on time. Skips where Slurm is not installed. ENSONIFY is the program, SCRIPTS the folder scripts/. Run by
+process makes. Kills hit programs that are stopped after their first pings, however fast the machine
+is. Skips where Slurm is not installed. ENSONIFY is the program, SCRIPTS the folder scripts/. Run by
 ctest; by hand, as root or not:
     ENSONIFY=build/release/ensonify SCRIPTS=scripts python3 -m unittest slurm_test
 """
@@ -44,6 +44,13 @@ SWEEP = """ensonify_sweep: 1
 name: small
 base: small_scene.yaml
 axes: [{key: materials.m.reflectivity, name: wall, values: [1e-3, 2e-3, 3e-3, 4e-3]}]
+"""
+
+
+# Waits before it begins, where it is not a second start.
+HELD = """#!/bin/sh
+case " $* " in *" --threads "*) [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ] || kill -STOP $$ ;; esac
+exec nice %s "$@"
 """
 
 
@@ -152,10 +159,10 @@ class Cluster(unittest.TestCase):
         self.assertEqual(result.returncode, 0, f"{command}: {result.stdout}{result.stderr}")
         return result.stdout
 
-    def submit(self, *options):
+    def submit(self, *options, program=PROGRAM):
         """Of submit.sh: the array's id, and what it said."""
-        said = self.slurm(SCRIPTS / "submit.sh", self.sweep, self.out, "--program", PROGRAM,
-                          *options, "--", "--cpus-per-task=1", "--time=5")
+        said = self.slurm(SCRIPTS / "submit.sh", self.sweep, self.out, "--program", program, *options,
+                          "--", "--cpus-per-task=1", "--time=5")
         return re.search(r"array (\d+)", said)[1], said
 
     def state(self, job):
@@ -183,27 +190,32 @@ class Cluster(unittest.TestCase):
         said = run(PROGRAM, "sweep", self.sweep, "--list", "--shard", shard).stdout
         return re.findall("^([0-9a-f]{16}) ", said, re.M)
 
-    def hold(self, job, tasks):
-        """Stops the program of each task after its first ping; process ids by task."""
-        shards = {task: [self.out / "runs" / name for name in self.ids(f"{task}/{tasks}")] for task in range(tasks)}
-        held = {}
+    def submit_held(self, tasks):
+        """The array's id, and process ids by task: each program stopped after its first pings."""
+        held = self.here / "held"
+        held.write_text(HELD % PROGRAM)
+        held.chmod(0o755)
+        job, _ = self.submit("--tasks", str(tasks), program=held)
+        return job, {task: self.after_first_pings(job, task, tasks) for task in range(tasks)}
 
-        def hold_some():
-            for task in shards.keys() - held.keys():
-                if any(any(folder.rglob("000000*.npy")) for folder in shards[task]):
-                    held[task] = self.programs(job, task)
-                    send(signal.SIGSTOP, held[task])
-            return len(held) == tasks
+    def after_first_pings(self, job, task, tasks):
+        folders = [self.out / "runs" / name for name in self.ids(f"{task}/{tasks}")]
+        [pid] = until(f"task {task}", lambda: self.stopped_programs(job, task))
 
-        until("first pings of all tasks", hold_some)
-        for task, folders in shards.items():
-            self.assertFalse(all((f / "dataset.sha256").exists() for f in folders), "ended too soon")
-            until("programs to stop", lambda: all(stat_of(pid)[0] == "T" for pid in held[task]))
-        return held
+        def one_step():
+            send(signal.SIGCONT, [pid])
+            time.sleep(0.01)
+            send(signal.SIGSTOP, [pid])
+            until("a stop", lambda: stat_of(pid)[0] == "T")
+            return any(any(folder.rglob("000000*.npy")) for folder in folders)
 
-    def programs(self, job, task):
+        until("first pings", one_step)
+        self.assertFalse(all((folder / "dataset.sha256").exists() for folder in folders))
+        return pid
+
+    def stopped_programs(self, job, task):
         pids = processes(SLURM_CONF=self.conf, SLURM_ARRAY_JOB_ID=job, SLURM_ARRAY_TASK_ID=task)
-        return [pid for pid in pids if b"--threads" in command_of(pid)]
+        return [pid for pid in pids if b"--threads" in command_of(pid) and stat_of(pid)[0] == "T"]
 
     def kill_node(self, name):
         """Its daemon and all that runs there; first who could tell the controller of the others' end."""
@@ -229,8 +241,7 @@ class Cluster(unittest.TestCase):
 
 class Killed(Cluster):
     def test_killed_tasks_and_a_killed_node(self):
-        job, _ = self.submit("--tasks", "4")
-        held = self.hold(job, 4)
+        job, held = self.submit_held(4)
         where = dict(
             line.split() for line in self.slurm("squeue", "-h", "-r", "-j", job, "-o", "%K %N").splitlines()
         )
@@ -239,7 +250,7 @@ class Killed(Cluster):
         self.assertEqual((len(stay), len(gone)), (2, 2), where)
         self.kill_node("n1")
         # One program: its task queues itself again.
-        send(signal.SIGKILL, held[int(stay[0])])
+        send(signal.SIGKILL, [held[int(stay[0])]])
         # One whole task, its script too: it has failed, and is queued again by hand.
         lost = f"{job}_{stay[1]}"
         send(signal.SIGKILL, processes(SLURM_CONF=self.conf, SLURM_ARRAY_TASK_ID=stay[1]))
@@ -253,14 +264,13 @@ class Killed(Cluster):
 
 class Ended(Cluster):
     def test_a_task_told_to_end_goes_on_later_and_a_cancelled_one_does_not(self):
-        job, _ = self.submit("--tasks", "2")
-        held = self.hold(job, 2)
+        job, held = self.submit_held(2)
         kept = {path: path.stat().st_ino for name in self.ids("0/2")
                 for path in (self.out / "runs" / name).rglob("0*.npy")}
         self.assertTrue(kept)
         self.slurm("scancel", "--batch", "--signal=TERM", f"{job}_0")
         self.slurm("scancel", f"{job}_1")
-        send(signal.SIGCONT, held[0] + held[1])
+        send(signal.SIGCONT, held.values())
         self.wait_for_end()
         log = self.logs(f"{job}_0.log")
         self.assertIn("ended with 130", log)
