@@ -81,7 +81,10 @@ array=$(sbatch --parsable --job-name="$name" --output="$logs/%A_%a.log" "${wants
 array=${array%%;*}  # ID;CLUSTER where there are several
 # afterany: with afterok one failed run would hold it back for ever.
 last=$(sbatch --parsable --job-name="$name-end" --output="$logs/%j_end.log" "${options[@]}" \
-  --cpus-per-task=1 --dependency="afterany:$array" "$here/finish.sh" "$program" "$sweep" "$out")
+  --cpus-per-task=1 --dependency="afterany:$array" "$here/finish.sh" "$program" "$sweep" "$out") || {
+  scancel "$array"
+  fail "the last step was refused; the array is cancelled again"
+}
 last=${last%%;*}
 
 cat <<TEXT

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # cluster.sh FOLDER NODES
 # A private Slurm on this machine's loopback, all of it in FOLDER: munge, a controller, and NODES
-# nodes of two processors each. Says "up" when all nodes are idle, and takes everything down when its
-# standard input ends, which it also does when whoever started this is killed.
+# nodes of two processors, and of a GPU that only Slurm believes in. Says "up" when all are idle, and
+# takes everything down when its standard input ends, as it does when whoever started this is killed.
 # SLURM_CONF=FOLDER/slurm.conf leads Slurm's commands there. Needs slurm-wlm and munge; any user.
 set -euo pipefail
 
@@ -34,6 +34,7 @@ configure() {
   # cred_expire is also what a requeued job waits before it starts again; less is refused.
   # Where no cgroup file system is mounted, slurmd 22.05 wants to hear a plugin's name all the same.
   echo "CgroupPlugin=cgroup/v1" >"$folder/cgroup.conf"
+  echo "Name=gpu File=/dev/null" >"$folder/gres.conf"
   cat >"$SLURM_CONF" <<CONF
 ClusterName=private
 SlurmctldHost=localhost(127.0.0.1)
@@ -61,6 +62,7 @@ MessageTimeout=3
 InactiveLimit=0
 KillWait=5
 MinJobAge=300
+GresTypes=gpu
 MaxArraySize=5
 ReturnToService=2
 JobRequeue=1
@@ -69,7 +71,7 @@ CONF
   for ((node = 0; node < nodes; ++node)); do
     mkdir -p "$folder/spool/n$node"
     echo "NodeName=n$node NodeHostname=localhost NodeAddr=127.0.0.1 Port=${ports[node + 1]}" \
-      "CPUs=2 RealMemory=1000" >>"$SLURM_CONF"
+      "CPUs=2 RealMemory=1000 Gres=gpu:1" >>"$SLURM_CONF"
   done
 }
 

@@ -231,10 +231,10 @@ class Cluster(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
 
     def check_same_as_one_process(self):
-        alone = self.folder / "alone"
         self.assertEqual(self.alone.wait(), 0)
-        self.finalize(alone / "small.yaml", alone / "out")
-        expected, made = hashes(alone / "out"), hashes(self.out)
+        alone = self.folder / "alone" / "out"
+        self.finalize(alone.parent / "small.yaml", alone)
+        expected, made = hashes(alone), hashes(self.out)
         self.assertGreater(len(expected), 4)
         self.assertEqual(made, expected, self.logs())
 
@@ -322,71 +322,21 @@ class Refused(Cluster):
         self.assertEqual(self.slurm("squeue", "-h"), "")
         self.assertFalse(self.out.exists())
 
+    def test_a_gpu_for_each_task_and_the_program_told_to_use_it(self):
+        job, _ = self.submit("--tasks", "2", "--gpus")
+        self.assertIn("gres:gpu:1", self.slurm("scontrol", "show", "job", job))
+        self.wait_for_end()
+        # The program does not do without it: where there is none in truth, it ends with 5.
+        options = ["-o", self.here / "probe", "--backend", "cuda", "--quiet"]
+        status = run(PROGRAM, "sweep", self.sweep, *options).returncode
+        self.assertEqual(self.logs(f"{job}_*.log").count(f"ended with {status}"), 2, self.logs())
+
     def test_more_tasks_than_an_array_may_have(self):
         self.sweep.write_text(SWEEP + "seeds: 2\n")
         job, said = self.submit("--tasks", "8")  # MaxArraySize is 5 here
         self.slurm("scancel", job)
         self.assertIn("8 runs in 5 tasks", said)
         self.wait_for_end()
-
-
-class Without(unittest.TestCase):
-    """What needs no cluster."""
-
-    def setUp(self):
-        self.here = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-slurm-"))
-        self.addCleanup(shutil.rmtree, self.here, ignore_errors=True)
-
-    def test_says_how_to_run_on_one_machine(self):
-        for tool in ("bash", "dirname", "sed"):
-            os.symlink(shutil.which(tool), self.here / tool)
-        result = run(SCRIPTS / "submit.sh", "a.yaml", "out", env={"PATH": str(self.here)})
-        self.assertEqual(result.returncode, 4, result.stderr)
-        self.assertIn("ensonify sweep a.yaml -o out", result.stderr)
-
-    def write(self, name, text):
-        (self.here / name).write_text("#!/bin/bash\n" + text)
-        (self.here / name).chmod(0o755)
-
-    def start_task(self):
-        """task.sh with Slurm's commands played; its exit status and whether it asked to be requeued."""
-        asked = self.here / "asked"
-        asked.unlink(missing_ok=True)
-        self.write("squeue", "echo RUNNING")
-        self.write("scontrol", f'echo "$@" >{asked}')
-        (self.here / "out.slurm").mkdir(exist_ok=True)
-        result = run(
-            SCRIPTS / "task.sh", self.here / "program", "a.yaml", self.here / "out", "2",
-            env={"PATH": f"{self.here}:{os.environ['PATH']}",
-                 "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "1"},
-        )
-        return result.returncode, asked.exists() and asked.read_text()
-
-    def test_gives_up_after_three_starts_that_brought_nothing(self):
-        folder = self.here / "out" / "runs" / ("0" * 16)
-        folder.mkdir(parents=True)
-        listed = 'if [ "$3" = --list ]; then echo "0000000000000000 1 2"; exit; fi\n'
-        self.write("program", listed + "kill -KILL $$")
-        again = (0, "requeue 7_1\n")
-        self.assertEqual([self.start_task() for _ in range(4)], [again] * 3 + [(1, False)])
-        # What makes progress is started as often as it takes.
-        self.write("program", listed + f"mktemp {folder}/XXXX >/dev/null; kill -KILL $$")
-        self.assertEqual([self.start_task() for _ in range(6)], [again] * 6)
-        # So is a study, whose moments grow in one file of one size.
-        moments = folder / ".work" / "sequences" / "000000" / "moments.bin"
-        moments.parent.mkdir(parents=True)
-        self.write("program", listed + f"sleep 0.01; echo 1 >{moments}; kill -KILL $$")
-        self.assertEqual([self.start_task() for _ in range(6)], [again] * 6)
-        # A temporary file is no progress.
-        other = folder / ".work" / "tmp"
-        other.mkdir()
-        self.write("program", listed + f"mktemp {other}/XXXX >/dev/null; kill -KILL $$")
-        self.assertIn((1, False), [self.start_task() for _ in range(5)])
-
-    def test_keeps_the_programs_exit_status(self):
-        for status in (0, 2, 3, 5):
-            self.write("program", f"exit {status}")
-            self.assertEqual(self.start_task(), (status, False))
 
 
 if __name__ == "__main__":
