@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # ./scripts/container/install.sh [PREFIX]
-# For recipes of containers, which run it as root: installs what is missing, builds without tests, and
-# puts the program with its scenes and scripts in PREFIX (default: /usr/local).
+# For recipes of containers, which run it as root: installs what is missing, builds without tests,
+# and puts the program with scenes, sweeps and documentation in PREFIX (default: /usr/local).
 set -euo pipefail
 
 prefix=${1:-/usr/local}

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The step after the array that submit.sh submits: gathers the results, whatever became of the tasks.
+# The step after the array that submit.sh submits: gathers the results, whatever became of it.
 #   finish.sh PROGRAM SWEEP OUT
-# Ends with 3 where runs failed or are missing; the table of those that are there is written then too.
+# Ends with 3 where runs failed or are missing; the table of those that are there is written too.
 #SBATCH --nodes=1
 #SBATCH --ntasks=1
 #SBATCH --requeue

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # ./scripts/slurm/submit.sh SWEEP OUT [--tasks N] [--gpus] [--program FILE] [-- SBATCH-OPTION...]
-# Runs a sweep on a Slurm cluster: checks it, submits one array of N tasks (each takes a shard of many
-# runs; default: 16, or as many as there are runs) and the step that gathers the results when all have ended.
-# --gpus asks for one GPU a task and has the program use it. What stands after -- goes to sbatch:
-# -- --partition=long --time=8:00:00 --cpus-per-task=16 --mem=8G. The same command again submits
-# what is missing. The program: --program, or build/release/ensonify, or the one on PATH. docs/cluster.md
+# Runs a sweep on a Slurm cluster: checks it, submits one array of N tasks (each takes a shard of
+# many runs; default: 16, or as many as there are runs), and the step that gathers the results when
+# all have ended. --gpus asks for one GPU a task and has the program use it. What is after -- goes
+# to sbatch: -- --partition=long --time=8:00:00 --cpus-per-task=16 --mem=8G. The same command again
+# submits what is missing. The program: --program, or build/release/ensonify, or the one on PATH.
 set -euo pipefail
 
 usage() {
@@ -34,11 +34,12 @@ while [ $# -gt 0 ]; do
   shift
 done
 [ -n "$out" ] || usage
-[[ -z $tasks || $tasks =~ ^[1-9][0-9]{0,5}$ ]] || fail "--tasks $tasks: accepted is a whole number from 1"
+[[ -z $tasks || $tasks =~ ^[1-9][0-9]{0,5}$ ]] ||
+  fail "--tasks $tasks: accepted is a whole number from 1"
 for option in "${options[@]}"; do
   case $option in
     --array* | -a*) fail "$option: the array is made by --tasks, a shard for each task" ;;
-    --nodes* | -N* | --ntasks* | -n*) fail "$option: a task of the array is one process on one node" ;;
+    --nodes* | -N* | --ntasks* | -n*) fail "$option: a task is one process on one node" ;;
   esac
 done
 command -v sbatch >/dev/null || {
@@ -47,7 +48,8 @@ command -v sbatch >/dev/null || {
 }
 if [ -z "$program" ]; then
   program=$here/../../build/release/ensonify
-  [ -x "$program" ] || program=$(command -v ensonify) || fail "no program; build it, or name it with --program"
+  [ -x "$program" ] || program=$(command -v ensonify) ||
+    fail "no program; build it, or name it with --program"
 fi
 # Jobs start in other folders, on other machines.
 program=$(realpath -- "$program")
@@ -76,12 +78,14 @@ if [ $gpus = yes ]; then
   with=(--backend cuda)
 fi
 # Ours come last, since sbatch takes the last of two.
-array=$(sbatch --parsable --job-name="$name" --output="$logs/%A_%a.log" "${wants[@]}" "${options[@]}" \
-  --array="0-$((tasks - 1))" "$here/task.sh" "$program" "$sweep" "$out" "$tasks" "${with[@]}")
+array=$(sbatch --parsable --job-name="$name" --output="$logs/%A_%a.log" "${wants[@]}" \
+  "${options[@]}" --array="0-$((tasks - 1))" \
+  "$here/task.sh" "$program" "$sweep" "$out" "$tasks" "${with[@]}")
 array=${array%%;*}  # ID;CLUSTER where there are several
 # afterany: with afterok one failed run would hold it back for ever.
 last=$(sbatch --parsable --job-name="$name-end" --output="$logs/%j_end.log" "${options[@]}" \
-  --cpus-per-task=1 --dependency="afterany:$array" "$here/finish.sh" "$program" "$sweep" "$out") || {
+  --cpus-per-task=1 --dependency="afterany:$array" \
+  "$here/finish.sh" "$program" "$sweep" "$out") || {
   scancel "$array"
   fail "the last step was refused; the array is cancelled again"
 }

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # A task of the array that submit.sh submits: one shard of a sweep.
 #   task.sh PROGRAM SWEEP OUT TASKS [OPTION-OF-SWEEP...]
-# Told to end early (SIGTERM: two minutes before the time limit, or preempted), it passes that on: the
-# program finishes the pings in hand, and the task puts itself into the queue again. So it does when the
-# program was killed. It gives up when three starts in a row brought nothing.
+# Told to end early (SIGTERM: two minutes before the time limit, or preempted), it passes that on:
+# the program finishes the pings in hand, and the task puts itself into the queue again. So it does
+# when the program was killed. It gives up when three starts in a row brought nothing.
 #SBATCH --nodes=1
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task=4
@@ -14,8 +14,8 @@ set -uo pipefail
 
 program=$1 sweep=$2 out=$3 tasks=$4
 shift 4
-# A number of shards from when the array was submitted: sbatch --array=3 for one lost task would make
-# it shard 0 of 1 by Slurm's variables.
+# The number of shards is that of when the array was submitted: by Slurm's variables, sbatch
+# --array=3 for one lost task would be shard 0 of 1.
 shard=$SLURM_ARRAY_TASK_ID/$tasks
 job=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
 threads=${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-1}}
@@ -44,7 +44,8 @@ if [ -f "$note" ]; then
   if [ "$now" = "$before" ]; then idle_starts=$((idle_starts + 1)); else idle_starts=0; fi
 fi
 if [ "$idle_starts" -ge 3 ]; then
-  say "three starts in a row brought nothing ($now): not started again. Is there too little memory, or time for a ping? See docs/cluster.md"
+  say "three starts in a row brought nothing ($now): not started again.
+Is there too little memory, or too little time for a ping? docs/cluster.md"
   rm -f "$note"
   exit 1
 fi
