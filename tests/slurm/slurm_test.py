@@ -50,7 +50,7 @@ axes: [{key: materials.m.reflectivity, name: wall, values: [1e-3, 2e-3, 3e-3, 4e
 # Waits before it begins, where it is not a second start.
 HELD = """#!/bin/sh
 case " $* " in *" --threads "*) [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ] || kill -STOP $$ ;; esac
-exec nice %s "$@"
+exec %s "$@"
 """
 
 
@@ -204,7 +204,7 @@ class Cluster(unittest.TestCase):
 
         def one_step():
             send(signal.SIGCONT, [pid])
-            time.sleep(0.01)
+            time.sleep(0.02)
             send(signal.SIGSTOP, [pid])
             until("a stop", lambda: stat_of(pid)[0] == "T")
             return any(any(folder.rglob("000000*.npy")) for folder in folders)
