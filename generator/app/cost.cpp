@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/memory.h"
+#include "app/motion.h"
 #include "core/moments.h"
 #include "dataset/statistics.h"
 #include "labels/cartesian.h"
@@ -81,6 +82,14 @@ std::uint64_t packed_array_count(const Session& session) {
          (output.polar + output.cartesian) * of_image + output.png * (1 + output.cartesian);
 }
 
+SynthesisMemory cpu_memory(const Session& session) {
+  const DopplerRange doppler = doppler_range(session);
+  return make_cpu_backend({session.sonar, session.water, session.record,
+                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                           doppler.highest})
+      ->memory(!session.world.volumes.empty());
+}
+
 }  // namespace
 
 std::uint64_t layer_count(const Session& session) {
@@ -130,11 +139,13 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   return cost;
 }
 
-std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact) {
+std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
+                             const SynthesisMemory& synthesis) {
   const EchoCounts echoes = exact ? count_echoes(session) : most_echoes(session);
   const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
   const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
-  return peak_bytes(session, threads, {0, 0}, echoes, static_cast<std::uint64_t>(ping.bytes));
+  return peak_bytes(session, threads, {0, 0}, echoes, static_cast<std::uint64_t>(ping.bytes),
+                    synthesis);
 }
 
 Cost estimate_cost(const Session& session, int threads) {
@@ -144,8 +155,8 @@ Cost estimate_cost(const Session& session, int threads) {
   const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
   Cost cost = estimate_files(session, listed);
   const PerPing ping = per_ping(session, pixels, listed);
-  cost.peak_bytes =
-      peak_bytes(session, threads, loaded, echoes, static_cast<std::uint64_t>(ping.bytes));
+  cost.peak_bytes = peak_bytes(session, threads, loaded, echoes,
+                               static_cast<std::uint64_t>(ping.bytes), cpu_memory(session));
   return cost;
 }
 

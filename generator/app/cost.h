@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/session.h"
+#include "synthesis/backend.h"
 
 namespace ensonify {
 
@@ -35,7 +36,8 @@ Cost estimate_cost(const Session& session, int threads);
 
 // Memory of one of several runs of a process, beside what it has loaded. With `exact` a few pings
 // are traced; else it is a bound that may be far too high.
-std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact);
+std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
+                             const SynthesisMemory& synthesis);
 
 // Pings, files and bytes alone, from `echoes` of a ping: needs no world, but for the size of its
 // distance field.

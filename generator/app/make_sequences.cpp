@@ -193,7 +193,9 @@ Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Wor
   const Workers workers(run.threads_within(threads, 1));
   {
     const Turn turn(run.crew.turns);
-    Status started = workshop.pipeline->start_sequence(info, workers);
+    const bool runs_ping_zero =
+        info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
+    Status started = workshop.pipeline->start_sequence(info, workers, runs_ping_zero);
     if (!started) return started;
   }
   const Pipeline& pipeline = *workshop.pipeline;

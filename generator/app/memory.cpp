@@ -268,14 +268,9 @@ ResidentMemory resident_memory() {
 }
 
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, std::uint64_t encoded_bytes) {
+                         const EchoCounts& echoes, std::uint64_t encoded_bytes,
+                         const SynthesisMemory& synthesis) {
   const PingCounts count = counts_of(session, echoes);
-  const DopplerRange doppler = doppler_range(session);
-  const SynthesisMemory synthesis =
-      make_cpu_backend({session.sonar, session.water, session.record,
-                        session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
-                        doppler.highest})
-          ->memory(!session.world.volumes.empty());
   const std::uint64_t tables =
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "app/session.h"
+#include "synthesis/backend.h"
 
 namespace ensonify {
 
@@ -32,7 +33,8 @@ EchoCounts count_echoes(const Session& session);
 // Of a `generate` of this session. What loading took is measured, not estimated: `loaded` is of a
 // process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, std::uint64_t encoded_bytes);
+                         const EchoCounts& echoes, std::uint64_t encoded_bytes,
+                         const SynthesisMemory& synthesis);
 
 // No ping has more, found without tracing; often far fewer.
 EchoCounts most_echoes(const Session& session);

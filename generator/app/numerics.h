@@ -16,10 +16,13 @@ namespace ensonify {
 
 enum class BackendChoice { automatic, cpu, cuda, reference };
 
+class TableCache;
+
 struct Numerics {
   BackendChoice backend = BackendChoice::cpu;
   SimdLevel simd = best_simd_level();
   std::string backend_name = "cpu";  // as work.json has it; with the device's name behind cuda
+  std::shared_ptr<TableCache> tables = {};  // of several runs (tables.h)
 };
 
 // `automatic` becomes cuda where a device answers, else cpu. Error (device): cuda is asked for, and

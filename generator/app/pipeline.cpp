@@ -21,21 +21,12 @@ Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo in
     : session_(session),
       tracer_(tracer),
       info_(std::move(info)),
-      fan_(make_fan(session.sonar)),
+      tables_(pipeline_tables(session, numerics)),
       scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  const DopplerRange doppler = doppler_range(session);
-  const SynthesisSetup setup{
-      session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
-      numerics.simd, doppler.lowest, doppler.highest};
-  backend_ = make_backend(numerics, setup);
-  if (info_.cartesian) {
-    cartesian_map_ = cartesian_map(*info_.cartesian, session.sonar, session.water, session.record);
-  }
   class_of_instance_.push_back(0);
   for (const Instance& instance : info_.instances) {
     class_of_instance_.push_back(instance.class_id);
   }
-  hidden_power_ = hidden_power(session.sonar, session.water, session.record);
 }
 
 RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
@@ -59,7 +50,7 @@ PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, boo
                       true,
                       only_level};
   PingSeries series;
-  backend_->synthesize({&task, 1}, {&series, 1}, workers);
+  tables_->backend->synthesize({&task, 1}, {&series, 1}, workers);
   return series;
 }
 
@@ -78,7 +69,7 @@ std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std:
     if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
     if (layer == Layer::volume) task.volumes = echoes.volumes;
     PingSeries series;
-    backend_->synthesize({&task, 1}, {&series, 1}, workers);
+    tables_->backend->synthesize({&task, 1}, {&series, 1}, workers);
     layers.push_back({layer, std::move(series.pressure_pa)});
   }
   // Behind a converter its own layer holds what is left.
@@ -104,10 +95,9 @@ PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& ser
 
 PingEchoes Pipeline::echoes_of(std::uint32_t ping, const Workers& workers) const {
   const OutputSelection& output = info_.output;
-  const bool pictures = output.polar || output.cartesian || output.png;
-  const bool wants_hidden = pictures && (output.shadow || output.amodal);
+  const bool wants_hidden = has_pictures() && (output.shadow || output.amodal);
   const Tracer tracer = tracer_.at(object_poses(session_, ping));
-  return ping_echoes({session_, fan_, scattering_, tracer, ping, sonar_pose(session_, ping),
+  return ping_echoes({session_, tables_->fan, scattering_, tracer, ping, sonar_pose(session_, ping),
                       wants_hidden, keys_of(ping).speckle},
                      workers);
 }
@@ -118,33 +108,71 @@ std::vector<float> Pipeline::first_return_of(const PingEchoes& echoes) const {
                         by_delay ? session_.water.sound_speed_m_s : 0);
 }
 
-Pipeline::FromPingZero Pipeline::look_at_ping_zero(const Workers& workers) const {
-  const Pose pose = sonar_pose(session_, 0);
-  const Tracer tracer = tracer_.at(object_poses(session_, 0));
-  const PingEchoes echoes = ping_echoes(
-      {session_, fan_, scattering_, tracer, 0, pose, false, keys_of(0).speckle}, workers);
-  const PingSeries series = series_of(echoes, 0, true, true, workers);
+bool Pipeline::has_pictures() const {
+  return info_.output.polar || info_.output.cartesian || info_.output.png;
+}
+
+bool Pipeline::only_level() const {
+  return has_pictures() && !info_.output.any_timeseries() && !info_.output.layers;
+}
+
+Pipeline::FromPingZero Pipeline::look_at_ping_zero(bool keeps, const Workers& workers) const {
+  auto zero = std::make_unique<PingZero>();
+  if (keeps) {
+    zero->echoes = echoes_of(0, workers);
+  } else {
+    const Tracer tracer = tracer_.at(object_poses(session_, 0));
+    zero->echoes = ping_echoes({session_, tables_->fan, scattering_, tracer, 0,
+                                sonar_pose(session_, 0), false, keys_of(0).speckle},
+                               workers);
+  }
+  // The noise of an snr_db is not known yet, and layers need the series without it.
+  const bool same = keeps && !info_.noise_snr_db && has_pictures();
+  zero->series = series_of(zero->echoes, 0, true, same ? only_level() : true, workers);
   const std::vector<std::uint8_t> hears =
-      hears_echo(echoes.scatterers, echoes.volumes, session_.sonar.bandwidth_hz,
+      hears_echo(zero->echoes.scatterers, zero->echoes.volumes, session_.sonar.bandwidth_hz,
                  session_.sonar.beam_count, session_.record.samples);
   FromPingZero result;
   std::size_t count = 0;
   for (std::size_t i = 0; i < hears.size(); ++i) {
     if (hears[i] == 0) continue;
-    result.mean_clean_pa2 += series.clean_power_pa2[i];
+    result.mean_clean_pa2 += zero->series->clean_power_pa2[i];
     ++count;
   }
   if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
-  const LabelledImage image = polar_image(polar_input(echoes, series), workers);
+  zero->polar = polar_image(polar_input(zero->echoes, *zero->series), workers);
+  const LabelledImage& image = *zero->polar;
   result.db_limits =
       grey_gain_db_.empty()
           ? db_limits_from_clean(image.clean_db, image.elevation_rad)
           : db_limits_from_clean(with_gain(image.clean_db, grey_gain_db_), image.elevation_rad);
+  if (!keeps) return result;
+  if (!same) {
+    zero->series.reset();
+    zero->polar.reset();
+  }
+  const std::lock_guard lock(stash_mutex_);
+  stash_ = std::move(zero);
   return result;
 }
 
-Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
+// Ping 0 gives what was kept of it away.
+std::unique_ptr<Pipeline::PingZero> Pipeline::ping_zero_of(std::uint32_t ping,
+                                                           const Workers& workers) const {
+  std::unique_ptr<PingZero> kept;
+  if (ping == 0) {
+    const std::lock_guard lock(stash_mutex_);
+    kept = std::move(stash_);
+  }
+  if (kept) return kept;
+  kept = std::make_unique<PingZero>();
+  kept->echoes = echoes_of(ping, workers);
+  return kept;
+}
+
+Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers, bool runs_ping_zero) {
   info_ = std::move(info);
+  stash_.reset();
   // Where scatterers lie on surfaces is drawn for each sequence.
   if (info_.speckle == SpeckleMode::surface) ping_zero_.reset();
   layer_of_instance_ = layer_table(info_);
@@ -161,7 +189,9 @@ Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers) {
   }
   const std::optional<std::array<double, 2>>& given = session_.scenario.output.png_db;
   const bool needs_limits = info_.output.png && !given;
-  if ((needs_limits || info_.noise_snr_db) && !ping_zero_) ping_zero_ = look_at_ping_zero(workers);
+  if ((needs_limits || info_.noise_snr_db) && !ping_zero_) {
+    ping_zero_ = look_at_ping_zero(runs_ping_zero && !shared_echoes_, workers);
+  }
   if (info_.output.png) info_.png_db_limits = given ? *given : ping_zero_->db_limits;
   if (!info_.noise_snr_db) return {};
   if (!(ping_zero_->mean_clean_pa2 > 0)) {
@@ -183,14 +213,15 @@ GreyImage Pipeline::grey_of(const LabelledImage& polar) const {
 }
 
 void Pipeline::add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
-                            const Workers& workers) const {
+                            std::optional<LabelledImage> made, const Workers& workers) const {
   const OutputSelection& output = info_.output;
   const PolarInput input = polar_input(echoes, series);
-  LabelledImage polar = polar_image(input, workers);
+  LabelledImage polar = made ? std::move(*made) : polar_image(input, workers);
   HiddenLabels hidden;
   if (output.shadow || output.amodal) {
-    hidden = hidden_labels({input, echoes.hidden, hidden_power_.per_energy, hidden_power_.pulse},
-                           polar, workers);
+    hidden = hidden_labels(
+        {input, echoes.hidden, tables_->hidden_power.per_energy, tables_->hidden_power.pulse},
+        polar, workers);
   }
   if (output.shadow) polar.shadow = std::move(hidden.shadow);
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
@@ -202,15 +233,16 @@ void Pipeline::add_pictures(PingResult& result, const PingEchoes& echoes, const 
   }
   if (output.png) result.polar_grey = grey_of(polar);
   if (output.cartesian) {
-    LabelledImage cartesian = resample(polar, *info_.cartesian, cartesian_map_);
+    LabelledImage cartesian = resample(polar, *info_.cartesian, tables_->cartesian_map);
     result.cartesian_annotations = annotations(cartesian);
     if (output.amodal) {
       result.cartesian_hidden =
-          add_amodal(resample(hidden.amodal, *info_.cartesian, cartesian_map_), occlusion,
+          add_amodal(resample(hidden.amodal, *info_.cartesian, tables_->cartesian_map), occlusion,
                      result.cartesian_annotations);
     }
     if (output.png) {
-      result.cartesian_grey = resample(*result.polar_grey, *info_.cartesian, cartesian_map_);
+      result.cartesian_grey =
+          resample(*result.polar_grey, *info_.cartesian, tables_->cartesian_map);
     }
     result.cartesian = std::move(cartesian);
   }
@@ -227,24 +259,26 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
   for (const PointTarget& target : session_.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  const bool pictures = output.polar || output.cartesian || output.png;
-  std::optional<PingEchoes> own;
-  if (!shared_echoes_) own = echoes_of(ping, workers);
-  const PingEchoes& echoes = own ? *own : *shared_echoes_;
-  result.first_return_m = own ? first_return_of(*own) : shared_first_return_m_;
+  const bool pictures = has_pictures();
+  const auto made = shared_echoes_ ? nullptr : ping_zero_of(ping, workers);
+  PingEchoes* own = made ? &made->echoes : nullptr;
+  const PingEchoes& echoes = own != nullptr ? *own : *shared_echoes_;
+  result.first_return_m = own != nullptr ? first_return_of(*own) : shared_first_return_m_;
   if (output.scatterers) {
     const RandomKeys keys = keys_of(ping);
     for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  const bool only_level = pictures && !output.any_timeseries() && !output.layers;
-  PingSeries series = series_of(echoes, ping, pictures, only_level, workers);
+  PingSeries series = made && made->series
+                          ? std::move(*made->series)
+                          : series_of(echoes, ping, pictures, only_level(), workers);
   if (output.layers) {
     result.layers = layers_of_ping(echoes, ping, series, workers);
   }
-  if (pictures) add_pictures(result, echoes, series, workers);
-  if (own) {
+  if (pictures)
+    add_pictures(result, echoes, series, made ? std::move(made->polar) : std::nullopt, workers);
+  if (own != nullptr) {
     result.scatterers = std::move(own->scatterers);
   } else if (output.scatterers || output.points) {
     result.scatterers = echoes.scatterers;

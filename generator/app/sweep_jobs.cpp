@@ -9,6 +9,7 @@
 
 #include "app/cost.h"
 #include "app/starved_cells.h"
+#include "app/tables.h"
 #include "core/moments.h"
 #include "dataset/sha256.h"
 #include "dataset/work.h"
@@ -63,14 +64,22 @@ Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
 }
 
 // Room for its pings. A bound that fits is good enough; what is counted takes rays.
-MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, int beside) {
+MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Backend& backend,
+                             int beside) {
   const int threads = room.crew.threads;
-  std::uint64_t bytes = run_peak_bytes(session, threads, false);
+  const SynthesisMemory synthesis = backend.memory(!session.world.volumes.empty());
+  std::uint64_t bytes = run_peak_bytes(session, threads, false, synthesis);
   if (!room.gate.fits(bytes, static_cast<std::uint64_t>(beside))) {
     const Turn turn(room.crew.turns);
-    bytes = run_peak_bytes(session, threads, true);
+    bytes = run_peak_bytes(session, threads, true, synthesis);
   }
   return room.gate.hold(MemoryGate::What::run, bytes);
+}
+
+// Held while the run is made: its pipeline asks for them again.
+std::shared_ptr<const PipelineTables> tables_of(SweepRoom& room, const Session& session) {
+  const Turn turn(room.crew.turns);
+  return pipeline_tables(session, room.crew.numerics);
 }
 
 Status check_id(const SweepRun& run, const DatasetWork& work) {
@@ -103,7 +112,7 @@ Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const 
       return;
     }
     const bool blocks = scenario->output.selection.statistics;
-    jobs[i] = {runs[i], world_key(*scenario), blocks ? kMomentBlock : 1, 0};
+    jobs[i] = {runs[i], world_key(*scenario), table_key(*scenario), blocks ? kMomentBlock : 1, 0};
     const std::uint64_t each = runs[i]->cost.pings / scenario->sequences;
     jobs[i].items = scenario->sequences *
                     work_items(static_cast<std::uint32_t>(each), scenario->output.selection);
@@ -111,10 +120,14 @@ Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const 
   for (const Status& status : statuses) {
     if (!status) return status.error();
   }
-  std::map<std::string, std::size_t> first;
-  for (std::size_t i = 0; i < jobs.size(); ++i) first.emplace(jobs[i].world, i);
+  std::map<std::string, std::size_t> world, tables;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    world.emplace(jobs[i].world, i);
+    tables.emplace(jobs[i].tables, i);
+  }
   std::stable_sort(jobs.begin(), jobs.end(), [&](const Job& a, const Job& b) {
-    return first.at(a.world) < first.at(b.world);
+    return std::pair(world.at(a.world), tables.at(a.tables)) <
+           std::pair(world.at(b.world), tables.at(b.tables));
   });
   return jobs;
 }
@@ -125,7 +138,8 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   const Result<SequenceWorlds> worlds = worlds_of(room, job);
   if (!worlds) return worlds.error();
   const Session& session = worlds->first();
-  const MemoryGate::Hold memory = hold_memory(room, session, taken.beside);
+  const auto tables = tables_of(room, session);
+  const MemoryGate::Hold memory = hold_memory(room, session, *tables->backend, taken.beside);
   const Workers workers(1);
   Result<DatasetWork> work =
       settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes, workers);

@@ -22,11 +22,13 @@ namespace ensonify {
 struct Job {
   const SweepRun* run = nullptr;
   std::string world;                // world_key
+  std::string tables;               // table_key
   std::uint64_t pings_of_item = 1;  // what its pings are shared out in
   std::uint64_t items = 0;
 };
 
-// Those of one world one after another, otherwise in their order: then few worlds are kept at once.
+// Those of one world one after another, of them those of equal tables, otherwise in their order:
+// then few of either are kept at once.
 // Errors: a scenario that cannot be made again, since a file of it has gone.
 Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const SweepRun*>& runs,
                                  const Workers& workers);

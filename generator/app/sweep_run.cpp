@@ -13,6 +13,7 @@
 #include "app/lanes.h"
 #include "app/run_cost.h"
 #include "app/sweep_jobs.h"
+#include "app/tables.h"
 #include "app/version.h"
 #include "dataset/files.h"
 #include "dataset/layout.h"
@@ -249,8 +250,9 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   const Plan plan = plan_of(*sweep);
   const Result<Shard> shard = shard_of(options, plan.size());
   if (!shard) return shard.error();
-  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  Result<Numerics> numerics = settle_backend(options.backend, options.simd);
   if (!numerics) return numerics.error();
+  numerics->tables = std::make_shared<TableCache>();
   if (numerics->backend == BackendChoice::cuda && !options.quiet) {
     fmt::print(stderr, "backend: {}\n", numerics->backend_name);
   }

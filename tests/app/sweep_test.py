@@ -1,7 +1,7 @@
 """Running sweeps from outside: shards, kills, interrupts, failing runs, what is told and finished.
 
 ENSONIFY is the program. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify python3 -m unittest sweep_test
+    ENSONIFY=build/release/ensonify SCHEMAS=output_schema python3 -m unittest sweep_test
 """
 import csv
 import hashlib
@@ -18,6 +18,7 @@ import time
 import unittest
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+SCHEMAS = pathlib.Path(os.environ.get("SCHEMAS", "output_schema"))
 
 # 64 beams of some hundred samples.
 BASE = """ensonify: 1
@@ -298,6 +299,20 @@ class Failures(SweepTest):
         rows = table(self.out)
         self.assertEqual([row["status"] for row in rows], ["done", "done", "failed", "failed"])
         self.assertEqual(rows[2]["mean_level_db"], "")
+
+    def test_files_are_as_their_schemas_say(self):
+        import jsonschema
+        self.go("--quiet", expect=3)
+        self.go("--finalize", "--partial", "--quiet")
+        files = {"sweep": [self.out / "sweep.json"], "sweep_index": [self.out / "index.json"],
+                 "failed_run": sorted((self.out / "failed").iterdir())}
+        for schema, paths in files.items():
+            validator = jsonschema.Draft7Validator(
+                json.loads((SCHEMAS / f"{schema}.schema.json").read_text()))
+            for path in paths:
+                validator.validate(json.loads(path.read_text()))
+                self.assertFalse(validator.is_valid({**json.loads(path.read_text()), "more": 1}))
+        self.assertEqual(len(files["failed_run"]), 2)
 
     def test_an_input_that_changes_after_the_plan_is_no_run_of_it(self):
         """Protects ids: data made of another mesh must not stand under the old id."""

@@ -1,0 +1,90 @@
+// Sums and tables of a sweep's runs, from statuses that are made up.
+#include <nlohmann/json.hpp>
+
+#include "catch.h"
+#include "sweep/index.h"
+#include "sweep/status.h"
+
+namespace ensonify {
+namespace {
+
+PlannedRun planned(char id, std::uint64_t pings) {
+  return {std::string(16, id), std::string("run ") + id, {{"a", "1.5"}}, 7, pings, 1};
+}
+
+RunStatus status_of(RunState state, std::uint64_t pings, double begun_s, double changed_s) {
+  RunStatus status{state, pings, begun_s, changed_s, {}};
+  if (state == RunState::failed) status.failure = RunFailure{"", "", "usage", "no\nmesh", "", ""};
+  return status;
+}
+
+}  // namespace
+
+TEST_CASE("status: speed is that of the last ten minutes, failed runs are not waited for") {
+  const Plan plan = {planned('a', 1000), planned('b', 100), planned('c', 100), planned('d', 50)};
+  // Run a took from 0 to 1000 s, of which 400 s lie within the last 600 s of 1200 s.
+  const std::vector<RunStatus> runs = {
+      status_of(RunState::done, 1000, 0, 1000), status_of(RunState::begun, 20, 1000, 1200),
+      status_of(RunState::missing, 0, 0, 0), status_of(RunState::failed, 10, 0, 100)};
+  const SweepStatus sum = sum_up(plan, runs, 1200);
+  CHECK(sum.runs == 4);
+  CHECK(sum.done == 1);
+  CHECK(sum.begun == 1);
+  CHECK(sum.missing == 1);
+  CHECK(sum.failed == 1);
+  CHECK(sum.silent == 0);
+  CHECK(sum.pings == 1250);
+  CHECK(sum.pings_done == 1030);
+  CHECK(sum.pings_to_come == 180);
+  REQUIRE(sum.pings_per_s);
+  CHECK(*sum.pings_per_s == Approx(420.0 / 600));
+  CHECK(*sum.seconds_left == Approx(180 / 0.7));
+  const std::string text = status_text("s", plan, runs, sum);
+  CHECK(text.starts_with("s: 4 runs: 1 done, 1 running, 1 failed, 1 missing\n"));
+  CHECK(text.find("1030 of 1250 pings, 0.7 pings/s, 4 min left\n") != std::string::npos);
+  CHECK(text.find("failed: dddddddddddddddd run d: ") != std::string::npos);
+}
+
+TEST_CASE("status: a young sweep has the speed of its own time, a silent one has none") {
+  const Plan plan = {planned('a', 100)};
+  const std::vector<RunStatus> runs = {status_of(RunState::begun, 30, 1000, 1060)};
+  CHECK(*sum_up(plan, runs, 1060).pings_per_s == Approx(0.5));
+  const SweepStatus later = sum_up(plan, runs, 5000);
+  CHECK_FALSE(later.pings_per_s);
+  CHECK_FALSE(later.seconds_left);
+  CHECK(later.silent == 1);
+}
+
+TEST_CASE("runs.csv: cells of all kinds, axes called like other columns") {
+  PlannedRun run = planned('a', 3);
+  run.name = "x, \"y\"";
+  run.values = {{"range_m", "5"}, {"pings", "3"}, {"label", "\"a,b\""}, {"list", "[1,2]"}};
+  FinishedRun finished;
+  finished.state = RunState::done;
+  finished.results.mean_level_db = 100.0 / 3;
+  finished.results.instances = 2;
+  CHECK(runs_csv({run, run}, {finished, {}}) ==
+        "run,name,range_m,axis_pings,label,list,seed,pings,folder,status,mean_level_db,"
+        "max_level_db,noise_level_db,first_return_m,labelled_px,instances,contrast,contrast_se\n"
+        "aaaaaaaaaaaaaaaa,\"x, \"\"y\"\"\",5,3,\"a,b\",\"[1,2]\",7,3,runs/aaaaaaaaaaaaaaaa,done,"
+        "33.3333,,,,,2,,\n"
+        "aaaaaaaaaaaaaaaa,\"x, \"\"y\"\"\",5,3,\"a,b\",\"[1,2]\",7,3,runs/aaaaaaaaaaaaaaaa,missing,"
+        ",,,,,,,\n");
+}
+
+TEST_CASE("index.json: whole only where all runs are done") {
+  const Plan plan = {planned('a', 1), planned('b', 1)};
+  std::vector<FinishedRun> runs(2);
+  runs[0].state = runs[1].state = RunState::done;
+  const SweepHead head{"s", "1", "c"};
+  CHECK(nlohmann::json::parse(index_json(head, plan, runs))["complete"] == true);
+  runs[1].state = RunState::failed;
+  // Bytes that are no text must not end the sweep.
+  runs[1].failure = RunFailure{"", "", "io", "\xff", "", ""};
+  const auto index = nlohmann::json::parse(index_json(head, plan, runs));
+  CHECK(index["complete"] == false);
+  CHECK(index["failed"].size() == 1);
+  CHECK(index["runs"][1]["dataset_sha256"].is_null());
+}
+
+}  // namespace ensonify
