@@ -53,7 +53,7 @@ if [ -z "$program" ]; then
 fi
 # Jobs start in other folders, on other machines.
 program=$(realpath -- "$program")
-sweep=$(realpath -- "$sweep")
+sweep=$(realpath -m -- "$sweep")
 out=$(realpath -m -- "$out")
 
 # Every fault of every run is told here, not by the first task at night.

@@ -135,4 +135,5 @@ if [ $up = no ]; then
   exit 1
 fi
 echo up
-cat >/dev/null
+cat <&0 >/dev/null & # `wait` ends at once where a signal comes
+wait $!
