@@ -11,8 +11,10 @@ build_packages=(
   libarchive-dev libhdf5-dev libmuparser-dev
 )
 # python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
-# with all it asks for. Without it they skip.
-test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch)
+# with all it asks for. Without it they skip, as those of clusters do without Slurm or parallel: they start
+# a private Slurm of their own, and leave its services on this machine alone.
+test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
+               slurm-wlm munge parallel)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
