@@ -96,6 +96,21 @@ Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
   return pipeline.start_sequence(info, workers);
 }
 
+// A device is said aloud: `auto` took it.
+Result<Numerics> settled_numerics(const GenerateOptions& options) {
+  Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  if (numerics && numerics->backend == BackendChoice::cuda && !options.quiet) {
+    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+  }
+  return numerics;
+}
+
+std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
+  std::uint64_t pings = 0;
+  for (const SequenceInfo& info : sequences) pings += info.last_ping - info.first_ping;
+  return pings;
+}
+
 std::string host_name() {
   char name[256] = "";
   gethostname(name, sizeof name - 1);
@@ -114,11 +129,8 @@ Status generate(const GenerateOptions& options) {
   const Scenario& scenario = worlds->first().scenario;
   Result<PingRange> range = sequences_of(options, scenario);
   if (!range) return range.error();
-  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  const Result<Numerics> numerics = settled_numerics(options);
   if (!numerics) return numerics.error();
-  if (numerics->backend == BackendChoice::cuda && !options.quiet) {
-    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
-  }
   const Workers workers(options.threads);
   for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
     fmt::print(stderr, "warning: {}\n", text);
@@ -148,8 +160,7 @@ Status generate(const GenerateOptions& options) {
       std::span(*infos).subspan(range->first, range->second - range->first);
   if (Status made = make_sequences(options, *numerics, *worlds, asked, workers); !made) return made;
 
-  std::uint64_t pings = 0;
-  for (const SequenceInfo& info : asked) pings += info.last_ping - info.first_ping;
+  const std::uint64_t pings = ping_count(asked);
   for (SequenceInfo& info : *infos) {
     if (sequence_is_finished(options.output, info)) dataset.sequences.push_back(std::move(info));
   }
