@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./scripts/gpu_check.sh [carry DIR]
+# ./scripts/gpu_check.sh [carry]
 # On a machine with a CUDA device, a CUDA toolkit and CMake: builds the cuda preset, runs every test
 # and the benchmark, and prints one table. What such a machine lacks, Catch2 and FFTW, comes along in
 # build/carried: `gpu_check.sh carry` puts it there on a machine that has Debian's packages.
@@ -19,8 +19,8 @@ if [ "${1:-}" = carry ]; then
 fi
 [ $# -eq 0 ] || { sed -n '2,5s/^# //p' "$0" >&2; exit 2; }
 generator=$(command -v ninja >/dev/null && echo Ninja || echo "Unix Makefiles")
-cmake -S . -B build/cuda -G "$generator" -DCMAKE_BUILD_TYPE=Release -DENSONIFY_ACOUSTICS_ONLY=ON \
-  -DENSONIFY_CUDA=ON -DENSONIFY_USE_TBB=OFF "-DENSONIFY_CARRIED=$([ -d "$carried" ] && echo "$carried")" >build-cuda.log 2>&1 ||
+cmake --preset cuda -G "$generator" \
+  "-DENSONIFY_CARRIED=$([ -d "$carried" ] && echo "$carried")" >build-cuda.log 2>&1 ||
   { cat build-cuda.log >&2; exit 1; }
 rm -f build-cuda.log
 cmake --build build/cuda -j "$(nproc)" --target all ensonify_gpu_bench

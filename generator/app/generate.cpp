@@ -42,10 +42,24 @@ Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
   return pipeline.start_sequence(info, workers);
 }
 
+// A device is said aloud: `auto` took it.
+Result<Numerics> settled_numerics(const GenerateOptions& options) {
+  Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  if (numerics && numerics->backend == BackendChoice::cuda && !options.quiet) {
+    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+  }
+  return numerics;
+}
+
+std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
+  std::uint64_t pings = 0;
+  for (const SequenceInfo& info : sequences) pings += info.last_ping - info.first_ping;
+  return pings;
+}
+
 Status make(const GenerateOptions& options, const Numerics& numerics, const SequenceWorlds& worlds,
             const DatasetWork& work, const Workers& workers) {
-  std::uint64_t pings = 0;
-  for (const SequenceInfo& info : work.sequences()) pings += info.last_ping - info.first_ping;
+  const std::uint64_t pings = ping_count(work.sequences());
   const std::uint64_t found = pings_found(options.output, work.sequences());
   if (found > 0 && !options.quiet) {
     fmt::print(stderr, "continuing: {} of {} pings are there\n", found, pings);
@@ -66,11 +80,8 @@ Status generate(const GenerateOptions& options) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
   const Scenario& scenario = worlds->first().scenario;
-  const Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  const Result<Numerics> numerics = settled_numerics(options);
   if (!numerics) return numerics.error();
-  if (numerics->backend == BackendChoice::cuda && !options.quiet) {
-    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
-  }
   const Workers workers(options.threads);
   FileHashes hashes;
   Result<DatasetWork> work =
@@ -95,8 +106,7 @@ Status generate(const GenerateOptions& options) {
   listen_for_interrupts();
   if (Status made = make(options, *numerics, *worlds, *work, workers); !made) return made;
 
-  std::uint64_t pings = 0;
-  for (const SequenceInfo& info : work->sequences()) pings += info.last_ping - info.first_ping;
+  const std::uint64_t pings = ping_count(work->sequences());
   const std::size_t sequences = work->sequences().size();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   const Status finished =

@@ -41,14 +41,11 @@ RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
 
 PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
                                bool only_level, const Workers& workers) const {
-  const PingTask task{&echoes.scatterers,
-                      keys_of(ping),
-                      info_.noise_power_pa2,
-                      echoes.volumes,
-                      wants_clean,
-                      info_.output.channels,
-                      true,
-                      only_level};
+  PingTask task{&echoes.scatterers, keys_of(ping), info_.noise_power_pa2, echoes.volumes};
+  task.wants_clean = wants_clean;
+  task.wants_channels = info_.output.channels;
+  task.converts = true;
+  task.only_level = only_level;
   PingSeries series;
   tables_->backend->synthesize({&task, 1}, {&series, 1}, workers);
   return series;

@@ -52,8 +52,8 @@ const Result<const CudaModuleApi*>& opened_module() {
 const char* cuda_module_identity() {
   static const std::string identity =
       std::string(ENSONIFY_VERSION ", " __VERSION__ ", ") + std::to_string(sizeof(SynthesisSetup)) +
-      " " + std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(Scatterer)) + " " +
-      std::to_string(sizeof(VolumeEcho));
+      " " + std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(PingSeries)) + " " +
+      std::to_string(sizeof(Scatterer)) + " " + std::to_string(sizeof(VolumeEcho));
   return identity.c_str();
 }
 

@@ -1,7 +1,5 @@
 #include "world/density_vdb.h"
 
-#include <tbb/global_control.h>
-
 #include <cmath>
 #include <optional>
 
@@ -93,8 +91,6 @@ Result<DensityGrid> density_of(const openvdb::FloatGrid& grid) {
 }
 
 Result<DensityGrid> load(const std::filesystem::path& path, const std::string& name) {
-  // All threads come from core/parallel.h; OpenVDB would start some to free its trees.
-  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
   Result<openvdb::GridBase::Ptr> base = read_vdb_grid(path, name);
   if (!base) return base.error();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*base);

@@ -1,7 +1,6 @@
 #include "world/level_set_vdb.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <limits>
@@ -92,8 +91,6 @@ Mesh mesh_of(const openvdb::FloatGrid& grid) {
 }
 
 Result<Mesh> load(const std::filesystem::path& file, const std::string& name, Normals normals) {
-  // All threads come from core/parallel.h.
-  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
   Result<openvdb::GridBase::Ptr> base = read_vdb_grid(file, name);
   if (!base) return base.error();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*base);

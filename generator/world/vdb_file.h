@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -24,14 +25,16 @@ Error grid_trouble(const openvdb::GridBase& grid, const std::string& trouble);
 bool is_near_origin(const openvdb::CoordBBox& box);
 inline constexpr int kFarthestVdbIndex = 1 << 30;
 
-// Runs `load`, names the file in its errors, and turns what OpenVDB throws into one.
+// Runs `load`, names the file in its errors, and turns what OpenVDB throws into one. On this
+// thread alone: all threads come from core/parallel.h, and OpenVDB would start some to count and to
+// free.
 template <class Load>
 auto load_from_vdb(const std::filesystem::path& file, Load load) -> decltype(load()) {
   const auto refuse = [&](const std::string& trouble) {
     return Error{ErrorKind::usage, fmt::format("{}: {}", file.string(), trouble)};
   };
   try {
-    auto loaded = load();
+    auto loaded = tbb::task_arena(1).execute(load);
     if (!loaded) return refuse(loaded.error().message);
     return loaded;
   } catch (const std::bad_alloc&) {
