@@ -82,6 +82,13 @@ Result<SimdLevel> simd_of(const Arguments& arguments) {
                   arguments.simd, simd_level_name(best_simd_level())));
 }
 
+Result<std::optional<Shard>> shard_of(const Arguments& arguments) {
+  if (arguments.shard.empty()) return std::optional<Shard>();
+  const Result<Shard> shard = parse_shard(arguments.shard);
+  if (!shard) return shard.error();
+  return std::optional(*shard);
+}
+
 Status run_generate(const Arguments& arguments) {
   Result<ScenarioOptions> input = scenario_options(arguments);
   if (!input) return input.error();
@@ -104,9 +111,13 @@ Status run_generate(const Arguments& arguments) {
   const Result<SimdLevel> simd = simd_of(arguments);
   if (!simd) return simd.error();
   options.simd = *simd;
+  const Result<std::optional<Shard>> shard = shard_of(arguments);
+  if (!shard) return shard.error();
+  options.shard = *shard;
   options.overwrite = arguments.overwrite;
+  options.partial = arguments.partial;
   options.quiet = arguments.quiet;
-  return generate(options);
+  return arguments.finalize ? finalize_dataset(options) : generate(options);
 }
 
 Status run_check(const Arguments& arguments) {
@@ -127,11 +138,9 @@ Result<int> run_sweep_command(const Arguments& arguments) {
   const Result<SimdLevel> simd = simd_of(arguments);
   if (!simd) return simd.error();
   options.simd = *simd;
-  if (!arguments.shard.empty()) {
-    const Result<Shard> shard = parse_shard(arguments.shard);
-    if (!shard) return shard.error();
-    options.shard = *shard;
-  }
+  const Result<std::optional<Shard>> shard = shard_of(arguments);
+  if (!shard) return shard.error();
+  options.shard = *shard;
   if (arguments.list) return exit_status(list_sweep(options));
   if (arguments.folder.empty()) return usage("--output is missing; accepted is a folder");
   if (arguments.status) return exit_status(sweep_status(options));
@@ -196,10 +205,27 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
   add_scenario_arguments(command, arguments);
   command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
   command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
-  command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
+  CLI::Option* sequences =
+      command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
+  CLI::Option* shard =
+      command
+          .add_option("--shard", arguments.shard,
+                      "K/N: only the sequences of part K of N, the first is 0/N; --finalize ends "
+                      "what shards have made")
+          ->excludes(sequences);
+  CLI::Option* overwrite =
+      command.add_flag("--overwrite", arguments.overwrite,
+                       "replace another data set; removes only files that its manifest lists");
+  CLI::Option* finalize =
+      command
+          .add_flag("--finalize", arguments.finalize,
+                    "make no sequence: write the data set's index, once all of them are made")
+          ->excludes(sequences)
+          ->excludes(shard)
+          ->excludes(overwrite);
+  command.add_flag("--partial", arguments.partial, "... though sequences are missing")
+      ->needs(finalize);
   add_numerics(command, arguments);
-  command.add_flag("--overwrite", arguments.overwrite,
-                   "replace another data set; removes only files that its manifest lists");
   command.add_flag("--export-scatterers", arguments.export_scatterers,
                    "write scatterers/*.npy as well");
   command.add_flag("--quiet", arguments.quiet, "no progress");

@@ -1,7 +1,7 @@
 // The program's commands. Each returns nothing or the error that the process ends with; messages
 // for people go to stderr, what was asked for (`check`, `presets`) to stdout.
 //
-//   generate check verify export_command presets bench
+//   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
 #pragma once
 
@@ -31,10 +31,12 @@ struct GenerateOptions {
   std::filesystem::path output;
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
+  std::optional<Shard> shard;  // a part of the sequences; the data set is finished by finalize
   int threads = 0;
   BackendChoice backend = BackendChoice::automatic;
   SimdLevel simd = best_simd_level();
   bool overwrite = false;
+  bool partial = false;  // --finalize of what is there
   bool quiet = false;
 };
 
@@ -60,6 +62,10 @@ struct SweepOptions {
 
 // Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
 Status generate(const GenerateOptions& options);
+
+// Writes the top level of a data set whose sequences shards have made. Error kinds: usage
+// (sequences are missing, or the folder holds other work), io.
+Status finalize_dataset(const GenerateOptions& options);
 
 // Prints the resolved scenario and, as comments under it, what generating it will cost.
 Status check(const ScenarioOptions& options);

@@ -59,6 +59,7 @@ std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
 
 Status make(const GenerateOptions& options, const Numerics& numerics, const SequenceWorlds& worlds,
             const DatasetWork& work, const Workers& workers) {
+  if (work.sequences().empty()) return {};  // a shard of more shards than sequences
   const std::uint64_t pings = ping_count(work.sequences());
   const std::uint64_t found = pings_found(options.output, work.sequences());
   if (found > 0 && !options.quiet) {
@@ -70,7 +71,67 @@ Status make(const GenerateOptions& options, const Numerics& numerics, const Sequ
                         work.sequences());
 }
 
+std::string plural(std::uint64_t sequences) {
+  return fmt::format("{} sequence{}", sequences, sequences == 1 ? "" : "s");
+}
+
+// Its sequences are made; the data set is finished by one process, when all are.
+void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work) {
+  if (options.quiet) return;
+  fmt::print(stderr,
+             "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
+             "place of --shard finishes the data set\n",
+             options.output.string(), options.shard->number, options.shard->count,
+             plural(work.sequences().size()), work.infos.size());
+}
+
+// All that stand in the way of finishing, or none.
+Status all_sequences_made(const GenerateOptions& options, const DatasetWork& work) {
+  std::uint64_t missing = 0;
+  std::uint32_t first = 0;
+  for (const SequenceInfo& info : work.infos) {
+    if (sequence_is_finished(options.output, info)) continue;
+    if (missing++ == 0) first = info.sequence;
+  }
+  if (missing == 0 || (options.partial && missing < work.infos.size())) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("{}: {} of {} missing, the first is {}; make them (--shard, or "
+                           "--sequences {}:{}), or give --partial for those that are there",
+                           options.output.string(), missing, plural(work.infos.size()), first,
+                           first, first + 1)};
+}
+
 }  // namespace
+
+Status finalize_dataset(const GenerateOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (std::error_code error; fs::is_empty(options.output, error) || error) {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: holds no sequences; make them first, without --finalize",
+                             options.output.string())};
+  }
+  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
+  if (!worlds) return worlds.error();
+  const Result<Numerics> numerics = settled_numerics(options);
+  if (!numerics) return numerics.error();
+  const Workers workers(options.threads);
+  FileHashes hashes;
+  Result<DatasetWork> work =
+      settle_dataset(*worlds, options.pings, std::nullopt, *numerics, hashes, workers);
+  if (!work) return work.error();
+  const Result<FolderState> state =
+      open_work(options.output, work->identity, worlds->first().scenario.sequences, false);
+  if (!state) return state.error();
+  if (const Status made = all_sequences_made(options, *work); !made) return made;
+  if (*state != FolderState::complete) {
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    const Status finished =
+        finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
+    if (!finished) return finished;
+  }
+  if (!options.quiet) fmt::print(stderr, "{}: finished\n", options.output.string());
+  return {};
+}
 
 Status generate(const GenerateOptions& options) {
   const auto start = std::chrono::steady_clock::now();
@@ -87,6 +148,7 @@ Status generate(const GenerateOptions& options) {
   Result<DatasetWork> work =
       settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);
   if (!work) return work.error();
+  if (options.shard) work->asked = range_of_shard(scenario.sequences, *options.shard);
   for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
     fmt::print(stderr, "warning: {}\n", text);
   }
@@ -106,6 +168,10 @@ Status generate(const GenerateOptions& options) {
   listen_for_interrupts();
   if (Status made = make(options, *numerics, *worlds, *work, workers); !made) return made;
 
+  if (options.shard) {
+    tell_shard_is_done(options, *work);
+    return {};
+  }
   const std::uint64_t pings = ping_count(work->sequences());
   const std::size_t sequences = work->sequences().size();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -113,8 +179,7 @@ Status generate(const GenerateOptions& options) {
       finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
   if (!finished) return finished;
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} pings in {} sequence{}\n", options.output.string(), pings, sequences,
-               sequences == 1 ? "" : "s");
+    fmt::print(stderr, "{}: {} pings in {}\n", options.output.string(), pings, plural(sequences));
   }
   return {};
 }

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/error.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -86,6 +87,16 @@ std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard) {
   }
   std::sort(taken.begin(), taken.end());
   return taken;
+}
+
+std::pair<std::uint32_t, std::uint32_t> range_of_shard(std::uint32_t count, const Shard& shard) {
+  ENSONIFY_ASSERT(shard.number < shard.count);
+  // The first ones have the pieces that are left over; no product that could overflow.
+  const std::size_t each = count / shard.count, left = count % shard.count;
+  const auto first = [&](std::size_t number) {
+    return static_cast<std::uint32_t>(number * each + std::min(number, left));
+  };
+  return {first(shard.number), first(shard.number + 1)};
 }
 
 }  // namespace ensonify

@@ -3,13 +3,16 @@
 //   Shard  parse_shard      "2/5"
 //   slurm_shard             of a task of a SLURM array
 //   runs_of_shard           which runs of a plan
+//   range_of_shard          which of so many equal pieces of work
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -35,5 +38,9 @@ Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const c
 // Indexes into the plan, rising. Each run is in one shard; taken from the plan alone: the longest
 // first, each to the shard that has least to do so far.
 std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard);
+
+// [first, last) of `count`: the shards' ranges follow each other, are at most one apart in size,
+// and are empty where there are fewer pieces than shards.
+std::pair<std::uint32_t, std::uint32_t> range_of_shard(std::uint32_t count, const Shard& shard);
 
 }  // namespace ensonify

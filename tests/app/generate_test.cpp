@@ -99,6 +99,48 @@ TEST_CASE("sequences may grow") {
   CHECK(maker.make(fresh) == after);
 }
 
+// Protects clusters: shards in any order, one of them twice and one without a sequence, then one
+// process that finishes, give the bytes of one process; nothing passes for whole before.
+TEST_CASE("shards of the sequences end in the data set of one process") {
+  const Maker maker;
+  GenerateOptions whole = maker.options("whole");
+  whole.input.overrides.push_back({"sequences", "3"});
+  const auto expected = maker.make(whole);
+  GenerateOptions shard = whole, last = whole;
+  shard.output = last.output = maker.folder.path() / "shards";
+  const auto refused = [&](const char* words) {
+    const Status status = finalize_dataset(last);
+    REQUIRE_FALSE(status.ok());
+    INFO(status.error().message);
+    CHECK(status.error().kind == ErrorKind::usage);
+    CHECK(status.error().message.find(words) != std::string::npos);
+    CHECK_FALSE(fs::exists(last.output / "dataset.sha256"));
+  };
+  refused("holds no sequences");
+  CHECK_FALSE(fs::exists(last.output));
+  for (const std::size_t k : {3u, 1u, 0u}) {
+    shard.shard = Shard{k, 4};
+    REQUIRE(generate(shard).ok());
+  }
+  refused("1 of 3 sequences missing, the first is 2; make them (--shard, or --sequences 2:3)");
+  GenerateOptions other = last;
+  other.input.overrides.push_back({"seed", "8"});
+  CHECK(finalize_dataset(other).error().message.find("seed") != std::string::npos);
+
+  last.partial = true;
+  REQUIRE(finalize_dataset(last).ok());
+  CHECK(files_of(last.output).count("sequences/000002/poses.csv") == 0);
+  last.partial = false;
+  for (const std::size_t k : {2u, 1u}) {
+    shard.shard = Shard{k, 4};
+    REQUIRE(generate(shard).ok());
+  }
+  REQUIRE(finalize_dataset(last).ok());
+  CHECK(files_of(last.output) == expected);
+  REQUIRE(finalize_dataset(last).ok());
+  CHECK(files_of(last.output) == expected);
+}
+
 // Protects ranges of pings: each ping is the one of the whole run, its picture's limits too.
 TEST_CASE("a range of pings gives the pings of the whole") {
   const Maker maker;

@@ -100,5 +100,23 @@ TEST_CASE("the variables of a SLURM array name a shard") {
   CHECK(alone.error().message.find("SLURM_ARRAY_TASK_COUNT=(not set)") != std::string::npos);
 }
 
+// Protects sequences: none left out, none made twice, no shard with two more than another.
+TEST_CASE("shards of equal pieces follow each other") {
+  for (const std::uint32_t count : {0u, 1u, 5u, 7u, 4'294'967'295u}) {
+    for (const std::size_t shards : {1u, 2u, 3u, 5u, 8u, 1'000'000u}) {
+      std::uint32_t next = 0, least = count, most = 0;
+      for (std::size_t k = 0; k < shards; ++k) {
+        const auto [first, last] = range_of_shard(count, {k, shards});
+        if (first != next || last < first) FAIL(count << " over " << shards << ", shard " << k);
+        least = std::min(least, last - first);
+        most = std::max(most, last - first);
+        next = last;
+      }
+      CHECK(next == count);
+      CHECK(most - least <= 1);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ensonify
