@@ -83,6 +83,56 @@ void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& ho
   copy_pixels(pixels, polar.semantic, image.semantic);
 }
 
+// Far under a pixel, far over what rounding does.
+constexpr double kSlack = 1e-9;
+
+// Of the sectors' borders; what is not ahead is infinitely far to its side.
+std::vector<double> edge_tangents(const Sonar& sonar) {
+  std::vector<double> edges;
+  for (int k = 0; k <= sonar.beam_count; ++k) {
+    const double azimuth = (k - sonar.beam_count / 2.0) * sonar.beam_spacing_rad;
+    const bool ahead = std::abs(azimuth) < kPi / 2;
+    edges.push_back(ahead ? std::tan(azimuth)
+                          : std::copysign(std::numeric_limits<double>::infinity(), azimuth));
+  }
+  return edges;
+}
+
+// What sector_of says of atan2(y, x), for y that fall along a row. The arc tangent took two thirds
+// of a map's time: only pixels on a border, or not ahead, need it.
+class SectorsOfRow {
+ public:
+  SectorsOfRow(const Sonar& sonar, std::span<const double> edges, double x)
+      : sonar_(sonar), edges_(edges), x_(x), beam_(sonar.beam_count) {}
+
+  // -1 outside the fan.
+  int at(double y) {
+    if (!(x_ > 0)) return exactly(y);
+    const double tangent = y / x_, slack = kSlack * (1 + tangent * tangent);
+    while (beam_ >= 0 && tangent < edges_[beam_]) --beam_;
+    if (beam_ >= 0 && tangent - edges_[beam_] < slack) return exactly(y);
+    if (beam_ < sonar_.beam_count && edges_[beam_ + 1] - tangent < slack) return exactly(y);
+    return beam_ < sonar_.beam_count ? beam_ : -1;
+  }
+
+ private:
+  int exactly(double y) const { return sector_of(sonar_, std::atan2(y, x_)).value_or(-1); }
+
+  const Sonar& sonar_;
+  std::span<const double> edges_;
+  double x_;
+  int beam_;  // edges_[beam_] <= tangent < edges_[beam_ + 1]
+};
+
+// That of hypot, which is needed half way between two samples alone.
+long nearest_sample(double x, double y, double samples_per_m) {
+  const double at = std::sqrt(x * x + y * y) * samples_per_m, below = std::floor(at);
+  if (std::abs(at - below - 0.5) < kSlack * at) {
+    return std::lround(std::hypot(x, y) * samples_per_m);
+  }
+  return static_cast<long>(below) + (at - below > 0.5);
+}
+
 }  // namespace
 
 CartesianGrid cartesian_grid(const Sonar& sonar, int height_px) {
@@ -104,15 +154,18 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
                                         const Water& water, const Record& record) {
   std::vector<std::int32_t> map(std::size_t(grid.height_px) * grid.width_px, -1);
   const double samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
+  const std::vector<double> edges = edge_tangents(sonar);
   for (int row = 0; row < grid.height_px; ++row) {
     const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
+    SectorsOfRow sectors(sonar, edges, x);
     for (int column = 0; column < grid.width_px; ++column) {
       const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
-      const std::optional<int> beam = sector_of(sonar, std::atan2(y, x));
-      const long sample = std::lround(std::hypot(x, y) * samples_per_m);
-      if (!beam || sample >= record.samples) continue;
+      const int beam = sectors.at(y);
+      if (beam < 0) continue;
+      const long sample = nearest_sample(x, y, samples_per_m);
+      if (sample >= record.samples) continue;
       map[std::size_t(row) * grid.width_px + column] =
-          static_cast<std::int32_t>(sample * sonar.beam_count + *beam);
+          static_cast<std::int32_t>(sample * sonar.beam_count + beam);
     }
   }
   return map;
