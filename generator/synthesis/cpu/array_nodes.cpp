@@ -5,6 +5,7 @@
 
 #include "core/units.h"
 #include "synthesis/cpu/array_focus.h"
+#include "synthesis/cpu/spread_window.h"
 
 namespace ensonify {
 namespace {
@@ -17,11 +18,6 @@ constexpr int kWindow = kSteerTaps - 1;
 constexpr int kFewestElements = 32;
 
 constexpr double kSteerBeta = 2.30 * kWindow;
-
-double window(double beta, double z) {
-  const double inside = 1.0 - z * z;
-  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
-}
 
 double window_transform(double beta, int width, double x) {
   constexpr int kPlaces = 200;

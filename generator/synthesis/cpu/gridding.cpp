@@ -4,17 +4,13 @@
 
 #include "core/error.h"
 #include "core/units.h"
+#include "synthesis/cpu/spread_window.h"
 
 namespace ensonify {
 namespace {
 
 constexpr int kWidth = 16;
 constexpr double kBetaPerPoint = 2.30;  // the paper's choice at twofold oversampling
-
-double window(double beta, double z) {
-  const double inside = 1.0 - z * z;
-  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
-}
 
 template <class Value>
 void spread_value(const GriddingKernel& kernel, double x, Value value, Value* grid) {

@@ -6,6 +6,7 @@
 #include "core/sonar.h"
 #include "core/units.h"
 #include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/spread_window.h"
 
 namespace ensonify {
 namespace {
@@ -17,34 +18,9 @@ constexpr double kTailShare = 12;
 // What the kernel's polynomials may take of its tolerance.
 constexpr double kFitShare = 0.1;
 constexpr int kMostWideTerms = 8;  // that kernels are compiled for
+constexpr int kJudgeNodes = 48;
 
 using Complex = std::complex<double>;
-
-double window(double beta, double z) {
-  const double inside = 1.0 - z * z;
-  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
-}
-
-// Fourier transform of the window in grid steps, at x periods a step. With z = sin u the integrand
-// is smooth and all but vanishes at both ends: the trapezoid rule converges fast.
-class WindowTransform {
- public:
-  WindowTransform(int width, double beta, int nodes) : node_(nodes), weight_(nodes) {
-    for (int i = 0; i < nodes; ++i) {
-      const double u = kPi / 2 * (i + 0.5) / nodes;
-      node_[i] = kPi * width * std::sin(u);
-      weight_[i] = window(beta, std::sin(u)) * std::cos(u) * (kPi / 2 / nodes) * width;
-    }
-  }
-  double operator()(double x) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < node_.size(); ++i) sum += weight_[i] * std::cos(node_[i] * x);
-    return sum;
-  }
-
- private:
-  std::vector<double> node_, weight_;
-};
 
 // The pulse that a spectrum makes, and what of it lies how far from its peak, for several parts of
 // a sample that an echo may be late by: with sharp edges of the band the tail hangs on that.
@@ -60,7 +36,7 @@ class Tails {
 
   // The worst ratio of the norm of error to that of pulse, beyond any lag.
   double worst_ratio(const SpreadKernel& kernel) {
-    const WindowTransform transform(kernel.width, kernel.beta, 48);
+    const WindowTransform transform(kernel.width, kernel.beta, kJudgeNodes);
     const int highest = std::max(std::abs(first_), first_ + static_cast<int>(spectrum_.size()) - 1);
     // Grid and band repeat at either side; each copy has a phase of its own with each echo.
     constexpr int kSteps = 200;
@@ -148,21 +124,59 @@ std::vector<Band> bands_of(const std::vector<double>& energy) {
   return bands;
 }
 
-void judge(const std::vector<Band>& bands, SpreadKernel& kernel) {
-  const WindowTransform transform(kernel.width, kernel.beta, 48);
+// What the windows of one width have in common at the bands: cosines and sines, of which the
+// transforms of all shapes are sums. They are nearly all of the time that choosing takes.
+class BandWaves {
+ public:
+  BandWaves(const std::vector<Band>& bands, int points, int width) {
+    const std::vector<double> nodes = transform_nodes(width, kJudgeNodes);
+    for (const Band& band : bands) add(nodes, band.k / points, at_);
+    for (const int grid : {1, 2}) add(nodes, grid, copies_);
+  }
+
+  // The window's transform at a band, and the sum of squares of the nearest four copies.
+  struct Seen {
+    double own = 0, others = 0;
+  };
+  Seen seen(std::size_t band, const std::vector<double>& weight) const {
+    Seen result;
+    const Wave* at = at_.data() + band * kJudgeNodes;
+    for (int i = 0; i < kJudgeNodes; ++i) result.own += weight[i] * at[i].cosine;
+    for (const int copy : {0, 1}) {
+      const Wave* shift = copies_.data() + copy * kJudgeNodes;
+      double even = 0, odd = 0;
+      for (int i = 0; i < kJudgeNodes; ++i) {
+        even += weight[i] * at[i].cosine * shift[i].cosine;
+        odd += weight[i] * at[i].sine * shift[i].sine;
+      }
+      result.others += (even - odd) * (even - odd) + (even + odd) * (even + odd);
+    }
+    return result;
+  }
+
+ private:
+  struct Wave {
+    double cosine, sine;
+  };
+  static void add(const std::vector<double>& nodes, double x, std::vector<Wave>& waves) {
+    for (const double node : nodes) waves.push_back({std::cos(node * x), std::sin(node * x)});
+  }
+
+  std::vector<Wave> at_, copies_;  // [band or copy][node]
+};
+
+void judge(const std::vector<Band>& bands, const BandWaves& waves, SpreadKernel& kernel) {
+  const std::vector<double> weight = transform_weights(kernel.width, kernel.beta, kJudgeNodes);
   double square = 0;
   for (int l = 0; l < kernel.width; ++l) {
     square += std::pow(window(kernel.beta, 2 * (l + 0.5) / kernel.width - 1), 2);
   }
   double alias = 0, noise = 0, total = 0;
-  for (const Band& band : bands) {
-    const double x = band.k / kernel.points;
-    const double own = transform(x);
-    double others = 0;
-    for (const double p : {-2, -1, 1, 2}) others += std::pow(transform(x + p), 2);
-    alias += band.energy * others / (own * own);
-    noise += band.energy * square / (own * own);
-    total += band.energy;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const auto [own, others] = waves.seen(i, weight);
+    alias += bands[i].energy * others / (own * own);
+    noise += bands[i].energy * square / (own * own);
+    total += bands[i].energy;
   }
   kernel.alias_error = total > 0 ? std::sqrt(alias / total) : 0;
   kernel.rounding_gain = total > 0 ? std::sqrt(noise / total) : 0;
@@ -170,6 +184,7 @@ void judge(const std::vector<Band>& bands, SpreadKernel& kernel) {
 
 SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, int highest) {
   SpreadKernel best;
+  const BandWaves waves(bands, points, width);
   // The usual beta is pi w (1 - 1/(2 sigma)); where the band's edge holds little, more is better.
   const double usual = kPi * width * (1.0 - static_cast<double>(highest) / points);
   for (const double factor : {0.85, 0.91, 0.97, 1.03, 1.1}) {
@@ -177,7 +192,7 @@ SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, i
     kernel.points = points;
     kernel.width = width;
     kernel.beta = factor * usual;
-    judge(bands, kernel);
+    judge(bands, waves, kernel);
     if (best.points == 0 || kernel.alias_error < best.alias_error) best = kernel;
   }
   return best;
