@@ -45,9 +45,17 @@ MODES = [
     ("output.timeseries=none",),
 ]
 
+SWEEP = """ensonify_sweep: 1
+base: {base}
+set: {{trajectory.pings: 3}}
+axes:
+  - {{key: sonar.bandwidth_hz, values: [2.0e4, 2.5e4]}}
+  - {{key: noise.spectrum_level_db, values: [20, 30, 40]}}
+"""
 
-def on_device(*arguments, device=""):
-    return run("generate", *arguments, "--backend", "cuda",
+
+def on_device(*arguments, device="", command="generate"):
+    return run(command, *arguments, "--backend", "cuda",
                env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE, "ENSONIFY_HOST_DEVICE": device})
 
 
@@ -140,6 +148,25 @@ class Device(Case):
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertIn("continuing: ", again.stderr)
         self.assertEqual(hashes(output), hashes(undisturbed))
+
+    def test_runs_of_a_sweep_share_the_device(self):
+        """Protects sweeps: runs of equal tables share a backend, others have one of their own beside it."""
+        sweep, output = self.folder / "sweep.yaml", self.folder / "sweep"
+        sweep.write_text(SWEEP.format(base=self.scenario))
+        lost = on_device(sweep, "-o", output, device="lost_after=40", command="sweep")
+        self.assertEqual(lost.returncode, 5, lost.stderr)
+        self.assertIn("lost", lost.stderr)
+        done = on_device(sweep, "-o", output, "--threads", 4, device="limit=1500000", command="sweep")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for line in (output / "plan.jsonl").read_text().splitlines():
+            planned = json.loads(line)
+            alone = self.folder / planned["run"]
+            keys = ["sonar.bandwidth_hz", "noise.spectrum_level_db"]
+            values = [planned["values"][key.split(".")[1]] for key in keys]
+            settings = [f"--set={key}={value}" for key, value in zip(keys, values)]
+            made = on_device(self.scenario, "-o", alone, "--set=trajectory.pings=3", *settings)
+            self.assertEqual(made.returncode, 0, made.stderr)
+            self.assertEqual(hashes(output / "runs" / planned["run"]), hashes(alone), planned["name"])
 
     def test_a_device_too_small_for_one_ping_ends_with_5(self):
         result = on_device(self.scenario, "-o", self.folder / "out", device="limit=500000")
