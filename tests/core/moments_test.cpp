@@ -187,7 +187,7 @@ TEST_CASE("a constant part has the contrast of Rice's distribution") {
   CHECK(kappa_found == Approx(kappa).epsilon(4 * std::sqrt((1 + 2 / kappa) / (6.0 * kCount))));
 }
 
-TEST_CASE("ratios are unbiased where they say so; what has no energy has no contrast") {
+TEST_CASE("ratios are unbiased where they say so, and what has no energy has no contrast") {
   const Ratios six = ratios(2, 30, 6);
   CHECK(six.power_variance == Approx(6).epsilon(1e-15));
   CHECK(six.contrast == Approx(std::sqrt(6.0) / 2).epsilon(1e-15));
