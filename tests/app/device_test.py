@@ -95,12 +95,34 @@ class Device(Case):
         for scene in sorted(SCENES.glob("*.yaml")):
             one = (scene, "--pings", "0:1", "--sequences", "0:1")
             with self.subTest(scene.name):
+                if "pings: false" in scene.read_text():
+                    self.same_data(*one, "--set", "output.pings=true")
+                    continue
                 adc = "adc: {bits: 14, full_scale_db: 185}"
                 if adc not in scene.read_text():
                     self.same_data(*one)
                     continue
                 self.same_data(*one, adc_step_pa=10 ** ((185 - 120) / 20) / 2 ** 13)
                 self.same_data(*one, "--set", "sonar.receiver.adc.bits=24")
+
+    def test_statistics_of_draws(self):
+        """Protects speckle studies on a device: its moments are those of the processor's series."""
+        study = (SCENES / "speckle_wall.yaml", "--pings", "0:40", "--set", "sonar.beams={count: 20, fov_deg: 20}")
+        folders = self.same_data(*study, series_are_there=False)
+        names = [path.name for path in (folders["cpu"] / "sequences/000000/statistics").iterdir()]
+        self.assertIn("bin_covariance.npy", names)
+        read = lambda backend, name: np.load(folders[backend] / "sequences/000000/statistics" / name)
+        power = read("cpu", "mean_intensity.npy")
+        for name in names:
+            got, expected = read("cuda", name), read("cpu", name)
+            rows, columns = expected.shape
+            known = np.isfinite(expected)
+            np.testing.assert_array_equal(np.isfinite(got), known)
+            # A ratio where hardly anything is heard is one of rounding errors.
+            known &= power[:rows, :columns] > 1e-6 * power.max()
+            known[:, 1:] &= power[:rows, :columns - 1] > 1e-6 * power.max()
+            self.assertGreater(known.sum(), 1000)
+            self.assertLess(relative(got[known], expected[known]), 1e-4, name)
 
     def test_every_mode_of_beams_and_arrays(self):
         line = self.folder / "line.yaml"
