@@ -141,6 +141,10 @@ Result<int> run_sweep_command(const Arguments& arguments) {
   const Result<std::optional<Shard>> shard = shard_of(arguments);
   if (!shard) return shard.error();
   options.shard = *shard;
+  const bool makes_pings = !arguments.list && !arguments.status && !arguments.finalize;
+  if (!makes_pings && (arguments.backend != "auto" || arguments.simd != "auto")) {
+    return usage("--backend and --simd are of the runs; --list, --status and --finalize make none");
+  }
   if (arguments.list) return exit_status(list_sweep(options));
   if (arguments.folder.empty()) return usage("--output is missing; accepted is a folder");
   if (arguments.status) return exit_status(sweep_status(options));
@@ -175,7 +179,7 @@ void add_numerics(CLI::App& command, Arguments& arguments) {
 
 void add_sweep(CLI::App& app, Arguments& arguments) {
   CLI::App& command = *app.add_subcommand(
-      "sweep", "many runs of one scenario: make those that are missing, or --list --status");
+      "sweep", "many runs of one scenario: make those that are missing");
   command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
   command.add_option("-o,--output", arguments.folder, "folder of the sweep");
   CLI::Option* list =
@@ -194,9 +198,12 @@ void add_sweep(CLI::App& app, Arguments& arguments) {
                   "task, unless it is given")
       ->excludes(finalize);
   add_numerics(command, arguments);
-  command.add_flag("--overwrite", arguments.overwrite,
-                   "take the new plan, and begin unfinished runs of other programs or machines "
-                   "anew; what is done stays");
+  command
+      .add_flag("--overwrite", arguments.overwrite,
+                "take the new plan, and begin unfinished runs of other programs or machines "
+                "anew; what is done stays")
+      ->excludes(status)
+      ->excludes(finalize);
   command.add_flag("--quiet", arguments.quiet, "no progress");
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -88,17 +89,19 @@ void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work)
 // All that stand in the way of finishing, or none.
 Status all_sequences_made(const GenerateOptions& options, const DatasetWork& work) {
   std::uint64_t missing = 0;
-  std::uint32_t first = 0;
+  std::uint32_t first = 0, last = 0;
   for (const SequenceInfo& info : work.infos) {
     if (sequence_is_finished(options.output, info)) continue;
     if (missing++ == 0) first = info.sequence;
+    last = info.sequence + 1;
   }
   if (missing == 0 || (options.partial && missing < work.infos.size())) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("{}: {} of {} missing, the first is {}; make them (--shard, or "
-                           "--sequences {}:{}), or give --partial for those that are there",
-                           options.output.string(), missing, plural(work.infos.size()), first,
-                           first, first + 1)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format("{}: {} of {} missing; make them (--shard, or --sequences {}:{}, which leaves "
+                  "alone what is done){}",
+                  options.output.string(), missing, plural(work.infos.size()), first, last,
+                  options.partial ? "" : ", or give --partial for those that are there")};
 }
 
 }  // namespace
@@ -122,14 +125,20 @@ Status finalize_dataset(const GenerateOptions& options) {
   const Result<FolderState> state =
       open_work(options.output, work->identity, worlds->first().scenario.sequences, false);
   if (!state) return state.error();
-  if (const Status made = all_sequences_made(options, *work); !made) return made;
+  if (const Status there = all_sequences_made(options, *work); !there) return there;
+  const std::size_t all = work->infos.size();
+  const auto made = std::count_if(work->infos.begin(), work->infos.end(), [&](const auto& info) {
+    return sequence_is_finished(options.output, info);
+  });
   if (*state != FolderState::complete) {
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     const Status finished =
         finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
     if (!finished) return finished;
   }
-  if (!options.quiet) fmt::print(stderr, "{}: finished\n", options.output.string());
+  if (!options.quiet) {
+    fmt::print(stderr, "{}: finished with {} of {}\n", options.output.string(), made, plural(all));
+  }
   return {};
 }
 

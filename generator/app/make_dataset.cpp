@@ -94,6 +94,7 @@ Status finish_work(const fs::path& dir, const SequenceWorlds& worlds, DatasetWor
                    double wall_seconds) {
   DatasetInfo dataset;
   dataset.identity = std::move(work.identity);
+  dataset.sequences_in_all = work.infos.size();
   for (SequenceInfo& info : work.infos) {
     if (sequence_is_finished(dir, info)) dataset.sequences.push_back(std::move(info));
   }

@@ -27,15 +27,44 @@ std::uint64_t of_kernel(const fs::path& root) {
   return kNoLimit;
 }
 
+// Where the two kinds of control groups have their numbers.
+struct GroupFiles {
+  const char *limit, *used;
+  // Of memory.stat: what files take of the memory in use, and what of it is not on the disk yet.
+  const char *cache[2], *unwritten[2];
+};
+constexpr GroupFiles kSecondKind = {"memory.max",
+                                    "memory.current",
+                                    {"active_file", "inactive_file"},
+                                    {"file_dirty", "file_writeback"}};
+constexpr GroupFiles kFirstKind = {"memory.limit_in_bytes",
+                                   "memory.usage_in_bytes",
+                                   {"total_active_file", "total_inactive_file"},
+                                   {"total_dirty", "total_writeback"}};
+
+// The kernel takes files that are on the disk out of memory when it is needed: a group that has
+// written much would otherwise seem full.
+std::uint64_t reclaimable(const fs::path& folder, const GroupFiles& files) {
+  std::uint64_t cache = 0, unwritten = 0, bytes = 0;
+  std::ifstream stream(folder / "memory.stat");
+  for (std::string key; stream >> key >> bytes;) {
+    for (const char* name : files.cache) cache += key == name ? bytes : 0;
+    for (const char* name : files.unwritten) unwritten += key == name ? bytes : 0;
+  }
+  return cache - std::min(cache, unwritten);
+}
+
 // The tightest of a group and all groups around it.
-std::uint64_t of_groups(const fs::path& top, const std::string& group, const char* limit_file,
-                        const char* used_file) {
+std::uint64_t of_groups(const fs::path& top, const std::string& group, const GroupFiles& files) {
   std::uint64_t least = kNoLimit;
   fs::path folder = top / fs::path(group).relative_path();
   for (;; folder = folder.parent_path()) {
-    const auto limit = number_in(folder / limit_file);
-    const auto used = number_in(folder / used_file);
-    if (limit && used) least = std::min(least, *limit - std::min(*limit, *used));
+    const auto limit = number_in(folder / files.limit);
+    const auto usage = number_in(folder / files.used);
+    if (limit && usage) {
+      const std::uint64_t used = *usage - std::min(*usage, reclaimable(folder, files));
+      least = std::min(least, *limit - std::min(*limit, used));
+    }
     if (folder == top || folder == folder.parent_path()) return least;
   }
 }
@@ -53,10 +82,9 @@ std::uint64_t available_memory(const fs::path& root) {
     const std::string group = line.substr(second + 1);
     const fs::path top = root / "sys/fs/cgroup";
     if (kinds.empty()) {
-      least = std::min(least, of_groups(top, group, "memory.max", "memory.current"));
+      least = std::min(least, of_groups(top, group, kSecondKind));
     } else if (kinds.find("memory") != std::string::npos) {
-      least = std::min(least, of_groups(top / "memory", group, "memory.limit_in_bytes",
-                                        "memory.usage_in_bytes"));
+      least = std::min(least, of_groups(top / "memory", group, kFirstKind));
     }
   }
   return least;

@@ -5,7 +5,9 @@
 #include "app/commands.h"
 #include "app/cost.h"
 #include "app/run_cost.h"
+#include "app/version.h"
 #include "sweep/expand.h"
+#include "sweep/folder.h"
 #include "sweep/shards.h"
 
 namespace ensonify {
@@ -41,15 +43,15 @@ std::string without(const Sweep& sweep) {
   return text;
 }
 
-// What is in the folder already.
-Status print_change(const std::filesystem::path& dir, const Plan& plan) {
-  const Result<std::optional<Plan>> old = read_plan(dir);
-  if (!old) return old.error();
-  if (!*old) return {};
-  const PlanChange change = compare_plans(**old, plan);
-  fmt::print("# {}: {} of these runs are in its plan, {} are new\n", dir.string(), change.kept,
-             change.added);
-  return refuse_dropped(dir, change);
+// What is in the folder already; refused is what the sweep itself would refuse.
+Status print_change(const SweepOptions& options, const std::string& name, const Plan& plan) {
+  const SweepHead head{name, program_version(), program_commit()};
+  const auto change = look_at_sweep_folder(options.output, head, plan, options.overwrite);
+  if (!change) return change.error();
+  if (!*change) return {};
+  fmt::print("# {}: {} of these runs are in its plan, {} are new\n", options.output.string(),
+             (*change)->kept, (*change)->added);
+  return {};
 }
 
 }  // namespace
@@ -57,7 +59,7 @@ Status print_change(const std::filesystem::path& dir, const Plan& plan) {
 Status list_sweep(const SweepOptions& options) {
   Result<SweepFile> file = load_sweep_file(options.sweep);
   if (!file) return file.error();
-  const Workers workers;
+  const Workers workers(options.threads);
   const Result<Sweep> sweep = expand_sweep(std::move(*file), run_cost, workers);
   if (!sweep) return sweep.error();
   const Plan plan = plan_of(*sweep);
@@ -72,7 +74,7 @@ Status list_sweep(const SweepOptions& options) {
   fmt::print("# {}: {} runs{}{}\n", sweep->file.name, runs.size(), part, without(*sweep));
   fmt::print("# {} pings, {} files, about {} on disk and {} of a core\n", sum.pings, sum.files,
              bytes_text(sum.disk_bytes), seconds_text(sum.core_s));
-  return options.output.empty() ? Status() : print_change(options.output, plan);
+  return options.output.empty() ? Status() : print_change(options, sweep->file.name, plan);
 }
 
 }  // namespace ensonify

@@ -152,8 +152,8 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
     }
   }
   // What is done stays, whatever program and machine it comes from.
-  const bool overwrite = room.options.overwrite && !is_sealed(dir);
-  const auto state = open_work(dir, work->identity, session.scenario.sequences, overwrite);
+  const auto state = open_work(dir, work->identity, session.scenario.sequences,
+                               room.options.overwrite, /*keep_sealed=*/true);
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
   if (Status made = make_pings(room, job, taken, dir, *worlds, *work); !made) return made;

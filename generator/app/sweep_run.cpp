@@ -44,6 +44,13 @@ class Outcome {
  public:
   explicit Outcome(const SweepOptions& options) : options_(options) {}
 
+  // No run can go on: the device is lost.
+  void end(const SweepRun& run, const Error& error) {
+    const std::lock_guard lock(mutex_);
+    if (!fatal_) fatal_ = named(run, error);
+    stopped_ = true;
+  }
+
   void add(const SweepRun& run, const Status& status) {
     const std::lock_guard lock(mutex_);
     if (status) {
@@ -81,12 +88,13 @@ class Outcome {
   }
 
  private:
-  // An error ends everything where every run would have it.
+  static Error named(const SweepRun& run, const Error& error) {
+    return {error.kind, fmt::format("{} (run {} {})", error.message, run.id, one_line(run.name))};
+  }
+
+  // A disk that takes no files ends everything: every run would fail.
   Status record(const SweepRun& run, const Error& error) {
-    const Error named{error.kind,
-                      fmt::format("{} (run {} {})", error.message, run.id, one_line(run.name))};
-    if (error.kind == ErrorKind::device) return named;
-    if (error.kind == ErrorKind::io && disk_is_full(run)) return named;
+    if (error.kind == ErrorKind::io && disk_is_full(run)) return named(run, error);
     ++failed_;
     auto& [name, more] = failures_[error.message];
     if (name.empty()) {
@@ -119,14 +127,17 @@ class Outcome {
   std::map<std::string, std::pair<std::string, std::size_t>> failures_;
 };
 
-Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
+Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken, Outcome& outcome) {
   if (interrupted() || *room.crew.stopped) return Error{ErrorKind::interrupted, "interrupted"};
   try {
     return make_run(room, job, taken);
   } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::device, "not enough memory; use fewer --threads"};
+    return Error{ErrorKind::device,
+                 "not enough memory for this run; the sweep's command tries it again, fewer "
+                 "--threads need less"};
   } catch (const DeviceFailure& failure) {
-    return Error{ErrorKind::device, failure.what()};
+    outcome.end(*job.run, {ErrorKind::device, failure.what()});
+    return Error{ErrorKind::interrupted, "interrupted"};
   } catch (const std::exception& error) {
     return Error{ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())};
   }
@@ -171,7 +182,7 @@ Status make_jobs(const SweepOptions& options, const SweepFile& file, const Numer
         progress.pings_found(job.run->cost.pings);
         outcome.add(*job.run, {});
       } else {
-        outcome.add(*job.run, guarded(room, job, *taken));
+        outcome.add(*job.run, guarded(room, job, *taken, outcome));
       }
       if (outcome.ends()) queue.stop();
       queue.finish(taken->run);

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
 #include "app/commands.h"
 #include "dataset/files.h"
 #include "dataset/layout.h"
+#include "scenario/text.h"
 #include "sweep/folder.h"
 #include "sweep/index.h"
 #include "sweep/status.h"
@@ -33,9 +35,15 @@ Result<Begun> begun_sweep(const fs::path& dir) {
                            dir.string())};
 }
 
-std::vector<RunStatus> all_statuses(const fs::path& dir, const Plan& plan, const Workers& workers) {
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::vector<RunStatus> all_statuses(const fs::path& dir, const Plan& plan, double now_s,
+                                    const Workers& workers) {
   std::vector<RunStatus> statuses(plan.size());
-  workers.for_each(plan.size(), [&](std::size_t i) { statuses[i] = run_status(dir, plan[i]); });
+  workers.for_each(plan.size(),
+                   [&](std::size_t i) { statuses[i] = run_status(dir, plan[i], now_s); });
   return statuses;
 }
 
@@ -48,6 +56,33 @@ Status refuse_missing(const fs::path& dir, const SweepStatus& status) {
                            "them; nothing was written",
                            dir.string(), status.runs - status.done, status.runs, status.failed,
                            status.begun, status.missing)};
+}
+
+// What is not as it should be is a failure of its own, since the sweep's command leaves alone what
+// is done.
+FinishedRun damaged_run(const PlannedRun& run, const Error& error) {
+  FinishedRun finished;
+  finished.state = RunState::damaged;
+  finished.failure =
+      RunFailure{run.id, run.name, kind_name(ErrorKind::damage), error.message, "", ""};
+  return finished;
+}
+
+Status refuse_damaged(const fs::path& dir, const Plan& plan, const std::vector<FinishedRun>& runs) {
+  constexpr std::size_t kMostNamed = 10;
+  std::size_t count = 0;
+  std::string named;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (runs[i].state != RunState::damaged || ++count > kMostNamed) continue;
+    named += fmt::format("\n  {}: {}", run_folder(plan[i].id), one_line(runs[i].failure->message));
+  }
+  if (count == 0) return {};
+  if (count > kMostNamed) named += "\n  ...";
+  return Error{
+      ErrorKind::io,
+      fmt::format("{}: {} of {} runs are damaged; remove their folders and give the sweep's "
+                  "command again, or --partial to finish it without them{}",
+                  dir.string(), count, runs.size(), named)};
 }
 
 Result<FinishedRun> finished_run(const fs::path& dir, const PlannedRun& run,
@@ -87,9 +122,9 @@ Status sweep_status(const SweepOptions& options) {
     }
     sweep->plan = std::move(part);
   }
-  const auto runs = all_statuses(options.output, sweep->plan, Workers(options.threads));
-  const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
-  const SweepStatus status = sum_up(sweep->plan, runs, now.count());
+  const double now = now_s();
+  const auto runs = all_statuses(options.output, sweep->plan, now, Workers(options.threads));
+  const SweepStatus status = sum_up(sweep->plan, runs, now);
   fmt::print("{}", status_text(sweep->head.name, sweep->plan, runs, status));
   return {};
 }
@@ -98,28 +133,26 @@ Status finalize_sweep(const SweepOptions& options) {
   const Result<Begun> sweep = begun_sweep(options.output);
   if (!sweep) return sweep.error();
   const Workers workers(options.threads);
-  const auto statuses = all_statuses(options.output, sweep->plan, workers);
+  const auto statuses = all_statuses(options.output, sweep->plan, 0, workers);
   const SweepStatus sum = sum_up(sweep->plan, statuses, 0);
   if (!options.partial) {
     if (Status whole = refuse_missing(options.output, sum); !whole) return whole;
   }
   std::vector<FinishedRun> runs(sweep->plan.size());
-  std::vector<Status> read(runs.size());
   workers.for_each(runs.size(), [&](std::size_t i) {
     auto run = finished_run(options.output, sweep->plan[i], statuses[i]);
-    if (run) {
-      runs[i] = std::move(*run);
-    } else {
-      read[i] = run.error();
-    }
+    runs[i] = run ? std::move(*run) : damaged_run(sweep->plan[i], run.error());
   });
-  for (const Status& status : read) {
-    if (!status) return status;
+  if (!options.partial) {
+    if (Status whole = refuse_damaged(options.output, sweep->plan, runs); !whole) return whole;
   }
   if (Status written = write_tables(options.output, *sweep, runs); !written) return written;
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} of {} runs in {} and {}\n", options.output.string(), sum.done,
-               sum.runs, kRunsFile, kIndexFile);
+    const auto damaged = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& run) {
+      return run.state == RunState::damaged;
+    });
+    fmt::print(stderr, "{}: {} and {}: {} runs, {} of them done\n", options.output.string(),
+               kRunsFile, kIndexFile, sum.runs, sum.done - static_cast<std::size_t>(damaged));
   }
   return {};
 }

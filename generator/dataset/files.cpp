@@ -275,6 +275,14 @@ void remove_empty_folders(const fs::path& folder) {
   ::rmdir(folder.c_str());
 }
 
+namespace {
+
+bool is_record(const std::string& name) {
+  return name.ends_with(".json") || name.ends_with(layout::kMoments);
+}
+
+}  // namespace
+
 void remove_work_folder(const fs::path& dir) {
   const fs::path work = dir / layout::kWorkFolder;
   std::error_code error;
@@ -286,12 +294,27 @@ void remove_work_folder(const fs::path& dir) {
     if (!files) continue;
     for (const std::string& name : *files) {
       const bool temporary = name.starts_with("tmp/");
-      const bool record = name.starts_with("sequences/") &&
-                          (name.ends_with(".json") || name.ends_with(layout::kMoments));
+      const bool record = name.starts_with("sequences/") && is_record(name);
       if (temporary || record || name == "plan.json") ::unlink((work / name).c_str());
     }
     remove_empty_folders(work);
   }
+}
+
+void remove_work_of(const fs::path& dir, std::span<const std::uint32_t> sequences) {
+  for (const std::uint32_t sequence : sequences) {
+    const fs::path folder = (dir / layout::plan_path(sequence)).parent_path();
+    std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(folder, error))) continue;
+    const auto files = files_below(folder);
+    if (!files) continue;
+    for (const std::string& name : *files) {
+      if (is_record(name)) ::unlink((folder / name).c_str());
+    }
+  }
+  // What is empty goes, which is all where nobody else is at work.
+  ::unlink((dir / layout::top_plan_path()).c_str());
+  remove_empty_folders(dir / layout::kWorkFolder);
 }
 
 }  // namespace ensonify

@@ -6,7 +6,7 @@
 //   is_safe_relative_path                 stays inside the folder, as written
 //   listed_file_size                      ... and as found on disk: no link on the way
 //   files_below                           everything in a folder that is not a folder
-//   remove_work_folder                    .work, as far as it is ours
+//   remove_work_folder  remove_work_of    .work, as far as it is ours
 //   read_error  write_error               Error values that name the file and what to do
 //
 // Nothing is flushed to the disk itself: after a loss of power a file may be short, and then its
@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -95,6 +96,8 @@ Result<std::vector<std::string>> files_below(const std::filesystem::path& dir);
 // Removes the records, plans and temporary files of .work, then the folders that are empty.
 // Another process may do the same at the same time. A stranger's file in it stays.
 void remove_work_folder(const std::filesystem::path& dir);
+// The same of some sequences, while others may be at work on theirs: temporary files stay.
+void remove_work_of(const std::filesystem::path& dir, std::span<const std::uint32_t> sequences);
 
 // Removes `folder` and the folders in it where nothing else is left. Does not follow links.
 void remove_empty_folders(const std::filesystem::path& folder);

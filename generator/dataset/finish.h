@@ -39,7 +39,8 @@ struct Asset {
 struct DatasetInfo {
   WorkIdentity identity;
   std::string scenario_yaml;            // resolved, `sequences` included
-  std::vector<SequenceInfo> sequences;  // all of them, in the order of their numbers
+  std::vector<SequenceInfo> sequences;  // in the order of their numbers
+  std::uint64_t sequences_in_all = 0;   // of the scenario; more than those are others' to make
   std::vector<std::string> classes;     // class id k is classes[k - 1]
   std::vector<Asset> assets;
   // What differs from run to run: goes to provenance.json, the only file that is never hashed.
@@ -48,8 +49,9 @@ struct DatasetInfo {
   int threads = 0;
 };
 
-// Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work. Renews
-// them if `sequences` grew; files of sequences are only read.
+// Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work; while
+// sequences are missing only what it holds of those that are there, since other processes may be at
+// work on the rest. Renews them if `sequences` grew; files of sequences are only read.
 // Error (usage): a sequence is not finished, the folder holds other work, or an input file has
 // changed since it was hashed. Error (io): as it says.
 Status finish_dataset(const std::filesystem::path& dir, const DatasetInfo& info);

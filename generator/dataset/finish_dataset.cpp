@@ -227,7 +227,13 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
                                           manifest->sha256 + "  " + layout::kDatasetJson + "\n");
   if (!seal) return seal.error();
-  remove_work_folder(dir);
+  if (info.sequences_in_all <= info.sequences.size()) {
+    remove_work_folder(dir);
+    return {};
+  }
+  std::vector<std::uint32_t> numbers;
+  for (const SequenceInfo& sequence : info.sequences) numbers.push_back(sequence.sequence);
+  remove_work_of(dir, numbers);
   return {};
 }
 

@@ -154,16 +154,28 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   return {};
 }
 
+// Without what a second copy of the work may have left when it was cut off.
+FolderState complete(const fs::path& dir, const Folder& folder) {
+  for (std::uint64_t s = 0; s < folder.sequences_begun; ++s) {
+    remove_pieces(dir, static_cast<std::uint32_t>(s));
+  }
+  remove_work_folder(dir);
+  return FolderState::complete;
+}
+
 Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identity,
-                                std::uint32_t sequences, bool overwrite) {
+                                std::uint32_t sequences, bool overwrite, bool keep_sealed) {
   std::error_code error;
   fs::create_directories(dir, error);
-  if (error) return write_error(dir, error.value());
-  if (!fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
+  if (!fs::is_directory(dir)) {
+    if (fs::exists(dir)) return refused(dir, "is no folder", false);
+    return write_error(dir, error.value());
+  }
   const FolderLock lock(dir);
 
   const auto folder = look_at(dir);
   if (!folder) return folder.error();
+  if (keep_sealed && folder->sealed) return complete(dir, *folder);
   const std::string asked = to_json(identity);
   if (folder->empty) return start(dir, asked);
   if (!folder->work && !folder->dataset) {
@@ -187,12 +199,7 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
     return FolderState::continued;
   }
   if (overwrite) return empty_and_start(dir, asked);
-  // What a second copy of the work may have left when it was cut off.
-  for (std::uint64_t s = 0; s < folder->sequences_begun; ++s) {
-    remove_pieces(dir, static_cast<std::uint32_t>(s));
-  }
-  remove_work_folder(dir);
-  return FolderState::complete;
+  return complete(dir, *folder);
 }
 
 }  // namespace
@@ -218,9 +225,10 @@ bool is_sealed(const fs::path& dir) {
 }
 
 Result<FolderState> open_work(const fs::path& dir, const WorkIdentity& identity,
-                              std::uint32_t sequences, bool overwrite) {
-  return without_exceptions("opening " + dir.string(),
-                            [&] { return open_folder(dir, identity, sequences, overwrite); });
+                              std::uint32_t sequences, bool overwrite, bool keep_sealed) {
+  return without_exceptions("opening " + dir.string(), [&] {
+    return open_folder(dir, identity, sequences, overwrite, keep_sealed);
+  });
 }
 
 }  // namespace ensonify

@@ -44,8 +44,10 @@ enum class FolderState {
 // continued even then, so that shards which all say `overwrite` do not undo each other.
 //
 // Error (io): the folder cannot be made, read or written.
+//
+// With `keep_sealed` a finished data set is complete whatever work it is, and stays.
 Result<FolderState> open_work(const std::filesystem::path& dir, const WorkIdentity& identity,
-                              std::uint32_t sequences, bool overwrite);
+                              std::uint32_t sequences, bool overwrite, bool keep_sealed = false);
 
 // Whether a data set was finished in `dir`: dataset.json and dataset.sha256 are there and agree.
 // Looks at nothing else.

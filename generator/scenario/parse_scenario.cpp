@@ -102,6 +102,11 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   Scenario scenario;
   scenario.name = default_name(label);
   scenario.trajectory.pings = 1;
+  if (const auto sweep = child(root, "ensonify_sweep")) {
+    add_fault(faults, sweep->place, sweep->path,
+              "this is a sweep, accepted is a scenario; `ensonify sweep` takes it");
+    return scenario;
+  }
   open_map(faults, root,
            {"ensonify", "name", "seed", "sequences", "sonar", "water", "scattering", "materials",
             "objects", "point_targets", "volumes", "multipath", "trajectory", "motion_within_ping",

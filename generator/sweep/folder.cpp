@@ -62,24 +62,44 @@ Status check_head(const fs::path& dir, const std::optional<SweepHead>& old, cons
                                 head.program_commit));
 }
 
-Status open_locked(const fs::path& dir, const SweepHead& head, const Plan& plan, bool overwrite) {
+// Others' files; temporary ones of a start that was cut off are ours.
+bool holds_other_things(const fs::path& dir) {
+  std::error_code error;
+  for (fs::directory_iterator entry(dir, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().filename() != layout::kWorkFolder) return true;
+  }
+  return false;
+}
+
+// What stands in the folder, and may be gone on with.
+struct Held {
+  std::optional<SweepHead> head;
+  std::optional<Plan> plan;
+};
+
+Result<Held> look_at(const fs::path& dir, const SweepHead& head, const Plan& plan, bool overwrite) {
+  if (is_there(dir) && !fs::is_directory(dir)) {
+    return usage(dir, "is no folder; accepted is a new folder, or that of this sweep");
+  }
   if (is_there(dir / layout::kWorkJson) || is_there(dir / layout::kDatasetJson)) {
     return usage(dir, "is a data set; accepted is a new folder, or that of this sweep");
   }
-  const auto old_head = read_sweep_head(dir);
+  auto old_head = read_sweep_head(dir);
   if (!old_head) return old_head.error();
-  const auto old_plan = read_plan(dir);
+  auto old_plan = read_plan(dir);
   if (!old_plan) return old_plan.error();
-  PlanChange change;
-  if (*old_plan) change = compare_plans(**old_plan, plan);
+  if (!*old_head && !*old_plan && holds_other_things(dir)) {
+    return usage(dir, "holds other things; accepted is a new folder, or that of this sweep");
+  }
   if (!overwrite) {
-    if (Status same = check_head(dir, *old_head, head); !same) return same;
-    if (Status grown = refuse_dropped(dir, change); !grown) return grown;
+    if (Status same = check_head(dir, *old_head, head); !same) return same.error();
+    if (*old_plan) {
+      const Status grown = refuse_dropped(dir, compare_plans(**old_plan, plan));
+      if (!grown) return grown.error();
+    }
   }
-  if (*old_head != head) {
-    if (Status written = write_head(dir, head); !written) return written;
-  }
-  return change.same_text ? Status() : write_plan(dir, plan);
+  return Held{std::move(*old_head), std::move(*old_plan)};
 }
 
 }  // namespace
@@ -101,11 +121,27 @@ Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
 
 Status open_sweep_folder(const fs::path& dir, const SweepHead& head, const Plan& plan,
                          bool overwrite) {
+  if (const auto held = look_at(dir, head, plan, overwrite); !held) return held.error();
   std::error_code error;
   fs::create_directories(dir, error);
   if (error) return write_error(dir, error.value());
   const FolderLock lock(dir);
-  return open_locked(dir, head, plan, overwrite);
+  const auto held = look_at(dir, head, plan, overwrite);
+  if (!held) return held.error();
+  if (held->head != head) {
+    if (Status written = write_head(dir, head); !written) return written;
+  }
+  return held->plan == plan ? Status() : write_plan(dir, plan);
+}
+
+Result<std::optional<PlanChange>> look_at_sweep_folder(const fs::path& dir, const SweepHead& head,
+                                                       const Plan& plan, bool overwrite) {
+  const auto held = look_at(dir, head, plan, overwrite);
+  if (!held) return held.error();
+  if (!held->plan) return std::optional<PlanChange>();
+  PlanChange change = compare_plans(*held->plan, plan);
+  change.dropped.clear();  // they go with the plan they are of
+  return std::optional(std::move(change));
 }
 
 void close_sweep_folder(const fs::path& dir) {

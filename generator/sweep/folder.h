@@ -1,6 +1,7 @@
 // What stands in the folder of a sweep beside its plan.
 //
-//   SweepHead  open_sweep_folder  close_sweep_folder   DIR/sweep.json
+//   SweepHead  read_sweep_head                         DIR/sweep.json
+//   open_sweep_folder  look_at_sweep_folder  close_sweep_folder
 //   run_folder  run_is_done                            DIR/runs/<id>
 //   RunFailure  write_failure  read_failure  remove_failure   DIR/failed/<id>.json
 #pragma once
@@ -26,10 +27,17 @@ Result<std::optional<SweepHead>> read_sweep_head(const std::filesystem::path& di
 
 // Makes the folder, or looks at the one that is there, and writes sweep.json and plan.jsonl where
 // they are not there as they should be. Processes that open it at the same time wait for each
-// other. Errors: usage, where the folder is a data set, where another program began the sweep, or
-// where its plan has runs that this one has not, unless `overwrite`; then nothing is written. io.
+// other. Errors: usage, where the folder is a data set or holds other things, where another program
+// began the sweep, or where its plan has runs that this one has not, unless `overwrite`; then
+// nothing is written. io.
 Status open_sweep_folder(const std::filesystem::path& dir, const SweepHead& head, const Plan& plan,
                          bool overwrite);
+
+// What it would refuse, and how the plan that is there, if any, would change (without `dropped`);
+// writes nothing and waits for nobody.
+Result<std::optional<PlanChange>> look_at_sweep_folder(const std::filesystem::path& dir,
+                                                       const SweepHead& head, const Plan& plan,
+                                                       bool overwrite);
 
 // Takes away temporary files. Others may be at work in the folder.
 void close_sweep_folder(const std::filesystem::path& dir);

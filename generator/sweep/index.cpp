@@ -19,11 +19,21 @@ constexpr const char* kAfter[] = {
     "seed",           "pings",          "folder",      "status",    "mean_level_db", "max_level_db",
     "noise_level_db", "first_return_m", "labelled_px", "instances", "contrast",      "contrast_se"};
 
-std::string column_of(const std::string& axis) {
-  const auto same = [&](const char* name) { return axis == name; };
-  const bool taken = std::any_of(std::begin(kBefore), std::end(kBefore), same) ||
-                     std::any_of(std::begin(kAfter), std::end(kAfter), same);
-  return taken ? "axis_" + axis : axis;
+bool is_result(const std::string& name) {
+  const auto same = [&](const char* other) { return name == other; };
+  return std::any_of(std::begin(kBefore), std::end(kBefore), same) ||
+         std::any_of(std::begin(kAfter), std::end(kAfter), same);
+}
+
+// Another name than all results and all other axes.
+std::string column_of(const std::string& axis, const PlannedRun& run) {
+  const auto is_axis = [&](const std::string& name) {
+    return std::any_of(run.values.begin(), run.values.end(),
+                       [&](const auto& value) { return value.first == name; });
+  };
+  std::string name = axis;
+  while (is_result(name) || (name != axis && is_axis(name))) name = "axis_" + name;
+  return name;
 }
 
 std::string cell(const std::string& text) {
@@ -61,7 +71,8 @@ std::string row_of(const PlannedRun& run, const FinishedRun& finished) {
 std::string runs_csv(const Plan& plan, const std::vector<FinishedRun>& runs) {
   std::vector<std::string> columns(std::begin(kBefore), std::end(kBefore));
   if (!plan.empty()) {
-    for (const auto& [axis, value] : plan.front().values) columns.push_back(column_of(axis));
+    for (const auto& [axis, value] : plan.front().values)
+      columns.push_back(column_of(axis, plan.front()));
   }
   columns.insert(columns.end(), std::begin(kAfter), std::end(kAfter));
   std::string text = fmt::format("{}\n", fmt::join(columns, ","));

@@ -41,7 +41,8 @@ double number_of(const Node& node, std::size_t index) {
   const std::string json = node.kind == NodeKind::scalar ? json_of_node(node) : "";
   if (json == "true" || json == "false") return json == "true";
   if (json.empty() || json.front() == '"') return static_cast<double>(index);
-  return std::stod(json);
+  // Unlike stod it takes numbers too small to be normal.
+  return std::strtod(json.c_str(), nullptr);
 }
 
 std::string cut(std::string text) {

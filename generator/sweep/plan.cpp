@@ -105,6 +105,11 @@ Result<std::optional<Plan>> read_plan(const fs::path& dir) {
   if (!text) return text.error();
   Result<Plan> plan = parse_plan(*text, file.string());
   if (!plan) return plan.error();
+  if (plan->empty()) {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: holds no run; remove it, and give the sweep's command again",
+                             file.string())};
+  }
   return std::optional(std::move(*plan));
 }
 

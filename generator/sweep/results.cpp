@@ -6,7 +6,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <system_error>
 #include <vector>
 
 #include "core/units.h"
@@ -42,11 +41,6 @@ struct Sums {
     pixels += 1;
   }
 };
-
-bool is_there(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(fs::symlink_status(path, error));
-}
 
 template <class T>
 Result<std::vector<T>> read_array(const fs::path& path, std::string_view descr) {
@@ -96,22 +90,24 @@ int count_in(const Json& head, const char* pointer) {
 }
 
 Status add_levels(const Place& place, Sums& sums) {
-  if (is_there(place.folder / "timeseries.npy")) {
+  const Json arrays = place.head.value("arrays", Json());
+  if (arrays.is_object() && arrays.contains("timeseries.npy")) {
     return add_series(place.folder / "timeseries.npy", sums);
   }
   const int rows = count_in(place.head, "/record/samples");
   const int columns = count_in(place.head, "/sonar/beams/count");
+  // What the sequence has: a file of it that is missing is an error, and no gap.
+  const Json files = place.head.value("each_ping", Json::array());
+  const auto has = [&](const char* kind) {
+    return std::find(files.begin(), files.end(), kind) != files.end();
+  };
+  const bool has_series = has(layout::kTimeseries);
+  if (!has_series && !has(layout::kPolarExr)) return {};
   for (std::uint32_t ping = place.row.first_ping; ping < place.row.last_ping; ++ping) {
     const fs::path series = place.folder / layout::ping_file(layout::kTimeseries, ping);
     const fs::path polar = place.folder / layout::ping_file(layout::kPolarExr, ping);
-    Status added;
-    if (is_there(series)) {
-      added = add_series(series, sums);
-    } else if (is_there(polar)) {
-      added = add_picture(polar, rows, columns, sums);
-    } else {
-      break;
-    }
+    const Status added =
+        has_series ? add_series(series, sums) : add_picture(polar, rows, columns, sums);
     if (!added) return added;
   }
   return {};

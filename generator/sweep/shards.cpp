@@ -53,9 +53,13 @@ Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const c
   const auto first = number_of("SLURM_ARRAY_TASK_MIN", std::nullopt);
   const auto count = number_of("SLURM_ARRAY_TASK_COUNT", std::nullopt);
   const auto step = number_of("SLURM_ARRAY_TASK_STEP", 1);
-  if (id && first && count && step && *id >= *first && *step > 0 && (*id - *first) % *step == 0 &&
-      (*id - *first) / *step < *count && *count <= kMaxShards) {
-    return std::optional(Shard{(*id - *first) / *step, *count});
+  const auto last = number_of("SLURM_ARRAY_TASK_MAX", id);
+  if (id && first && last && count && step && *id >= *first && *last >= *id && *step > 0 &&
+      (*id - *first) % *step == 0 && (*id - *first) / *step < *count && *count <= kMaxShards) {
+    // Holes show in any task, where the last one is told.
+    const bool whole =
+        variable("SLURM_ARRAY_TASK_MAX") == nullptr || (*last - *first) / *step + 1 == *count;
+    if (whole) return std::optional(Shard{(*id - *first) / *step, *count});
   }
   const auto said = [&](const char* name) {
     const char* text = variable(name);
@@ -63,10 +67,10 @@ Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const c
   };
   return Error{
       ErrorKind::usage,
-      fmt::format("no shard follows from {}, {}, {}; accepted is an array without holes as "
+      fmt::format("no shard follows from {}, {}, {}, {}; accepted is an array without holes as "
                   "--array=0-9, or --shard K/N",
                   said("SLURM_ARRAY_TASK_ID"), said("SLURM_ARRAY_TASK_MIN"),
-                  said("SLURM_ARRAY_TASK_COUNT"))};
+                  said("SLURM_ARRAY_TASK_MAX"), said("SLURM_ARRAY_TASK_COUNT"))};
 }
 
 std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard) {

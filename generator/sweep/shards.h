@@ -30,9 +30,9 @@ struct Shard {
 // K/N with 0 <= K < N. Errors (usage).
 Result<Shard> parse_shard(std::string_view text);
 
-// SLURM_ARRAY_TASK_ID less _MIN, over _STEP, of _COUNT; `variable` is asked for each and gives null
-// where it is not set. Nothing outside an array. Errors (usage): variables that make no shard, as
-// of an array with holes (--array=1,3,7).
+// (SLURM_ARRAY_TASK_ID - _MIN) / _STEP of _COUNT; `variable` is asked for each and gives null where
+// it is not set. Nothing outside an array. Errors (usage): variables that make no shard, as in
+// every task of an array with holes (--array=1,3,7), which _MAX tells.
 Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const char*)>& variable);
 
 // Indexes into the plan, rising. Each run is in one shard; taken from the plan alone: the longest

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "dataset/files.h"
 #include "dataset/layout.h"
 #include "scenario/text.h"
 
@@ -29,7 +31,7 @@ bool is_record(const std::string& name) {
 }
 
 // Records of pings that a run under way has.
-void count_records(const fs::path& folder, RunStatus& status) {
+void count_records(const fs::path& folder, double recent_s, RunStatus& status) {
   std::error_code error;
   const fs::path sequences = folder / layout::kWorkFolder / "sequences";
   for (fs::directory_iterator sequence(sequences, error), end; !error && sequence != end;
@@ -38,18 +40,30 @@ void count_records(const fs::path& folder, RunStatus& status) {
     for (fs::directory_iterator entry(sequence->path(), inner); !inner && entry != end;
          entry.increment(inner)) {
       if (!is_record(entry->path().filename().string())) continue;
+      const double at_s = written_s(entry->path()).value_or(0);
       ++status.pings;
-      status.changed_s = std::max(status.changed_s, written_s(entry->path()).value_or(0));
+      status.recent_pings += at_s > recent_s;
+      status.changed_s = std::max(status.changed_s, at_s);
     }
   }
 }
 
-// Of what a run has done, the part within the last kRateSeconds.
-double recent_pings(const RunStatus& run, double from_s) {
-  if (run.pings == 0 || run.changed_s <= from_s) return 0;
+// Of a run that is done, whose records are gone: the part since `recent_s`.
+double recent_pings(const RunStatus& run, double recent_s) {
+  if (run.changed_s <= recent_s) return 0;
   const double all_s = run.changed_s - run.begun_s;
-  const double part = all_s > 0 ? (run.changed_s - std::max(run.begun_s, from_s)) / all_s : 1;
+  const double part = all_s > 0 ? (run.changed_s - std::max(run.begun_s, recent_s)) / all_s : 1;
   return static_cast<double>(run.pings) * std::clamp(part, 0.0, 1.0);
+}
+
+// How long the process that ended a run was at work on it.
+std::optional<double> wall_seconds(const fs::path& folder) {
+  const Result<std::string> text = read_file(folder / layout::kProvenanceJson);
+  if (!text) return std::nullopt;
+  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  const auto found = json.is_object() ? json.find("wall_seconds") : json.end();
+  if (found == json.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
 }
 
 std::string duration_text(double seconds) {
@@ -69,13 +83,16 @@ std::string state_name(RunState state) {
       return "failed";
     case RunState::done:
       return "done";
+    case RunState::damaged:
+      return "damaged";
     case RunState::missing:
       break;
   }
   return "missing";
 }
 
-RunStatus run_status(const fs::path& dir, const PlannedRun& run) {
+RunStatus run_status(const fs::path& dir, const PlannedRun& run, double now_s) {
+  const double recent_s = now_s - kRateSeconds;
   const fs::path folder = dir / run_folder(run.id);
   RunStatus status;
   const auto begun = written_s(folder / layout::kWorkJson);
@@ -83,12 +100,14 @@ RunStatus run_status(const fs::path& dir, const PlannedRun& run) {
     status.state = RunState::done;
     status.pings = run.pings;
     status.changed_s = written_s(folder / layout::kDatasetSha256).value_or(0);
-    status.begun_s = begun.value_or(status.changed_s);
+    status.begun_s = status.changed_s - wall_seconds(folder).value_or(0);
+    if (begun) status.begun_s = std::max(status.begun_s, *begun);
+    status.recent_pings = recent_pings(status, recent_s);
     return status;
   }
   if (begun) {
     status.state = RunState::begun;
-    count_records(folder, status);
+    count_records(folder, recent_s, status);
     status.pings = std::min(status.pings, run.pings);
     status.begun_s = *begun;
     status.changed_s = std::max(status.changed_s, *begun);
@@ -112,8 +131,8 @@ SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double 
     sum.pings += plan[i].pings;
     sum.pings_done += run.pings;
     if (run.state != RunState::failed) sum.pings_to_come += plan[i].pings - run.pings;
-    if (run.pings > 0) begun_s = std::min(begun_s, run.begun_s);
-    recent += recent_pings(run, now_s - kRateSeconds);
+    if (run.recent_pings > 0) begun_s = std::min(begun_s, run.begun_s);
+    recent += run.recent_pings;
   }
   const double seconds = std::min(now_s - begun_s, kRateSeconds);
   if (recent > 0 && seconds > 0) {

@@ -20,20 +20,27 @@ enum class RunState {
   missing,  // nobody has begun it
   begun,    // under way, or cut off
   failed,   // and not done since
-  done
+  done,
+  damaged  // done, and files of it are gone or not as they should be: finalizing alone reads them
 };
 
-// done, failed, running, missing
+// done, failed, running, missing, damaged
 std::string state_name(RunState state);
 
 struct RunStatus {
   RunState state = RunState::missing;
   std::uint64_t pings = 0;            // done
   double begun_s = 0, changed_s = 0;  // of its pings, since 1970; 0: there are none
+  double recent_pings = 0;            // done within kRateSeconds before `now_s`
   std::optional<RunFailure> failure;  // of a failed one
 };
 
-RunStatus run_status(const std::filesystem::path& dir, const PlannedRun& run);
+// The speed is that of the last kRateSeconds. Of a run that is done, pings are taken to have come
+// evenly while the process that ended it was at work on it.
+inline constexpr double kSilentSeconds = 600, kRateSeconds = 600;
+
+// `now_s`: since 1970.
+RunStatus run_status(const std::filesystem::path& dir, const PlannedRun& run, double now_s);
 
 struct SweepStatus {
   std::size_t runs = 0, done = 0, begun = 0, failed = 0, missing = 0;
@@ -43,9 +50,6 @@ struct SweepStatus {
   std::optional<double> pings_per_s, seconds_left;
 };
 
-// The speed is that of the last kRateSeconds; a run's pings are taken to have come evenly between
-// its first and its last one.
-inline constexpr double kSilentSeconds = 600, kRateSeconds = 600;
 SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double now_s);
 
 // Some lines for people, failed runs and their reasons last.

@@ -44,6 +44,12 @@ class SweepParser {
   SweepParser(const fs::path& folder, Faults& faults) : folder_(folder), faults_(faults) {}
 
   SweepFile parse(const Value& root, const std::string& label) {
+    const auto scenario = child(root, "ensonify");
+    if (scenario && !child(root, "ensonify_sweep")) {
+      add_fault(faults_, scenario->place, scenario->path,
+                "this is a scenario, accepted is a sweep; `ensonify generate` takes it");
+      return sweep_;
+    }
     open_map(
         faults_, root,
         {"ensonify_sweep", "name", "base", "set", "axes", "seed", "seeds", "run_name", "skip_if"});

@@ -1,8 +1,9 @@
 """Statistics of every pixel over the pings of a sequence (`output.statistics`); see docs/physics.md, section 5."""
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Any, Dict, Mapping, Sequence, Tuple
+from typing import Any, Dict, Mapping, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -10,6 +11,20 @@ from .files import DatasetError, read_npy
 
 _NAMES = ("mean_pressure", "pressure_variance", "mean_intensity", "intensity_variance", "contrast",
           "fourth_moment", "bin_covariance", "bin_coherence", "beam_covariance", "beam_coherence")
+
+
+class Source(NamedTuple):
+    """Which draws of which scene."""
+
+    scene: str  # what the sequence's sonar, water, noise and instances are
+    seed: int
+    sequence: int
+    first_ping: int
+    last_ping: int  # the one after the last
+
+    def overlaps(self, other: "Source") -> bool:
+        same = (self.seed, self.sequence) == (other.seed, other.sequence)
+        return same and self.first_ping < other.last_ping and other.first_ping < self.last_ping
 
 
 class Statistics:
@@ -22,8 +37,9 @@ class Statistics:
     beam_covariance, beam_coherence  of the next beam and this one: a column less
     """
 
-    def __init__(self, realisations: int, arrays: Mapping[str, Any]):
+    def __init__(self, realisations: int, arrays: Mapping[str, Any], sources: Sequence["Source"] = ()):
         self.realisations = realisations
+        self.sources = tuple(sources)
         self._arrays = arrays  # an array, or the path of one
 
     def __getattr__(self, name: str) -> np.ndarray:
@@ -60,19 +76,37 @@ def statistics_of(folder: Path, info: Dict[str, Any]) -> Statistics:
     about = info.get("statistics")
     if about is None:
         raise DatasetError(f"{folder}: has no statistics (`output.statistics` in scenario.yaml)")
+    scene = {name: info.get(name) for name in ("sonar", "water", "record", "scattering", "noise", "instances")}
+    source = Source(json.dumps(scene, sort_keys=True), info["seed"], info["sequence"], *info["pings"])
     return Statistics(about["realisations"],
-                      {name: folder / "statistics" / f"{name}.npy" for name in _NAMES})
+                      {name: folder / "statistics" / f"{name}.npy" for name in _NAMES}, [source])
 
 
 def merge(parts: Sequence[Statistics]) -> Statistics:
-    """Of all realisations together: of sequences or ranges of pings that are draws of one scene."""
+    """Of all realisations together: of sequences or ranges of pings that are draws of one scene.
+
+    DatasetError where the scenes differ, or where draws would count twice.
+    """
     if not parts:
         raise DatasetError("there are no statistics to merge")
+    sources = [source for part in parts for source in part.sources]
+    _check(sources)
     count, sums = parts[0].realisations, _sums(parts[0])
     for part in parts[1:]:
         _add(count, sums, part.realisations, _sums(part))
         count += part.realisations
-    return _of_sums(count, sums)
+    return _of_sums(count, sums, sources)
+
+
+def _check(sources: Sequence[Source]) -> None:
+    ordered = sorted(sources, key=lambda s: (s.seed, s.sequence, s.first_ping))
+    for one, other in zip(ordered, ordered[1:]):
+        if one.scene != other.scene:
+            raise DatasetError("statistics of different scenes are no statistics of one: their sonar, water, "
+                               "scattering, noise or instances differ")
+        if one.overlaps(other):
+            raise DatasetError(f"pings {other.first_ping} to {min(one.last_ping, other.last_ping) - 1} of seed "
+                               f"{one.seed} would count twice")
 
 
 def _sums(part: Statistics) -> Dict[str, np.ndarray]:
@@ -97,7 +131,7 @@ def _add(count: int, sums: Dict[str, np.ndarray], more: int, others: Dict[str, n
     sums["mean_intensity"] += share * step_intensity
 
 
-def _of_sums(count: int, sums: Dict[str, np.ndarray]) -> Statistics:
+def _of_sums(count: int, sums: Dict[str, np.ndarray], sources: Sequence[Source]) -> Statistics:
     arrays = {name: values / (1 if name.startswith("mean") else count - 1)
               for name, values in sums.items()}
     spread = np.sqrt(arrays["pressure_variance"])
@@ -107,4 +141,4 @@ def _of_sums(count: int, sums: Dict[str, np.ndarray]) -> Statistics:
         arrays["fourth_moment"] = 1 + sums["intensity_variance"] / count / intensity ** 2
         arrays["bin_coherence"] = arrays["bin_covariance"] / (spread[1:] * spread[:-1])
         arrays["beam_coherence"] = arrays["beam_covariance"] / (spread[:, 1:] * spread[:, :-1])
-    return Statistics(count, arrays)
+    return Statistics(count, arrays, sources)

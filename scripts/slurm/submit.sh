@@ -63,7 +63,10 @@ grep '^#' <<<"$list"
 
 tasks=${tasks:-16}
 [ "$tasks" -le "$runs" ] || tasks=$runs
-most=$(scontrol show config | sed -n 's/^MaxArraySize *= *//p')
+most=$(scontrol show config | sed -n 's/^MaxArraySize *= *//p') || {
+  echo "submit.sh: Slurm's controller does not answer; nothing was submitted" >&2
+  exit 4
+}
 if [ "$tasks" -gt "$most" ]; then
   echo "submit.sh: this cluster's arrays have at most $most tasks (MaxArraySize): $most it is" >&2
   tasks=$most
@@ -91,11 +94,12 @@ last=$(sbatch --parsable --job-name="$name-end" --output="$logs/%j_end.log" "${o
 }
 last=${last%%;*}
 
+quoted() { printf '%q' "$1"; }
 cat <<TEXT
 submitted: array $array ($runs runs in $tasks tasks), then job $last, which gathers the results
 watch:     squeue -j $array,$last
-           $program sweep $sweep -o $out --status
-           tail -f $logs/${array}_0.log
+           $(quoted "$program") sweep $(quoted "$sweep") -o $(quoted "$out") --status
+           tail -f $(quoted "$logs/${array}_0.log")
 stop:      scancel $array $last
 again:     this command; it takes up what is missing
 TEXT

@@ -12,6 +12,7 @@
 #SBATCH --signal=B:TERM@120
 set -uo pipefail
 
+[ $# -ge 4 ] || { sed -n '2,3s/^# *//p' "$0" >&2; exit 2; }
 program=$1 sweep=$2 out=$3 tasks=$4
 shift 4
 # The number of shards is that of when the array was submitted: by Slurm's variables, sbatch

@@ -122,7 +122,7 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
     shard.shard = Shard{k, 4};
     REQUIRE(generate(shard).ok());
   }
-  refused("1 of 3 sequences missing, the first is 2; make them (--shard, or --sequences 2:3)");
+  refused("1 of 3 sequences missing; make them (--shard, or --sequences 2:3, which");
   GenerateOptions other = last;
   other.input.overrides.push_back({"seed", "8"});
   CHECK(finalize_dataset(other).error().message.find("seed") != std::string::npos);
@@ -139,6 +139,42 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
   CHECK(files_of(last.output) == expected);
   REQUIRE(finalize_dataset(last).ok());
   CHECK(files_of(last.output) == expected);
+}
+
+// Protects shards that are at work while others are finished: what they have of their sequences
+// stays, and is gone on from.
+TEST_CASE("finishing a part leaves alone what others have begun") {
+  const Maker maker;
+  GenerateOptions o = maker.options("parts");
+  o.input.overrides.push_back({"sequences", "3"});
+  for (const std::size_t k : {0u, 1u}) {
+    o.shard = Shard{k, 3};
+    REQUIRE(generate(o).ok());
+  }
+  // As a kill leaves sequence 1.
+  const fs::path begun = o.output / "sequences/000001";
+  fs::remove(begun / "sequence.json");
+  fs::remove(begun / "timeseries/000002.npy");
+  const fs::path record = o.output / ".work/sequences/000001/000000.json";
+  const fs::path other = o.output / ".work/tmp/other";
+  REQUIRE(fs::exists(record));
+  fs::create_directories(other.parent_path());
+  std::ofstream(other) << "being written";
+  o.shard.reset();
+  GenerateOptions partial = o;
+  partial.partial = true;
+  REQUIRE(finalize_dataset(partial).ok());
+  CHECK(fs::exists(record));
+  CHECK(fs::exists(other));
+  CHECK_FALSE(fs::exists(o.output / ".work/sequences/000000"));
+  GenerateOptions range = o;
+  range.sequences = {0, 1};
+  REQUIRE(generate(range).ok());
+  CHECK(fs::exists(record));
+  GenerateOptions whole = maker.options("whole");
+  whole.input.overrides.push_back({"sequences", "3"});
+  CHECK(maker.make(o) == maker.make(whole));
+  CHECK_FALSE(fs::exists(o.output / ".work"));
 }
 
 // Protects ranges of pings: each ping is the one of the whole run, its picture's limits too.

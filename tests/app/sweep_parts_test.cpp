@@ -149,10 +149,20 @@ TEST_CASE("sweep: memory is what the kernel and all control groups leave") {
   write("sys/fs/cgroup/slurm/memory.max", "900000\n");
   write("sys/fs/cgroup/slurm/memory.current", "100000\n");
   CHECK(available_memory(folder.path()) == 800'000);
+  // Files in memory go when it is needed, as soon as they are on the disk.
+  write("sys/fs/cgroup/slurm/memory.current", "890000\n");
+  write("sys/fs/cgroup/slurm/memory.stat",
+        "anon 100000\nfile 790000\ninactive_file 500000\nactive_file 200000\nfile_dirty 40000\n"
+        "file_writeback 10000\n");
+  CHECK(available_memory(folder.path()) == 660'000);
   write("proc/self/cgroup", "3:cpu,memory:/old\n0::/\n");
   write("sys/fs/cgroup/memory/old/memory.limit_in_bytes", "5000\n");
   write("sys/fs/cgroup/memory/old/memory.usage_in_bytes", "9000\n");
   CHECK(available_memory(folder.path()) == 0);
+  write("sys/fs/cgroup/memory/old/memory.stat",
+        "cache 5000\ntotal_inactive_file 4000\ntotal_active_file 1500\ntotal_dirty 500\n"
+        "total_writeback 0\n");
+  CHECK(available_memory(folder.path()) == 1'000);
 }
 
 }  // namespace ensonify

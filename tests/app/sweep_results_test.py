@@ -8,11 +8,13 @@ import json
 import os
 import pathlib
 import re
+import resource
 import shutil
+import subprocess
 import time
 import unittest
 
-from sweep_test import BASE, SweepTest, run, table
+from sweep_test import BASE, PROGRAM, SweepTest, environment, run, table
 
 SCHEMAS = pathlib.Path(os.environ.get("SCHEMAS", "output_schema"))
 # A file that is there and holds no mesh is found when a world is built.
@@ -66,11 +68,11 @@ class Failures(SweepTest):
         self.go("--quiet", expect=3)
         good = next(line["run"] for line in self.plan() if line["run"] not in self.failed())
         # Somebody's file where a run's folder should be: that run alone fails.
-        shutil.rmtree(self.out)
-        (self.out / "runs").mkdir(parents=True)
+        shutil.rmtree(self.out / "runs")
+        (self.out / "runs").mkdir()
         (self.out / "runs" / good).write_text("mine")
         self.assertIn("3 of 4 runs failed", self.go("--quiet", expect=3).stderr)
-        self.assertEqual(json.loads((self.out / "failed" / f"{good}.json").read_text())["kind"], "io")
+        self.assertEqual(json.loads((self.out / "failed" / f"{good}.json").read_text())["kind"], "usage")
         (self.out / "runs" / good).rename(folder)
         self.assertIn("2 of 3 runs failed", self.go("--quiet", expect=3).stderr)
         self.assertFalse((self.out / "failed" / f"{good}.json").exists())
@@ -88,6 +90,46 @@ class Failures(SweepTest):
         rows = table(self.out)
         self.assertEqual([row["status"] for row in rows], ["done", "done", "failed", "failed"])
         self.assertEqual(rows[2]["mean_level_db"], "")
+
+    def test_damaged_runs_are_told_and_left_out(self):
+        """Protects tables: no row is worked out from half of a run's files, and the others have theirs."""
+        self.sweep.write_text(FAILING.replace(", bad.obj", ""))
+        self.go("--quiet")
+        gone, whole = (self.out / "runs" / line["run"] for line in self.plan())
+        for name in ("timeseries/000001.npy", "polar/000001.exr"):
+            (gone / "sequences/000000" / name).unlink()
+        refused = self.go("--finalize", expect=4)
+        self.assertIn("1 of 2 runs are damaged; remove their folders", refused.stderr)
+        self.assertIn(f"runs/{gone.name}: ", refused.stderr)
+        self.assertFalse((self.out / "runs.csv").exists())
+        self.assertIn("2 runs, 1 of them done", self.go("--finalize", "--partial").stderr)
+        rows = {row["run"]: row for row in table(self.out)}
+        self.assertEqual((rows[gone.name]["status"], rows[gone.name]["mean_level_db"]), ("damaged", ""))
+        self.assertEqual(rows[whole.name]["status"], "done")
+        index = json.loads((self.out / "index.json").read_text())
+        self.assertEqual([(entry["run"], entry["kind"]) for entry in index["failed"]], [(gone.name, "damage")])
+        self.assertFalse(index["complete"])
+        shutil.rmtree(gone)
+        self.go("--quiet")
+        self.go("--finalize", "--quiet")
+        self.assertTrue(json.loads((self.out / "index.json").read_text())["complete"])
+
+    def test_a_run_without_memory_fails_alone(self):
+        """Protects the night: one run that is too large is no reason to leave out all others."""
+        huge = "{sonar.range_max_m: 60, sonar.beams.count: 1024, sonar.beams.width_deg: 0.5, " \
+               "sonar.rays.elevation: 1024}"
+        (self.folder / "base.yaml").write_text(BASE)
+        self.sweep.write_text("ensonify_sweep: 1\nname: failing\nbase: base.yaml\naxes:\n  - name: size\n"
+                              f"    labels: [huge, small]\n    values: [{huge}, {{sonar.range_max_m: 3}}]\n")
+        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (700 << 20, 700 << 20))
+        done = subprocess.run([PROGRAM, "sweep", self.sweep, "-o", self.out, "--quiet", "--threads", "1",
+                               "--backend", "cpu"], capture_output=True, text=True, preexec_fn=limit,
+                              env=environment())
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("1 of 2 runs failed", done.stderr)
+        (failed,) = (self.out / "failed").iterdir()
+        self.assertEqual(json.loads(failed.read_text())["kind"], "device")
+        self.assertIn("2 runs: 1 done, 0 running, 1 failed, 0 missing", self.go("--status").stdout)
 
     def test_files_are_as_their_schemas_say(self):
         import jsonschema

@@ -156,6 +156,36 @@ class Running(SweepTest):
         self.assertIn("is a data set", self.go(expect=2).stderr)
         self.assertEqual(contents(self.out), before)
 
+    def test_what_is_done_stays_as_it_is(self):
+        """Protects finished runs of another instruction set, cut off before their last files went, from
+        --overwrite too."""
+        self.go("--quiet", "--simd", "sse4")
+        before = contents(self.out)
+        for folder in sorted((self.out / "runs").iterdir())[:3]:
+            (folder / ".work/sequences/000000").mkdir(parents=True)
+            (folder / ".work/sequences/000000/000000.json").write_text("{}")
+        for more in ([], ["--overwrite"]):
+            with self.subTest(more):
+                self.go("--quiet", "--simd", "avx2", *more)
+                self.assertEqual(contents(self.out), before)
+
+    def test_list_refuses_what_the_sweep_would_refuse(self):
+        """Protects submit.sh, which submits what --list accepts."""
+        (self.folder / "foreign").mkdir()
+        (self.folder / "foreign" / "thesis.txt").write_text("mine")
+        (self.folder / "file").write_text("mine")
+        run("generate", self.folder / "base.yaml", "-o", self.folder / "data", "--quiet")
+        self.go("--quiet", "--shard", "0/12")
+        head = self.out / "sweep.json"
+        head.write_text(head.read_text().replace('"version": "', '"version": "9'))
+        for out, words in (("foreign", "holds other things"), ("file", "is no folder"),
+                           ("data", "is a data set"), ("out", "began this sweep")):
+            for more in (["--list"], []):
+                with self.subTest(out=out, more=more):
+                    refused = self.go(*more, out=self.folder / out, expect=2)
+                    self.assertIn(words, refused.stderr)
+        self.go("--list", "--overwrite")
+
     def test_a_sweep_begun_by_another_program_is_refused(self):
         self.go("--quiet", "--shard", "0/3")
         head = self.out / "sweep.json"

@@ -48,6 +48,21 @@ class Statistics(unittest.TestCase):
             np.testing.assert_allclose(getattr(got, f"{name}_covariance"), covariance, atol=1e-11 * scale)
             self.assertLessEqual(np.nanmax(np.abs(getattr(got, f"{name}_coherence"))), 1 + 1e-9)
 
+    def test_what_is_no_ensemble_is_not_merged(self):
+        """Protects error bars: draws that count twice, or scenes that differ, give a confident wrong number."""
+        def part(name, *more):
+            return study(self.folder / name, "--set", "trajectory.pings=9", *more).sequence(0).statistics
+
+        first, rest = part("first", "--pings", "0:5"), part("rest", "--pings", "4:9")
+        with self.assertRaisesRegex(DatasetError, "pings 4 to 4 of seed 1 would count twice"):
+            merge([first, rest])
+        with self.assertRaisesRegex(DatasetError, "twice"):
+            merge([merge([first, part("end", "--pings", "5:9")]), rest])
+        brighter = part("brighter", "--pings", "5:9", "--set", "materials.concrete.reflectivity=2e-2")
+        with self.assertRaisesRegex(DatasetError, "different scenes"):
+            merge([first, brighter])
+        self.assertEqual(merge([first, part("seed", "--seed", "2")]).realisations, 14)
+
     def test_ensembles_of_one_scene_are_merged(self):
         """Of three ranges of pings, unequal, against the whole."""
         whole = study(self.folder / "whole", "--set", "trajectory.pings=29").sequence(0).statistics

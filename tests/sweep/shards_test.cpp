@@ -91,6 +91,20 @@ TEST_CASE("the variables of a SLURM array name a shard") {
                         {"SLURM_ARRAY_TASK_COUNT", "2"}}) == Shard{0, 2});
   CHECK_FALSE(shard("7", "1", "3", "1").ok());  // --array=1,3,7
   CHECK_FALSE(shard("3", "0", "5", "2").ok());
+  // --array=1,3,4: each task is refused, none makes a part that others count on.
+  for (const char* id : {"1", "3", "4"}) {
+    CHECK_FALSE(of_variables({{"SLURM_ARRAY_TASK_ID", id},
+                              {"SLURM_ARRAY_TASK_MIN", "1"},
+                              {"SLURM_ARRAY_TASK_MAX", "4"},
+                              {"SLURM_ARRAY_TASK_COUNT", "3"},
+                              {"SLURM_ARRAY_TASK_STEP", "1"}})
+                    .ok());
+  }
+  CHECK(**of_variables({{"SLURM_ARRAY_TASK_ID", "5"},
+                        {"SLURM_ARRAY_TASK_MIN", "1"},
+                        {"SLURM_ARRAY_TASK_MAX", "8"},
+                        {"SLURM_ARRAY_TASK_COUNT", "4"},
+                        {"SLURM_ARRAY_TASK_STEP", "2"}}) == Shard{2, 4});
   CHECK_FALSE(shard("3", "4", "5", "1").ok());
   CHECK_FALSE(shard("x", "0", "5", "1").ok());
   CHECK_FALSE(shard("3", "0", "", "1").ok());

@@ -1,9 +1,16 @@
 // Sums and tables of a sweep's runs, from statuses that are made up.
 #include <nlohmann/json.hpp>
 
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+
 #include "catch.h"
+#include "dataset/sha256.h"
 #include "sweep/index.h"
 #include "sweep/status.h"
+#include "temporary_folder.h"
 
 namespace ensonify {
 namespace {
@@ -12,8 +19,9 @@ PlannedRun planned(char id, std::uint64_t pings) {
   return {std::string(16, id), std::string("run ") + id, {{"a", "1.5"}}, 7, pings, 1};
 }
 
-RunStatus status_of(RunState state, std::uint64_t pings, double begun_s, double changed_s) {
-  RunStatus status{state, pings, begun_s, changed_s, {}};
+RunStatus status_of(RunState state, std::uint64_t pings, double begun_s, double changed_s,
+                    double recent) {
+  RunStatus status{state, pings, begun_s, changed_s, recent, {}};
   if (state == RunState::failed) status.failure = RunFailure{"", "", "usage", "no\nmesh", "", ""};
   return status;
 }
@@ -22,10 +30,9 @@ RunStatus status_of(RunState state, std::uint64_t pings, double begun_s, double 
 
 TEST_CASE("status: speed is that of the last ten minutes, failed runs are not waited for") {
   const Plan plan = {planned('a', 1000), planned('b', 100), planned('c', 100), planned('d', 50)};
-  // Run a took from 0 to 1000 s, of which 400 s lie within the last 600 s of 1200 s.
   const std::vector<RunStatus> runs = {
-      status_of(RunState::done, 1000, 0, 1000), status_of(RunState::begun, 20, 1000, 1200),
-      status_of(RunState::missing, 0, 0, 0), status_of(RunState::failed, 10, 0, 100)};
+      status_of(RunState::done, 1000, 0, 1000, 400), status_of(RunState::begun, 20, 1000, 1200, 20),
+      status_of(RunState::missing, 0, 0, 0, 0), status_of(RunState::failed, 10, 0, 100, 0)};
   const SweepStatus sum = sum_up(plan, runs, 1200);
   CHECK(sum.runs == 4);
   CHECK(sum.done == 1);
@@ -47,12 +54,50 @@ TEST_CASE("status: speed is that of the last ten minutes, failed runs are not wa
 
 TEST_CASE("status: a young sweep has the speed of its own time, a silent one has none") {
   const Plan plan = {planned('a', 100)};
-  const std::vector<RunStatus> runs = {status_of(RunState::begun, 30, 1000, 1060)};
-  CHECK(*sum_up(plan, runs, 1060).pings_per_s == Approx(0.5));
-  const SweepStatus later = sum_up(plan, runs, 5000);
+  CHECK(*sum_up(plan, {status_of(RunState::begun, 30, 1000, 1060, 30)}, 1060).pings_per_s ==
+        Approx(0.5));
+  const SweepStatus later = sum_up(plan, {status_of(RunState::begun, 30, 1000, 1060, 0)}, 5000);
   CHECK_FALSE(later.pings_per_s);
   CHECK_FALSE(later.seconds_left);
   CHECK(later.silent == 1);
+}
+
+// Protects the time that is left: a night's pause is no work.
+TEST_CASE("status: pings of before a pause do not count for the speed") {
+  namespace fs = std::filesystem;
+  const test::TemporaryFolder folder;
+  const auto file = [&](const std::string& name, const std::string& text, double age_s) {
+    const fs::path path = folder.path() / name;
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+    const auto age = std::chrono::duration_cast<fs::file_time_type::duration>(
+        std::chrono::duration<double>(age_s));
+    fs::last_write_time(path, fs::file_time_type::clock::now() - age);
+  };
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const std::string run = "runs/" + planned('a', 9).id + "/";
+  file(run + "work.json", "{}", 36'000);
+  for (int ping = 0; ping < 6; ++ping) {
+    file(run + fmt::format(".work/sequences/000000/{:06}.json", ping), "{}",
+         ping < 4 ? 35'000 - ping : 10 - ping);
+  }
+  file(run + ".work/sequences/000000/plan.json", "{}", 1);
+  const RunStatus begun = run_status(folder.path(), planned('a', 9), now_s);
+  CHECK(begun.state == RunState::begun);
+  CHECK(begun.pings == 6);
+  CHECK(begun.recent_pings == 2);
+  CHECK(now_s - begun.changed_s == Approx(5).margin(2));
+
+  // Done by a process that was at work for 100 s.
+  fs::remove_all(folder.path() / run / ".work");
+  file(run + "provenance.json", R"({"wall_seconds": 100})", 1);
+  file(run + "dataset.json", "{}", 1);
+  file(run + "dataset.sha256", sha256_hex("{}") + "  dataset.json\n", 0);
+  const RunStatus done = run_status(folder.path(), planned('a', 9), now_s);
+  CHECK(done.state == RunState::done);
+  CHECK(done.recent_pings == 9);
+  CHECK(done.changed_s - done.begun_s == Approx(100).margin(1));
 }
 
 TEST_CASE("runs.csv: cells of all kinds, axes called like other columns") {
@@ -70,6 +115,12 @@ TEST_CASE("runs.csv: cells of all kinds, axes called like other columns") {
         "33.3333,,,,,2,,\n"
         "aaaaaaaaaaaaaaaa,\"x, \"\"y\"\"\",5,3,\"a,b\",\"[1,2]\",7,3,runs/aaaaaaaaaaaaaaaa,missing,"
         ",,,,,,,\n");
+}
+
+TEST_CASE("runs.csv: no two columns have one name") {
+  PlannedRun run = planned('a', 3);
+  run.values = {{"pings", "3"}, {"axis_pings", "4"}};
+  CHECK(runs_csv({run}, {{}}).starts_with("run,name,axis_axis_pings,axis_pings,seed,pings,"));
 }
 
 TEST_CASE("index.json: whole only where all runs are done") {
