@@ -178,8 +178,8 @@ void add_numerics(CLI::App& command, Arguments& arguments) {
 }
 
 void add_sweep(CLI::App& app, Arguments& arguments) {
-  CLI::App& command = *app.add_subcommand(
-      "sweep", "many runs of one scenario: make those that are missing");
+  CLI::App& command =
+      *app.add_subcommand("sweep", "many runs of one scenario: make those that are missing");
   command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
   command.add_option("-o,--output", arguments.folder, "folder of the sweep");
   CLI::Option* list =
