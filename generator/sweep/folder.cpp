@@ -62,12 +62,14 @@ Status check_head(const fs::path& dir, const std::optional<SweepHead>& old, cons
                                 head.program_commit));
 }
 
-// Others' files; temporary ones of a start that was cut off are ours.
+// Others' files. A folder without sweep.json may still hold what is called as ours is: of a start
+// that was cut off, or runs that somebody brought.
 bool holds_other_things(const fs::path& dir) {
   std::error_code error;
   for (fs::directory_iterator entry(dir, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (entry->path().filename() != layout::kWorkFolder) return true;
+    const std::string name = entry->path().filename().string();
+    if (name != layout::kWorkFolder && name != "runs" && name != "failed") return true;
   }
   return false;
 }

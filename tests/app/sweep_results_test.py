@@ -68,8 +68,8 @@ class Failures(SweepTest):
         self.go("--quiet", expect=3)
         good = next(line["run"] for line in self.plan() if line["run"] not in self.failed())
         # Somebody's file where a run's folder should be: that run alone fails.
-        shutil.rmtree(self.out / "runs")
-        (self.out / "runs").mkdir()
+        shutil.rmtree(self.out)
+        (self.out / "runs").mkdir(parents=True)
         (self.out / "runs" / good).write_text("mine")
         self.assertIn("3 of 4 runs failed", self.go("--quiet", expect=3).stderr)
         self.assertEqual(json.loads((self.out / "failed" / f"{good}.json").read_text())["kind"], "usage")
