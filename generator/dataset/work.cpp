@@ -167,10 +167,8 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
                                 std::uint32_t sequences, bool overwrite, bool keep_sealed) {
   std::error_code error;
   fs::create_directories(dir, error);
-  if (!fs::is_directory(dir)) {
-    if (fs::exists(dir)) return refused(dir, "is no folder", false);
-    return write_error(dir, error.value());
-  }
+  if (error) return write_error(dir, error.value());
+  if (!fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
   const FolderLock lock(dir);
 
   const auto folder = look_at(dir);

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -81,9 +82,8 @@ struct Held {
 };
 
 Result<Held> look_at(const fs::path& dir, const SweepHead& head, const Plan& plan, bool overwrite) {
-  if (is_there(dir) && !fs::is_directory(dir)) {
-    return usage(dir, "is no folder; accepted is a new folder, or that of this sweep");
-  }
+  std::error_code error;
+  if (is_there(dir) && !fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
   if (is_there(dir / layout::kWorkJson) || is_there(dir / layout::kDatasetJson)) {
     return usage(dir, "is a data set; accepted is a new folder, or that of this sweep");
   }

@@ -72,7 +72,7 @@ class Failures(SweepTest):
         (self.out / "runs").mkdir(parents=True)
         (self.out / "runs" / good).write_text("mine")
         self.assertIn("3 of 4 runs failed", self.go("--quiet", expect=3).stderr)
-        self.assertEqual(json.loads((self.out / "failed" / f"{good}.json").read_text())["kind"], "usage")
+        self.assertEqual(json.loads((self.out / "failed" / f"{good}.json").read_text())["kind"], "io")
         (self.out / "runs" / good).rename(folder)
         self.assertIn("2 of 3 runs failed", self.go("--quiet", expect=3).stderr)
         self.assertFalse((self.out / "failed" / f"{good}.json").exists())

@@ -178,11 +178,11 @@ class Running(SweepTest):
         self.go("--quiet", "--shard", "0/12")
         head = self.out / "sweep.json"
         head.write_text(head.read_text().replace('"version": "', '"version": "9'))
-        for out, words in (("foreign", "holds other things"), ("file", "is no folder"),
-                           ("data", "is a data set"), ("out", "began this sweep")):
+        for out, status, words in (("foreign", 2, "holds other things"), ("file", 4, "Not a directory"),
+                                   ("data", 2, "is a data set"), ("out", 2, "began this sweep")):
             for more in (["--list"], []):
                 with self.subTest(out=out, more=more):
-                    refused = self.go(*more, out=self.folder / out, expect=2)
+                    refused = self.go(*more, out=self.folder / out, expect=status)
                     self.assertIn(words, refused.stderr)
         self.go("--list", "--overwrite")
 
