@@ -322,6 +322,20 @@ class Faults(Case):
         self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
         self.assertEqual(hashes(output), expected)
 
+    def test_a_signal_that_comes_twice_is_one(self):
+        """Protects batch systems, which tell a script and its program at once: the ping in hand is finished."""
+        output = self.folder / "told_twice"
+        records = output / ".work/sequences/000000"
+        process = subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet", "--threads", "1",
+                                    "--backend", "reference"], stderr=subprocess.PIPE)
+        while process.poll() is None and not self.finished(records):
+            time.sleep(0.01)
+        for _ in range(2):
+            process.send_signal(signal.SIGTERM)
+            time.sleep(0.05)
+        message = process.communicate()[1].decode()
+        self.assertEqual(process.returncode, 130, message)
+
     def test_two_copies_at_once_end_in_one_data_set(self):
         expected = self.undisturbed()
         output = self.folder / "twice"
