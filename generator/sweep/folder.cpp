@@ -123,7 +123,6 @@ Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
 
 Status open_sweep_folder(const fs::path& dir, const SweepHead& head, const Plan& plan,
                          bool overwrite) {
-  if (const auto held = look_at(dir, head, plan, overwrite); !held) return held.error();
   std::error_code error;
   fs::create_directories(dir, error);
   if (error) return write_error(dir, error.value());
@@ -138,6 +137,7 @@ Status open_sweep_folder(const fs::path& dir, const SweepHead& head, const Plan&
 
 Result<std::optional<PlanChange>> look_at_sweep_folder(const fs::path& dir, const SweepHead& head,
                                                        const Plan& plan, bool overwrite) {
+  const FolderLock lock(dir);
   const auto held = look_at(dir, head, plan, overwrite);
   if (!held) return held.error();
   if (!held->plan) return std::optional<PlanChange>();

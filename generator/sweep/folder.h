@@ -33,8 +33,9 @@ Result<std::optional<SweepHead>> read_sweep_head(const std::filesystem::path& di
 Status open_sweep_folder(const std::filesystem::path& dir, const SweepHead& head, const Plan& plan,
                          bool overwrite);
 
-// What it would refuse, and how the plan that is there, if any, would change (without `dropped`);
-// writes nothing and waits for nobody.
+// What it would refuse, and how the plan that is there, if any, would change (without `dropped`).
+// Writes nothing; waits for whoever opens it, since a folder that is half begun looks like
+// another's.
 Result<std::optional<PlanChange>> look_at_sweep_folder(const std::filesystem::path& dir,
                                                        const SweepHead& head, const Plan& plan,
                                                        bool overwrite);
