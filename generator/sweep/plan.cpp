@@ -130,7 +130,6 @@ PlanChange compare_plans(const Plan& old, const Plan& now) {
     }
   }
   change.added = now.size() - change.kept;
-  change.same_text = old == now;
   return change;
 }
 

@@ -48,7 +48,6 @@ Status write_plan(const std::filesystem::path& dir, const Plan& plan);
 struct PlanChange {
   std::size_t kept = 0, added = 0;
   std::vector<const PlannedRun*> dropped;  // of the old plan, in its order
-  bool same_text = false;                  // nothing need be written
 };
 PlanChange compare_plans(const Plan& old, const Plan& now);
 
