@@ -8,7 +8,7 @@ build_packages=(
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
   libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
-  libarchive-dev libhdf5-dev libmuparser-dev
+  libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev
 )
 # python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
 # with all it asks for. Without it they skip, as those of clusters do without Slurm or parallel: they start

@@ -8,6 +8,7 @@
 #include <map>
 #include <new>
 
+#include "app/command_line_views.h"
 #include "app/commands.h"
 #include "app/version.h"
 
@@ -30,6 +31,7 @@ struct Arguments {
   int threads = 0;
   BenchCommandOptions bench;
   ExportOptions exported;
+  ViewArguments views;
   std::string format, view, labels, shard;
   bool list = false, status = false, finalize = false, partial = false;
   bool overwrite = false, export_scatterers = false, quiet = false;
@@ -295,6 +297,13 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   }
   if (app.got_subcommand("export")) return exit_status(run_export(arguments));
   if (app.got_subcommand("bench")) return exit_status(bench(arguments.bench));
+  if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
+  if (app.got_subcommand("figure")) return exit_status(run_figure(arguments.views));
+  if (app.got_subcommand("preview")) {
+    Result<ScenarioOptions> input = scenario_options(arguments);
+    if (!input) return input.error();
+    return exit_status(run_preview(std::move(*input), arguments.views));
+  }
   return exit_status(presets(arguments.preset));
 }
 
@@ -321,6 +330,9 @@ int run_command_line(int argc, const char* const* argv) {
   verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
       ->check(CLI::Range(0, 4096));
   add_export(app, arguments);
+  add_report(app, arguments.views);
+  add_figure(app, arguments.views);
+  add_scenario_arguments(add_preview(app, arguments.views), arguments);
   add_sweep(app, arguments);
   add_bench(app, arguments.bench);
   app.add_subcommand("presets", "sonar presets with their numbers and sources")

@@ -3,6 +3,7 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
+//   report_command preview figure_command
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,8 @@
 #include "core/error.h"
 #include "core/simd.h"
 #include "export/export.h"
+#include "figure/figure.h"
+#include "report/report.h"
 #include "scenario/scenario.h"
 #include "sweep/shards.h"
 
@@ -60,6 +63,15 @@ struct SweepOptions {
   bool quiet = false;
 };
 
+struct PreviewOptions {
+  ScenarioOptions input;
+  std::filesystem::path output;  // the page; empty: NAME_preview.html of the working folder
+  int pings = 3;                 // spread over the run
+  int threads = 0;
+  bool watch = false;  // again whenever the scenario or a file that it names changes
+  bool quiet = false;
+};
+
 // Writes the data set, or goes on with it. Error kinds: usage (nothing written), io, interrupted.
 Status generate(const GenerateOptions& options);
 
@@ -95,6 +107,15 @@ Status sweep_status(const SweepOptions& options);
 
 // Writes the table of runs and the index. Error kinds: usage (runs are missing), io.
 Status finalize_sweep(const SweepOptions& options);
+
+// Writes the page of a finished data set. Error kinds: usage, io, interrupted.
+Status report_command(const ReportOptions& options, bool quiet);
+
+// Writes the page of a few pings at reduced cost. Error kinds: those of generate.
+Status preview(const PreviewOptions& options);
+
+// Draws one ping, or a run of them. Error kinds: usage, io, interrupted.
+Status figure_command(const FigureOptions& options, bool quiet);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

@@ -1,0 +1,1 @@
+#include "dataset/read_pictures.h"
