@@ -13,7 +13,7 @@ build_packages=(
 # python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
 # with all it asks for. Without it they skip, as those of clusters do without Slurm or parallel: they start
 # a private Slurm of their own, and leave its services on this machine alone.
-test_packages=(catch2 python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
+test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
                slurm-wlm munge parallel)
 
 is_installed() {
