@@ -39,7 +39,8 @@ def validator(name):
     return jsonschema.Draft7Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
 
 
-VALIDATORS = {name: validator(name) for name in ("work", "dataset", "sequence", "annotations", "coco")}
+VALIDATORS = {name: validator(name)
+              for name in ("work", "dataset", "sequence", "annotations", "coco", "provenance")}
 TABLES = json.loads((SCHEMAS / "tables.json").read_text())["tables"]
 
 
@@ -51,7 +52,7 @@ def schema_faults(folder):
         for error in VALIDATORS[name].iter_errors(data):
             found.append(f"{path.relative_to(folder)}: {list(error.absolute_path)} {error.message}")
 
-    for name in ("work", "dataset", "coco"):
+    for name in ("work", "dataset", "coco", "provenance"):
         check(folder / f"{name}.json", name, json.loads((folder / f"{name}.json").read_text()))
     for sequence in sorted((folder / "sequences").iterdir()):
         check(sequence / "sequence.json", "sequence", json.loads((sequence / "sequence.json").read_text()))
@@ -223,7 +224,7 @@ class Damage(Case):
     def test_jsonschema_finds_every_damage(self):
         sequence = self.whole / "sequences/000000"
         documents = {name: json.loads((self.whole / f"{name}.json").read_text())
-                     for name in ("work", "dataset", "coco")}
+                     for name in ("work", "dataset", "coco", "provenance")}
         documents["sequence"] = json.loads((sequence / "sequence.json").read_text())
         documents["annotations"] = json.loads((sequence / "annotations.jsonl").read_text().splitlines()[0])
         count = 0

@@ -144,6 +144,10 @@ class Failures(SweepTest):
                 validator.validate(json.loads(path.read_text()))
                 self.assertFalse(validator.is_valid({**json.loads(path.read_text()), "more": 1}))
         self.assertEqual(len(files["failed_run"]), 2)
+        fields = json.loads((SCHEMAS / "sweep_tables.json").read_text())["tables"]["runs.csv"]["fields"]
+        names = [field["name"] for field in fields]
+        columns = (self.out / "runs.csv").read_text().splitlines()[0].split(",")
+        self.assertEqual(columns[:2] + columns[columns.index("seed"):], names)
 
     def test_an_input_that_changes_after_the_plan_is_no_run_of_it(self):
         """Protects ids: data made of another mesh must not stand under the old id."""
