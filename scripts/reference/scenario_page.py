@@ -1,0 +1,160 @@
+"""docs/scenario_keys.md: every key of a scenario, from its schema, and the presets."""
+import json
+import re
+
+from . import presets
+from .schema_words import code, describe, meaning, meant, own_keys, slug, table
+
+# A heading, the definition whose keys stand under it, and the heading of docs/scenario.md that explains
+# them. Parents stand before their parts; a definition without a heading stands in the table of its parent.
+SECTIONS = [
+    ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse_kind", "Pulses"),
+    ("receiver", "receiver", "Array of elements"), ("Shading", "shading_kind", "Shading"),
+    ("water", "water", "water"), ("scattering", "scattering", "scattering"),
+    ("materials", "material", "materials"), ("objects", "object", "objects"),
+    ("shape", "shape", "objects"), ("heightfield", "heightfield", "Terrain"),
+    ("place", "place", "Places"), ("point_targets", "point_target", "point_targets"),
+    ("volumes", "volume", "volumes"), ("multipath", "multipath", "multipath"),
+    ("trajectory", "trajectory", "trajectory"), ("lawnmower", "lawnmower", "Ways by a formula"),
+    ("orbit", "orbit", "Ways by a formula"),
+    ("spline", "spline", "Ways by a formula"), ("jitter", "jitter", "jitter"),
+    ("Timed poses", "timed_pose", "trajectory"), ("Poses", "pose", "Poses"), ("noise", "noise", "noise"),
+    ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
+]
+HEAD = ("key", "type", "unit", "default", "accepted", "meaning")
+INTRODUCTION = """\
+*Made by `scripts/make_reference.py` from `output_schema/scenario.schema.json`; change that, not this page.*
+
+# Scenario keys
+
+Every key of a scenario: what it holds, in which unit, what it is when left out, what is accepted, and what
+it means. [scenario.md](scenario.md) explains them together, with examples, and says which go with which.
+
+- `objects[]` stands for each item of a list, `materials.NAME` for a name that is free to choose.
+- *required*: must be there where the map around it is. *keys' defaults*: left out, every key of
+  the map has its own default.
+- *switch*: `true`, `false`, `on` or `off`. *switch or map*: a map of options turns it on. *word or map*: a word
+  stands for the map of that kind with its defaults.
+- Any value but `ensonify`, `seed`, `sequences` and names may be drawn, see [Drawn values](#drawn-values).
+"""
+
+
+def alternatives(node):
+    """Sets of keys of which one has to be there."""
+    rest = node.get("else", {})
+    for choice in (node.get("anyOf"), rest.get("anyOf"), rest.get("oneOf")):
+        sets = [part["required"] for part in choice or [] if "required" in part and "properties" not in part]
+        if len(sets) > 1:
+            return sets
+    return []
+
+
+def needed(node):
+    return set(node.get("required", [])) - {"choice"} | set(node.get("else", {}).get("required", []))
+
+
+class Page:
+    def __init__(self, whole):
+        self.whole = whole
+        self.sections = {name: (title, link) for title, name, link in SECTIONS}
+        self.places = {name: [] for name in self.sections}
+        self.places[""] = [""]
+        self.rows_of = {}
+        self.seen = {}      # maps that have their rows, by identity: the path
+        self.shown = []     # (map, key) of every row
+
+    def without_preset(self, name):
+        """Keys of a part of the sonar that must be there where no preset is."""
+        alone = self.whole["definitions"]["whole_sonar"]
+        if name == "sonar":
+            return alone["required"], []
+        rules = alone["properties"].get(name, {"anyOf": [{}, {}]})["anyOf"][1]
+        return rules.get("required", []), [part["required"] for part in rules.get("anyOf", [])]
+
+    def default(self, node, name, key, use, said, text):
+        """What the key is when left out, and the description without that."""
+        left_out = re.search(r"[;.:]? ?left out: (.*?)\.?$", text)
+        asked = re.search(r"; (required .*?)\.?$", text)
+        if "default" in use:
+            value = json.dumps(use["default"]).replace('"', "").replace("e-0", "e-")
+            return "keys' defaults" if value == "{}" else f"`{value}`", text
+        if left_out:
+            return code(left_out[1]), text[:left_out.start()] + "."
+        if asked:
+            return asked[1], text[:asked.start()] + "."
+        if key in needed(node):
+            return "required", text
+        required, either = self.without_preset(name)
+        if key in required:
+            return "required without a preset", text
+        sets = either or alternatives(node)
+        for keys in sets:
+            if key in keys:
+                others = [" with ".join(f"`{k}`" for k in other) for other in sets if other is not keys]
+                same = "".join(f" with `{k}`" for k in keys if k != key)
+                return ("this" + same + " or " + " or ".join(others)) if len(sets) < 4 else "one of these", text
+        if node.get("maxProperties") == 1:
+            return "one of these", text
+        if said.inner is not None and not said.step and not needed(said.inner):
+            return "keys' defaults", text
+        raise ValueError(f"{name or 'top level'}: {key}: no default, not required, and no \"left out: ...\"")
+
+    def row(self, node, name, path, key, use):
+        said = describe(self.whole, use)
+        flat, _ = meant(self.whole, use)
+        default, text = self.default(node, name, key, use, said, flat["description"])
+        unit = use.get("unit", "")
+        section = next((n for n in said.names if n in self.sections), None)
+        more = ""
+        if section is not None:
+            self.places[section].append(path + said.step)
+            more = f" Keys: [{self.sections[section][0]}](#{slug(self.sections[section][0])})."
+        elif said.inner is not None and id(said.inner) in self.seen:
+            more = f" Keys as of `{self.seen[id(said.inner)]}`."
+        self.shown.append((id(node), key))
+        row = (f"`{path}`", said.kind, unit, default, said.accepted, meaning(flat["title"], text, unit) + more)
+        return row, None if section is not None else said
+
+    def rows(self, node, name, prefix):
+        self.seen[id(node)] = prefix.rstrip(".") or name
+        found = []
+        for key, use in own_keys(node).items():
+            path = prefix + key
+            row, said = self.row(node, name, path, key, use)
+            found.append(row)
+            if said is not None and said.inner is not None and id(said.inner) not in self.seen:
+                inner = next((n for n in said.names if self.whole["definitions"][n] is said.inner), "")
+                found += self.rows(said.inner, inner, path + said.step + ".")
+        return found
+
+    def section(self, title, name, link):
+        node = self.whole["definitions"][name] if name else self.whole
+        places = self.places[name]
+        one = len(places) == 1
+        prefix = places[0] + "." if one and places[0] else ""
+        text = f"## {title}\n\n"
+        if not one:
+            text += "At " + ", ".join(f"`{place}`" for place in dict.fromkeys(places)) + ". "
+        text += f"Explained in [{link}](scenario.md#{slug(link)}).\n\n"
+        return text + table(HEAD, self.rows(node, name, prefix)) + "\n"
+
+
+def drawn_values(whole):
+    draws = whole["definitions"]["number"]["properties"]
+    rows = [(f"`{key}`", use["title"], code(use["description"])) for key, use in draws.items()]
+    return ("## Drawn values\n\nA map with one of these keys in place of a value: each sequence draws its own. "
+            "Explained in [Drawn values](scenario.md#drawn-values).\n\n"
+            + table(("key", "what", "meaning"), rows))
+
+
+def make(root):
+    whole = json.loads((root / "output_schema/scenario.schema.json").read_text())
+    explained = {slug(line.lstrip("# ")) for line in (root / "docs/scenario.md").read_text().splitlines()
+                 if line.startswith("#")}
+    page = Page(whole)
+    text = INTRODUCTION + "\n"
+    for title, name, link in SECTIONS:
+        if slug(link) not in explained:
+            raise ValueError(f"docs/scenario.md has no heading {link}")
+        text += page.section(title, name, link)
+    return text + drawn_values(whole) + "\n" + presets.section(root), page
