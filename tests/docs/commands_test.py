@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""ENSONIFY=PROGRAM commands_test.py [--write] [--keep] PAGE...
+
+Does what a reader of a page does: every fenced block is run in order, in a fresh folder that looks
+like the repository's root, with the program under test as `ensonify` and as build/release/ensonify.
+PAGE is relative to the repository, docs/export.md. --write renews the outputs shown in the page;
+--keep leaves the folder there.
+
+  ```sh        run by bash (-e, -o pipefail); variables and folder last to the page's end
+  ```console   `$ COMMAND` and what it prints, compared where anything is shown
+  ```python    executed, all blocks of a page in one process
+  ```yaml      a scenario: `ensonify check`; a sweep: `ensonify sweep --list`; a part of a scenario:
+               laid beside a preset, then `ensonify check`
+  ```json      parsed      ```csv   rows of one width      ```text and others: shown
+
+In what is shown `…` stands for any text, alone on a line for any lines. The folder's own path is
+shown as /home/me/ensonify.
+
+What cannot be taken literally has a directive on a line of its own above the block,
+`<!-- docs-test: KEY=VALUE; KEY -->`:
+
+  skip=REASON      not run; the reason is printed
+  needs=NAME,NAME  not run where a program or Python module is not installed
+  file=NAME        the block is the content of this file, for the blocks below it
+  output           the block is what the sh or Python block before it printed
+  varies           numbers with a unit of time, size or speed may differ; varies=numbers: all may
+  fails=STATUS     the command, or the check of the scenario, ends with this exit status
+  base=FILE        of a part of a scenario: laid beside this file, not beside a preset
+  under=KEY        of a part of a scenario: it stands below this key
+  after=PAGE       anywhere: the page goes on in the folder that PAGE, of the same folder, leaves
+"""
+
+import os
+import sys
+from pathlib import Path, PurePosixPath
+
+from pages import ROOT, BadPage, parse
+from run_blocks import Outcome, run_block
+from workplace import Workplace
+
+
+def chain(name, root=ROOT):
+    """The page with those before it, first to last."""
+    pages = [parse(name, root)]
+    while pages[0].after:
+        before = str(PurePosixPath(pages[0].name).parent / pages[0].after)
+        if before in (page.name for page in pages):
+            raise BadPage(f"{name}: after= leads in a circle")
+        pages.insert(0, parse(before, root))
+    return pages
+
+
+def run_page(name, program, root=ROOT, keep=False):
+    """(page, outcome) of the page, after those that it goes on from."""
+    pages = chain(name, root)
+    place = Workplace(program, root)
+    try:
+        for page in pages:
+            outcome = Outcome()
+            for block in page.blocks:
+                run_block(place, block, outcome, page.name)
+            if outcome.failures and page is not pages[-1]:
+                outcome.failures.insert(0, (0, f"in {page.name}, which this page goes on from:"))
+                break
+    finally:
+        place.close(keep)
+    if keep:
+        print(f"{name}: {place.root}")
+    return pages[-1], outcome
+
+
+def write(page, outcome):
+    lines = list(page.lines)
+    for block, text in sorted(outcome.renewed, key=lambda item: -item[0].first):
+        lines[block.first:block.last] = [(block.indent + line).rstrip() for line in text.split("\n")[:-1]]
+    page.path.write_text("\n".join(lines), encoding="utf-8")
+    print(f"{page.name}: {len(outcome.renewed)} blocks written anew")
+
+
+def report(name, outcome):
+    for line, reason in outcome.skips:
+        print(f"{name}:{line}: skipped: {reason}")
+    for line, text in outcome.failures:
+        print(f"{name}:{line}: FAILED: {text}\n")
+    done = ", ".join(f"{number} {what}" for what, number in outcome.counts.items())
+    print(f"{name}: {done or 'nothing to run'}; {len(outcome.skips)} skipped, "
+          f"{len(outcome.failures)} failed")
+
+
+def main(arguments):
+    options = {word for word in arguments if word.startswith("--")}
+    names = [word for word in arguments if not word.startswith("--")]
+    program = os.environ.get("ENSONIFY", "")
+    if options - {"--write", "--keep"} or not names or not Path(program).is_file():
+        print(__doc__.split("\n\n")[0], file=sys.stderr)
+        return 2
+    failed = False
+    for name in names:
+        try:
+            page, outcome = run_page(name, str(Path(program).resolve()), keep="--keep" in options)
+        except BadPage as error:
+            print(f"FAILED: {error}")
+            failed = True
+            continue
+        report(name, outcome)
+        if "--write" in options and outcome.renewed:
+            write(page, outcome)
+        failed = failed or bool(outcome.failures)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
