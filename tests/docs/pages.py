@@ -12,6 +12,8 @@ NEED_A_VALUE = {"skip", "file", "fails", "needs", "base", "under", "after"}
 
 FENCE = re.compile(r"^( *)(```+)(.*)$")
 COMMENT = re.compile(r"^ *<!-- docs-test: (.*?) -->\s*$")
+# A command where it would not be run: set off by four spaces.
+INDENTED = re.compile(r"    (?:[\w/.]*ensonify |\./|scripts/|import |from \w+ import|python3 |cmake |for \w+ in )")
 HEADING = re.compile(r"^#{1,6} +(.*?)#* *$")
 LINK = re.compile(r"!?\[[^\]]*\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
 
@@ -51,7 +53,8 @@ def all_pages(root=ROOT):
 
 def _directives(text, where):
     found = {}
-    for item in text.split(";"):
+    # A reason may hold a `;` that no key follows.
+    for item in re.split(r";\s*(?=[a-z]+\s*(?:=|;|$))", text):
         key, equals, value = (part.strip() for part in item.partition("="))
         if key not in DIRECTIVES | {"after"}:
             raise BadPage(f"{where}: unknown directive '{key}', known are {sorted(DIRECTIVES)}, after")
@@ -118,6 +121,8 @@ def parse(name, root=ROOT):
         else:
             if line.strip() and pending:
                 raise BadPage(f"{where}: the directive above is not followed by a block")
+            if INDENTED.match(line) and not page.lines[index - 1].strip():
+                raise BadPage(f"{where}: a command set off by spaces would not be run; fence it")
             _read_line(page, index + 1, line)
         index += 1
     if pending:
