@@ -105,7 +105,9 @@ def run_output(block, outcome):
 def run_python(place, block, outcome, name):
     answer = place.run_python(block.text, f"{name}:{block.line}")
     outcome.count("Python blocks")
-    outcome.skips += [(block.line, "a statement: " + reason) for reason in answer["skipped"]]
+    for reason in sorted(set(answer["skipped"])):
+        number = answer["skipped"].count(reason)
+        outcome.skips.append((block.line, f"{number} statement{'s' * (number > 1)}: {reason}"))
     outcome.printed = answer["printed"]
     if answer["error"]:
         outcome.failures.append((block.line, answer["error"]))
