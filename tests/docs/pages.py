@@ -15,6 +15,7 @@ COMMENT = re.compile(r"^ *<!-- docs-test: (.*?) -->\s*$")
 # A command where it would not be run: set off by four spaces.
 INDENTED = re.compile(r"    (?:[\w/.]*ensonify |\./|scripts/|import |from \w+ import|python3 |cmake |for \w+ in )")
 HEADING = re.compile(r"^#{1,6} +(.*?)#* *$")
+SPAN = re.compile(r"`([^`\n]+(?:\n[^`\n]+)?)`")  # over two lines at most
 LINK = re.compile(r"!?\[[^\]]*\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
 
 
@@ -91,14 +92,22 @@ def _read_block(page, index, fence, directives):
     return end + 1
 
 
-def _read_line(page, number, line):
-    heading = HEADING.match(line)
-    if heading:
-        page.anchors.add(_slug(heading.group(1), page.anchors))
-    page.anchors.update(re.findall(r'<a (?:id|name)="([^"]+)"', line))
-    page.spans += [(number, code) for code in re.findall(r"`([^`]+)`", line)]
-    prose = re.sub(r"`[^`]*`", "``", line)
-    page.links += [(number, target) for target in LINK.findall(prose)]
+def _read_prose(page):
+    """Headings, code and links of what is in no block."""
+    lines = list(page.lines)
+    for block in page.blocks:
+        lines[block.line - 1:block.last + 1] = [""] * (block.last + 2 - block.line)
+    for line in lines:
+        heading = HEADING.match(line)
+        if heading:
+            page.anchors.add(_slug(heading.group(1), page.anchors))
+        page.anchors.update(re.findall(r'<a (?:id|name)="([^"]+)"', line))
+    text = "\n".join(lines)
+    for code in SPAN.finditer(text):
+        page.spans.append((text.count("\n", 0, code.start()) + 1, code.group(1).replace("\n", " ")))
+    prose = SPAN.sub(lambda code: "`" + "\n" * code.group(1).count("\n") + "`", text)
+    for link in LINK.finditer(prose):
+        page.links.append((prose.count("\n", 0, link.start(1)) + 1, link.group(1)))
 
 
 def parse(name, root=ROOT):
@@ -123,8 +132,8 @@ def parse(name, root=ROOT):
                 raise BadPage(f"{where}: the directive above is not followed by a block")
             if INDENTED.match(line) and not page.lines[index - 1].strip():
                 raise BadPage(f"{where}: a command set off by spaces would not be run; fence it")
-            _read_line(page, index + 1, line)
         index += 1
     if pending:
         raise BadPage(f"{name}: the last directive is not followed by a block")
+    _read_prose(page)
     return page
