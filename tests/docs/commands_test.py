@@ -26,47 +26,29 @@ What cannot be taken literally has a directive on a line of its own above the bl
   varies           numbers with a unit of time, size or speed may differ; varies=numbers: all may
   fails=STATUS     the command, or the check of the scenario, ends with this exit status
   base=FILE        of a part of a scenario: laid beside this file, not beside a preset
-  under=KEY        of a part of a scenario: it stands below this key
-  after=PAGE       anywhere: the page goes on in the folder that PAGE, of the same folder, leaves
 """
 
 import os
 import sys
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from pages import ROOT, BadPage, parse
 from run_blocks import Outcome, run_block
 from workplace import Workplace
 
 
-def chain(name, root=ROOT):
-    """The page with those before it, first to last."""
-    pages = [parse(name, root)]
-    while pages[0].after:
-        before = str(PurePosixPath(pages[0].name).parent / pages[0].after)
-        if before in (page.name for page in pages):
-            raise BadPage(f"{name}: after= leads in a circle")
-        pages.insert(0, parse(before, root))
-    return pages
-
-
 def run_page(name, program, root=ROOT, keep=False):
-    """(page, outcome) of the page, after those that it goes on from."""
-    pages = chain(name, root)
+    """(page, outcome) of the page."""
+    page, outcome = parse(name, root), Outcome()
     place = Workplace(program, root)
     try:
-        for page in pages:
-            outcome = Outcome()
-            for block in page.blocks:
-                run_block(place, block, outcome, page.name)
-            if outcome.failures and page is not pages[-1]:
-                outcome.failures.insert(0, (0, f"in {page.name}, which this page goes on from:"))
-                break
+        for block in page.blocks:
+            run_block(place, block, outcome, page.name)
     finally:
         place.close(keep)
     if keep:
         print(f"{name}: {place.root}")
-    return pages[-1], outcome
+    return page, outcome
 
 
 def write(page, outcome):

@@ -32,10 +32,17 @@ def broken(name, root=ROOT):
     return faults
 
 
+def linked_from(name, root):
+    return {((root / name).parent / target.partition("#")[0]).resolve()
+            for _, target in parse(name, root).links}
+
+
 def not_in_index(root=ROOT):
-    """Pages below docs/ that the index does not name."""
-    linked = {(root / "docs" / target.partition("#")[0]).resolve()
-              for _, target in parse(INDEX, root).links}
+    """Pages below docs/ that neither the index names nor the README.md of a folder that it names."""
+    linked = linked_from(INDEX, root)
+    for folder in (root / "docs").glob("*/README.md"):
+        if folder.resolve() in linked:
+            linked |= linked_from(str(folder.relative_to(root)), root)
     return [name for name in all_pages(root) if name.startswith("docs/") and name != INDEX
             and (root / name).resolve() not in linked]
 
@@ -54,16 +61,20 @@ class Links(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             (root / "docs").mkdir()
-            (root / "docs/README.md").write_text("[a](a.md) [b](gone.md)\n", encoding="utf-8")
+            (root / "docs/README.md").write_text("[a](a.md) [b](gone.md) [h](how/README.md)\n", encoding="utf-8")
             (root / "docs/a.md").write_text(
                 "# One `two`: three\n\n[x](#one-two-three) [y](#four) [z](README.md) ![p](p.png)\n"
                 "[w](../../etc)\n[v](https://example.org)\n", encoding="utf-8")
             (root / "docs/b.md").write_text("# B\n", encoding="utf-8")
+            for group in ("how", "why"):
+                (root / "docs" / group).mkdir()
+                (root / f"docs/{group}/README.md").write_text("[to](to.md)", encoding="utf-8")
+                (root / f"docs/{group}/to.md").write_text("", encoding="utf-8")
             (root / "README.md").write_text("", encoding="utf-8")
             self.assertEqual(broken("docs/README.md", root), ["docs/README.md:1: gone.md: not there"])
             self.assertEqual([fault.split(": ", 1)[1] for fault in broken("docs/a.md", root)],
                              ["#four: no such heading", "p.png: not there", "../../etc: not there"])
-            self.assertEqual(not_in_index(root), ["docs/b.md"])
+            self.assertEqual(not_in_index(root), ["docs/b.md", "docs/why/README.md", "docs/why/to.md"])
 
 
 if __name__ == "__main__":

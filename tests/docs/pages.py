@@ -6,9 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Directives of one block; `after` stands anywhere and is the page's.
-DIRECTIVES = {"skip", "file", "output", "varies", "fails", "needs", "base", "under"}
-NEED_A_VALUE = {"skip", "file", "fails", "needs", "base", "under", "after"}
+DIRECTIVES = {"skip", "file", "output", "varies", "fails", "needs", "base"}
+NEED_A_VALUE = {"skip", "file", "fails", "needs", "base"}
 
 FENCE = re.compile(r"^( *)(```+)(.*)$")
 COMMENT = re.compile(r"^ *<!-- docs-test: (.*?) -->\s*$")
@@ -43,7 +42,6 @@ class Page:
     anchors: set = field(default_factory=set)
     links: list = field(default_factory=list)       # (line, target)
     spans: list = field(default_factory=list)       # (line, code between back quotes)
-    after: str = ""                                 # page whose folder this one goes on in
 
 
 def all_pages(root=ROOT):
@@ -57,8 +55,8 @@ def _directives(text, where):
     # A reason may hold a `;` that no key follows.
     for item in re.split(r";\s*(?=[a-z]+\s*(?:=|;|$))", text):
         key, equals, value = (part.strip() for part in item.partition("="))
-        if key not in DIRECTIVES | {"after"}:
-            raise BadPage(f"{where}: unknown directive '{key}', known are {sorted(DIRECTIVES)}, after")
+        if key not in DIRECTIVES:
+            raise BadPage(f"{where}: unknown directive '{key}', known are {sorted(DIRECTIVES)}")
         if key in NEED_A_VALUE and not value:
             raise BadPage(f"{where}: {key}= needs a value" +
                           (", the reason" if key == "skip" else ""))
@@ -120,7 +118,6 @@ def parse(name, root=ROOT):
         fence, comment = FENCE.match(line), COMMENT.match(line)
         if comment:
             pending |= _directives(comment.group(1), where)
-            page.after = pending.pop("after", page.after)
         elif "docs-test:" in line and line.lstrip().startswith("<!--"):
             raise BadPage(f"{where}: a directive is one line, <!-- docs-test: KEY=VALUE; KEY -->")
         elif fence:

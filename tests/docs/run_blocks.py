@@ -138,9 +138,6 @@ def run_yaml(place, block, outcome):
     whole = re.search(r"^ensonify:", text, re.M)
     outcome.count("scenarios" if whole else "parts of scenarios")
     if not whole:
-        if "under" in block.directives:
-            body = "".join("  " + line for line in text.splitlines(keepends=True))
-            text = f"{block.directives['under']}:\n{body}"
         base = block.directives.get("base")
         text = merged(text, (place.folder() / base).read_text(encoding="utf-8") if base else BASE)
     _check_yaml(place, block, outcome, 'ensonify check "{}"', text)

@@ -29,9 +29,9 @@ class PageTest(unittest.TestCase):
     def tearDown(self):
         self.folder.cleanup()
 
-    def run_text(self, *blocks, name="page.md"):
-        (self.root / name).write_text("# Page\n\n" + "".join(blocks), encoding="utf-8")
-        return commands_test.run_page(name, PROGRAM, self.root)
+    def run_text(self, *blocks):
+        (self.root / "page.md").write_text("# Page\n\n" + "".join(blocks), encoding="utf-8")
+        return commands_test.run_page("page.md", PROGRAM, self.root)
 
     def good(self, *blocks):
         outcome = self.run_text(*blocks)[1]
@@ -95,11 +95,11 @@ class Languages(PageTest):
         self.assertIn("sonr", self.bad(fenced("yaml", whole.replace("sonar", "sonr")))[1])
         self.bad(fenced("yaml", "water: {sound_sped_m_s: 1490}"))
 
-    def test_parts_beside_a_file_or_below_a_key(self):
+    def test_parts_beside_a_file(self):
         base = fenced("yaml", "ensonify: 1\nname: a\nsonar: {preset: blueview_p900_90}\n"
                               "materials:\n  mud: {reflectivity: 1e-3}", "file=base.yaml")
-        ball = fenced("yaml", "- {name: b, material: mud, shape: {sphere: {radius_m: 1}}}",
-                      "under=objects; base=base.yaml")
+        ball = fenced("yaml", "objects:\n  - {name: b, material: mud, shape: {sphere: {radius_m: 1}}}",
+                      "base=base.yaml")
         self.good(base, ball)
         self.bad(base, ball.replace("mud", "mad"))
 
@@ -148,11 +148,6 @@ class Directives(PageTest):
             self.run_text("<!-- docs-test: varies -->\n\ntext\n")
         with self.assertRaises(BadPage):
             self.run_text("```sh\ntrue\n")
-
-    def test_a_page_goes_on_from_another(self):
-        self.run_text(fenced("sh", "echo 7 >left"), name="first.md")
-        self.good("<!-- docs-test: after=first.md -->\n", fenced("console", "$ cat left\n7"))
-        self.bad(fenced("console", "$ cat left\n7"))
 
     def test_write(self):
         page, outcome = self.run_text(fenced("console", "$ echo 1; echo 2\nx\n$ echo 3\n3"))
