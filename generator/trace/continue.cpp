@@ -51,21 +51,17 @@ void set_ray(const Ray& local, float far, unsigned lane, RTCRayHit16& packet) {
   hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
 }
 
-// Through the mesh's own hierarchy, in its frame. Lanes without a ray hold one too: where Embree
-// has no packets as wide as ours it cuts them up, and looks at all lanes.
+// Through the mesh's own hierarchy, in its frame.
 void meet_mesh(const Scene& scene, const Query& query, unsigned geometry, const Tried& tried) {
   const Mesh* mesh = std::get<MeshShape>(scene.by_geometry[geometry].object->shape).mesh.get();
-  alignas(64) RTCRayHit16 packet;
+  // All lanes: Debian's Embree asserts that rays are sound also in those that are none.
+  alignas(64) RTCRayHit16 packet{};
   alignas(64) std::array<int, kMostRays> valid{};
-  const auto load_lane = [&](unsigned ray, unsigned lane) {
-    set_ray(local_ray(scene, query, ray, geometry), float_range(query.layers[ray].range_max_m),
-            lane, packet);
-  };
-  for (unsigned lane = 0; lane < kMostRays; ++lane) load_lane(tried.ray[0], lane);
   unsigned used = 0;
   for (int i = 0; i < tried.count; ++i) {
     const unsigned ray = tried.ray[i];
-    load_lane(ray, ray);
+    set_ray(local_ray(scene, query, ray, geometry), float_range(query.layers[ray].range_max_m), ray,
+            packet);
     valid[ray] = -1;
     used = std::max(used, ray);
   }
