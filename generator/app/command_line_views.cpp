@@ -17,7 +17,14 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
       *app.add_subcommand("preview", "look at a scenario: a few pings at reduced cost, as a page");
   PreviewOptions& options = arguments.preview;
   command.add_option("-o,--output", options.output, "the page; NAME_preview.html by default");
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  command.add_option("--pings", options.pings, "so many, spread over the run; 3 by default")
+      ->check(CLI::Range(1, 200));
+  command.add_option("--sequence", options.sequence, "which one; 0 by default");
+  command.add_option("--threads", options.threads, "threads; 0: all")->check(CLI::Range(0, 4096));
+  command.add_flag("--full", options.full, "with all rays, as generate traces them");
+  command.add_flag("--watch", options.watch,
+                   "again whenever the scenario or a file that it names changes, until Ctrl-C");
+  command.add_flag("--quiet", arguments.quiet, "no messages but faults and warnings");
   return command;
 }
 

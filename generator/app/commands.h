@@ -66,8 +66,10 @@ struct SweepOptions {
 struct PreviewOptions {
   ScenarioOptions input;
   std::filesystem::path output;  // the page; empty: NAME_preview.html of the working folder
-  int pings = 3;                 // spread over the run
+  std::uint32_t pings = 3;       // spread over the run
+  std::uint32_t sequence = 0;
   int threads = 0;
+  bool full = false;   // with all rays
   bool watch = false;  // again whenever the scenario or a file that it names changes
   bool quiet = false;
 };
@@ -111,7 +113,8 @@ Status finalize_sweep(const SweepOptions& options);
 // Writes the page of a finished data set. Error kinds: usage, io, interrupted.
 Status report_command(const ReportOptions& options, bool quiet);
 
-// Writes the page of a few pings at reduced cost. Error kinds: those of generate.
+// Writes the page of a few pings at reduced cost. Error kinds: those of generate, and of
+// write_report. With `watch` it ends by an interrupt, or where the page cannot be written.
 Status preview(const PreviewOptions& options);
 
 // Draws one ping, or a run of them. Error kinds: usage, io, interrupted.

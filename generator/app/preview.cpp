@@ -1,7 +1,293 @@
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+
 #include "app/commands.h"
+#include "app/file_watch.h"
+#include "app/interrupt.h"
+#include "app/make_dataset.h"
+#include "app/preview_scenario.h"
+#include "app/session.h"
+#include "app/starved_cells.h"
+#include "app/version.h"
+#include "core/parallel.h"
+#include "dataset/files.h"
+#include "dataset/finish.h"
+#include "dataset/sha256.h"
+#include "dataset/work.h"
+#include "dataset/write_ping.h"
 
 namespace ensonify {
+namespace {
 
-Status preview(const PreviewOptions&) { return Error{ErrorKind::bug, "not written yet"}; }
+namespace fs = std::filesystem;
+
+// Everything known, nothing written. Its parts hold on to each other.
+struct Preview {
+  Scenario scenario;  // as it is, before it is reduced
+  Session session;
+  std::unique_ptr<Tracer> tracer;
+  std::unique_ptr<Pipeline> pipeline;
+  Numerics numerics;
+  std::vector<std::uint32_t> pings;
+};
+
+using FolderName = std::shared_ptr<const fs::path>;
+
+// Goes with all that is in it when its last name goes.
+Result<FolderName> temporary_folder() {
+  std::error_code error;
+  const fs::path place = fs::temp_directory_path(error);
+  if (error) {
+    return Error{ErrorKind::io, fmt::format("no folder for temporary files: {}; TMPDIR names one",
+                                            error.message())};
+  }
+  std::string name = (place / "ensonify-preview-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) return write_error(name, errno);
+  return FolderName(new fs::path(name), [](const fs::path* folder) {
+    std::error_code ignored;
+    fs::remove_all(*folder, ignored);
+    delete folder;
+  });
+}
+
+Status unless_interrupted() {
+  if (!interrupted()) return {};
+  return Error{ErrorKind::interrupted, "interrupted"};
+}
+
+std::string plain_text(const Scenario& scenario) {
+  return to_yaml(scenario, [](const fs::path& file) { return file.string(); });
+}
+
+// As drawn for the sequence.
+Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text) {
+  const ScenarioOptions& input = options.input;
+  Result<Scenario> scenario =
+      parse_scenario(text, input.scenario.string(), input.scenario.parent_path(), input.overrides,
+                     options.sequence);
+  if (!scenario || options.sequence < scenario->sequences) return scenario;
+  return Error{ErrorKind::usage, fmt::format("--sequence {}: the scenario has sequences 0 to {}",
+                                             options.sequence, scenario->sequences - 1)};
+}
+
+void tell_reduction(const PreviewOptions& options, const Preview& preview) {
+  if (options.quiet) return;
+  std::string sequence;
+  if (preview.scenario.sequences > 1) {
+    sequence = fmt::format(" of sequence {} of {}", options.sequence, preview.scenario.sequences);
+  }
+  fmt::print(stderr, "preview: {} of {} pings{}, {}\n", preview.pings.size(),
+             preview.session.ping_times_s.size(), sequence,
+             reduction_text(preview.scenario, preview.session.scenario));
+}
+
+void warn(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
+  std::vector<std::string> warnings = preview.session.world.warnings;
+  // Fewer rays than the scenario's say nothing of those.
+  if (options.full) {
+    for (auto& text : starved_warnings(preview.session, *preview.tracer, workers)) {
+      warnings.push_back(std::move(text));
+    }
+  }
+  for (const std::string& text : warnings) fmt::print(stderr, "warning: {}\n", text);
+}
+
+// Errors of whoever wrote the scenario. `watch` gets the files that it names before they are read.
+Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Workers& workers,
+                                         FileWatch* watch) {
+  const fs::path& file = options.input.scenario;
+  const Result<std::string> text = read_scenario_text(file);
+  if (!text) return text.error();
+  Result<Scenario> scenario = scenario_of(options, *text);
+  if (!scenario) return scenario.error();
+  if (watch != nullptr) {
+    std::vector<fs::path> files = input_files(*scenario);
+    files.push_back(file);
+    watch->watch(files);
+  }
+  auto preview = std::make_unique<Preview>();
+  preview->scenario = std::move(*scenario);
+  Result<Session> session =
+      prepare_session(reduced_scenario(preview->scenario, options.full), options.sequence);
+  if (!session) return with_place(session.error(), *text, file.string(), options.input.overrides);
+  preview->session = std::move(*session);
+  // Nothing is waited for longer than a few pings, so that a device is not worth its start.
+  Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
+  if (!numerics) return numerics.error();
+  preview->numerics = std::move(*numerics);
+  const auto all = static_cast<std::uint32_t>(preview->session.ping_times_s.size());
+  preview->pings = spread_pings(all, options.pings);
+  preview->tracer = std::make_unique<Tracer>(preview->session.world);
+  tell_reduction(options, *preview);
+  warn(options, *preview, workers);
+
+  const auto shown = static_cast<std::uint32_t>(preview->pings.size());
+  const SequenceInfo info = sequence_info(preview->session, options.sequence, 0, shown);
+  preview->pipeline =
+      std::make_unique<Pipeline>(preview->session, *preview->tracer, info, preview->numerics);
+  if (Status heard = preview->pipeline->start_sequence(info, workers, true); !heard) {
+    return heard.error();
+  }
+  return preview;
+}
+
+WorkIdentity identity_of(const Preview& preview) {
+  WorkIdentity identity;
+  identity.name = preview.scenario.name;
+  identity.scenario_sha256 = sha256_hex(plain_text(preview.scenario));
+  identity.seed = preview.scenario.seed;
+  identity.last_ping = preview.pipeline->info().last_ping;
+  identity.program_version = program_version();
+  identity.program_commit = program_commit();
+  identity.backend = preview.numerics.backend_name;
+  identity.simd = numerics_name(preview.numerics.simd);
+  identity.embree_isa = preview.tracer->instruction_set();
+  return identity;
+}
+
+// Pings stand side by side in a data set, so that they are numbered anew; what is drawn for each,
+// and when and where it is, is that of its number in the run.
+Status make_pings(const Preview& preview, const fs::path& folder, const Workers& workers) {
+  const SequenceInfo& info = preview.pipeline->info();
+  for (std::uint32_t i = 0; i < preview.pings.size(); ++i) {
+    if (Status go = unless_interrupted(); !go) return go;
+    PingResult result = preview.pipeline->run(preview.pings[i], workers);
+    result.ping = i;
+    if (Status stored = write_ping(folder, info, result, workers); !stored) return stored;
+  }
+  return finish_sequence(folder, info);
+}
+
+// Without the input files, which nobody looks for there.
+Status make_data_set(const Preview& preview, const fs::path& folder, const Workers& workers) {
+  DatasetInfo dataset;
+  dataset.identity = identity_of(preview);
+  dataset.scenario_yaml = plain_text(preview.scenario);
+  dataset.sequences = {preview.pipeline->info()};
+  dataset.sequences_in_all = 1;
+  dataset.classes = preview.session.world.classes;
+  dataset.host = host_name();
+  dataset.threads = workers.threads();
+  const Result<FolderState> state = open_work(folder, dataset.identity, 1, false);
+  if (!state) return state.error();
+  if (Status made = make_pings(preview, folder, workers); !made) return made;
+  return finish_dataset(folder, dataset);
+}
+
+PreviewOf preview_of(const Preview& preview) {
+  constexpr std::uint32_t kMostPoints = 1000;
+  PreviewOf of;
+  of.pings = preview.pings;
+  of.all_pings = preview.session.ping_times_s.size();
+  for (const std::uint32_t ping :
+       spread_pings(static_cast<std::uint32_t>(of.all_pings), kMostPoints)) {
+    of.path_m.push_back(sonar_pose(preview.session, ping).position_m);
+  }
+  return of;
+}
+
+Status write_page(const PreviewOptions& options, const Preview& preview, const fs::path& page,
+                  const Workers& workers) {
+  if (Status go = unless_interrupted(); !go) return go;
+  const Result<FolderName> folder = temporary_folder();
+  if (!folder) return folder.error();
+  if (Status made = make_data_set(preview, **folder, workers); !made) return made;
+  ReportOptions report;
+  report.dataset = **folder;
+  report.output = page;
+  report.max_pings = static_cast<int>(preview.pings.size());
+  report.threads = options.threads;
+  report.preview = true;
+  report.preview_of = preview_of(preview);
+  report.stop = interrupted;
+  const Result<ReportSummary> written = write_report(report);
+  return written ? Status() : Status(written.error());
+}
+
+// Whether what is wrong can be put right in the scenario or a file that it names.
+bool is_of_input(const Error& error) {
+  return error.kind == ErrorKind::usage || error.kind == ErrorKind::io;
+}
+
+// Of the scenario alone, before it is put together; empty: none.
+std::string scenario_faults(const PreviewOptions& options) {
+  const Result<std::string> text = read_scenario_text(options.input.scenario);
+  if (!text) return text.error().message;
+  const Result<Scenario> scenario = scenario_of(options, *text);
+  return scenario ? std::string() : scenario.error().message;
+}
+
+// A scenario with faults does not come to name its files: what it tells may change without a file
+// that is known, when one that was missing appears. `told`: what its faults were before.
+void wait_for_work(const PreviewOptions& options, const std::string* told, FileWatch& files) {
+  std::function<bool()> faults_changed;
+  if (told != nullptr) {
+    faults_changed = [&options, told] { return scenario_faults(options) != *told; };
+  }
+  wait_for_change(files, faults_changed, interrupted);
+}
+
+// `is_again`: it has been told where the page is.
+void tell_page(const PreviewOptions& options, const fs::path& page, double seconds, bool is_again) {
+  if (options.quiet) return;
+  fmt::print(stderr, "{} in {:.1f} s{}\n", is_again ? std::string("again") : page.string(), seconds,
+             options.watch && !is_again ? "; watching, until Ctrl-C" : "");
+}
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Status preview_once(const PreviewOptions& options, const fs::path& page, const Workers& workers) {
+  const Clock::time_point start = Clock::now();
+  const auto preview = prepare(options, workers, nullptr);
+  if (!preview) return preview.error();
+  if (Status written = write_page(options, **preview, page, workers); !written) return written;
+  tell_page(options, page, seconds_since(start), false);
+  return {};
+}
+
+Status watch(const PreviewOptions& options, const fs::path& page, const Workers& workers) {
+  FileWatch files;
+  files.watch({options.input.scenario});
+  for (bool is_again = false; !interrupted();) {
+    const Clock::time_point start = Clock::now();
+    const std::string faults = scenario_faults(options);
+    bool is_faulty = false;
+    {
+      const auto preview = prepare(options, workers, &files);
+      is_faulty = !preview;
+      if (is_faulty && !is_of_input(preview.error())) return preview.error();
+      if (is_faulty) fmt::print(stderr, "{}\n", preview.error().message);
+      const Status written = is_faulty ? Status() : write_page(options, **preview, page, workers);
+      if (!written) return written;
+    }
+    if (!is_faulty) tell_page(options, page, seconds_since(start), is_again);
+    is_again = is_again || !is_faulty;
+    wait_for_work(options, is_faulty ? &faults : nullptr, files);
+  }
+  return unless_interrupted();
+}
+
+}  // namespace
+
+Status preview(const PreviewOptions& options) {
+  const fs::path& scenario = options.input.scenario;
+  fs::path page = options.output;
+  if (page.empty()) page = scenario.stem().string() + "_preview.html";
+  const Workers workers(options.threads);
+  listen_for_interrupts();
+  std::error_code error;
+  if (!options.watch || !fs::exists(scenario, error)) return preview_once(options, page, workers);
+  return watch(options, page, workers);
+}
 
 }  // namespace ensonify

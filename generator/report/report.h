@@ -1,14 +1,24 @@
 // A data set as one self-contained page of HTML.
 //
+//   PreviewOf      what a data set of a few pings is taken from
 //   write_report   the page of a finished data set
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "core/error.h"
+#include "core/vec.h"
 
 namespace ensonify {
+
+// A preview's data set holds one sequence, whose pings are numbered from 0.
+struct PreviewOf {
+  std::vector<std::uint32_t> pings;  // their numbers in the whole sequence, in order
+  std::vector<Vec3> path_m;          // of the sonar through all of it
+  std::uint64_t all_pings = 0;       // of all of it
+};
 
 struct ReportOptions {
   std::filesystem::path dataset;
@@ -17,6 +27,7 @@ struct ReportOptions {
   int threads = 0;
   bool overwrite = false;    // another file than a page of ours may be replaced
   bool preview = false;      // the page says that it shows a preview
+  PreviewOf preview_of;      // looked at for a preview alone
   bool (*stop)() = nullptr;  // asked between pings
 };
 
