@@ -6,8 +6,6 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
-#include <ImfInputPart.h>
-#include <ImfMultiPartInputFile.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
 #include <ImfVersion.h>
@@ -264,77 +262,6 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
     }
     return bytes;
   });
-}
-
-Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
-  try {
-    Imf::MultiPartInputFile file(path.c_str(), 0, false);
-    std::vector<ExrPart> parts;
-    for (int i = 0; i < file.parts(); ++i) {
-      const Imf::Header& header = file.header(i);
-      ExrPart part;
-      part.name = header.hasName() ? header.name() : "";
-      const auto window = header.dataWindow();
-      part.width = window.max.x - window.min.x + 1;
-      part.height = window.max.y - window.min.y + 1;
-      for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-        auto& channels = c.channel().type == Imf::HALF    ? part.half_channels
-                         : c.channel().type == Imf::FLOAT ? part.float_channels
-                                                          : part.other_channels;
-        channels.emplace_back(c.name());
-      }
-      parts.push_back(std::move(part));
-    }
-    return parts;
-  } catch (const std::exception& error) {
-    return Error{ErrorKind::damage, path.string() + ": not a readable EXR file: " + error.what()};
-  }
-}
-
-Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns) {
-  const auto broken = [&](const std::string& what) {
-    return Error{ErrorKind::io, path.string() + ": not a readable EXR picture: " + what};
-  };
-  const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
-  const std::size_t stride = static_cast<std::size_t>(columns) * sizeof(std::uint16_t);
-  ExrHalves halves;
-  const std::vector<std::pair<const char*, std::vector<std::uint16_t>*>> channels[] = {
-      {{"Y", &halves.level_db}},
-      {{"clean_db", &halves.clean_db},
-       {"elevation_rad", &halves.elevation_rad},
-       {"elevation_std_rad", &halves.elevation_std_rad},
-       {"instance_fraction", &halves.instance_fraction}}};
-  try {
-    Imf::MultiPartInputFile file(path.c_str(), 0, false);
-    if (file.parts() != 2) return broken("it has not two parts");
-    for (int part = 0; part < 2; ++part) {
-      const Imf::Header& header = file.header(part);
-      const auto window = header.dataWindow();
-      if (window.min.x != 0 || window.min.y != 0 || window.max.x != columns - 1 ||
-          window.max.y != rows - 1) {
-        return broken("it is not of the size that sequence.json tells");
-      }
-      Imf::FrameBuffer buffer;
-      for (const auto& [name, values] : channels[part]) {
-        const Imf::Channel* channel = header.channels().findChannel(name);
-        if (channel == nullptr || channel->type != Imf::HALF || channel->xSampling != 1 ||
-            channel->ySampling != 1) {
-          return broken(std::string("it lacks the half channel ") + name);
-        }
-        values->resize(size);
-        char* base = static_cast<char*>(static_cast<void*>(values->data()));
-        buffer.insert(name, Imf::Slice(Imf::HALF, base, sizeof(std::uint16_t), stride));
-      }
-      Imf::InputPart input(file, part);
-      input.setFrameBuffer(buffer);
-      input.readPixels(0, rows - 1);
-    }
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    return broken(error.what());
-  }
-  return halves;
 }
 
 }  // namespace ensonify

@@ -11,6 +11,7 @@
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
 //   read_exr_halves    all five channels, as the halves that the file holds
+//   read_series_exr    a time series
 #pragma once
 
 #include <complex>
@@ -60,5 +61,9 @@ struct ExrHalves {
 
 // Error (io): not a picture of encode_exr with rows x columns, or damaged.
 Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
+
+// [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
+Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,
+                                                         int samples, int beams);
 
 }  // namespace ensonify

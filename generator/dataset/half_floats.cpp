@@ -27,8 +27,18 @@ std::uint16_t to_half(float value) {
   return static_cast<std::uint16_t>(magnitude > kInfinity ? 0x7fff : number);
 }
 
+float from_half(std::uint16_t half) {
+  const std::uint32_t sign = (half & 0x8000u) << 16, magnitude = half & 0x7fffu;
+  if (magnitude < 0x400) {  // subnormal
+    const float value = static_cast<float>(magnitude) * 0x1p-24f;
+    return sign != 0 ? -value : value;
+  }
+  const std::uint32_t exponent = magnitude >= 0x7c00 ? 0x70000000u : 0x38000000u;
+  return std::bit_cast<float>(sign | ((magnitude << 13) + exponent));
+}
+
 #if defined(__x86_64__)
-// The same by the processor's own conversion, eight at once; how many were converted.
+// to_half by the processor's own conversion, eight at once; how many were converted.
 __attribute__((target("avx,f16c"))) std::size_t convert_eights(const float* values,
                                                                std::uint16_t* halves,
                                                                std::size_t count) {
@@ -60,6 +70,11 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
   }
 #endif
   for (; i < values.size(); ++i) halves[i] = to_half(values[i]);
+}
+
+void from_halves(std::span<const std::uint16_t> halves, std::span<float> values) {
+  ENSONIFY_ASSERT(values.size() == halves.size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = from_half(halves[i]);
 }
 
 }  // namespace ensonify

@@ -10,4 +10,7 @@ namespace ensonify {
 // every NaN becomes the same one, 0x7fff. Needs spans of one size.
 void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
 
+// Exact. Needs spans of one size.
+void from_halves(std::span<const std::uint16_t> halves, std::span<float> values);
+
 }  // namespace ensonify

@@ -156,6 +156,10 @@ bool StoredSequence::has(std::string_view name_template) const {
   return std::find(each_ping.begin(), each_ping.end(), name_template) != each_ping.end();
 }
 
+bool StoredSequence::has_array(std::string_view file) const {
+  return packed && std::find(arrays.begin(), arrays.end(), file) != arrays.end();
+}
+
 Result<StoredDataset> open_dataset(const fs::path& dir) {
   std::error_code error;
   if (!fs::is_directory(dir, error)) return usage(dir, "no such folder");
@@ -209,13 +213,9 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   }
   const auto head = manifest_of(path, *text);
   if (!head) return head.error();
-  if (text_at(*head, "pack") == "sequence") {
-    return usage(dataset.dir,
-                 "its pings are packed into arrays of each sequence; accepted are data sets of "
-                 "output.pack: ping");
-  }
   StoredSequence sequence;
   sequence.row = row;
+  sequence.packed = text_at(*head, "pack") == "sequence";
   sequence.seed = count_in(*head, {"seed"});
   sequence.beams = count_in(*head, {"sonar", "beams", "count"});
   sequence.samples = count_in(*head, {"record", "samples"});
@@ -226,6 +226,9 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   sequence.sound_speed_m_s = number_in(*head, {"water", "sound_speed_m_s"});
   sequence.beam_width_rad = number_in(*head, {"sonar", "beams", "width_rad"});
   sequence.elevation_width_rad = number_in(*head, {"sonar", "elevation", "width_rad"});
+  if (const Json* arrays = member(*head, "arrays"); arrays != nullptr && arrays->is_object()) {
+    for (const auto& array : arrays->items()) sequence.arrays.push_back(array.key());
+  }
   auto instances = instances_of(*head, dataset.classes.size());
   auto each_ping = texts_at(*head, "each_ping");
   if (!instances || !each_ping || !is_plausible(sequence) ||

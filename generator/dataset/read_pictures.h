@@ -1,7 +1,8 @@
 // Pictures of a finished data set, read again, from files of a ping or from packed arrays.
 //
-//   read_picture   the channels of one ping's picture that are asked for
-//   read_series    one ping's series
+//   stored_channels  has_series   what a sequence has
+//   read_picture                  the channels of one ping's picture that are asked for
+//   read_series                   one ping's series
 #pragma once
 
 #include <complex>
@@ -30,7 +31,11 @@ struct StoredPixels {
   std::vector<std::uint8_t> semantic;
 };
 
-// Error (io): a file is missing, damaged or of another size than the manifest says.
+PictureChannels stored_channels(const StoredSequence& sequence, StoredView view);
+bool has_series(const StoredSequence& sequence);
+
+// Needs a ping of the sequence. Error (io): a file is missing, damaged or of another size than the
+// manifest says.
 Result<StoredPixels> read_picture(const StoredDataset& dataset, const StoredSequence& sequence,
                                   StoredView view, std::uint32_t ping,
                                   const PictureChannels& channels);

@@ -10,10 +10,10 @@
 #include "dataset/exr.h"
 #include "dataset/layout.h"
 #include "dataset/npy.h"
+#include "dataset/npy_file.h"
+#include "dataset/read_png.h"
 #include "export/hdf5_file.h"
 #include "export/job.h"
-#include "export/npy_file.h"
-#include "export/png.h"
 
 namespace ensonify {
 namespace {

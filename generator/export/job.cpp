@@ -35,6 +35,12 @@ Status for_each_sequence(const ExportJob& job,
   for (const StoredSequenceRow& row : job.dataset.sequences) {
     const auto sequence = read_sequence(job.dataset, row);
     if (!sequence) return sequence.error();
+    if (sequence->packed) {
+      return Error{ErrorKind::usage,
+                   job.dataset.dir.string() +
+                       ": its pings are packed into arrays of each sequence; accepted are data "
+                       "sets of output.pack: ping"};
+    }
     if (const Status used = use(*sequence); !used) return used;
   }
   return {};

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "dataset/layout.h"
+#include "dataset/npy_file.h"
+#include "dataset/read_png.h"
 #include "export/job.h"
 #include "export/mcap_file.h"
-#include "export/npy_file.h"
-#include "export/png.h"
 #include "export/ros_messages.h"
 
 namespace ensonify {

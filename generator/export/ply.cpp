@@ -5,7 +5,7 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
-#include "export/npy_file.h"
+#include "dataset/npy_file.h"
 #include "export/output.h"
 
 namespace ensonify {

@@ -14,7 +14,7 @@
 #include "dataset/mask.h"
 #include "dataset/npy.h"
 #include "export/job.h"
-#include "export/npy_file.h"
+#include "dataset/npy_file.h"
 #include "export/output.h"
 
 namespace ensonify {

@@ -1,5 +1,6 @@
-#include "export/npy_file.h"
+#include "dataset/npy_file.h"
 
+#include <algorithm>
 #include <fstream>
 #include <utility>
 
@@ -47,13 +48,18 @@ Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   const auto header = parse_npy_header(bytes);
   if (!header || header->descr != descr || header->fortran_order || header->shape != shape ||
-      shape.empty() || row >= shape[0]) {
+      shape.empty() || row >= shape[0] || header->data_offset > bytes.size()) {
     return damaged(path, "is not of the type and shape that sequence.json tells");
   }
   std::uint64_t size = npy_item_bytes(descr).value_or(0);
   for (std::size_t i = 1; i < shape.size(); ++i) size *= shape[i];
-  bytes.assign(size, '\0');
   file.clear();
+  file.seekg(0, std::ios::end);
+  const auto end = static_cast<std::uint64_t>(std::max<std::streamoff>(file.tellg(), 0));
+  if (size == 0 || end < header->data_offset || (end - header->data_offset) / size <= row) {
+    return damaged(path, "is cut short");
+  }
+  bytes.assign(size, '\0');
   file.seekg(static_cast<std::streamoff>(header->data_offset + row * size));
   file.read(bytes.data(), static_cast<std::streamsize>(size));
   if (std::cmp_not_equal(file.gcount(), size)) return damaged(path, "is cut short");

@@ -1,4 +1,4 @@
-// NPY arrays of a data set. Private to export/.
+// NPY arrays of a data set, read again.
 //
 //   read_npy       a whole array, its shape checked
 //   read_npy_row   one row of it

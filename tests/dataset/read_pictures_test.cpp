@@ -1,0 +1,237 @@
+// Pictures and series read back from files of a ping and from packed arrays.
+#include "dataset/read_pictures.h"
+
+#include <bit>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "catch.h"
+#include "dataset/half_floats.h"
+#include "dataset/layout.h"
+#include "dataset/sample.h"
+#include "dataset/write_ping.h"
+
+using namespace ensonify;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr PictureChannels kAll{true, true, true, true, true, true};
+const std::string kFolder = "sequences/000000/";
+
+enum class Store { files, arrays, series_as_exr };
+
+SequenceInfo info_of(Store store) {
+  SequenceInfo info = sample::sequence_info(0);
+  info.output.timeseries_exr = store == Store::series_as_exr;
+  info.output.timeseries = store != Store::series_as_exr;
+  info.output.packed = store == Store::arrays;
+  info.first_ping = 4;
+  info.last_ping = 4 + sample::kPings;
+  return info;
+}
+
+void require(const Status& status) {
+  INFO((status ? "" : status.error().message));
+  REQUIRE(status.ok());
+}
+
+struct Made {
+  explicit Made(Store store) {
+    const fs::path& dir = folder.path();
+    WorkIdentity identity = sample::identity();
+    DatasetInfo all = sample::dataset_info(1);
+    all.sequences[0] = info_of(store);
+    identity.first_ping = all.sequences[0].first_ping;
+    identity.last_ping = all.sequences[0].last_ping;
+    all.identity = identity;
+    REQUIRE(open_work(dir, identity, 1, false).ok());
+    sample::write_pings(dir, all.sequences[0]);
+    require(finish_sequence(dir, all.sequences[0]));
+    require(finish_dataset(dir, all));
+    const auto opened = open_dataset(dir);
+    REQUIRE(opened.ok());
+    dataset = *opened;
+    const auto read = read_sequence(dataset, dataset.sequences.at(0));
+    INFO((read ? "" : read.error().message));
+    REQUIRE(read.ok());
+    sequence = *read;
+  }
+
+  StoredPixels picture(StoredView view, std::uint32_t ping, const PictureChannels& channels) const {
+    const auto pixels = read_picture(dataset, sequence, view, ping, channels);
+    INFO((pixels ? "" : pixels.error().message));
+    REQUIRE(pixels.ok());
+    return *pixels;
+  }
+  fs::path file(const std::string& name) const { return folder.path() / (kFolder + name); }
+
+  sample::TemporaryFolder folder;
+  StoredDataset dataset;
+  StoredSequence sequence;
+};
+
+// What a half holds of a value.
+std::vector<float> rounded(const std::vector<float>& values) {
+  std::vector<std::uint16_t> halves(values.size());
+  to_halves(values, halves);
+  std::vector<float> result(values.size());
+  from_halves(halves, result);
+  return result;
+}
+
+// NaN equals NaN here.
+bool same(const std::vector<float>& a, const std::vector<float>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!(a[i] == b[i] || (std::isnan(a[i]) && std::isnan(b[i])))) return false;
+  }
+  return true;
+}
+
+void check_io(const Made& made, const std::string& name) {
+  const auto pixels = read_picture(made.dataset, made.sequence, StoredView::polar, 5, kAll);
+  const auto series = read_series(made.dataset, made.sequence, 5);
+  REQUIRE((!pixels.ok() || !series.ok()));
+  const Error error = pixels.ok() ? series.error() : pixels.error();
+  INFO(error.message);
+  CHECK(error.kind == ErrorKind::io);
+  CHECK(error.message.find(name) != std::string::npos);
+}
+
+}  // namespace
+
+// Protects the bits of every kind of half: all of them, there and back.
+TEST_CASE("halves become floats exactly") {
+  std::vector<std::uint16_t> halves(65536), again(65536);
+  std::vector<float> values(65536);
+  for (std::size_t i = 0; i < halves.size(); ++i) halves[i] = static_cast<std::uint16_t>(i);
+  from_halves(halves, values);
+  CHECK(values[0x3c00] == 1.0f);
+  CHECK(values[0xc000] == -2.0f);
+  CHECK(values[0x0001] == std::ldexp(1.0f, -24));
+  CHECK(values[0x03ff] == 1023 * std::ldexp(1.0f, -24));
+  CHECK(values[0x0400] == std::ldexp(1.0f, -14));
+  CHECK(values[0x7bff] == 65504.0f);
+  CHECK(std::isinf(values[0xfc00]));
+  CHECK(std::isnan(values[0x7fff]));
+  CHECK(std::signbit(values[0x8000]));
+  to_halves(values, again);
+  for (std::size_t i = 0; i < halves.size(); ++i) {
+    const bool special = (i & 0x7c00) == 0x7c00;  // infinities are stored as the largest number
+    if (!special && again[i] != halves[i]) FAIL("half " << i << " comes back as " << again[i]);
+  }
+}
+
+// Protects every channel, both views, and that a ping is found by its number, not by its place.
+TEST_CASE("pictures are read as they were written") {
+  const Store store = GENERATE(Store::files, Store::arrays);
+  const Made made(store);
+  const SequenceInfo info = info_of(store);
+  for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
+    const PingResult written = sample::ping_result(info, ping);
+    for (const StoredView view : {StoredView::polar, StoredView::cartesian}) {
+      const bool polar = view == StoredView::polar;
+      const LabelledImage& image = polar ? *written.polar : *written.cartesian;
+      const StoredPixels pixels = made.picture(view, ping, kAll);
+      CHECK(pixels.rows == (polar ? 9 : 7));
+      CHECK(pixels.columns == (polar ? 6 : 8));
+      CHECK(same(pixels.level_db, rounded(image.level_db)));
+      CHECK(same(pixels.clean_db, rounded(image.clean_db)));
+      CHECK(same(pixels.elevation_rad, rounded(image.elevation_rad)));
+      CHECK(pixels.instance == image.instance);
+      CHECK(pixels.semantic == image.semantic);
+      CHECK(pixels.shadow == image.shadow);
+    }
+  }
+}
+
+TEST_CASE("series are read as they were written") {
+  const Store store = GENERATE(Store::files, Store::arrays, Store::series_as_exr);
+  const Made made(store);
+  CHECK(has_series(made.sequence));
+  for (std::uint32_t ping = 4; ping < 7; ++ping) {
+    const auto series = read_series(made.dataset, made.sequence, ping);
+    REQUIRE(series.ok());
+    CHECK(*series == sample::ping_result(info_of(store), ping).series);
+  }
+}
+
+// Protects readers that want one channel from paying for others, or for what is not there.
+TEST_CASE("what was not asked for or is not there stays empty") {
+  Made made(GENERATE(Store::files, Store::arrays));
+  const PictureChannels there = stored_channels(made.sequence, StoredView::polar);
+  CHECK((there.level && there.clean && there.elevation));
+  CHECK((there.instance && there.semantic && there.shadow));
+  const StoredPixels pixels = made.picture(StoredView::polar, 5, PictureChannels{.semantic = true});
+  CHECK(pixels.semantic.size() == 54);
+  CHECK((pixels.level_db.empty() && pixels.clean_db.empty() && pixels.elevation_rad.empty()));
+  CHECK((pixels.instance.empty() && pixels.shadow.empty()));
+
+  made.sequence.arrays.clear();
+  made.sequence.each_ping.clear();
+  const StoredPixels none = made.picture(StoredView::polar, 5, kAll);
+  CHECK((none.level_db.empty() && none.instance.empty() && none.shadow.empty()));
+  CHECK_FALSE(stored_channels(made.sequence, StoredView::cartesian).level);
+  CHECK_FALSE(has_series(made.sequence));
+  CHECK(read_series(made.dataset, made.sequence, 5)->empty());
+}
+
+// Protects the reader's promise: whatever a file has become, it is told with its name.
+TEST_CASE("damaged files of pictures are errors") {
+  const auto [store, name] =
+      GENERATE(table<Store, std::string>({{Store::files, "polar/000005.exr"},
+                                          {Store::files, "polar/000005_instance.png"},
+                                          {Store::files, "polar/000005_semantic.png"},
+                                          {Store::files, "polar/000005_shadow.png"},
+                                          {Store::files, "timeseries/000005.npy"},
+                                          {Store::series_as_exr, "timeseries/000005.exr"},
+                                          {Store::arrays, "polar_level_db.npy"},
+                                          {Store::arrays, "polar_instance.npy"},
+                                          {Store::arrays, "polar_semantic.npy"},
+                                          {Store::arrays, "timeseries.npy"}}));
+  const Made made(store);
+  const fs::path file = made.file(name);
+  INFO(name);
+  SECTION("missing") {
+    fs::remove(file);
+    check_io(made, name);
+  }
+  SECTION("a link") {
+    const fs::path outside = made.folder.path() / "outside";
+    fs::rename(file, outside);
+    fs::create_symlink(outside, file);
+    check_io(made, name);
+  }
+  SECTION("empty") {
+    sample::write(file, "");
+    check_io(made, name);
+  }
+  SECTION("cut short") {
+    // In the middle of ping 5, the second of three.
+    fs::resize_file(file, fs::file_size(file) * (store == Store::arrays ? 45 : 60) / 100);
+    check_io(made, name);
+  }
+  SECTION("something else") {
+    sample::write(file, std::string(5000, 'x'));
+    check_io(made, name);
+  }
+}
+
+// Protects memory: a picture of another size than the sequence's is refused before it is read.
+TEST_CASE("pictures of another size are errors") {
+  const Store store = GENERATE(Store::files, Store::arrays);
+  Made made(store);
+  made.sequence.samples = 1'000'000;
+  made.sequence.beams = 2000;
+  for (const PictureChannels& channels :
+       {PictureChannels{.level = true}, PictureChannels{.instance = true}}) {
+    const auto pixels = read_picture(made.dataset, made.sequence, StoredView::polar, 5, channels);
+    REQUIRE_FALSE(pixels.ok());
+    CHECK(pixels.error().kind == ErrorKind::io);
+  }
+  const auto series = read_series(made.dataset, made.sequence, 5);
+  REQUIRE_FALSE(series.ok());
+  CHECK(series.error().kind == ErrorKind::io);
+}
