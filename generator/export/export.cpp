@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "dataset/files.h"
+#include "dataset/output.h"
 #include "export/job.h"
-#include "export/output.h"
 
 namespace ensonify {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/units.h"
-#include "export/output.h"
+#include "dataset/files.h"
 
 namespace ensonify {
 namespace {

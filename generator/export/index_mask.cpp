@@ -1,8 +1,8 @@
 // SPLIT/images, SPLIT/masks (class ids, 8 bits) and SPLIT/instances (16 bits) with the same names,
 // and classes.txt, whose line k + 1 is class id k.
 #include "dataset/layout.h"
+#include "dataset/output.h"
 #include "export/job.h"
-#include "export/output.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

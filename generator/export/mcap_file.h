@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "export/output.h"
+#include "dataset/output.h"
 
 namespace ensonify {
 

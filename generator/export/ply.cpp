@@ -4,9 +4,9 @@
 #include <cstring>
 
 #include "dataset/layout.h"
-#include "export/job.h"
 #include "dataset/npy_file.h"
-#include "export/output.h"
+#include "dataset/output.h"
+#include "export/job.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

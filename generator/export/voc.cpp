@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "dataset/mask.h"
+#include "dataset/output.h"
 #include "export/job.h"
-#include "export/output.h"
 #include "export/png.h"
 
 namespace ensonify {

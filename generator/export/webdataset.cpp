@@ -13,9 +13,9 @@
 #include "dataset/layout.h"
 #include "dataset/mask.h"
 #include "dataset/npy.h"
-#include "export/job.h"
 #include "dataset/npy_file.h"
-#include "export/output.h"
+#include "dataset/output.h"
+#include "export/job.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

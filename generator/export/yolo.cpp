@@ -5,10 +5,11 @@
 
 #include <array>
 
+#include "dataset/files.h"
 #include "dataset/mask.h"
+#include "dataset/output.h"
 #include "export/job.h"
 #include "export/json_text.h"
-#include "export/output.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -59,7 +60,7 @@ Status write_data_yaml(const ExportJob& job, const fs::path& target) {
     for (const char* folder : {"images", "labels"}) {
       std::error_code error;
       fs::create_directories(target / folder / split, error);
-      if (error) return export_write_error(target / folder / split, error.value());
+      if (error) return write_error(target / folder / split, error.value());
     }
   }
   text += fmt::format("nc: {}\nnames:\n", job.dataset.classes.size());

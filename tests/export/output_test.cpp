@@ -1,5 +1,5 @@
 // An export appears whole or not at all, and an interrupted one leaves nothing.
-#include "export/output.h"
+#include "dataset/output.h"
 
 #include <filesystem>
 #include <iterator>

@@ -1,4 +1,4 @@
-#include "export/output.h"
+#include "dataset/output.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -35,11 +35,6 @@ std::string temporary_name(const fs::path& name) {
 
 }  // namespace
 
-Error export_write_error(const fs::path& path, int error_number) {
-  return {ErrorKind::io, fmt::format("cannot write {}: {}", path.string(),
-                                     std::generic_category().message(error_number))};
-}
-
 OutputPlace::OutputPlace(fs::path out, fs::path temporary)
     : out_(std::move(out)), temporary_(std::move(temporary)) {}
 
@@ -54,7 +49,7 @@ OutputPlace::~OutputPlace() {
 }
 
 Result<OutputPlace> OutputPlace::open(const fs::path& given, bool is_folder,
-                                      const fs::path& dataset) {
+                                      const fs::path& dataset, bool replace) {
   fs::path out = given.empty() ? given : fs::absolute(given).lexically_normal();
   if (!given.empty() && !out.has_filename()) out = out.parent_path();
   if (!out.has_filename()) {
@@ -65,22 +60,29 @@ Result<OutputPlace> OutputPlace::open(const fs::path& given, bool is_folder,
   const auto there = fs::symlink_status(out, error);
   if (fs::exists(there)) {
     const bool empty_folder = fs::is_directory(there) && fs::is_empty(out, error) && !error;
-    if (!is_folder) return refused(out, "is there already; remove it or name another file");
-    if (!empty_folder) return refused(out, "is not empty; empty it or name another folder");
+    if (!is_folder && !replace) {
+      return refused(out, "is there already; remove it or name another file");
+    }
+    if (!is_folder && !fs::is_regular_file(there)) {
+      return refused(out, "is there already and no file; name another");
+    }
+    if (is_folder && !empty_folder) {
+      return refused(out, "is not empty; empty it or name another folder");
+    }
   }
   const fs::path parent = out.parent_path();
   fs::create_directories(parent, error);
-  if (error) return export_write_error(parent, error.value());
+  if (error) return write_error(parent, error.value());
   OutputPlace place(out, parent / temporary_name(out.filename()));
   if (is_folder) {
     fs::create_directory(place.temporary_, error);
-    if (error) return export_write_error(out, error.value());
+    if (error) return write_error(out, error.value());
   }
   return place;
 }
 
 Status OutputPlace::commit() {
-  if (::rename(temporary_.c_str(), out_.c_str()) != 0) return export_write_error(out_, errno);
+  if (::rename(temporary_.c_str(), out_.c_str()) != 0) return write_error(out_, errno);
   temporary_.clear();
   return {};
 }
@@ -122,7 +124,7 @@ Status OutputFile::close() {
   if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0 && error_number_ == 0) {
     error_number_ = errno;
   }
-  return error_number_ == 0 ? Status() : Status(export_write_error(path_, error_number_));
+  return error_number_ == 0 ? Status() : Status(write_error(path_, error_number_));
 }
 
 Status write_whole(const fs::path& path, std::string_view bytes) {

@@ -1,4 +1,4 @@
-// Files and folders of an export. Private to export/.
+// What is made from a data set and written elsewhere.
 //
 //   OutputPlace             OUT under a temporary name beside it, until it is whole
 //   OutputFile              one file, written piece by piece
@@ -18,10 +18,11 @@ namespace ensonify {
 
 class OutputPlace {
  public:
-  // OUT must not be there, or, where a folder is to be written, be an empty one; and it must not
-  // lie in the data set, which would no longer be whole. Folders above it are made.
+  // OUT must not be there, or, where a folder is to be written, be an empty one; with `replace` it
+  // may be a file. It must not lie in the data set, which would no longer be whole. Folders above
+  // it are made.
   static Result<OutputPlace> open(const std::filesystem::path& out, bool is_folder,
-                                  const std::filesystem::path& dataset);
+                                  const std::filesystem::path& dataset, bool replace = false);
   ~OutputPlace();  // removes what was not committed
   OutputPlace(OutputPlace&& other) noexcept;
   OutputPlace& operator=(OutputPlace&&) = delete;
@@ -61,7 +62,5 @@ class OutputFile {
 
 Status write_whole(const std::filesystem::path& path, std::string_view bytes);
 Status copy_whole(const std::filesystem::path& from, const std::filesystem::path& to);
-
-Error export_write_error(const std::filesystem::path& path, int error_number);
 
 }  // namespace ensonify
