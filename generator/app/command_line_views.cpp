@@ -1,8 +1,26 @@
 #include "app/command_line_views.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <optional>
+#include <string_view>
+#include <utility>
 
 namespace ensonify {
+namespace {
+
+// A:B.
+template <class Number>
+std::optional<std::pair<Number, Number>> parse_pair(const std::string& text) {
+  std::pair<Number, Number> pair;
+  const char* end = text.data() + text.size();
+  const auto a = std::from_chars(text.data(), end, pair.first);
+  if (a.ec != std::errc() || a.ptr == end || *a.ptr != ':') return std::nullopt;
+  const auto b = std::from_chars(a.ptr + 1, end, pair.second);
+  return b.ec == std::errc() && b.ptr == end ? std::optional(pair) : std::nullopt;
+}
+
+}  // namespace
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("report", "look at a data set: one page of HTML");
@@ -31,8 +49,30 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
 void add_figure(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("figure", "draw a ping with axes and a colour bar");
   FigureOptions& options = arguments.figure;
+  FigureWords& words = arguments.figure_words;
   command.add_option("DIR", options.dataset, "a finished data set")->required();
-  command.add_option("-o,--output", options.output, "the figure")->required();
+  command.add_option("-o,--output", options.output, "FILE.png, .svg, .webp or .mp4 (needs ffmpeg)")
+      ->required();
+  command.add_option("--sequence", options.sequence, "the first by default");
+  command.add_option("--ping", options.ping, "of .png and .svg; the first by default");
+  command.add_option("--pings", words.pings,
+                     "A:B: pings A to B-1, of .webp and .mp4; all by default");
+  command.add_option("--fps", options.fps, "frames a second; as the pings were by default");
+  command.add_option("--view", words.view, "cartesian (default) or polar")
+      ->check(CLI::IsMember({"cartesian", "polar"}));
+  command
+      .add_option("--channel", words.channel,
+                  "level (default), clean, elevation, instance, semantic or shadow")
+      ->check(CLI::IsMember({"level", "clean", "elevation", "instance", "semantic", "shadow"}));
+  command.add_option("--db", words.db, "MIN:MAX: limits of the colours; from the ping by default");
+  command.add_option("--colour-map", options.colour_map, colour_map_list());
+  command.add_option("--interpolation", words.interpolation, "nearest (default) or bilinear")
+      ->check(CLI::IsMember({"nearest", "bilinear"}));
+  command.add_flag("--outlines", options.outlines, "outlines of instances, with their names");
+  command.add_option("--instances", options.instances, "NAME,NAME: no others")->delimiter(',');
+  command.add_option("--title", options.title, "in place of name and ping; \"\" for none");
+  command.add_option("--width-px", options.width_px, "1200 by default, animated 800");
+  command.add_flag("--overwrite", options.overwrite, "replace a file that is there");
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
 }
 
@@ -48,7 +88,31 @@ Status run_preview(ScenarioOptions input, const ViewArguments& arguments) {
 }
 
 Status run_figure(const ViewArguments& arguments) {
-  return figure_command(arguments.figure, arguments.quiet);
+  FigureOptions options = arguments.figure;
+  const FigureWords& words = arguments.figure_words;
+  if (!words.pings.empty()) {
+    const auto pings = parse_pair<std::uint32_t>(words.pings);
+    if (!pings) {
+      return Error{ErrorKind::usage, "--pings " + words.pings +
+                                         ": accepted is A:B, the first and the one after the last"};
+    }
+    options.pings = *pings;
+  }
+  if (!words.db.empty()) {
+    const auto db = parse_pair<double>(words.db);
+    if (!db) return Error{ErrorKind::usage, "--db " + words.db + ": accepted is MIN:MAX in dB"};
+    options.db = {db->first, db->second};
+  }
+  constexpr std::pair<std::string_view, FigureChannel> kChannels[] = {
+      {"level", FigureChannel::level},         {"clean", FigureChannel::clean},
+      {"elevation", FigureChannel::elevation}, {"instance", FigureChannel::instance},
+      {"semantic", FigureChannel::semantic},   {"shadow", FigureChannel::shadow}};
+  for (const auto& [name, channel] : kChannels) {
+    if (words.channel == name) options.channel = channel;
+  }
+  options.view = words.view == "polar" ? FigureView::polar : FigureView::cartesian;
+  options.bilinear = words.interpolation == "bilinear";
+  return figure_command(options, arguments.quiet);
 }
 
 }  // namespace ensonify

@@ -15,10 +15,16 @@ class App;
 
 namespace ensonify {
 
+// Options of figures as they are written.
+struct FigureWords {
+  std::string pings, view, channel, db, interpolation;
+};
+
 struct ViewArguments {
   ReportOptions report;
   PreviewOptions preview;
   FigureOptions figure;
+  FigureWords figure_words;
   bool quiet = false;
 };
 

@@ -118,7 +118,7 @@ Status report_command(const ReportOptions& options, bool quiet);
 Status preview(const PreviewOptions& options);
 
 // Draws one ping, or a run of them. Error kinds: usage, io, interrupted.
-Status figure_command(const FigureOptions& options, bool quiet);
+Status figure_command(FigureOptions options, bool quiet);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

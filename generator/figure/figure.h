@@ -1,19 +1,55 @@
 // Pings as figures with axes: PNG, SVG, or animated.
+//
+//   FigureOptions   write_figure
+//   colour_map_list   names of the colour maps, for messages
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 
 namespace ensonify {
 
+enum class FigureView { cartesian, polar };
+enum class FigureChannel { level, clean, elevation, instance, semantic, shadow };
+
+// What is not given has the default that docs/figures.md states.
 struct FigureOptions {
   std::filesystem::path dataset;
-  std::filesystem::path output;  // its extension names the format
+  std::filesystem::path output;  // its extension names the format: png, svg, webp, mp4
+  std::optional<std::uint32_t> sequence;
+  std::optional<std::uint32_t> ping;                             // of png and svg
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;  // [first, last) of webp and mp4
+  std::optional<double> fps;                                     // of webp and mp4
+  FigureView view = FigureView::cartesian;
+  FigureChannel channel = FigureChannel::level;
+  std::optional<std::array<double, 2>> db;  // of level and clean
+  std::string colour_map;                   // empty: the channel's own
+  bool bilinear = false;                    // of level and clean
+  bool outlines = false;                    // over level, clean and elevation
+  std::vector<std::string> instances;       // these alone are outlined or have a mask
+  std::optional<std::string> title;         // UTF-8; "": none
+  int width_px = 0;                         // 0: 1200, animated 800
+  bool overwrite = false;
+  bool (*stop)() = nullptr;  // asked between pings
 };
 
-// Error kinds: usage, io, interrupted.
-Status write_figure(const FigureOptions& options);
+struct FigureReport {
+  std::uint64_t frames = 0;
+  std::optional<std::array<double, 2>> limits;  // of the colour bar
+};
+
+std::string colour_map_list();
+
+// Errors: (usage) no finished data set, an option that does not fit it, ffmpeg missing; (io)
+// something cannot be read or written, or ffmpeg failed; (interrupted). The output appears whole
+// or not at all.
+Result<FigureReport> write_figure(const FigureOptions& options);
 
 }  // namespace ensonify

@@ -1,0 +1,57 @@
+// A picture with its axes, rings, title, colour bar and legend.
+//
+//   Layout     where things stand; the same for all frames of an animation
+//   layout_of  from the width and what is to be shown
+//   compose    one frame
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/read_pictures.h"
+#include "figure/drawing.h"
+#include "figure/fan.h"
+#include "figure/paint.h"
+
+namespace ensonify {
+
+struct LegendEntry {
+  Rgb colour;
+  std::string name;
+};
+
+struct ColourBar {
+  std::string label;  // with its unit
+  const ColourMap* map = nullptr;
+  std::array<double, 2> limits{};
+};
+
+// What stands around every frame.
+struct Surroundings {
+  StoredView view = StoredView::cartesian;
+  Fan fan;
+  bool has_title = true;
+  std::optional<ColourBar> bar;
+  std::vector<LegendEntry> legend;  // beside the picture, or under it where there is a bar
+};
+
+struct Layout {
+  int width = 0, height = 0;
+  double em = 0;  // size of text
+  int left = 0, top = 0, picture_width = 0, picture_height = 0;
+  Extent extent;
+  int legend_columns = 1;
+  double legend_column_width = 0, legend_x = 0, legend_y = 0;
+};
+
+inline constexpr int kMaxLegend = 24;  // entries; what is over is counted
+
+// Width and height are even, as videos want them. Needs width_px >= 200.
+Layout layout_of(const Surroundings& around, int width_px);
+
+// `image` has the size of the layout's picture.
+Drawing compose(const Layout& layout, const Surroundings& around, RgbImage image,
+                const std::string& title);
+
+}  // namespace ensonify

@@ -1,0 +1,42 @@
+// Frames of a figure, ping by ping.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "figure/choose.h"
+#include "figure/compose.h"
+
+namespace ensonify {
+
+// Limits, legend and layout come from the first ping, so that all frames are alike.
+class FrameMaker {
+ public:
+  // The job and the options must outlive it.
+  static Result<FrameMaker> open(const FigureJob& job, const FigureOptions& options);
+
+  const Layout& layout() const { return layout_; }
+  std::optional<std::array<double, 2>> limits() const;
+  double fps() const;  // of the pings themselves, from 1 to 30; 5 where their times do not tell
+  Result<Drawing> frame(std::uint32_t ping) const;
+
+ private:
+  FrameMaker(const FigureJob& job, const FigureOptions& options) : job_(job), options_(options) {}
+  Status read_axes();
+  Status read_times();
+  void set_scale(const StoredPixels& first);
+  void set_legend(const StoredPixels& first);
+  Result<StoredPixels> pixels_of(std::uint32_t ping) const;
+  RgbImage paint(const StoredPixels& pixels) const;
+  std::string title_of(std::uint32_t ping) const;
+
+  const FigureJob& job_;
+  const FigureOptions& options_;
+  Surroundings around_;
+  Layout layout_;
+  std::vector<Cell> cells_;
+  std::vector<double> times_s_;  // from the job's first ping on
+};
+
+}  // namespace ensonify
