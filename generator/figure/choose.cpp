@@ -72,9 +72,11 @@ Result<StoredSequenceRow> row_of(const FigureOptions& o, const StoredDataset& da
   for (const StoredSequenceRow& row : dataset.sequences) {
     if (row.sequence == *o.sequence) return row;
   }
-  return usage(fmt::format("--sequence {}: {} has {} sequences, from {} to {}", *o.sequence,
-                           o.dataset.string(), dataset.sequences.size(),
-                           dataset.sequences.front().sequence, dataset.sequences.back().sequence));
+  const std::uint32_t first = dataset.sequences.front().sequence;
+  const std::uint32_t last = dataset.sequences.back().sequence;
+  return usage(fmt::format("--sequence {}: {} has {}", *o.sequence, o.dataset.string(),
+                           first == last ? fmt::format("sequence {} alone", first)
+                                         : fmt::format("sequences {} to {}", first, last)));
 }
 
 Status choose_pings(const FigureOptions& o, FigureJob& job) {

@@ -151,7 +151,7 @@ class Composer {
       line({{double(l_.left), double(l_.top)}, {right(), double(l_.top)}, {right(), bottom()}},
            kInk, 1.3 * hair());
     }
-    const int most = std::clamp(static_cast<int>(l_.picture_width / (3.2 * l_.em)), 2, 8);
+    const int most = std::clamp(static_cast<int>(l_.picture_width / (3 * l_.em)), 2, 10);
     const double x_step = tick_step(std::abs(e.right - e.left), most);
     for (const double value : ticks_in(e.left, e.right, x_step)) {
       line({{x_of(value), bottom()}, {x_of(value), bottom() + tick}}, kInk, hair());
@@ -241,7 +241,7 @@ class Composer {
 Layout layout_of(const Surroundings& around, int width_px) {
   Layout l;
   l.width = even(width_px);
-  l.em = l.width * 0.024;
+  l.em = l.width * 0.026;
   const bool polar = around.view == StoredView::polar;
   l.extent = polar ? polar_extent(around.fan) : cartesian_extent(around.fan);
   const std::size_t entries = std::min<std::size_t>(around.legend.size(), kMaxLegend + 1);

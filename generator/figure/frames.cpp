@@ -105,6 +105,23 @@ void FrameMaker::set_scale(const StoredPixels& first) {
   around_.bar = bar;
 }
 
+// An outline of the seabed or of the tank would cover what stands before it.
+void FrameMaker::leave_out_wide(const StoredPixels& first) {
+  if (!options_.outlines || !options_.instances.empty()) return;
+  std::vector<std::uint64_t> beams(drawn_.size(), 0), last_beam(drawn_.size(), 0);
+  for (std::uint64_t beam = 0; beam < first.columns; ++beam) {
+    for (std::uint64_t i = beam; i < first.instance.size(); i += first.columns) {
+      const std::uint16_t id = first.instance[i];
+      if (id >= drawn_.size() || last_beam[id] == beam + 1) continue;
+      last_beam[id] = beam + 1;
+      ++beams[id];
+    }
+  }
+  for (std::size_t id = 0; id < drawn_.size(); ++id) {
+    if (2 * beams[id] > first.columns) drawn_[id] = false;
+  }
+}
+
 // Of a still those that are in it, of an animation all that could come.
 void FrameMaker::set_legend(const StoredPixels& first) {
   const bool animated = is_animated(job_.format);
@@ -127,7 +144,7 @@ void FrameMaker::set_legend(const StoredPixels& first) {
   if (!is_mask(options_.channel) && !options_.outlines) return;
   const bool shadow = options_.channel == FigureChannel::shadow;
   for (const StoredInstance& instance : job_.sequence.instances) {
-    if (!job_.chosen[instance.id]) continue;
+    if (!drawn_[instance.id]) continue;
     add(shadow ? first.shadow : first.instance, instance.id,
         shadow ? "behind " + instance.name : instance.name);
   }
@@ -145,6 +162,7 @@ Result<FrameMaker> FrameMaker::open(const FigureJob& job, const FigureOptions& o
   around.view = cartesian ? StoredView::cartesian : StoredView::polar;
   around.has_title = !options.title || !options.title->empty();
   maker.set_scale(*first);
+  maker.leave_out_wide(*first);
   maker.set_legend(*first);
   const int width = is_animated(job.format) ? kAnimatedWidth : kStillWidth;
   maker.layout_ = layout_of(around, options.width_px > 0 ? options.width_px : width);
@@ -178,8 +196,8 @@ RgbImage FrameMaker::paint(const StoredPixels& pixels) const {
   if (options_.channel == FigureChannel::semantic) {
     return mask(std::vector<std::uint16_t>(pixels.semantic.begin(), pixels.semantic.end()));
   }
-  if (options_.channel == FigureChannel::instance) return mask(only(pixels.instance, job_.chosen));
-  if (options_.channel == FigureChannel::shadow) return mask(only(pixels.shadow, job_.chosen));
+  if (options_.channel == FigureChannel::instance) return mask(only(pixels.instance, drawn_));
+  if (options_.channel == FigureChannel::shadow) return mask(only(pixels.shadow, drawn_));
   const std::vector<float> values = options_.channel == FigureChannel::level ? pixels.level_db
                                     : options_.channel == FigureChannel::clean
                                         ? pixels.clean_db
@@ -188,7 +206,7 @@ RgbImage FrameMaker::paint(const StoredPixels& pixels) const {
   RgbImage image = paint_values(cells_, width, height, values, pixels.columns, scale,
                                 options_.bilinear ? Sampling::bilinear : Sampling::nearest);
   if (options_.outlines) {
-    outline(image, cells_, only(pixels.instance, job_.chosen), pixels.columns,
+    outline(image, cells_, only(pixels.instance, drawn_), pixels.columns,
             std::max(1, layout_.width / 450));
   }
   return image;

@@ -22,10 +22,12 @@ class FrameMaker {
   Result<Drawing> frame(std::uint32_t ping) const;
 
  private:
-  FrameMaker(const FigureJob& job, const FigureOptions& options) : job_(job), options_(options) {}
+  FrameMaker(const FigureJob& job, const FigureOptions& options)
+      : job_(job), options_(options), drawn_(job.chosen) {}
   Status read_axes();
   Status read_times();
   void set_scale(const StoredPixels& first);
+  void leave_out_wide(const StoredPixels& first);
   void set_legend(const StoredPixels& first);
   Result<StoredPixels> pixels_of(std::uint32_t ping) const;
   RgbImage paint(const StoredPixels& pixels) const;
@@ -33,6 +35,7 @@ class FrameMaker {
 
   const FigureJob& job_;
   const FigureOptions& options_;
+  std::vector<bool> drawn_;  // [id]: has an outline or a mask
   Surroundings around_;
   Layout layout_;
   std::vector<Cell> cells_;

@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-constexpr Rgb kWhite{255, 255, 255};
+constexpr Rgb kWhite{255, 255, 255}, kBlack{};
 
 double amplitude(float level_db) {
   return level_db > kNoEnergyDb ? std::pow(10.0, level_db / 20) : 0;
@@ -68,16 +68,15 @@ void outline(RgbImage& image, std::span<const Cell> cells, std::span<const std::
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
            static_cast<std::size_t>(x);
   };
+  const int reach = thickness + 1;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       if (!cells[index(x, y)].inside()) continue;
       const std::uint16_t own = shown[index(x, y)];
       std::uint16_t nearest = 0;
-      int nearest_distance = thickness * thickness + 1;
-      for (int v = std::max(0, y - thickness); v <= std::min(image.height - 1, y + thickness);
-           ++v) {
-        for (int u = std::max(0, x - thickness); u <= std::min(image.width - 1, x + thickness);
-             ++u) {
+      int nearest_distance = reach * reach + 1;
+      for (int v = std::max(0, y - reach); v <= std::min(image.height - 1, y + reach); ++v) {
+        for (int u = std::max(0, x - reach); u <= std::min(image.width - 1, x + reach); ++u) {
           const std::uint16_t id = shown[index(u, v)];
           const int distance = (u - x) * (u - x) + (v - y) * (v - y);
           if (id == 0 || id == own || distance >= nearest_distance) continue;
@@ -85,7 +84,9 @@ void outline(RgbImage& image, std::span<const Cell> cells, std::span<const std::
           nearest_distance = distance;
         }
       }
-      if (nearest != 0) image.set(index(x, y), id_colour(nearest));
+      if (nearest == 0) continue;
+      const bool is_rim = nearest_distance <= thickness * thickness;
+      image.set(index(x, y), is_rim ? id_colour(nearest) : kBlack);
     }
   }
 }

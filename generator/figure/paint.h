@@ -32,7 +32,8 @@ RgbImage paint_values(std::span<const Cell> cells, int width, int height,
 RgbImage paint_ids(std::span<const Cell> cells, int width, int height,
                    std::span<const std::uint16_t> ids, std::uint64_t columns);
 
-// Colours the pixels around each mask, up to `thickness` pixels away: what is in it stays seen.
+// Colours the pixels around each mask, up to `thickness` pixels away: what is in it stays seen. One
+// black pixel beyond parts it from a picture of its own colour.
 void outline(RgbImage& image, std::span<const Cell> cells, std::span<const std::uint16_t> ids,
              std::uint64_t columns, int thickness);
 

@@ -172,13 +172,15 @@ TEST_CASE("an outline goes around its mask") {
   const auto cells = polar_cells(small_fan(), 80, 190);
   std::vector<std::uint16_t> ids(40, 0);
   ids[5 * 4 + 2] = 3;
-  RgbImage image(80, 190, Rgb{});
+  const Rgb under{9, 9, 9};
+  RgbImage image(80, 190, under);
   outline(image, cells, ids, 4, 2);
   // The mask holds x from 40 to 59, y from 90 to 109.
   CHECK(image.at(39, 100) == id_colour(3));
   CHECK(image.at(38, 100) == id_colour(3));
   CHECK(image.at(37, 100) == Rgb{});
-  CHECK(image.at(40, 100) == Rgb{});
+  CHECK(image.at(36, 100) == under);
+  CHECK(image.at(40, 100) == under);
   CHECK(image.at(50, 110) == id_colour(3));
-  CHECK(image.at(50, 112) == Rgb{});
+  CHECK(image.at(50, 113) == under);
 }

@@ -45,7 +45,7 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
 }
 
 struct Made {
-  explicit Made(bool packed = false) {
+  explicit Made(bool packed = false, int wall_beams = 0) {
     const fs::path dir = folder.path() / "set";
     fs::create_directory(dir);
     DatasetInfo all = sample::dataset_info(1);
@@ -53,7 +53,9 @@ struct Made {
     sample::open(dir, 1);
     const Workers workers(2);
     for (std::uint32_t ping = 0; ping < sample::kPings; ++ping) {
-      REQUIRE(write_ping(dir, info, ping_result(info, ping), workers).ok());
+      PingResult result = ping_result(info, ping);
+      for (int j = 0; j < wall_beams; ++j) result.polar->instance[2 * sample::kBeams + j] = 1;
+      REQUIRE(write_ping(dir, info, result, workers).ok());
     }
     REQUIRE(finish_sequence(dir, info).ok());
     REQUIRE(finish_dataset(dir, all).ok());
@@ -195,8 +197,27 @@ TEST_CASE("masks, elevation and outlines") {
       for (int x = 0; x < image.width; ++x) rim += image.at(x, y) == id_colour(2);
     }
     CHECK(rim > 100);
+    o.instances = {"wall"};
+    const RgbImage none = decode_png(made.draw(o));
+    CHECK(colour_of(none, layout_for(o), kRow, kColumn) ==
+          colour_at(*find_colour_map("inferno"), (kTargetDb - 40) / 70));
     CHECK_FALSE(colour_of(image, layout_for(o), kRow, kColumn) == id_colour(2));
   }
+}
+
+// Protects pictures from outlines that cover them.
+TEST_CASE("a mask over more than half of the beams is outlined where it is named alone") {
+  const Made made(false, 4);
+  FigureOptions o = made.options("f.svg");
+  o.outlines = true;
+  CHECK(count(made.draw(o), ">wall</text>") == 0);
+  CHECK(count(made.draw(o), "net&quot;</text>") == 1);
+  o.instances = {"wall"};
+  CHECK(count(made.draw(o), ">wall</text>") == 1);
+  const Made narrow(false, 3);
+  o = narrow.options("f.svg");
+  o.outlines = true;
+  CHECK(count(narrow.draw(o), ">wall</text>") == 1);
 }
 
 TEST_CASE("SVG holds names as texts and the same bytes every time") {
@@ -253,7 +274,7 @@ TEST_CASE("wrong options are told with what there is") {
   std::string expected;
   const auto [name, part] =
       GENERATE(table<std::string, std::string>({{"f.jpg", ".png, .svg, .webp or .mp4"},
-                                                {"sequence", "1 sequences, from 0 to 0"},
+                                                {"sequence", "has sequence 0 alone"},
                                                 {"ping", "has pings 0 to 2"},
                                                 {"map", "cividis, viridis"},
                                                 {"instances", "wall, <ball>"},
