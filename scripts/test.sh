@@ -13,6 +13,7 @@ case "${1:-}" in
 esac
 source "$(dirname "$0")/setup.sh"
 install_packages "${build_packages[@]}" "${test_packages[@]}"
+install_browser
 cd "$root"
 
 # generate.sh configures without tests.
