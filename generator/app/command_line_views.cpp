@@ -27,6 +27,14 @@ void add_report(CLI::App& app, ViewArguments& arguments) {
   ReportOptions& options = arguments.report;
   command.add_option("DIR", options.dataset, "a finished data set")->required();
   command.add_option("-o,--output", options.output, "the page; DIR_report.html by default");
+  command
+      .add_option("--pings", options.max_pings,
+                  "of more pings, this many are shown, spread evenly; 200 by default")
+      ->check(CLI::Range(1, 100'000));
+  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--overwrite", options.overwrite,
+                   "replace a file that is not a page of ensonify");
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
 }
 

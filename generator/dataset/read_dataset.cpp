@@ -121,7 +121,22 @@ std::optional<StoredAnnotation> annotation_of(const Json& json, const StoredSequ
   const auto pixels = static_cast<std::int64_t>(picture.width * picture.height);
   auto runs = run_lengths(*counts, pixels);
   if (!runs) return std::nullopt;
-  return StoredAnnotation{static_cast<std::uint16_t>(*instance), std::move(*runs)};
+  return StoredAnnotation{static_cast<std::uint16_t>(*instance), std::move(*runs),
+                          number_at(json, "occlusion")};
+}
+
+// Absent in data sets without amodal masks of an older program.
+std::optional<std::vector<std::uint16_t>> hidden_of(const Json& image, std::size_t instances) {
+  std::vector<std::uint16_t> hidden;
+  const Json* list = member(image, "hidden");
+  if (list == nullptr) return hidden;
+  if (!list->is_array()) return std::nullopt;
+  for (const Json& item : *list) {
+    const auto instance = count_at(item, "instance");
+    if (!instance || *instance < 1 || *instance > instances) return std::nullopt;
+    hidden.push_back(static_cast<std::uint16_t>(*instance));
+  }
+  return hidden;
 }
 
 std::optional<StoredPicture> picture_of(const Json& json, const StoredSequence& sequence) {
@@ -142,6 +157,9 @@ std::optional<StoredPicture> picture_of(const Json& json, const StoredSequence& 
     if (!annotation) return std::nullopt;
     picture.annotations.push_back(std::move(*annotation));
   }
+  auto hidden = hidden_of(json, sequence.instances.size());
+  if (!hidden) return std::nullopt;
+  picture.hidden = std::move(*hidden);
   return picture;
 }
 
@@ -224,6 +242,7 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   sequence.metres_per_pixel = number_in(*head, {"cartesian", "metres_per_pixel"});
   sequence.frequency_hz = number_in(*head, {"sonar", "frequency_hz"});
   sequence.sound_speed_m_s = number_in(*head, {"water", "sound_speed_m_s"});
+  sequence.range_step_m = number_in(*head, {"record", "range_step_m"});
   sequence.beam_width_rad = number_in(*head, {"sonar", "beams", "width_rad"});
   sequence.elevation_width_rad = number_in(*head, {"sonar", "elevation", "width_rad"});
   if (const Json* arrays = member(*head, "arrays"); arrays != nullptr && arrays->is_object()) {

@@ -56,6 +56,7 @@ struct StoredSequence {
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   double metres_per_pixel = 0;
   double frequency_hz = 0, sound_speed_m_s = 0;
+  double range_step_m = 0;  // from sample to sample
   double beam_width_rad = 0, elevation_width_rad = 0;
   std::vector<StoredInstance> instances;  // by id - 1
   std::vector<std::string> each_ping;     // templates of layout.h
@@ -81,13 +82,15 @@ struct StoredPing {
 
 struct StoredAnnotation {
   std::uint16_t instance = 0;
-  std::vector<std::int64_t> runs;  // of 0, 1, 0, ... down the columns; they add to all pixels
+  std::vector<std::int64_t> runs;   // of 0, 1, 0, ... down the columns; they add to all pixels
+  std::optional<double> occlusion;  // absent: not asked for, or no ray meets it
 };
 
 struct StoredPicture {
   std::string view;  // polar or cartesian
   std::uint64_t width = 0, height = 0;
   std::vector<StoredAnnotation> annotations;
+  std::vector<std::uint16_t> hidden;  // instances that others hide wholly
 };
 
 Result<StoredDataset> open_dataset(const std::filesystem::path& dir);

@@ -1,0 +1,71 @@
+// What the tables of a data set add up to, over all of its pings, and which of them are shown.
+// Private to report/.
+//
+//   spread           which of many are taken when few may be
+//   Survey  survey   totals, counts, ranges, paths; of the shown pings poses, boxes and masks
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "dataset/read_dataset.h"
+#include "dataset/read_facts.h"
+#include "report/report.h"
+
+namespace ensonify {
+
+// `most` of `count` numbers, or all of them: the first, the last and others evenly between.
+std::vector<std::uint64_t> spread(std::uint64_t count, std::uint64_t most);
+
+struct SeenInstance {
+  std::uint16_t instance = 0;
+  std::uint64_t pixels = 0;
+  std::optional<double> occlusion;
+};
+
+struct ShownPing {
+  std::size_t sequence = 0;  // place in Survey::sequences
+  std::uint32_t ping = 0;
+  double time_s = 0;
+  Pose sonar_in_world;
+  std::vector<SeenInstance> seen;
+  std::vector<StoredBox> boxes;
+};
+
+struct ShownSequence {
+  StoredSequence stored;
+  SequenceFacts facts;
+  std::vector<Vec3> path;  // of the sonar, thinned
+};
+
+struct ClassCount {
+  std::uint64_t instances = 0;  // in the worlds of all sequences, seen or not
+  std::uint64_t pictures = 0;   // that show one or more of them
+  std::uint64_t pixels = 0, hidden = 0;
+  std::vector<std::uint64_t> ranges;  // of mask centres, by the steps of Survey::range_edges_m
+};
+
+struct SplitCount {
+  std::string name;
+  std::uint64_t sequences = 0, pings = 0;
+};
+
+struct Survey {
+  std::uint64_t pings = 0;
+  std::vector<SplitCount> splits;   // those that have a sequence
+  std::string view;                 // whose masks are counted: polar, cartesian, or none
+  std::vector<ClassCount> classes;  // by class id - 1
+  std::vector<double> range_edges_m;
+  std::vector<ShownSequence> sequences;  // those of shown pings or statistics
+  std::vector<ShownPing> shown;          // in the order of the data set
+};
+
+// Reads every ping's line of the tables, few at a time.
+Result<Survey> survey(const StoredDataset& dataset, const ReportOptions& options,
+                      const Workers& workers);
+
+}  // namespace ensonify

@@ -1,0 +1,63 @@
+"""`ensonify report` from outside: what it prints, and the statuses that it ends with."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+
+SCENARIO = """ensonify: 1
+name: told
+seed: 3
+sonar: {preset: blueview_p900_90, range_max_m: 3, beams: {count: 16, fov_deg: 16}, rays: {elevation: 8}}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: wall, class: wall, material: m, shape: {plane: {}}, pose: {position_m: [2, 0, 0], rotation_deg: [0, -90, 0]}}
+trajectory: {ping_rate_hz: 5, pings: 6}
+output: {cartesian: false, png: false}
+"""
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-report-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        (cls.folder / "scenario.yaml").write_text(SCENARIO)
+        made = run("generate", cls.folder / "scenario.yaml", "-o", cls.folder / "set", "--quiet")
+        assert made.returncode == 0, made.stderr
+
+    def test_the_last_line_tells_page_pings_and_bytes(self):
+        result = run("report", self.folder / "set", "--pings", 4, "--threads", 1)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = self.folder / "set_report.html"
+        self.assertIn(f"{page}: 4 of 6 pings, ", result.stderr.splitlines()[-1])
+        self.assertTrue(page.read_text().startswith("<!-- a page of ensonify report -->\n<!doctype html>"))
+        self.assertEqual(run("verify", self.folder / "set").returncode, 0)
+
+    def test_quiet_says_nothing(self):
+        page = self.folder / "quiet.html"
+        result = run("report", self.folder / "set", "-o", page, "--quiet")
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
+        self.assertGreater(page.stat().st_size, 10_000)
+
+    def test_statuses(self):
+        mine = self.folder / "mine.html"
+        mine.write_text("mine")
+        refused = run("report", self.folder / "set", "-o", mine)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--overwrite", refused.stderr)
+        self.assertEqual(mine.read_text(), "mine")
+        self.assertEqual(run("report", self.folder / "set", "-o", mine, "--overwrite").returncode, 0)
+        self.assertEqual(run("report", self.folder).returncode, 2)
+        self.assertEqual(run("report", self.folder / "set", "--pings", 0).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
