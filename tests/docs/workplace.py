@@ -17,7 +17,7 @@ LINKED = ("generator", "tests")
 
 # How the folder's own path is shown in a page.
 SHOWN_ROOT = "/home/me/ensonify"
-LIMIT_S = 400
+LIMIT_S = 600
 
 # generate.sh and its like build before they run. Here the program is there already, and none is made.
 CMAKE = """#!/bin/sh
