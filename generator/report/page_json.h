@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "report/pictures.h"
+#include "report/report.h"
 #include "report/statistics_pictures.h"
 
 namespace ensonify {
@@ -18,7 +19,7 @@ struct PageContents {
   const Look& look;
   const PictureBook& pictures;
   const std::vector<CodedStatistics>& statistics;
-  bool preview = false;
+  const PreviewOf* preview = nullptr;  // absent: not one
 };
 
 std::string page_json(const PageContents& contents);

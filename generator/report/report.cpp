@@ -60,9 +60,9 @@ Result<ReportSummary> make_page(const ReportOptions& options) {
   const auto pictures = encode_pictures(job, look->scale, budget, chunks);
   if (!pictures) return pictures.error();
   output->append(frame.before);
-  append_data(
-      page_json({*dataset, *facts, *tables, *look, *pictures, *statistics, options.preview}),
-      chunks, *output);
+  append_data(page_json({*dataset, *facts, *tables, *look, *pictures, *statistics,
+                         options.preview ? &options.preview_of : nullptr}),
+              chunks, *output);
   output->append(frame.after);
   if (const Status written = output->commit(); !written) return written.error();
   return ReportSummary{output->path(), tables->pings, tables->shown.size(), output->bytes()};
