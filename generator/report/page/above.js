@@ -140,7 +140,7 @@ function drawBoxes(plot, scales, outlines, sequence) {
 }
 
 function drawScaleBar(plot, scales) {
-  const length = niceStep((plot.right - plot.left) / scales.metre / 1.6, 3);
+  const length = niceStep((plot.right - plot.left) / scales.metre, 5);
   const right = plot.right - 12;
   const left = right - length * scales.metre;
   const y = plot.bottom - 12;

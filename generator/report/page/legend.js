@@ -64,6 +64,10 @@ function showInstances(container, hint) {
       'instance', id, instanceName(sequence, id),
       seenNote(instanceOf(sequence, id), pixels, occlusion)));
   replace(container, ...items);
+  if (!state.frame.instance && seen.length === 0) {
+    hint.textContent = 'The data set has no masks.';
+    return;
+  }
   const unseen = (sequence.instances || []).length - seen.length;
   const notes = [];
   if (seen.length > MOST_NAMES) notes.push(`${seen.length - MOST_NAMES} more in this ping.`);
