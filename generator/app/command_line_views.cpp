@@ -77,7 +77,9 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
   command.add_option("--interpolation", words.interpolation, "nearest (default) or bilinear")
       ->check(CLI::IsMember({"nearest", "bilinear"}));
   command.add_flag("--outlines", options.outlines, "outlines of instances, with their names");
-  command.add_option("--instances", options.instances, "NAME,NAME: no others")->delimiter(',');
+  command.add_option("--instances", options.instances, "NAME,NAME: no others")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command.add_option("--title", options.title, "in place of name and ping; \"\" for none");
   command.add_option("--width-px", options.width_px, "1200 by default, animated 800");
   command.add_flag("--overwrite", options.overwrite, "replace a file that is there");

@@ -88,6 +88,10 @@ class Figures(unittest.TestCase):
         self.assertIn("drawn, ping 0, 0.00 s", texts)
         self.assertIn("ahead (m)", texts)
         self.assertEqual(len(list(root.iter(SVG + "image"))), 2)
+        before = run("figure", "--outlines", "--instances", "room,ball & <net>", dataset(), "-o",
+                     self.folder / "b.svg")
+        self.assertEqual(before.returncode, 0, before.stderr)
+        self.assertIn(">room</text>", (self.folder / "b.svg").read_text())
         mask = ElementTree.parse(self.draw("m.svg", "--channel", "semantic")).getroot()
         self.assertIn("room <1>", [t.text for t in mask.iter(SVG + "text")])
         titled = ElementTree.parse(self.draw("t.svg", "--title", "a < b & c", "--view", "polar"))
@@ -113,6 +117,7 @@ class Figures(unittest.TestCase):
         self.refuse(2, "f.png", "--db", "1-2", expected=["--db 1-2", "MIN:MAX"])
         self.refuse(2, "f.webp", "--pings", "1", expected=["--pings 1", "A:B"])
         self.refuse(2, "f.gif", expected=["f.gif", ".webp"])
+        self.refuse(2, "f.png", "--outlines", "--instances", "room,bal", expected=["bal: no such", "room"])
         self.refuse(2, "f.png", "--title", "two\nlines", expected=["--title"])
         self.refuse(2, "f.png", "--colour-map", "jet", expected=["jet", "cividis"])
 
