@@ -21,12 +21,12 @@ Error refused(const fs::path& path, const std::string& what) {
   return {ErrorKind::usage, path.string() + ": " + what};
 }
 
-// The folder with its own name, whatever it was called by: out/tank/ and . have one too.
+// The folder as it was called, unless that says nothing: then by its own name.
 fs::path named(const fs::path& folder) {
-  std::error_code error;
-  fs::path whole = fs::weakly_canonical(folder, error);
-  if (error) whole = fs::absolute(folder).lexically_normal();
-  return whole.has_filename() ? whole : whole.parent_path();
+  fs::path plain = folder.lexically_normal();
+  if (!plain.has_filename()) plain = plain.parent_path();
+  const fs::path name = plain.filename();
+  return name.empty() || name == "." || name == ".." ? fs::weakly_canonical(folder) : plain;
 }
 
 bool lies_in(const fs::path& inner, const fs::path& outer) {
@@ -48,7 +48,7 @@ Result<PageOutput> PageOutput::open(const fs::path& output, const fs::path& data
   const fs::path folder = named(dataset);
   const fs::path path = output.empty()
                             ? folder.parent_path() / (folder.filename().string() + "_report.html")
-                            : fs::absolute(output).lexically_normal();
+                            : output.lexically_normal();
   std::error_code error;
   if (!path.has_filename() || fs::is_directory(path, error)) {
     return refused(path, "is a folder; name the file to write");
@@ -85,7 +85,8 @@ PageOutput::~PageOutput() {
 void PageOutput::append(std::string_view bytes) {
   if (temporary_.empty()) {
     std::error_code ignored;
-    fs::create_directories(path_.parent_path(), ignored);  // else open() tells
+    // Where this fails open() tells.
+    if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), ignored);
     std::random_device random;
     temporary_ =
         path_.parent_path() / fmt::format(".{}.part-{:08x}", path_.filename().string(), random());

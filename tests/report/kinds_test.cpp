@@ -66,7 +66,7 @@ TEST_CASE("what a data set has not got is null") {
 
   const Page nothing = test::page_of(test::make_set(
       folder, "nothing", test::kScene,
-      {{"output.polar", "false"}, {"output.timeseries", "false"}, {"output.scatterers", "true"}}));
+      {{"output.polar", "false"}, {"output.timeseries", "none"}, {"output.scatterers", "true"}}));
   CHECK(nothing.json.at("pings").size() == 4);
   CHECK(nothing.json.at("pings").at(0).at("pictures").at("level").is_null());
   CHECK(nothing.chunks.empty());
