@@ -19,28 +19,49 @@ def _lines(text):
     return lines
 
 
-def _blank_numbers(line, varies):
-    if varies is None:
-        return line
-    line = re.sub(r"\s+", " ", line)  # columns move with the width of their numbers
-    return (ANY_NUMBER if varies == "numbers" else MEASURED).sub("#", line)
+def _is_close(shown, printed):
+    """Whether two numbers differ by no more than another class of processor makes them: by two units
+    of the last place or a hundredth. Whole numbers below a thousand must be equal."""
+    first, second = (float(text.replace(",", "")) for text in (shown, printed))
+    if "." not in shown and abs(first) < 1000:
+        return first == second
+    place = 10.0 ** -len(shown.split(".")[1]) if re.fullmatch(r"[^eE]*\.\d+", shown) else 0
+    return abs(first - second) <= max(2.001 * place, 0.01 * abs(first))
+
+
+def _pattern(line, varies):
+    """The line as a regular expression with a group for each number that must be close, and these."""
+    if varies is not None:
+        line = (ANY_NUMBER if varies == "numbers" else MEASURED).sub("#", line)
+    numbers = ANY_NUMBER.findall(line)
+    parts = (".*?".join(map(re.escape, part.split("…"))) for part in ANY_NUMBER.split(line))
+    return f"({NUMBER})".join(parts) + r"\n", numbers
+
+
+def _one_blank(line):
+    return re.sub(r"\s+", " ", line)  # columns move with the width of their numbers
 
 
 def difference(shown, printed, varies=None):
     """None where they agree, else a unified difference.
 
     In what is shown `…` stands for any text within a line, and alone on a line for any lines. With
-    varies "" numbers with a unit of time, size or speed may differ, with "numbers" all of them."""
+    varies "" numbers with a unit of time, size or speed may differ, with "numbers" all of them. The
+    others must be close."""
     shown, printed = _lines(shown), _lines(printed)
-    pattern = ""
+    pattern, numbers = "", []
     for line in shown:
         if line.strip() == "…":
             pattern += r"(?:.*\n)*?"
-        else:
-            parts = (re.escape(part) for part in _blank_numbers(line, varies).split("…"))
-            pattern += ".*?".join(parts) + r"\n"
-    text = "".join(_blank_numbers(line, varies) + "\n" for line in printed)
-    if re.fullmatch(pattern, text):
+            continue
+        expression, more = _pattern(_one_blank(line), varies)
+        pattern += expression
+        numbers += more
+    text = "".join(_one_blank(line) + "\n" for line in printed)
+    if varies is not None:
+        text = (ANY_NUMBER if varies == "numbers" else MEASURED).sub("#", text)
+    match = re.fullmatch(pattern, text)
+    if match and all(map(_is_close, numbers, match.groups())):
         return None
     return "\n".join(difflib.unified_diff(shown, printed, "shown", "printed", lineterm=""))
 

@@ -169,9 +169,19 @@ class Comparison(unittest.TestCase):
     def test_numbers(self):
         self.assertIsNone(difference("3.2 s, 10 MB/s, 5 pings", "11 s,   9 MB/s, 5 pings", ""))
         self.assertIsNotNone(difference("3.2 s, 5 pings", "3.2 s, 6 pings", ""))
-        self.assertIsNotNone(difference("3.2 s", "3.1 s"))
+        self.assertIsNotNone(difference("3.2 s", "2.9 s"))
         self.assertIsNone(difference("5 pings", "6 pings", "numbers"))
         self.assertIsNotNone(difference("5 pings", "6 rings", "numbers"))
+
+    def test_numbers_of_another_processor(self):
+        for printed in ("contrast 1.014", "contrast 1.012", "contrast 1.005"):
+            self.assertIsNone(difference("contrast 1.013", printed), printed)
+        for printed in ("contrast 1.03", "contrast -1.013", "contrast x", "contrast 1.013 1"):
+            self.assertIsNotNone(difference("contrast 1.013", printed), printed)
+        self.assertIsNone(difference("27660 pixels, -0.002", "27658  pixels, 0.000"))
+        self.assertIsNotNone(difference("27660 pixels", "28000 pixels"))
+        self.assertIsNotNone(difference("12 beams", "13 beams"))
+        self.assertIsNotNone(difference("id 000003", "id 000004"))
 
     def test_commands_over_several_lines(self):
         text = "$ a \\\n    b\nout\n$ cat <<E\n> x\n> E\nx\n"
