@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Of a row of boxes.csv.
-constexpr std::size_t kBoxNumbers = 19;
+constexpr std::size_t kBoxNumbers = 19;  // in a row of boxes.csv
 
 // An object that is not there is an empty one: what lacks it lacks its members.
 const Json& part(const Json& json, std::string_view key) {
@@ -112,19 +112,6 @@ std::vector<double> doubles_in(std::string_view bytes) {
   return values;
 }
 
-// A row of boxes.csv: as many numbers as its header has names.
-bool read_box(const std::string& line, std::array<double, kBoxNumbers>& values) {
-  const char* at = line.data();
-  const char* const end = at + line.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0 && (at == end || *at++ != ',')) return false;
-    const auto [after, error] = std::from_chars(at, end, values[i]);
-    if (error != std::errc()) return false;
-    at = after;
-  }
-  return at == end;
-}
-
 // The number before the first comma; none where there is none.
 std::optional<std::uint32_t> ping_of_row(const std::string& line) {
   std::uint32_t ping = 0;
@@ -202,7 +189,7 @@ Result<std::vector<StoredBox>> boxes_of(const StoredDataset& dataset,
     if (!ping) return damaged(*path, "has a wrong row: " + line);
     if (*ping > pings.back()) break;  // rows follow the pings
     if (!std::binary_search(pings.begin(), pings.end(), *ping)) continue;
-    if (!read_box(line, v) || !(v[1] >= 1) ||
+    if (!read_numbers(line, v) || !(v[1] >= 1) ||
         !(v[1] <= static_cast<double>(sequence.instances.size()))) {
       return damaged(*path, "has a wrong row: " + line);
     }

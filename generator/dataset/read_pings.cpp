@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <span>
 
@@ -12,19 +11,6 @@
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
-
-// Fills all of `values` from comma-separated numbers; false where there are others.
-bool read_numbers(const std::string& line, std::span<double> values) {
-  const char* at = line.data();
-  const char* const end = at + line.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0 && (at == end || *at++ != ',')) return false;
-    const auto [after, error] = std::from_chars(at, end, values[i]);
-    if (error != std::errc()) return false;
-    at = after;
-  }
-  return at == end;
-}
 
 Pose pose_from(std::span<const double> v) { return {{v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]}}; }
 
