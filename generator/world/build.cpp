@@ -290,6 +290,7 @@ World empty_world(const Scenario& scenario) {
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   world.classes = scenario.class_names;
+  world.warnings = scenario.notices;
   Faults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
   add_objects(scenario, sequence, materials, world, faults);

@@ -9,7 +9,8 @@ source "$(dirname "$0")/../setup.sh"
 install_packages "${build_packages[@]}"
 configure_options=(-DENSONIFY_TESTS=OFF -DENSONIFY_CUDA=OFF)
 build release ensonify >&2
-install -D -m 755 "$root/build/release/ensonify" "$prefix/bin/ensonify"
+# The importer belongs beside the program.
+install -D -m 755 -t "$prefix/bin" "$root/build/release/ensonify" "$root/build/release/ensonify_import"
 mkdir -p "$prefix/share/ensonify"
 cp -r "$root"/{scenes,configs,docs} "$prefix/share/ensonify/"
 "$prefix/bin/ensonify" --version

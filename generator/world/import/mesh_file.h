@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "core/error.h"
 
@@ -15,5 +16,8 @@ std::string lower_case_extension(const std::filesystem::path& file);
 // is not there), a .gltf with its buffers in a second file. Nothing tells a cut OBJ from a whole
 // one. What cannot be opened or understood is left to the reading.
 Status check_mesh_file(const std::filesystem::path& file);
+
+// The same of a file's bytes, in the format that its name tells.
+Status check_mesh_text(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace ensonify

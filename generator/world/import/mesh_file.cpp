@@ -1,4 +1,4 @@
-#include "world/mesh_file.h"
+#include "world/import/mesh_file.h"
 
 #include <fmt/format.h>
 
@@ -217,14 +217,19 @@ std::string lower_case_extension(const std::filesystem::path& file) {
   return extension;
 }
 
+Status check_mesh_text(const std::filesystem::path& file, std::string_view bytes) {
+  const std::string extension = lower_case_extension(file);
+  if (extension == ".gltf") return check_buffers(file, bytes);
+  if (extension == ".stl") return check_stl(file, bytes);
+  if (extension == ".ply") return check_ply(file, bytes);
+  return {};
+}
+
 Status check_mesh_file(const std::filesystem::path& file) {
   const std::string extension = lower_case_extension(file);
   if (extension != ".gltf" && extension != ".stl" && extension != ".ply") return {};
   std::ifstream stream(file, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (extension == ".gltf") return check_buffers(file, text);
-  if (extension == ".stl") return check_stl(file, text);
-  return check_ply(file, text);
+  return check_mesh_text(file, std::string(std::istreambuf_iterator<char>(stream), {}));
 }
 
 }  // namespace ensonify

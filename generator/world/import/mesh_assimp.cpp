@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <new>
+#include <string>
 
-#include "world/mesh.h"
-#include "world/mesh_file.h"
-#include "world/mesh_repair.h"
+#include "world/import/import.h"
+#include "world/import/mesh_file.h"
+#include "world/import/mesh_repair.h"
 
 namespace ensonify {
 namespace {
@@ -160,8 +162,8 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
 
 }  // namespace
 
-Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
-                       MeshReflectivity reflectivity) {
+Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normals normals,
+                         MeshReflectivity reflectivity) {
   Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color, {}};
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
@@ -175,6 +177,8 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals 
   if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
+    // assimp makes a text of it.
+    if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
     return broken(file, fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
   }
   // Before assimp's own steps, which trust the file.

@@ -1,4 +1,4 @@
-#include "world/level_set_vdb.h"
+#include "world/import/import.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
-#include "world/mesh_repair.h"
-#include "world/vdb_file.h"
+#include "world/import/mesh_repair.h"
+#include "world/import/vdb_file.h"
 
 namespace ensonify {
 namespace {
@@ -115,8 +115,8 @@ Result<Mesh> load(const std::filesystem::path& file, const std::string& name, No
 
 }  // namespace
 
-Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
-                                Normals normals) {
+Result<Mesh> import_level_set(const std::filesystem::path& file, const std::string& grid,
+                              Normals normals) {
   return load_from_vdb(file, [&] { return load(file, grid, normals); });
 }
 

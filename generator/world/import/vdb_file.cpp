@@ -1,4 +1,4 @@
-#include "world/vdb_file.h"
+#include "world/import/vdb_file.h"
 
 namespace ensonify {
 namespace {

@@ -1,9 +1,9 @@
-#include "world/density_vdb.h"
+#include "world/import/import.h"
 
 #include <cmath>
 #include <optional>
 
-#include "world/vdb_file.h"
+#include "world/import/vdb_file.h"
 
 namespace ensonify {
 namespace {
@@ -104,7 +104,7 @@ Result<DensityGrid> load(const std::filesystem::path& path, const std::string& n
 
 }  // namespace
 
-Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid) {
+Result<DensityGrid> import_density(const std::filesystem::path& file, const std::string& grid) {
   return load_from_vdb(file, [&] { return load(file, grid); });
 }
 

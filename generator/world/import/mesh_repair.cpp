@@ -1,4 +1,4 @@
-#include "world/mesh_repair.h"
+#include "world/import/mesh_repair.h"
 
 #include <fmt/format.h>
 

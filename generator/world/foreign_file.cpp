@@ -1,0 +1,227 @@
+#include "world/foreign_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <thread>
+
+#include "world/density_vdb.h"
+#include "world/level_set_vdb.h"
+#include "world/mesh.h"
+
+namespace ensonify {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr int kNoMemory = 3;  // the importer's exit status
+
+// The importer, which is gone when this is.
+class Child {
+ public:
+  explicit Child(const ImportRequest& request) {
+    int ends[2] = {-1, -1};
+    if (pipe2(ends, O_CLOEXEC) != 0) return;
+    std::vector<std::string> words = {request.importer.string(),
+                                      std::to_string(request.limits.memory_bytes),
+                                      std::to_string(request.limits.seconds)};
+    words.insert(words.end(), request.words.begin(), request.words.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+#endif
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    // A group of its own: what the terminal sends to the program's does not reach it.
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    if (posix_spawn(&pid_, argv[0], &actions, &attributes, argv.data(), environ) != 0) pid_ = -1;
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    pipe_ = ends[0];
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      int status = 0;
+      while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+      }
+    }
+    if (pipe_ >= 0) close(pipe_);
+  }
+
+  bool started() const { return pid_ > 0; }
+  int pipe() const { return pipe_; }
+
+  // Its status; none if it lives longer than that.
+  std::optional<int> wait_until(Clock::time_point end) {
+    int status = 0;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (Clock::now() > end) return {};
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    pid_ = -1;
+    return status;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int pipe_ = -1;
+};
+
+enum class PipeEnd { none, closed, late };
+
+// Fills the bytes from the pipe unless it ends or the time is over.
+PipeEnd read_all(int pipe, Clock::time_point end, char* to, std::size_t bytes) {
+  while (bytes > 0) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+    if (left.count() <= 0) return PipeEnd::late;
+    pollfd wanted{pipe, POLLIN, 0};
+    const int ready =
+        poll(&wanted, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 1 << 20)));
+    if (ready <= 0) continue;  // a signal, or the time is over
+    const ssize_t got = read(pipe, to, bytes);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return PipeEnd::closed;
+    to += got;
+    bytes -= static_cast<std::size_t>(got);
+  }
+  return PipeEnd::none;
+}
+
+Error refused(const ImportRequest& request, const std::string& why) {
+  return {ErrorKind::usage, fmt::format("{}: {}", request.file.string(), why)};
+}
+
+std::string gigabytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} GB", static_cast<double>(bytes) * 1e-9);
+}
+
+Error nonsense(const ImportRequest& request) {
+  return refused(request, "its reader gave nothing that can be used: damaged; export it again");
+}
+
+Error too_late(const ImportRequest& request) {
+  return refused(request, fmt::format("not read within {} s: damaged, or too large; export it "
+                                      "again, in smaller parts",
+                                      request.limits.seconds));
+}
+
+// Why an importer that gave nothing to be used ended.
+Error told_by(int status, const ImportRequest& request) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return too_late(request);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {
+    return refused(request, fmt::format("takes more memory than {}: damaged, or too large; export "
+                                        "it again, in smaller parts",
+                                        gigabytes(request.limits.memory_bytes)));
+  }
+  if (WIFSIGNALED(status)) {
+    return refused(request, fmt::format("crashes its reader ({}): damaged; export it again",
+                                        strsignal(WTERMSIG(status))));
+  }
+  return nonsense(request);
+}
+
+}  // namespace
+
+ImportLimits import_limits(std::uint64_t file_bytes) {
+  return {(std::uint64_t{2} << 30) + 64 * file_bytes, 60 + file_bytes / 1'000'000};
+}
+
+std::filesystem::path importer_path() {
+  if (const char* given = std::getenv("ENSONIFY_IMPORTER")) return given;
+  constexpr char kName[] = "ensonify_import";
+  std::error_code error;
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (std::filesystem::path folder = beside; folder.has_relative_path();
+       folder = folder.parent_path()) {
+    if (std::filesystem::exists(folder / kName, error)) return folder / kName;
+  }
+  return beside / kName;
+}
+
+Status run_import(const ImportRequest& request,
+                  const std::function<Status(const WireInput&)>& read) {
+  Child child(request);
+  if (!child.started()) {
+    return Error{ErrorKind::io,
+                 fmt::format("{} cannot be started: it belongs beside the program and reads meshes "
+                             "and OpenVDB files for it; build it again",
+                             request.importer.string())};
+  }
+  const auto end = Clock::now() + std::chrono::seconds(4 * request.limits.seconds);
+  PipeEnd ended = PipeEnd::none;
+  WireInput in;
+  in.most_bytes = request.limits.memory_bytes;
+  in.read = [&](void* to, std::size_t bytes) {
+    ended = read_all(child.pipe(), end, static_cast<char*>(to), bytes);
+    return ended == PipeEnd::none;
+  };
+  Status got = read(in);
+  if (got || got.error().kind != ErrorKind::bug) return got;
+  if (ended == PipeEnd::late) return too_late(request);
+  // Whoever still writes nonsense may write it without end.
+  if (ended == PipeEnd::none) return nonsense(request);
+  const std::optional<int> status = child.wait_until(end);
+  return status ? told_by(*status, request) : too_late(request);
+}
+
+namespace {
+
+template <class T>
+Result<T> load(const std::filesystem::path& file, std::vector<std::string> words,
+               Result<T> (*read)(const WireInput&)) {
+  std::error_code none;
+  const std::uint64_t bytes = std::filesystem::file_size(file, none);
+  ImportRequest request{importer_path(), file, std::move(words), import_limits(none ? 0 : bytes)};
+  std::optional<T> loaded;
+  const Status done = run_import(request, [&](const WireInput& in) -> Status {
+    Result<T> result = read(in);
+    if (!result) return result.error();
+    loaded = std::move(*result);
+    return {};
+  });
+  if (!done) return done.error();
+  return std::move(*loaded);
+}
+
+const char* word_of(Normals normals) { return normals == Normals::smooth ? "smooth" : "face"; }
+
+}  // namespace
+
+Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
+                       MeshReflectivity reflectivity) {
+  const char* color = reflectivity == MeshReflectivity::material ? "material" : "vertex_color";
+  return load<Mesh>(file,
+                    {"mesh", file.string(), fmt::format("{:a}", scale), word_of(normals), color},
+                    read_mesh);
+}
+
+Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid) {
+  return load<DensityGrid>(file, {"density", file.string(), grid, "", ""}, read_density);
+}
+
+Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
+                                Normals normals) {
+  return load<Mesh>(file, {"level_set", file.string(), grid, word_of(normals), ""}, read_mesh);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,26 @@
+// Files of formats that other libraries read, read in this process. For `ensonify_import` alone: a
+// damaged file may end the process that does this. The program calls load_mesh and its like.
+//
+//   import_mesh        as load_mesh (world/mesh.h)
+//   import_density     as load_density_vdb
+//   import_level_set   as load_level_set_vdb
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+#include "world/density.h"
+#include "world/mesh.h"
+
+namespace ensonify {
+
+Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normals normals,
+                         MeshReflectivity reflectivity);
+
+Result<DensityGrid> import_density(const std::filesystem::path& file, const std::string& grid);
+
+Result<Mesh> import_level_set(const std::filesystem::path& file, const std::string& grid,
+                              Normals normals);
+
+}  // namespace ensonify

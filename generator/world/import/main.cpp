@@ -1,0 +1,72 @@
+// ensonify_import: reads one foreign file and writes it to standard output as import/wire.h has it.
+// Started by the program (foreign_file.cpp), which survives whatever happens here.
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "world/import/import.h"
+#include "world/import/wire.h"
+
+namespace ensonify {
+namespace {
+
+void limit(int what, unsigned long long most) {
+  const rlimit both{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
+  setrlimit(static_cast<__rlimit_resource>(what), &both);
+}
+
+void set_limits([[maybe_unused]] unsigned long long memory_bytes, unsigned long long seconds) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 0);
+  limit(RLIMIT_CPU, seconds);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  limit(RLIMIT_AS, memory_bytes);  // a sanitizer's own maps are larger than any limit
+#endif
+}
+
+Normals normals_of(const std::string& word) {
+  return word == "smooth" ? Normals::smooth : Normals::face;
+}
+
+bool run(const std::vector<std::string>& words) {
+  const std::string& kind = words[2];
+  const std::string& file = words[3];
+  const auto answer = [](const auto& result, auto write) {
+    return result ? write(stdout, *result) : write_error(stdout, result.error());
+  };
+  if (kind == "mesh") {
+    const auto reflectivity =
+        words[6] == "vertex_color" ? MeshReflectivity::vertex_color : MeshReflectivity::material;
+    return answer(import_mesh(file, std::strtod(words[4].c_str(), nullptr), normals_of(words[5]),
+                              reflectivity),
+                  write_mesh);
+  }
+  if (kind == "density") return answer(import_density(file, words[4]), write_density);
+  return answer(import_level_set(file, words[4], normals_of(words[5])), write_mesh);
+}
+
+}  // namespace
+}  // namespace ensonify
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() != 7) {
+    std::fputs("ensonify_import is started by ensonify, for one file at a time\n", stderr);
+    return 2;
+  }
+  ensonify::set_limits(std::strtoull(words[0].c_str(), nullptr, 10),
+                       std::strtoull(words[1].c_str(), nullptr, 10));
+  bool told = false;
+  try {
+    told = ensonify::run(words);
+  } catch (const std::bad_alloc&) {
+    return 3;  // foreign_file.cpp says what that means
+  }
+  return told && std::fflush(stdout) == 0 ? 0 : 1;
+}
