@@ -203,6 +203,26 @@ void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
   }
 }
 
+namespace {
+
+// Whoever runs a stranger's scenario wants to know what of his own it reads.
+std::vector<std::string> notices_of_files(const Scenario& scenario,
+                                          const std::filesystem::path& folder) {
+  std::vector<std::string> notices;
+  std::error_code error;
+  const auto home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
+  for (const std::filesystem::path& file : input_files(scenario)) {
+    const auto found = std::filesystem::weakly_canonical(file, error);
+    const auto apart = std::mismatch(home.begin(), home.end(), found.begin(), found.end());
+    if (apart.first == home.end()) continue;
+    notices.push_back(one_line(fmt::format(
+        "{} lies outside the scenario's folder; its bytes go into the data set", found.string())));
+  }
+  return notices;
+}
+
+}  // namespace
+
 std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
                                             std::uint32_t sequence) {
@@ -228,6 +248,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   scenario.draws = std::move(draws);
   scenario.class_names = std::move(classes);
   scenario.drawn_sections = std::move(sections);
+  scenario.notices = notices_of_files(scenario, folder);
   return scenario;
 }
 

@@ -229,6 +229,7 @@ struct Scenario {
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
+  std::vector<std::string> notices;  // nothing wrong, to be told: files from outside its folder
 };
 
 // One `--set KEY.PATH=VALUE`.

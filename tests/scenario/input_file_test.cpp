@@ -44,6 +44,28 @@ std::string message_of(const Result<Scenario>& result) {
   return result.ok() ? "" : result.error().message;
 }
 
+// Protects whoever runs a stranger's scenario: what it reads of his own is told, by link as well.
+TEST_CASE("input files outside the scenario's folder are told") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path / "mine/meshes");
+  folder.write("other.obj", "v 0 0 0\n");
+  folder.write("mine/meshes/own.obj", "v 0 0 0\n");
+  std::filesystem::create_symlink(folder.path / "other.obj", folder.path / "mine/link.obj");
+  const auto notices = [&](const std::string& file) {
+    const auto scenario = parse_scenario(with_mesh(file), "t.yaml", folder.path / "mine");
+    REQUIRE(scenario.ok());
+    return scenario->notices;
+  };
+  CHECK(notices("meshes/own.obj").empty());
+  CHECK(notices("meshes/../../mine/meshes/own.obj").empty());
+  const std::string other = std::filesystem::canonical(folder.path / "other.obj").string();
+  const std::vector<std::string> told = {
+      other + " lies outside the scenario's folder; its bytes go into the data set"};
+  CHECK(notices("../other.obj") == told);
+  CHECK(notices(other) == told);
+  CHECK(notices("link.obj") == told);
+}
+
 // Protects the promise that nothing is generated before every input is known to be there.
 TEST_CASE("input files that are missing or no files are faults at their place") {
   const TemporaryFolder folder;
