@@ -281,6 +281,21 @@ bool is_record(const std::string& name) {
   return name.ends_with(".json") || name.ends_with(layout::kMoments);
 }
 
+// Those of the folder and below that are ours, by relative name; as they are met, since very many
+// pings have very many records.
+template <class Ours>
+void remove_files(const fs::path& folder, Ours ours) {
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, error);
+  while (!error && entry != fs::recursive_directory_iterator()) {
+    std::error_code ignored;
+    const bool is_folder = fs::is_directory(entry->symlink_status(ignored));
+    const std::string name = entry->path().lexically_relative(folder).generic_string();
+    if (!is_folder && ours(name)) ::unlink(entry->path().c_str());
+    entry.increment(error);
+  }
+}
+
 }  // namespace
 
 void remove_work_folder(const fs::path& dir) {
@@ -290,13 +305,10 @@ void remove_work_folder(const fs::path& dir) {
   // A second copy of the same work may still put files there: a few more turns catch most of them,
   // the rest goes when that copy ends or the folder is opened again.
   for (int attempt = 0; attempt < 3 && fs::exists(work, error); ++attempt) {
-    const auto files = files_below(work);
-    if (!files) continue;
-    for (const std::string& name : *files) {
-      const bool temporary = name.starts_with("tmp/");
+    remove_files(work, [](const std::string& name) {
       const bool record = name.starts_with("sequences/") && is_record(name);
-      if (temporary || record || name == "plan.json") ::unlink((work / name).c_str());
-    }
+      return record || name.starts_with("tmp/") || name == "plan.json";
+    });
     remove_empty_folders(work);
   }
 }
@@ -306,11 +318,7 @@ void remove_work_of(const fs::path& dir, std::span<const std::uint32_t> sequence
     const fs::path folder = (dir / layout::plan_path(sequence)).parent_path();
     std::error_code error;
     if (!fs::is_directory(fs::symlink_status(folder, error))) continue;
-    const auto files = files_below(folder);
-    if (!files) continue;
-    for (const std::string& name : *files) {
-      if (is_record(name)) ::unlink((folder / name).c_str());
-    }
+    remove_files(folder, is_record);
   }
   // What is empty goes, which is all where nobody else is at work.
   ::unlink((dir / layout::top_plan_path()).c_str());

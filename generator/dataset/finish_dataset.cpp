@@ -65,12 +65,14 @@ Result<SequenceLine> read_sequence(const fs::path& dir, const SequenceInfo& info
                              (dir / layout::sequence_folder(info.sequence)).string())};
   };
   if (!sequence_is_finished(dir, info)) return unfinished();
-  const auto text = read_file(path);
-  if (!text) return text.error();
-  const auto head = parse_manifest(*text, [](const FileEntry&) {});
+  auto hash = sha256_of_file(path);
+  if (!hash) return hash.error();
+  const auto own_bytes =
+      listed_file_size(dir, layout::in_sequence(info.sequence, layout::kSequenceJson));
+  const auto head = parse_manifest_file(path, [](const FileEntry&) {});
   const auto bytes = head ? count_at(*head, "bytes") : std::nullopt;
-  if (!bytes) return unfinished();
-  return SequenceLine{*bytes + text->size(), sha256_hex(*text)};
+  if (!bytes || !own_bytes) return unfinished();
+  return SequenceLine{*bytes + *own_bytes, std::move(*hash)};
 }
 
 Status check_inputs(const fs::path& dir, const DatasetInfo& info) {

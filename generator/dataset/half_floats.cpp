@@ -3,6 +3,7 @@
 #include <bit>
 
 #if defined(__x86_64__)
+#include <cpuid.h>
 #include <immintrin.h>
 #endif
 
@@ -57,6 +58,14 @@ __attribute__((target("avx,f16c"))) std::size_t convert_eights(const float* valu
   }
   return done;
 }
+
+// clang's __builtin_cpu_supports has no word for it; `avx` says that the system saves the
+// registers.
+bool has_f16c() {
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __builtin_cpu_supports("avx") && __get_cpuid(1, &a, &b, &c, &d) != 0 &&
+         (c & bit_F16C) != 0;
+}
 #endif
 
 }  // namespace
@@ -65,7 +74,7 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
   ENSONIFY_ASSERT(values.size() == halves.size());
   std::size_t i = 0;
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("f16c")) {
+  if (has_f16c()) {
     i = convert_eights(values.data(), halves.data(), values.size());
   }
 #endif

@@ -1,7 +1,9 @@
 #include "dataset/json.h"
 
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <utility>
 
 namespace ensonify {
 namespace {
@@ -38,8 +40,11 @@ std::optional<Json> parse_json(std::string_view text) {
   return json;
 }
 
-std::optional<Json> parse_manifest_entries(std::string_view text,
-                                           const std::function<void(const Json&)>& on_entry) {
+namespace {
+
+template <class... Input>
+std::optional<Json> without_entries(const std::function<void(const Json&)>& on_entry,
+                                    Input&&... input) {
   bool in_files = false;
   const auto keep = [&](int depth, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::key && depth == 1) in_files = parsed == "files";
@@ -47,15 +52,30 @@ std::optional<Json> parse_manifest_entries(std::string_view text,
     on_entry(parsed);
     return false;
   };
-  Json json = Json::parse(text.begin(), text.end(), keep, false);
+  Json json = Json::parse(std::forward<Input>(input)..., keep, false);
   if (json.is_discarded() || !json.is_object()) return std::nullopt;
   return json;
+}
+
+}  // namespace
+
+std::optional<Json> parse_manifest_entries(std::string_view text,
+                                           const std::function<void(const Json&)>& on_entry) {
+  return without_entries(on_entry, text.begin(), text.end());
 }
 
 std::optional<Json> parse_manifest(std::string_view text,
                                    const std::function<void(FileEntry)>& on_file) {
   return parse_manifest_entries(
       text, [&](const Json& entry) { on_file(file_entry_of(entry).value_or(FileEntry{})); });
+}
+
+std::optional<Json> parse_manifest_file(const std::filesystem::path& path,
+                                        const std::function<void(FileEntry)>& on_file) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return without_entries(
+      [&](const Json& entry) { on_file(file_entry_of(entry).value_or(FileEntry{})); }, file);
 }
 
 const Json* member(const Json& json, std::string_view key) {

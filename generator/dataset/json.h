@@ -4,10 +4,12 @@
 //   json_text  json_line       pretty with a newline at the end; on one line
 //   parse_json                 none where it is not JSON
 //   parse_manifest  parse_manifest_entries   the same, its long list of files handed out one by one
+//   parse_manifest_file        ... of a file that need not be held
 //   text_at  count_at  ...     a member of the wanted kind, or none
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -41,6 +43,11 @@ std::optional<Json> parse_manifest(std::string_view text,
 // The same with the entries as they stand.
 std::optional<Json> parse_manifest_entries(std::string_view text,
                                            const std::function<void(const Json&)>& on_entry);
+
+// Of a file, read piece by piece: sequences of very many pings have manifests to match. None where
+// it cannot be read.
+std::optional<Json> parse_manifest_file(const std::filesystem::path& path,
+                                        const std::function<void(FileEntry)>& on_file);
 
 // Never throw, whatever the value is.
 const Json* member(const Json& json, std::string_view key);

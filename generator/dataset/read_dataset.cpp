@@ -31,12 +31,12 @@ Result<std::string> text_of(const fs::path& dir, const std::string& relative) {
 
 // A manifest whose list of files stays inside the folder.
 Result<Json> manifest_of(const fs::path& path, std::string_view text) {
-  std::string outside;
+  std::optional<std::string> outside;
   const auto json = parse_manifest(text, [&](const FileEntry& entry) {
     if (!is_safe_relative_path(entry.path)) outside = entry.path;
   });
   if (!json) return damaged(path, "is not JSON");
-  if (!outside.empty()) return damaged(path, "lists a file outside its folder: " + outside);
+  if (outside) return damaged(path, "lists a file outside its folder: " + *outside);
   return *json;
 }
 

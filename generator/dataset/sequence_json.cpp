@@ -189,12 +189,11 @@ std::string files_closing() { return "\n  ]\n}\n"; }
 bool sequence_is_whole(const std::filesystem::path& dir, std::uint32_t sequence) {
   const std::string folder = layout::sequence_folder(sequence) + "/";
   if (!listed_file_size(dir, folder + layout::kSequenceJson)) return false;
-  const auto text = read_file(dir / (folder + layout::kSequenceJson));
-  if (!text) return false;
   bool whole = true;
-  const auto head = parse_manifest(*text, [&](const FileEntry& entry) {
-    whole = whole && listed_file_size(dir, folder + entry.path) == entry.bytes;
-  });
+  const auto head =
+      parse_manifest_file(dir / (folder + layout::kSequenceJson), [&](const FileEntry& entry) {
+        whole = whole && listed_file_size(dir, folder + entry.path) == entry.bytes;
+      });
   return head && whole && count_at(*head, "ensonify_sequence") &&
          count_at(*head, "sequence") == sequence;
 }

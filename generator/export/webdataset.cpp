@@ -89,6 +89,7 @@ class Shards {
     return written ? Status() : Status(failed());
   }
   Error failed() const {
+    if (archive_errno(archive_.get()) > 0) return write_error(path_, archive_errno(archive_.get()));
     const char* text = archive_error_string(archive_.get());
     return {ErrorKind::io,
             fmt::format("cannot write {}: {}", path_.string(), text != nullptr ? text : "")};
