@@ -15,6 +15,8 @@ build_packages=(
 # a private Slurm of their own, and leave its services on this machine alone.
 test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
                slurm-wlm munge parallel)
+# libFuzzer and sanitizers of the compiler that is Debian 12's default clang.
+fuzz_packages=(clang libclang-rt-14-dev python3-numpy)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -31,8 +31,11 @@ if(ENSONIFY_SANITIZE)
   target_compile_options(ensonify_flags INTERFACE
     -fsanitize=${ENSONIFY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
     # With a sanitizer's instrumentation gcc 12 takes every variant for uninitialized.
-    -Wno-maybe-uninitialized)
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(ensonify_flags INTERFACE -fsanitize=${ENSONIFY_SANITIZE})
+endif()
+if(ENSONIFY_FUZZ)
+  target_compile_options(ensonify_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # ensonify_library(NAME folder SOURCES a.cpp ... USES other folders ... PRIVATE third parties ...)

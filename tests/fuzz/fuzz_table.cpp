@@ -1,0 +1,31 @@
+// Tables of pulses, of bottom echoes and of sound speeds, and paths, by the first byte.
+#include "fuzz_file.h"
+#include "scenario/tables.h"
+#include "world/path_ways.h"
+
+using namespace ensonify;
+
+namespace {
+
+bool is_read(unsigned kind, const std::filesystem::path& csv, std::string_view bytes) {
+  if (kind == 0) {
+    Sonar sonar;
+    sonar.frequency_hz = 900e3;
+    sonar.bandwidth_hz = 30e3;
+    return load_pulse_table(csv, sonar).ok();
+  }
+  if (kind == 1) return load_backscatter_table(csv).ok();
+  if (kind == 2) return load_sound_profile(csv).ok();
+  if (kind == 3) return load_path_file(csv).ok();
+  return load_path_file(test::fuzz_file("t.tum", bytes)).ok();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string_view bytes = test::text_of(data + 1, size - 1);
+  const auto csv = test::fuzz_file("t.csv", bytes);
+  if (is_read(data[0] % 5, csv, bytes)) test::accepted();
+  return 0;
+}
