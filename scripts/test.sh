@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # ./scripts/test.sh [--long]
 # Installs what is missing, builds, and runs every test: the release build, the ground floor
-# without the big libraries, and the fast tests under the sanitizers. --long adds the full-size
-# comparisons, which take minutes to hours.
+# without the big libraries, the fast tests under the sanitizers, and each fuzzer for a minute. --long
+# adds the full-size comparisons, which take minutes to hours, all tests under the sanitizers, 200 kills,
+# valgrind and the long run of the fuzzers.
 set -euo pipefail
 
 long=no
 case "${1:-}" in
   "") ;;
   --long) long=yes ;;
-  *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
+  *) sed -n '2,7s/^# //p' "$0" >&2; exit 2 ;;
 esac
 source "$(dirname "$0")/setup.sh"
 install_packages "${build_packages[@]}" "${test_packages[@]}"
@@ -32,6 +33,15 @@ without_long=(-LE long)
 # Hundreds of pings of one and the same code add draws, not paths: not under sanitizers.
 statistics='V4: |V5: mean power|V6: level inside'
 run acoustics-only "${without_long[@]}"
-run asan-ubsan -L fast -E "$statistics"
-run tsan -L fast -E "$statistics"
+sanitized=(-L fast -E "$statistics")
+[ $long = yes ] && sanitized=(-LE long)
+run asan-ubsan "${sanitized[@]}"
+run tsan "${sanitized[@]}"
 run release "${without_long[@]}"
+if [ $long = yes ]; then
+  ./scripts/kill_test.sh
+  ./scripts/valgrind.sh
+  ./scripts/fuzz.sh
+else
+  ./scripts/fuzz.sh --seconds 60
+fi

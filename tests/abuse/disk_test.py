@@ -1,0 +1,199 @@
+"""Places that cannot be written, files that go or change, and two processes at once."""
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import unittest
+
+from program import FULL, PROGRAM, Case, contents, mount, run, start
+
+EXPORTS = ("yolo", "hdf5", "webdataset")
+
+
+def errors_in(done):
+    return sum(not line.startswith("warning: ") for line in done.stderr.splitlines())
+
+
+def is_readable_by_others(program):
+    path = pathlib.Path(program).resolve()
+    return all(folder.stat().st_mode & 0o001 for folder in path.parents) and path.stat().st_mode & 0o001
+
+
+class Full(Case):
+    """The disk is full, at any moment: told in words, no file cut short, and room lets it go on."""
+
+    def check_fills_up(self, options_small, options_large):
+        expected = self.undisturbed()
+        disk = self.folder / "disk"
+        mount(self, disk, options_small)
+        output = disk / "out"
+        failed = self.generate(output, expect=4)
+        self.assertIn("space", failed.stderr.lower())
+        self.assertEqual(errors_in(failed), 1, failed.stderr)
+        whole = {name: digest for name, digest in contents(output).items() if not name.startswith(".work/")}
+        self.assertEqual({name: expected.get(name) for name in whole}, whole, "a file that is not whole")
+        subprocess.run(["mount", "-o", f"remount,{options_large}", disk], check=True)
+        self.generate(output)
+        self.assertEqual(contents(output), expected)
+
+    def test_no_bytes(self):
+        for kilobytes in (200, 700, 1500):
+            with self.subTest(kilobytes=kilobytes):
+                self.check_fills_up(f"size={kilobytes}k", "size=100m")
+            shutil.rmtree(self.folder / "undisturbed")
+            subprocess.run(["umount", "-l", self.folder / "disk"], check=False)
+
+    def test_no_names(self):
+        """Bytes enough, and no inode for another file, a temporary one neither."""
+        self.check_fills_up("size=100m,nr_inodes=60", "nr_inodes=10000")
+
+    def test_exports_pages_and_figures(self):
+        source = self.folder / "source"
+        self.generate(source)
+        disk = self.folder / "disk"
+        mount(self, disk, "size=40k")
+        commands = [["export", source, "--format", form, "-o", disk / f"as.{form}"] for form in EXPORTS]
+        commands += [["report", source, "-o", disk / "page.html"], ["figure", source, "-o", disk / "f.png"],
+                     ["figure", source, "-o", disk / "f.webp"]]
+        for command in commands:
+            with self.subTest(command=command[0], form=command[-1]):
+                done = run(*command)
+                self.assertEqual(done.returncode, 4, done.stderr)
+                self.assertRegex(done.stderr, "No space left|disk full")
+                left = [path for path in disk.rglob("*") if path.is_file() and path.stat().st_size]
+                self.assertFalse([path for path in left if path.suffix in (".html", ".png", ".webp", ".hdf5")], "half a file")
+            for path in disk.iterdir():
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+class NotWritable(Case):
+    def test_folder_of_another_user(self):
+        output = self.folder / "mine"
+        output.mkdir()
+        self.scenario.chmod(0o644)
+        self.folder.chmod(0o755)
+        output.chmod(0o555)
+        options = {}
+        if os.geteuid() == 0:  # root is refused nothing
+            if not is_readable_by_others(PROGRAM):
+                self.skipTest("the program is in a folder that only root may read")
+            options = {"user": 65534, "group": 65534}
+        for target in (output, output / "new"):
+            done = self.generate(target, expect=4, **options)
+            self.assertIn("ermission denied", done.stderr)
+            self.assertEqual(errors_in(done), 1, done.stderr)
+        self.assertEqual(list(output.iterdir()), [])
+
+    def test_read_only_file_system(self):
+        disk = self.folder / "disk"
+        mount(self, disk, "size=100m")
+        output = disk / "out"
+        self.generate(output, "--pings", "0:2")
+        before = contents(output)
+        subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+        done = self.generate(disk / "other", expect=4)
+        self.assertIn("ead-only", done.stderr)
+        # Done already: nothing is to be written, and it may be read.
+        self.generate(output, "--pings", "0:2")
+        self.assertEqual(run("verify", output).returncode, 0)
+        self.assertEqual(contents(output), before)
+
+    def test_names_as_long_as_names_may_be(self):
+        """The temporary name of a file must not be what does not fit."""
+        output = self.folder / ("n" * 255)
+        self.generate(output)
+        self.assertEqual(contents(output), self.undisturbed())
+        done = self.generate(self.folder / ("n" * 256), expect=4)
+        self.assertIn("too long", done.stderr)
+
+
+class Damage(Case):
+    text = FULL.replace("pings: 12", "pings: 60")
+
+    def half_finished(self, output):
+        self.generate(output, "--sequences", "0:1")
+        # The second sequence up to the middle.
+        process = start("generate", self.scenario, "-o", output, "--threads", "1")
+        while process.poll() is None and len(list(output.glob("sequences/000001/polar/*"))) < 40:
+            pass
+        process.kill()
+        process.communicate()
+        self.assertFalse((output / "sequences/000001/sequence.json").exists())
+
+    def test_files_gone_or_cut_short_are_made_again(self):
+        expected = self.undisturbed()
+        draw = random.Random(3)
+        for how in ("gone", "cut", "empty"):
+            with self.subTest(how=how):
+                output = self.folder / how
+                self.half_finished(output)
+                files = sorted(path for path in output.glob("sequences/000001/*/*") if path.is_file())
+                self.assertGreater(len(files), 20)
+                for path in draw.sample(files, 8):
+                    if how == "gone":
+                        path.unlink()
+                    else:
+                        os.truncate(path, path.stat().st_size // 2 if how == "cut" else 0)
+                self.generate(output)
+                self.assertEqual(contents(output), expected)
+                self.assertEqual(run("verify", output).returncode, 0)
+
+    def test_one_flipped_bit_in_any_file_is_found(self):
+        output = self.folder / "out"
+        self.generate(output, "--pings", "0:2", "--sequences", "0:3")
+        draw = random.Random(9)
+        files = [path for path in sorted(output.rglob("*")) if path.is_file() and path.name != "provenance.json"]
+        files = [path for path in files if path.stat().st_size]  # a split without sequences has no bit
+        self.assertGreater(len(files), 40)
+        for path in files:
+            whole = path.read_bytes()
+            at, bit = draw.randrange(len(whole)), draw.randrange(8)
+            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << bit]) + whole[at + 1:])
+            done = run("verify", output)
+            self.assertEqual(done.returncode, 1, f"{path.relative_to(output)}: bit {bit} of byte {at}: {done.stdout}")
+            path.write_bytes(whole)
+        self.assertEqual(run("verify", output).returncode, 0)
+        print(f"a bit flipped in each of {len(files)} files, found in each")
+
+
+class Together(Case):
+    text = FULL.replace("pings: 12", "pings: 60")
+
+    def test_the_same_work_twice_ends_correct(self):
+        expected = self.undisturbed()
+        output = self.folder / "twice"
+        both = [start("generate", self.scenario, "-o", output, "--quiet") for _ in range(2)]
+        for process in both:
+            said = process.communicate()[1]
+            self.assertEqual(process.returncode, 0, said)
+        self.assertEqual(contents(output), expected)
+
+    def test_other_work_is_refused(self):
+        expected = self.undisturbed()
+        output = self.folder / "out"
+        first = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "1")
+        self.addCleanup(first.kill)
+        while first.poll() is None and not list(output.glob("sequences/*/polar/*")):
+            pass
+        for other in (["--seed", "12"], ["--set", "sonar.range_max_m=3"], ["--export-scatterers"]):
+            done = self.generate(output, *other, expect=2)
+            self.assertIn(str(output), done.stderr)
+        self.assertIsNone(first.poll(), "too short to be disturbed")
+        first.communicate()
+        self.assertEqual(first.returncode, 0)
+        self.assertEqual(contents(output), expected)
+
+    def test_overwrite_removes_nothing_of_a_stranger(self):
+        for files in (["thesis.txt"], ["dataset.json"], ["sequences/000000/polar/000000.exr"], [".work/work.json"]):
+            with self.subTest(files=files):
+                output = self.folder / files[0].replace("/", "_")
+                for name in files:
+                    (output / name).parent.mkdir(parents=True, exist_ok=True)
+                    (output / name).write_text("years of work")
+                self.generate(output, "--overwrite", expect=2)
+                self.assertEqual([(output / name).read_text() for name in files], ["years of work"])
+
+
+if __name__ == "__main__":
+    unittest.main()

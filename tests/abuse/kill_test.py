@@ -1,0 +1,107 @@
+"""Runs and sweeps that are killed at random moments and started again: every byte is that of an
+undisturbed run, and nothing is left over.
+
+KILLS: how many each (20). Moments are drawn from KILL_SEED, or from the clock; it is told where a
+comparison fails. scripts/kill_test.sh runs 200.
+"""
+import os
+import random
+import shutil
+import signal
+import time
+
+from program import Case, contents, run, start
+
+KILLS = int(os.environ.get("KILLS", "20"))
+SEED = int(os.environ.get("KILL_SEED", str(time.time_ns() % 1_000_000)))
+
+SWEEP = """ensonify_sweep: 1
+base: scenario.yaml
+set: {sequences: 1, trajectory.pings: 3}
+axes:
+  - {key: sonar.range_max_m, values: [3, 3.5, 4]}
+  - {key: noise.spectrum_level_db, values: [20, 30]}
+"""
+
+
+def at_random(draw, longest_s, command):
+    """Starts the command, kills it at some moment; whether it lived then."""
+    process = start(*command)
+    # Half of them early, where starting, finding and locking are.
+    time.sleep(draw.uniform(0, longest_s * draw.choice([0.1, 0.9])))
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    return process.returncode == -signal.SIGKILL
+
+
+class Kills(Case):
+    def check_kills(self, output, command, end):
+        """`end` makes the rest and returns what is there."""
+        started = time.monotonic()
+        expected = end()
+        longest = time.monotonic() - started
+        draw = random.Random(SEED)
+        kills = rounds = 0
+        while kills < KILLS:
+            shutil.rmtree(output)
+            # Five and then the end: otherwise the kills would stop where nothing is left to do.
+            for _ in range(min(5, KILLS - kills)):
+                kills += at_random(draw, longest, command)
+            self.assertEqual(end(), expected, f"KILL_SEED={SEED}, after {kills} kills")
+            rounds += 1
+        print(f"{kills} kills in {rounds} rounds, {len(expected)} files compared in each")
+
+    def test_a_run_killed_at_random_moments(self):
+        output = self.folder / "out"
+
+        def end():
+            self.generate(output)
+            return contents(output)
+
+        self.check_kills(output, ["generate", self.scenario, "-o", output, "--quiet"], end)
+        self.assertEqual(run("verify", output).returncode, 0)
+
+    def test_a_sweep_killed_at_random_moments(self):
+        sweep = self.folder / "sweep.yaml"
+        sweep.write_text(SWEEP)
+        output = self.folder / "out"
+
+        def end():
+            for more in ([], ["--finalize"]):
+                done = run("sweep", sweep, "-o", output, "--quiet", *more)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            return contents(output)
+
+        self.check_kills(output, ["sweep", sweep, "-o", output, "--quiet"], end)
+
+    def test_signals_finish_the_ping_in_hand(self):
+        """Pings of many rays: a signal in the midst of one must wait for it, lose none and end with 130."""
+        output = self.folder / "out"
+        expected = self.undisturbed("--set", "sonar.rays={elevation: 40, azimuth: 200}")
+        command = ["generate", self.scenario, "-o", output, "--quiet", "--threads", "1",
+                   "--set", "sonar.rays={elevation: 40, azimuth: 200}"]
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
+            before = self.records(output)
+            process = start(*command)
+            while process.poll() is None and self.records(output) <= before:
+                time.sleep(0.001)
+            process.send_signal(number)
+            said = process.communicate()[1]
+            self.assertEqual(process.returncode, 130, said)
+            self.assertIn("goes on", said)
+            self.assertGreater(self.records(output), before)
+            self.assertFalse(list(output.glob(".work/tmp/*")), "left over")
+        done = run(*command)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(contents(output), expected)
+
+    @staticmethod
+    def records(output):
+        return len(list(output.glob(".work/sequences/*/*.json"))) + 100 * len(
+            list(output.glob("sequences/*/sequence.json")))
+
+
+if __name__ == "__main__":
+    import unittest
+
+    unittest.main()

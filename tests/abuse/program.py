@@ -1,0 +1,91 @@
+"""What the tests of this folder share: a small scenario, the program, and the bytes of a folder.
+
+ENSONIFY is the program.
+"""
+import hashlib
+import os
+import pathlib
+import resource
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+
+# Two sequences of a world with noise, draws, masks and whatever else a data set can hold.
+FULL = """ensonify: 1
+name: abused
+seed: 11
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 4
+  beams: {count: 48, fov_deg: 60}
+  rays: {elevation: 12, per_cell: 8}
+materials:
+  m: {reflectivity: 1e-3}
+  steel: {reflectivity: {log_uniform: [1e-2, 1e-1]}}
+objects:
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - name: ball
+    class: target
+    material: steel
+    shape: {sphere: {radius_m: 0.3}}
+    pose: {position_m: [{uniform: [1.5, 3]}, 0, 0]}
+trajectory: {ping_rate_hz: 5, pings: 12}
+noise: {spectrum_level_db: 30}
+output: {cartesian: {height_px: 80}, points: true}
+sequences: 3
+"""
+
+
+def run(*words, **options):
+    options = {"capture_output": True, "text": True, "check": False, "timeout": 300, **options}
+    return subprocess.run([PROGRAM, *map(str, words)], **options)
+
+
+def start(*words):
+    return subprocess.Popen([PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True)
+
+
+def contents(folder):
+    """SHA-256 of every file but provenance.json, by relative name; what is left over counts too."""
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != "provenance.json"
+    }
+
+
+def limited(memory_bytes):
+    """For preexec_fn: so much address space and no more."""
+    return lambda: resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+
+
+def mount(case, folder, options):
+    """A tmpfs, or the test is skipped."""
+    folder.mkdir(exist_ok=True)
+    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", folder]
+    if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+        case.skipTest("mounting a small tmpfs needs root and the right to mount")
+    case.addCleanup(subprocess.run, ["umount", "-l", folder], check=False)
+
+
+class Case(unittest.TestCase):
+    text = FULL
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.scenario = self.folder / "scenario.yaml"
+        self.scenario.write_text(self.text)
+
+    def generate(self, output, *more, expect=0, scenario=None, **options):
+        done = run("generate", scenario or self.scenario, "-o", output, "--quiet", *more, **options)
+        self.assertEqual(done.returncode, expect, done.stderr)
+        return done
+
+    def undisturbed(self, *more):
+        output = self.folder / "undisturbed"
+        self.generate(output, *more)
+        return contents(output)
