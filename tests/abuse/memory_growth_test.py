@@ -43,6 +43,14 @@ def status_of(pid):
     return tuple(int(values[key].split()[0]) for key in ("VmRSS", "VmHWM"))
 
 
+def count_of(folder):
+    """0 before it is there, and once it has gone."""
+    try:
+        return len(os.listdir(folder))
+    except FileNotFoundError:
+        return 0
+
+
 class Growth(Case):
     text = SMALL
 
@@ -53,8 +61,9 @@ class Growth(Case):
         samples = []
         while process.poll() is None:
             now = status_of(process.pid)
-            if now and records.exists():
-                samples.append((len(os.listdir(records)), *now))
+            done = count_of(records)
+            if now and done:
+                samples.append((done, *now))
             time.sleep(0.02)
         said = process.communicate()[1]
         self.assertEqual(process.returncode, 0, said)
