@@ -18,7 +18,6 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Of a row of boxes.csv.
 constexpr std::size_t kBoxNumbers = 19;  // in a row of boxes.csv
 
 // An object that is not there is an empty one: what lacks it lacks its members.
