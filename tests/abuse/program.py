@@ -5,7 +5,6 @@ ENSONIFY is the program.
 import hashlib
 import os
 import pathlib
-import resource
 import shutil
 import subprocess
 import tempfile
@@ -55,11 +54,6 @@ def contents(folder):
         for path in sorted(folder.rglob("*"))
         if path.is_file() and path.name != "provenance.json"
     }
-
-
-def limited(memory_bytes):
-    """For preexec_fn: so much address space and no more."""
-    return lambda: resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
 
 
 def mount(case, folder, options):
