@@ -11,6 +11,7 @@ memory-mapped. For PyTorch there is `ensonify_dataset.pytorch.TorchPings`.
 What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/training.md.
 
     dataset.py     SonarDataset, SequenceFolder, Ping, View, Pose, Annotation
+    manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
     transforms.py  to_db, to_grey, to_amplitude, normalise

@@ -1,19 +1,20 @@
 """Data sets, sequences, pings and their pictures. Every array is read when it is asked for."""
 from __future__ import annotations
 
-import csv
 import json
+from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
+from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, told_of
 from .statistics import Statistics, statistics_of
 
-FORMAT_VERSION = 1
 SPLITS = ("train", "val", "test")
 _MASKS = ("instance", "semantic", "shadow", "multipath")
 _SECOND_PART = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
@@ -51,6 +52,11 @@ class Annotation:
     mask: np.ndarray
     occlusion: Optional[float] = None
     amodal_mask: Optional[np.ndarray] = None
+
+
+def _pose(row: Dict[str, str]) -> Pose:
+    return Pose(np.array([float(row[key]) for key in ("x", "y", "z")]),
+                np.array([float(row[key]) for key in ("qw", "qx", "qy", "qz")]))
 
 
 class View:
@@ -116,15 +122,17 @@ class View:
     def annotations(self) -> List[Annotation]:
         """Boxes and masks of the instances in the picture, the seabed's among them."""
         sequence = self.ping.sequence
-        named = {i["id"]: (i["name"], i["class_id"]) for i in sequence.info["instances"]}
+        with told_of(sequence.folder / "sequence.json"):
+            named = {i["id"]: (i["name"], i["class_id"]) for i in sequence.info["instances"]}
         found = []
-        for image in sequence.annotated_images(self.ping.number):
-            size = image["height"], image["width"]
-            for a in image["annotations"] if image["view"] == self.kind else ():
-                amodal = decode_rle(a["amodal_counts"], *size) if "amodal_counts" in a else None
-                found.append(Annotation(
-                    a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
-                    decode_rle(a["counts"], *size), a.get("occlusion"), amodal))
+        with told_of(sequence.folder / "annotations.jsonl"):
+            for image in sequence.annotated_images(self.ping.number):
+                size = image["height"], image["width"]
+                for a in image["annotations"] if image["view"] == self.kind else ():
+                    amodal = decode_rle(a["amodal_counts"], *size) if "amodal_counts" in a else None
+                    found.append(Annotation(
+                        a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
+                        decode_rle(a["counts"], *size), a.get("occlusion"), amodal))
         return found
 
     def has(self, name: str) -> bool:
@@ -143,7 +151,7 @@ class View:
     def _stored(self, name: str) -> np.ndarray:
         packed, single = self._packed(name), self._single(name)
         if packed.exists():
-            return np.asarray(read_npy(packed)[self.ping.row])
+            return np.asarray(read_row(packed, self.ping.row))
         if not single.exists():
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
@@ -151,7 +159,8 @@ class View:
         part = 1 if name in _SECOND_PART else 0
         if part not in self._parts:
             self._parts[part] = read_exr(single, part)
-        return self._parts[part]["Y" if part == 0 else name]
+        with told_of(single):
+            return self._parts[part]["Y" if part == 0 else name]
 
 
 class Ping:
@@ -190,30 +199,34 @@ class Ping:
 
     def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
         if packed.exists():
-            return read_npy(packed)[self.row]
+            return read_row(packed, self.row)
         if not single.exists():
             raise missing(single, what)
         return read_npy(single)
 
     @property
     def time_s(self) -> float:
-        return float(self.sequence.pose_rows[self.row]["time_s"])
+        with told_of(self.sequence.folder / "poses.csv"):
+            return float(self.sequence.pose_rows[self.row]["time_s"])
 
     @property
     def pose(self) -> Pose:
         """The sonar in the world, its mount included."""
-        return _pose(self.sequence.pose_rows[self.row])
+        with told_of(self.sequence.folder / "poses.csv"):
+            return _pose(self.sequence.pose_rows[self.row])
 
     @property
     def object_poses(self) -> Dict[int, Pose]:
         """Objects and point targets in the world, by instance."""
-        rows = self.sequence.object_rows.get(self.number, [])
-        return {int(row["instance"]): _pose(row) for row in rows}
+        with told_of(self.sequence.folder / "objects.csv"):
+            rows = self.sequence.object_rows.get(self.number, [])
+            return {int(row["instance"]): _pose(row) for row in rows}
 
     @property
     def first_return_m(self) -> np.ndarray:
         """float32 [beams]: slant range of the nearest echo; NaN without."""
-        return self.sequence.first_return_m[self.row]
+        with told_of(self.sequence.folder / "first_return_m.npy"):
+            return self.sequence.first_return_m[self.row]
 
 
 class SequenceFolder:
@@ -236,7 +249,7 @@ class SequenceFolder:
 
     @cached_property
     def info(self) -> Dict[str, Any]:
-        return _manifest(self.folder / "sequence.json", "ensonify_sequence")
+        return read_manifest(self.folder / "sequence.json", "ensonify_sequence")
 
     @property
     def number(self) -> int:
@@ -244,7 +257,8 @@ class SequenceFolder:
 
     @cached_property
     def pings(self) -> range:
-        return range(*self.info["pings"])
+        with told_of(self.folder / "sequence.json"):
+            return listed_pings(self.info)[1]
 
     @cached_property
     def azimuth_rad(self) -> np.ndarray:
@@ -268,14 +282,15 @@ class SequenceFolder:
 
     @cached_property
     def pose_rows(self) -> List[Dict[str, str]]:
-        return _table(self.folder / "poses.csv")
+        return read_table(self.folder / "poses.csv")
 
     @cached_property
     def object_rows(self) -> Dict[int, List[Dict[str, str]]]:
         """Rows of objects.csv by ping."""
         rows: Dict[int, List[Dict[str, str]]] = {}
-        for row in _table(self.folder / "objects.csv"):
-            rows.setdefault(int(row["ping"]), []).append(row)
+        with told_of(self.folder / "objects.csv"):
+            for row in read_table(self.folder / "objects.csv"):
+                rows.setdefault(int(row["ping"]), []).append(row)
         return rows
 
     @cached_property
@@ -284,7 +299,8 @@ class SequenceFolder:
 
     def annotated_images(self, ping: int) -> List[Dict[str, Any]]:
         """`images` of the ping in annotations.jsonl."""
-        return json.loads(self._annotation_lines[ping - self.pings.start])["images"]
+        with told_of(self.folder / "annotations.jsonl"):
+            return json.loads(self._annotation_lines[ping - self.pings.start])["images"]
 
 
 class SonarDataset:
@@ -296,14 +312,16 @@ class SonarDataset:
 
     def __init__(self, folder: Union[str, Path], sequences: Optional[Sequence[int]] = None):
         self.folder = Path(folder)
-        _need_finished(self.folder)
-        self.info = _manifest(self.folder / "dataset.json", "ensonify_dataset")
-        listed = {entry["sequence"]: range(*entry["pings"]) for entry in self.info["sequences"]}
+        need_finished(self.folder)
+        self.info = read_manifest(self.folder / "dataset.json", "ensonify_dataset")
+        with told_of(self.folder / "dataset.json"):
+            listed = dict(listed_pings(entry) for entry in self.info["sequences"])
         unknown = [number for number in sequences or () if number not in listed]
         if unknown:
             raise IndexError(f"{self.folder} has no sequence {unknown[0]}")
         self.sequences = sorted(listed if sequences is None else sequences)
-        self._index = [(number, ping) for number in self.sequences for ping in listed[number]]
+        self._pings = [listed[number] for number in self.sequences]
+        self._ends = list(accumulate(len(pings) for pings in self._pings))
         self._opened: Dict[int, SequenceFolder] = {}
 
     @property
@@ -318,14 +336,17 @@ class SonarDataset:
     @property
     def index(self) -> List[Tuple[int, int]]:
         """(sequence, ping) of every item, in order."""
-        return list(self._index)
+        return [(number, ping) for number, pings in zip(self.sequences, self._pings) for ping in pings]
 
     def __len__(self) -> int:
-        return len(self._index)
+        return self._ends[-1] if self._ends else 0
 
     def __getitem__(self, which: Union[int, Tuple[int, int]]) -> Ping:
-        number, ping = which if isinstance(which, tuple) else self._index[which]
-        return self.sequence(number)[ping]
+        if isinstance(which, tuple):
+            return self.sequence(which[0])[which[1]]
+        item = range(len(self))[which]
+        place = bisect_right(self._ends, item)
+        return self.sequence(self.sequences[place])[self._pings[place][item - self._ends[place]]]
 
     def __iter__(self) -> Iterator[Ping]:
         return (self[i] for i in range(len(self)))
@@ -341,46 +362,7 @@ class SonarDataset:
         """The sequences that splits/NAME.txt lists; it may be empty."""
         if name not in SPLITS:
             raise DatasetError(f"no split {name!r}: accepted is one of {', '.join(SPLITS)}")
-        stems = read_bytes(self.folder / "splits" / f"{name}.txt").decode().split()
-        listed = {int(stem.split("/")[0]) for stem in stems}
+        path = self.folder / "splits" / f"{name}.txt"
+        with told_of(path):
+            listed = {int(stem.split("/")[0]) for stem in read_bytes(path).decode().split()}
         return SonarDataset(self.folder, [number for number in self.sequences if number in listed])
-
-
-def missing(path: Path, what: str) -> DatasetError:
-    return DatasetError(f"{path}: is not there. Either the scenario does not write the {what} "
-                        "(`output` in scenario.yaml), or files are missing: `ensonify verify` tells")
-
-
-def _need_finished(folder: Path) -> None:
-    """A data set is done when it has its dataset.sha256."""
-    if (folder / "dataset.sha256").exists():
-        return
-    if (folder / "work.json").exists():
-        raise DatasetError(f"{folder}: this data set is not finished. The same `ensonify generate` "
-                           "command again goes on where the last one ended")
-    if (folder / "sequence.json").exists():
-        raise DatasetError(f"{folder}: this is one sequence; give the folder of its data set, or "
-                           "open it as SequenceFolder")
-    raise DatasetError(f"{folder}: no data set of ensonify is here (no dataset.sha256)")
-
-
-def _manifest(path: Path, version_key: str) -> Dict[str, Any]:
-    try:
-        content = json.loads(read_bytes(path))
-    except ValueError as fault:
-        raise DatasetError(f"{path}: is no JSON ({fault})") from fault
-    version = content.get(version_key)
-    if version != FORMAT_VERSION:
-        raise DatasetError(f"{path}: {version_key} is {version}, and this reader knows version "
-                           f"{FORMAT_VERSION}. Take scripts/ensonify_dataset of the ensonify that "
-                           "made the data set")
-    return content
-
-
-def _table(path: Path) -> List[Dict[str, str]]:
-    return list(csv.DictReader(read_bytes(path).decode("utf-8").splitlines()))
-
-
-def _pose(row: Dict[str, str]) -> Pose:
-    return Pose(np.array([float(row[key]) for key in ("x", "y", "z")]),
-                np.array([float(row[key]) for key in ("qw", "qx", "qy", "qz")]))

@@ -1,15 +1,25 @@
-"""Readers of the files of a data set: grey PNG, scanline EXR of several parts, COCO run lengths."""
+"""Readers of the files of a data set: grey PNG, scanline EXR of several parts, COCO run lengths.
+
+A data set may come from a stranger: whatever a file claims is held against its size before memory is
+taken, and every fault in it is a DatasetError.
+"""
 from __future__ import annotations
 
 import mmap
 import struct
+import tokenize
 import zlib
 from pathlib import Path
 from typing import Any, Dict, List, Tuple, Union
 
 import numpy as np
 
-_FAULTS = (OSError, ValueError, IndexError, KeyError, struct.error, zlib.error)
+# What reading damaged bytes raises, NumPy's parser of headers included.
+FAULTS = (OSError, ValueError, IndexError, KeyError, TypeError, AttributeError, OverflowError, SyntaxError,
+          MemoryError, RecursionError, struct.error, zlib.error, tokenize.TokenError)
+# Deflate packs 258 bytes into two bits at best.
+_DEFLATE_AT_MOST = 1032
+_MAX_PIXELS = 1 << 28
 
 
 class DatasetError(Exception):
@@ -33,8 +43,13 @@ def read_bytes(path: Union[str, Path]) -> bytes:
 def read_npy(path: Union[str, Path]) -> np.ndarray:
     """An array, memory-mapped."""
     try:
-        return np.load(path, mmap_mode="r")
-    except _FAULTS as fault:
+        with open(path, "rb") as file:
+            head = file.read(12)
+        # NumPy takes memory for as long a header as is claimed, up to 4 GB.
+        if head[6:7] != b"\1" and struct.unpack_from("<I", head, 8)[0] > 0xFFFF:
+            raise ValueError("a header of more than 65,535 bytes")
+        return np.lib.format.open_memmap(path, mode="r")
+    except FAULTS as fault:
         raise unreadable(path, fault) from fault
 
 
@@ -43,8 +58,18 @@ def read_png(path: Union[str, Path]) -> np.ndarray:
     data = read_bytes(path)
     try:
         return _decode_png(data)
-    except _FAULTS as fault:
+    except FAULTS as fault:
         raise unreadable(path, fault) from fault
+
+
+def _inflated(packed: bytes, size: int) -> bytes:
+    """What deflates to `packed`, which has to be of that size: no more than a byte beyond it is made."""
+    if size > _DEFLATE_AT_MOST * len(packed):
+        raise ValueError(f"claims {size} bytes of {len(packed)} packed ones")
+    raw = zlib.decompressobj().decompress(packed, size + 1)
+    if len(raw) != size:
+        raise ValueError(f"not the {size} bytes that its header claims")
+    return raw
 
 
 def _decode_png(data: bytes) -> np.ndarray:
@@ -60,7 +85,7 @@ def _decode_png(data: bytes) -> np.ndarray:
             packed.append(data[position + 8 : position + 8 + size])
         position += 12 + size
     step = depth // 8
-    raw = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
+    raw = np.frombuffer(_inflated(b"".join(packed), height * (1 + width * step)), np.uint8)
     raw = raw.reshape(height, 1 + width * step)
     pixels = np.array(raw[:, 1:])
     # ensonify filters no rows; another program that packed the files anew may have.
@@ -94,7 +119,7 @@ def read_exr(path: Union[str, Path], part: int = 0) -> Dict[str, np.ndarray]:
     try:
         with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
             return _decode_exr(data, part)
-    except _FAULTS as fault:
+    except FAULTS as fault:
         raise unreadable(path, fault) from fault
 
 
@@ -104,7 +129,9 @@ def _exr_header(data: Any, position: int) -> Tuple[Dict[str, bytes], int]:
     while data[position] != 0:
         name_end = data.find(b"\0", position)
         kind_end = data.find(b"\0", name_end + 1)
-        (size,) = struct.unpack_from("<i", data, kind_end + 1)
+        if not position < name_end < kind_end:
+            raise ValueError("a header without end")
+        (size,) = struct.unpack_from("<I", data, kind_end + 1)
         start = kind_end + 5
         attributes[data[position:name_end].decode()] = data[start : start + size]
         position = start + size
@@ -115,7 +142,7 @@ def _exr_channels(body: bytes) -> List[Tuple[str, np.dtype]]:
     channels, position = [], 0
     while body[position] != 0:
         end = body.index(b"\0", position)
-        (kind,) = struct.unpack_from("<i", body, end + 1)
+        (kind,) = struct.unpack_from("<I", body, end + 1)
         channels.append((body[position:end].decode(), np.dtype(("<u4", "<f2", "<f4")[kind])))
         position = end + 17
     return channels
@@ -125,7 +152,7 @@ def _exr_unzipped(packed: bytes, size: int) -> bytes:
     """Deflated differences of neighbouring bytes, those of even places before those of odd ones."""
     if len(packed) == size:
         return packed
-    steps = np.frombuffer(zlib.decompress(packed), np.uint8).copy()
+    steps = np.frombuffer(_inflated(packed, size), np.uint8).copy()
     steps[1:] -= 128
     planes = np.add.accumulate(steps, dtype=np.uint8)
     out = np.empty(size, np.uint8)
@@ -151,33 +178,42 @@ def _decode_exr(data: Any, part: int) -> Dict[str, np.ndarray]:
         position += 8 * -(-height // chunk_rows)
     channels = _exr_channels(headers[part]["channels"])
     row_bytes = width * sum(kind.itemsize for _, kind in channels)
+    if min(height, width) < 1 or height * row_bytes > _DEFLATE_AT_MOST * len(data):
+        raise ValueError(f"claims {width} x {height} pixels in {len(data)} bytes")
     out = {name: np.empty((height, width), kind) for name, kind in channels}
-    for offset in struct.unpack_from(f"<{(position - table) // 8}Q", data, table):
-        y, size = struct.unpack_from("<ii", data, offset + 4 * several)
-        start, rows = offset + 4 * several + 8, min(chunk_rows, height - (y - top))
+    for i, offset in enumerate(struct.unpack_from(f"<{(position - table) // 8}Q", data, table)):
+        first, rows = i * chunk_rows, min(chunk_rows, height - i * chunk_rows)
+        start = offset + (12 if several else 8)
+        owner, y, size = struct.unpack_from("<iiI", data, start - 12)
+        if y != top + first or (several and owner != part):
+            raise ValueError(f"rows {y - top} stand in the place of rows {first}")
         raw = _exr_unzipped(data[start : start + size], rows * row_bytes)
         lines = np.frombuffer(raw, np.uint8).reshape(rows, row_bytes)
         place = 0
         for name, kind in channels:
             end = place + width * kind.itemsize
-            out[name][y - top : y - top + rows] = np.ascontiguousarray(lines[:, place:end]).view(kind)
+            out[name][first : first + rows] = np.ascontiguousarray(lines[:, place:end]).view(kind)
             place = end
     return out
 
 
 def decode_rle(counts: str, height: int, width: int) -> np.ndarray:
-    """A boolean mask [height, width] from COCO's compressed run lengths."""
+    """A boolean mask [height, width] from COCO's compressed run lengths; ValueError if they are none of that size."""
     runs: List[int] = []
     value = shift = 0
     for letter in counts:
         bits = ord(letter) - 48
         value |= (bits & 31) << shift
         shift += 5
+        if shift > 60:
+            raise ValueError("run lengths without end")
         if bits & 32:
             continue
         if bits & 16:
             value -= 1 << shift
         runs.append(value + (runs[-2] if len(runs) > 2 else 0))
         value = shift = 0
+    if not 0 <= height * width <= _MAX_PIXELS or sum(runs) != height * width or min(runs, default=0) < 0:
+        raise ValueError(f"run lengths of no mask of {width} x {height} pixels")
     flat = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
     return flat.reshape(width, height).T

@@ -8,6 +8,7 @@ from typing import Any, Dict, Mapping, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from .files import DatasetError, read_npy
+from .manifest import listed_pings, told_of
 
 _NAMES = ("mean_pressure", "pressure_variance", "mean_intensity", "intensity_variance", "contrast",
           "fourth_moment", "bin_covariance", "bin_coherence", "beam_covariance", "beam_coherence")
@@ -77,9 +78,11 @@ def statistics_of(folder: Path, info: Dict[str, Any]) -> Statistics:
     if about is None:
         raise DatasetError(f"{folder}: has no statistics (`output.statistics` in scenario.yaml)")
     scene = {name: info.get(name) for name in ("sonar", "water", "record", "scattering", "noise", "instances")}
-    source = Source(json.dumps(scene, sort_keys=True), info["seed"], info["sequence"], *info["pings"])
-    return Statistics(about["realisations"],
-                      {name: folder / "statistics" / f"{name}.npy" for name in _NAMES}, [source])
+    with told_of(folder / "sequence.json"):
+        number, pings = listed_pings(info)
+        source = Source(json.dumps(scene, sort_keys=True), int(info["seed"]), number, pings.start, pings.stop)
+        return Statistics(int(about["realisations"]),
+                          {name: folder / "statistics" / f"{name}.npy" for name in _NAMES}, [source])
 
 
 def merge(parts: Sequence[Statistics]) -> Statistics:
