@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "app/commands.h"
+#include "app/print.h"
 #include "bench/bench.h"
 #include "dataset/files.h"
 
@@ -30,10 +31,10 @@ Status bench(const BenchCommandOptions& options) {
   run.threads = options.threads;
   run.seconds = options.seconds;
   run.disk = options.disk;
-  run.on_progress = [](const std::string& what) { fmt::print(stderr, "measuring: {}\n", what); };
+  run.on_progress = [](const std::string& what) { tell("measuring: {}\n", what); };
   const Result<BenchReport> report = run_bench(run);
   if (!report) return report.error();
-  fmt::print("{}", bench_text(*report));
+  answer("{}", bench_text(*report));
   if (options.json.empty()) return {};
   file << bench_json(*report);
   file.close();

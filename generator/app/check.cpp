@@ -1,9 +1,9 @@
-#include <fmt/format.h>
 
 #include <cstdio>
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/print.h"
 #include "app/sequence_worlds.h"
 #include "app/starved_cells.h"
 
@@ -36,11 +36,11 @@ Status check(const ScenarioOptions& options) {
   const Result<Session> session = first_session(options);
   if (!session) return session.error();
   for (const std::string& warning : session->world.warnings) {
-    fmt::print(stderr, "warning: {}\n", warning);
+    tell("warning: {}\n", warning);
   }
   const int threads = Workers().threads();
   for (const auto& text : starved_warnings(*session, Tracer(session->world), Workers(threads))) {
-    fmt::print(stderr, "warning: {}\n", text);
+    tell("warning: {}\n", text);
   }
   // Before anything else takes memory: it looks at what the process has.
   const Cost cost = estimate_cost(*session, threads);
@@ -48,19 +48,19 @@ Status check(const ScenarioOptions& options) {
     Status valid = check_sequences(options, Workers(threads));
     if (!valid) return valid;
   }
-  fmt::print("{}", to_yaml(session->scenario,
-                           [](const std::filesystem::path& file) { return file.string(); }));
-  fmt::print("# {} sequences x {} pings: {} beams x {} samples, {} rays a ping\n",
-             session->scenario.sequences, session->ping_times_s.size(), session->sonar.beam_count,
-             session->record.samples,
-             std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
-                 session->sonar.rays_elevation);
+  answer("{}", to_yaml(session->scenario,
+                       [](const std::filesystem::path& file) { return file.string(); }));
+  answer("# {} sequences x {} pings: {} beams x {} samples, {} rays a ping\n",
+         session->scenario.sequences, session->ping_times_s.size(), session->sonar.beam_count,
+         session->record.samples,
+         std::uint64_t(session->sonar.beam_count) * session->sonar.rays_azimuth *
+             session->sonar.rays_elevation);
   if (const auto& tiles = session->surface_tiles) {
-    fmt::print("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
-               tiles->most_leaves, tiles->tiles.size());
+    answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
+           tiles->most_leaves, tiles->tiles.size());
   }
-  fmt::print("# files: {}\n# disk: about {}\n# peak memory: about {} with {} threads\n", cost.files,
-             bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), threads);
+  answer("# files: {}\n# disk: about {}\n# peak memory: about {} with {} threads\n", cost.files,
+         bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), threads);
   return {};
 }
 

@@ -4,12 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <cstdio>
 #include <map>
 #include <new>
+#include <sstream>
+#include <system_error>
 
 #include "app/command_line_views.h"
 #include "app/commands.h"
+#include "app/print.h"
 #include "app/version.h"
 
 namespace ensonify {
@@ -308,8 +310,22 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
 }
 
 int report(const Error& error) {
-  fmt::print(stderr, "{}\n", error.message);
+  tell("{}\n", error.message);
   return exit_code(error.kind);
+}
+
+// What std::thread throws, and TBB with these words only, where the system gives no thread.
+bool is_refused_thread(const std::exception& error) {
+  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
+    return system->code() == std::errc::resource_unavailable_try_again;
+  }
+  return std::string_view(error.what()).starts_with("pthread_create");
+}
+
+// Of a command that did what it was asked for, unless its answer was lost.
+int ended_with(int status) {
+  const Status written = answers_written();
+  return status == 0 && !written ? report(written.error()) : status;
 }
 
 }  // namespace
@@ -340,11 +356,15 @@ int run_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : exit_code(ErrorKind::usage);
+    std::ostringstream answered, told;
+    const int status = app.exit(error, answered, told);
+    answer("{}", answered.str());
+    tell("{}", told.str());
+    return ended_with(status == 0 ? 0 : exit_code(ErrorKind::usage));
   }
   try {
     const Result<int> status = dispatch(app, arguments);
-    return status ? *status : report(status.error());
+    return status ? ended_with(*status) : report(status.error());
   } catch (const std::bad_alloc&) {
     return report({ErrorKind::device,
                    "not enough memory; `ensonify check` tells what a scenario needs: fewer rays, "
@@ -352,6 +372,11 @@ int run_command_line(int argc, const char* const* argv) {
   } catch (const DeviceFailure& failure) {
     return report({ErrorKind::device, failure.what()});
   } catch (const std::exception& error) {
+    if (is_refused_thread(error)) {
+      return report({ErrorKind::device,
+                     "the system starts no more threads; give fewer by --threads, or raise what "
+                     "limits them (ulimit -u, pids.max of a container)"});
+    }
     return report({ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())});
   }
 }

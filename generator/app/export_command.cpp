@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/print.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -22,8 +23,8 @@ Status export_command(const std::string& format_name, ExportOptions options, boo
   const auto report = export_dataset(*format, options);
   if (!report) return report.error();
   if (!quiet) {
-    fmt::print(stderr, "{}: {} pings of {} sequences as {}\n", options.output.string(),
-               report->pings, report->sequences, format->name);
+    tell("{}: {} pings of {} sequences as {}\n", options.output.string(), report->pings,
+         report->sequences, format->name);
   }
   return {};
 }

@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/print.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -24,8 +25,8 @@ Status figure_command(FigureOptions options, bool quiet) {
     limits = fmt::format(", {:g} to {:g} {}", (*report->limits)[0], (*report->limits)[1],
                          angle ? "degrees" : "dB");
   }
-  fmt::print(stderr, "{}: {} {}{}\n", options.output.string(), report->frames,
-             report->frames == 1 ? "ping" : "pings", limits);
+  tell("{}: {} {}{}\n", options.output.string(), report->frames,
+       report->frames == 1 ? "ping" : "pings", limits);
   return {};
 }
 

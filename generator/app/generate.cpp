@@ -10,6 +10,7 @@
 #include "app/make_sequences.h"
 #include "app/numerics.h"
 #include "app/pipeline.h"
+#include "app/print.h"
 #include "app/sequence_worlds.h"
 #include "app/starved_cells.h"
 #include "dataset/work.h"
@@ -47,7 +48,7 @@ Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
 Result<Numerics> settled_numerics(const GenerateOptions& options) {
   Result<Numerics> numerics = settle_backend(options.backend, options.simd);
   if (numerics && numerics->backend == BackendChoice::cuda && !options.quiet) {
-    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+    tell("backend: {}\n", numerics->backend_name);
   }
   return numerics;
 }
@@ -64,7 +65,7 @@ Status make(const GenerateOptions& options, const Numerics& numerics, const Sequ
   const std::uint64_t pings = ping_count(work.sequences());
   const std::uint64_t found = pings_found(options.output, work.sequences());
   if (found > 0 && !options.quiet) {
-    fmt::print(stderr, "continuing: {} of {} pings are there\n", found, pings);
+    tell("continuing: {} of {} pings are there\n", found, pings);
   }
   Progress progress(progress_style(options.quiet), pings, found);
   Turns turns(workers.threads());
@@ -79,11 +80,11 @@ std::string plural(std::uint64_t sequences) {
 // Its sequences are made; the data set is finished by one process, when all are.
 void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work) {
   if (options.quiet) return;
-  fmt::print(stderr,
-             "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
-             "place of --shard finishes the data set\n",
-             options.output.string(), options.shard->number, options.shard->count,
-             plural(work.sequences().size()), work.infos.size());
+  tell(
+      "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
+      "place of --shard finishes the data set\n",
+      options.output.string(), options.shard->number, options.shard->count,
+      plural(work.sequences().size()), work.infos.size());
 }
 
 // All that stand in the way of finishing, or none.
@@ -137,7 +138,7 @@ Status finalize_dataset(const GenerateOptions& options) {
     if (!finished) return finished;
   }
   if (!options.quiet) {
-    fmt::print(stderr, "{}: finished with {} of {}\n", options.output.string(), made, plural(all));
+    tell("{}: finished with {} of {}\n", options.output.string(), made, plural(all));
   }
   return {};
 }
@@ -147,7 +148,7 @@ Status generate(const GenerateOptions& options) {
   Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
   if (!worlds) return worlds.error();
   for (const std::string& warning : worlds->first().world.warnings) {
-    fmt::print(stderr, "warning: {}\n", warning);
+    tell("warning: {}\n", warning);
   }
   const Scenario& scenario = worlds->first().scenario;
   const Result<Numerics> numerics = settled_numerics(options);
@@ -159,7 +160,7 @@ Status generate(const GenerateOptions& options) {
   if (!work) return work.error();
   if (options.shard) work->asked = range_of_shard(scenario.sequences, *options.shard);
   for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
-    fmt::print(stderr, "warning: {}\n", text);
+    tell("warning: {}\n", text);
   }
   if (Status kept = keep_inputs(options, scenario); !kept) return kept;
   if (Status heard = check_ping_zero(*worlds, work->infos.front(), *numerics, workers); !heard) {
@@ -170,7 +171,7 @@ Status generate(const GenerateOptions& options) {
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {
-      fmt::print(stderr, "{}: complete already, nothing to do\n", options.output.string());
+      tell("{}: complete already, nothing to do\n", options.output.string());
     }
     return {};
   }
@@ -188,7 +189,7 @@ Status generate(const GenerateOptions& options) {
       finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
   if (!finished) return finished;
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} pings in {}\n", options.output.string(), pings, plural(sequences));
+    tell("{}: {} pings in {}\n", options.output.string(), pings, plural(sequences));
   }
   return {};
 }

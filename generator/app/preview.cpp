@@ -12,6 +12,7 @@
 #include "app/interrupt.h"
 #include "app/make_dataset.h"
 #include "app/preview_scenario.h"
+#include "app/print.h"
 #include "app/session.h"
 #include "app/starved_cells.h"
 #include "app/version.h"
@@ -82,9 +83,8 @@ void tell_reduction(const PreviewOptions& options, const Preview& preview) {
   if (preview.scenario.sequences > 1) {
     sequence = fmt::format(" of sequence {} of {}", options.sequence, preview.scenario.sequences);
   }
-  fmt::print(stderr, "preview: {} of {} pings{}, {}\n", preview.pings.size(),
-             preview.session.ping_times_s.size(), sequence,
-             reduction_text(preview.scenario, preview.session.scenario));
+  tell("preview: {} of {} pings{}, {}\n", preview.pings.size(), preview.session.ping_times_s.size(),
+       sequence, reduction_text(preview.scenario, preview.session.scenario));
 }
 
 void warn(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
@@ -95,7 +95,7 @@ void warn(const PreviewOptions& options, const Preview& preview, const Workers& 
       warnings.push_back(std::move(text));
     }
   }
-  for (const std::string& text : warnings) fmt::print(stderr, "warning: {}\n", text);
+  for (const std::string& text : warnings) tell("warning: {}\n", text);
 }
 
 // Errors of whoever wrote the scenario. `watch` gets the files that it names before they are read.
@@ -236,8 +236,8 @@ void wait_for_work(const PreviewOptions& options, const std::string* told, FileW
 // `is_again`: it has been told where the page is.
 void tell_page(const PreviewOptions& options, const fs::path& page, double seconds, bool is_again) {
   if (options.quiet) return;
-  fmt::print(stderr, "{} in {:.1f} s{}\n", is_again ? std::string("again") : page.string(), seconds,
-             options.watch && !is_again ? "; watching, until Ctrl-C" : "");
+  tell("{} in {:.1f} s{}\n", is_again ? std::string("again") : page.string(), seconds,
+       options.watch && !is_again ? "; watching, until Ctrl-C" : "");
 }
 
 using Clock = std::chrono::steady_clock;
@@ -266,7 +266,7 @@ Status watch(const PreviewOptions& options, const fs::path& page, const Workers&
       const auto preview = prepare(options, workers, &files);
       is_faulty = !preview;
       if (is_faulty && !is_of_input(preview.error())) return preview.error();
-      if (is_faulty) fmt::print(stderr, "{}\n", preview.error().message);
+      if (is_faulty) tell("{}\n", preview.error().message);
       const Status written = is_faulty ? Status() : write_page(options, **preview, page, workers);
       if (!written) return written;
     }

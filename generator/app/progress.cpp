@@ -1,4 +1,5 @@
 #include "app/progress.h"
+#include "app/print.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -48,7 +49,7 @@ Progress::Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found
 Progress::~Progress() {
   if (style_ == ProgressStyle::quiet) return;
   if (made_ > 0) show();
-  if (bar_open_) std::fputc('\n', stderr);
+  if (bar_open_) tell("\n");
 }
 
 void Progress::pings_found(std::uint64_t pings) {
@@ -71,12 +72,11 @@ void Progress::show() {
   const std::string text =
       progress_text(done, total_, made_, std::chrono::duration<double>(shown_ - start_).count());
   if (style_ == ProgressStyle::lines) {
-    fmt::print(stderr, "{}\n", text);
+    tell("{}\n", text);
     return;
   }
   const auto filled = static_cast<int>(total_ > 0 ? kBarWidth * done / total_ : kBarWidth);
-  fmt::print(stderr, "\r[{:<{}}] {}\033[K", std::string(filled, '#'), kBarWidth, text);
-  std::fflush(stderr);
+  tell("\r[{:<{}}] {}\033[K", std::string(filled, '#'), kBarWidth, text);
   bar_open_ = true;
 }
 

@@ -1,9 +1,9 @@
-#include <fmt/format.h>
 
 #include <cstdio>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/print.h"
 
 namespace ensonify {
 
@@ -14,8 +14,8 @@ Status report_command(const ReportOptions& given, bool quiet) {
   const Result<ReportSummary> summary = write_report(options);
   if (!summary) return summary.error();
   if (!quiet) {
-    fmt::print(stderr, "{}: {} of {} pings, {:.1f} MB\n", summary->output.string(), summary->shown,
-               summary->pings, static_cast<double>(summary->bytes) / 1e6);
+    tell("{}: {} of {} pings, {:.1f} MB\n", summary->output.string(), summary->shown,
+         summary->pings, static_cast<double>(summary->bytes) / 1e6);
   }
   return {};
 }

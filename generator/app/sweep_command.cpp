@@ -4,6 +4,7 @@
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/print.h"
 #include "app/run_cost.h"
 #include "app/version.h"
 #include "sweep/expand.h"
@@ -20,8 +21,8 @@ std::string seconds_text(double seconds) {
 }
 
 void print_row(const SweepRun& run) {
-  fmt::print("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", run.id, run.cost.pings, run.cost.files,
-             bytes_text(run.cost.disk_bytes), seconds_text(run.cost.core_s), run.name);
+  answer("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", run.id, run.cost.pings, run.cost.files,
+         bytes_text(run.cost.disk_bytes), seconds_text(run.cost.core_s), run.name);
 }
 
 RunCost sum_of(const Sweep& sweep, const std::vector<std::size_t>& runs) {
@@ -49,8 +50,8 @@ Status print_change(const SweepOptions& options, const std::string& name, const 
   const auto change = look_at_sweep_folder(options.output, head, plan, options.overwrite);
   if (!change) return change.error();
   if (!*change) return {};
-  fmt::print("# {}: {} of these runs are in its plan, {} are new\n", options.output.string(),
-             (*change)->kept, (*change)->added);
+  answer("# {}: {} of these runs are in its plan, {} are new\n", options.output.string(),
+         (*change)->kept, (*change)->added);
   return {};
 }
 
@@ -64,16 +65,15 @@ Status list_sweep(const SweepOptions& options) {
   if (!sweep) return sweep.error();
   const Plan plan = plan_of(*sweep);
   const std::vector<std::size_t> runs = runs_of_shard(plan, options.shard.value_or(Shard{}));
-  fmt::print("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", "run", "pings", "files", "disk", "core",
-             "name");
+  answer("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", "run", "pings", "files", "disk", "core", "name");
   for (const std::size_t run : runs) print_row(sweep->runs[run]);
   const RunCost sum = sum_of(*sweep, runs);
   const std::string part = options.shard ? fmt::format(" of {} in shard {}/{}", plan.size(),
                                                        options.shard->number, options.shard->count)
                                          : std::string();
-  fmt::print("# {}: {} runs{}{}\n", sweep->file.name, runs.size(), part, without(*sweep));
-  fmt::print("# {} pings, {} files, about {} on disk and {} of a core\n", sum.pings, sum.files,
-             bytes_text(sum.disk_bytes), seconds_text(sum.core_s));
+  answer("# {}: {} runs{}{}\n", sweep->file.name, runs.size(), part, without(*sweep));
+  answer("# {} pings, {} files, about {} on disk and {} of a core\n", sum.pings, sum.files,
+         bytes_text(sum.disk_bytes), seconds_text(sum.core_s));
   return options.output.empty() ? Status() : print_change(options, sweep->file.name, plan);
 }
 

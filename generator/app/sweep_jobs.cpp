@@ -1,13 +1,12 @@
 #include "app/sweep_jobs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <map>
 
 #include "app/cost.h"
+#include "app/print.h"
 #include "app/starved_cells.h"
 #include "app/tables.h"
 #include "core/moments.h"
@@ -24,7 +23,7 @@ namespace fs = std::filesystem;
 void warn_once(SweepRoom& room, const SweepRun& run, const std::string& text) {
   const std::lock_guard lock(room.mutex);
   if (!room.warned.insert(text).second) return;
-  fmt::print(stderr, "warning: {} (run {})\n", text, one_line(run.name));
+  tell("warning: {} (run {})\n", text, one_line(run.name));
 }
 
 Result<BuiltWorld> build(const Crew& crew, const Scenario& scenario) {

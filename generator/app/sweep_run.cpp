@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/lanes.h"
+#include "app/print.h"
 #include "app/run_cost.h"
 #include "app/sweep_jobs.h"
 #include "app/tables.h"
@@ -79,11 +80,11 @@ class Outcome {
 
   void tell_failures() const {
     if (failed_ == 0) return;
-    fmt::print(stderr, "error: {} of {} runs failed; the reasons are in {}\n", failed_,
-               failed_ + done_, (options_.output / "failed").string());
+    tell("error: {} of {} runs failed; the reasons are in {}\n", failed_, failed_ + done_,
+         (options_.output / "failed").string());
     for (const auto& [message, runs] : failures_) {
       const std::string more = runs.second > 0 ? fmt::format(" and {} more", runs.second) : "";
-      fmt::print(stderr, "  {} (run {}{})\n", message, runs.first, more);
+      tell("  {} (run {}{})\n", message, runs.first, more);
     }
   }
 
@@ -197,8 +198,7 @@ Result<Shard> shard_of(const SweepOptions& options, std::size_t runs) {
   const auto shard = slurm_shard([](const char* name) { return std::getenv(name); });
   if (!shard) return shard.error();
   if (!*shard) return Shard{};
-  fmt::print(stderr, "shard {}/{}, from the Slurm array, of {} runs\n", (*shard)->number,
-             (*shard)->count, runs);
+  tell("shard {}/{}, from the Slurm array, of {} runs\n", (*shard)->number, (*shard)->count, runs);
   return **shard;
 }
 
@@ -230,8 +230,8 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
   const Result<std::vector<Job>> jobs = jobs_of(sweep.file, todo.missing, workers);
   if (!jobs) return jobs.error();
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} of {} runs to do, {} pings\n", options.output.string(), jobs->size(),
-               todo.runs, todo.pings - todo.pings_found);
+    tell("{}: {} of {} runs to do, {} pings\n", options.output.string(), jobs->size(), todo.runs,
+         todo.pings - todo.pings_found);
   }
   Outcome outcome(options);
   Status ran;
@@ -241,8 +241,8 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
   }
   outcome.tell_failures();
   if (!options.quiet) {
-    fmt::print(stderr, "{}: {} of {} runs done\n", options.output.string(),
-               todo.runs - jobs->size() + outcome.done(), todo.runs);
+    tell("{}: {} of {} runs done\n", options.output.string(),
+         todo.runs - jobs->size() + outcome.done(), todo.runs);
   }
   if (!ran) return ran.error();
   const Status result = outcome.result();
@@ -265,7 +265,7 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   if (!numerics) return numerics.error();
   numerics->tables = std::make_shared<TableCache>();
   if (numerics->backend == BackendChoice::cuda && !options.quiet) {
-    fmt::print(stderr, "backend: {}\n", numerics->backend_name);
+    tell("backend: {}\n", numerics->backend_name);
   }
   listen_for_interrupts();
   const Status opened =
@@ -277,8 +277,7 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   if (!todo.missing.empty()) {
     made = make_missing(options, *sweep, *numerics, todo, workers);
   } else if (!options.quiet) {
-    fmt::print(stderr, "{}: all {} runs are done already, nothing to do\n", options.output.string(),
-               todo.runs);
+    tell("{}: all {} runs are done already, nothing to do\n", options.output.string(), todo.runs);
   }
   close_sweep_folder(options.output);
   return made;

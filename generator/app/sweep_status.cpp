@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "app/print.h"
 #include "dataset/files.h"
 #include "dataset/layout.h"
 #include "scenario/text.h"
@@ -125,7 +126,7 @@ Status sweep_status(const SweepOptions& options) {
   const double now = now_s();
   const auto runs = all_statuses(options.output, sweep->plan, now, Workers(options.threads));
   const SweepStatus status = sum_up(sweep->plan, runs, now);
-  fmt::print("{}", status_text(sweep->head.name, sweep->plan, runs, status));
+  answer("{}", status_text(sweep->head.name, sweep->plan, runs, status));
   return {};
 }
 
@@ -151,8 +152,8 @@ Status finalize_sweep(const SweepOptions& options) {
     const auto damaged = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& run) {
       return run.state == RunState::damaged;
     });
-    fmt::print(stderr, "{}: {} and {}: {} runs, {} of them done\n", options.output.string(),
-               kRunsFile, kIndexFile, sum.runs, sum.done - static_cast<std::size_t>(damaged));
+    tell("{}: {} and {}: {} runs, {} of them done\n", options.output.string(), kRunsFile,
+         kIndexFile, sum.runs, sum.done - static_cast<std::size_t>(damaged));
   }
   return {};
 }

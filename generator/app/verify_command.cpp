@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "app/print.h"
 #include "dataset/verify.h"
 
 namespace ensonify {
@@ -12,8 +13,7 @@ Status verify(const std::filesystem::path& folder, int threads) {
   Result<VerifyReport> report = verify_dataset(folder, workers);
   if (!report) return report.error();
   if (report->faults.empty()) {
-    fmt::print(stderr, "{}: whole: {} files, {} bytes\n", folder.string(), report->files,
-               report->bytes);
+    tell("{}: whole: {} files, {} bytes\n", folder.string(), report->files, report->bytes);
     return {};
   }
   std::string text;

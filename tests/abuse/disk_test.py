@@ -6,13 +6,9 @@ import shutil
 import subprocess
 import unittest
 
-from program import FULL, PROGRAM, Case, contents, mount, run, start
+from program import FULL, PROGRAM, Case, contents, errors_in, mount, run, start
 
 EXPORTS = ("yolo", "hdf5", "webdataset")
-
-
-def errors_in(done):
-    return sum(not line.startswith("warning: ") for line in done.stderr.splitlines())
 
 
 def is_readable_by_others(program):

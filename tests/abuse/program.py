@@ -47,6 +47,10 @@ def start(*words):
     return subprocess.Popen([PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True)
 
 
+def errors_in(done):
+    return sum(not line.startswith("warning: ") for line in done.stderr.splitlines())
+
+
 def contents(folder):
     """SHA-256 of every file but provenance.json, by relative name; what is left over counts too."""
     return {
