@@ -114,6 +114,7 @@ class Failures(SweepTest):
         self.go("--finalize", "--quiet")
         self.assertTrue(json.loads((self.out / "index.json").read_text())["complete"])
 
+    @unittest.skipIf(os.environ.get("SANITIZED"), "a sanitizer takes memory of its own")
     def test_a_run_without_memory_fails_alone(self):
         """Protects the night: one run that is too large is no reason to leave out all others."""
         huge = "{sonar.range_max_m: 60, sonar.beams.count: 1024, sonar.beams.width_deg: 0.5, " \
