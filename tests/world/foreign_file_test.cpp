@@ -8,8 +8,11 @@
 #include "catch.h"
 #include "temporary_folder.h"
 #include "world/density.h"
+#include "world/density_vdb.h"
 #include "world/import/import.h"
+#include "world/level_set_vdb.h"
 #include "world/mesh.h"
+#include "write_vdb.h"
 
 namespace ensonify {
 namespace {
@@ -208,6 +211,33 @@ TEST_CASE("a mesh that swells is refused at the limit") {
         file.string() +
             ": takes more memory than 0.1 GB: damaged, or too large; export it again, in "
             "smaller parts");
+}
+
+// A kilobyte of tiles, each of which stands for 128^3 voxels or more.
+TEST_CASE("a grid of a thousand million voxels is refused before it is unfolded") {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "large.vdb";
+  test::VdbGrid grid;
+  grid.boxes = {{{0, 0, 0}, {1023, 1023, 1023}, 0.5f}};
+  test::write_vdb(file, {grid});
+  CHECK(std::filesystem::file_size(file) < 20'000);
+  const auto density = load_density_vdb(file, "density");
+  REQUIRE_FALSE(density.ok());
+  CHECK(density.error().message.find("at most 524288") != std::string::npos);
+
+  // Eight plates, whose surface has a hundred million faces.
+  grid.kind = test::VdbKind::level_set;
+  grid.background = 0.3f;
+  grid.boxes.clear();
+  for (int z = 0; z < 2048; z += 256)
+    grid.boxes.push_back({{0, 0, z}, {2047, 2047, z + 127}, -0.1f});
+  test::write_vdb(file, {grid});
+  CHECK(std::filesystem::file_size(file) < 100'000);
+  const auto surface = load_level_set_vdb(file, "density", Normals::face);
+  REQUIRE_FALSE(surface.ok());
+  INFO(surface.error().message);
+  CHECK(surface.error().kind == ErrorKind::usage);
+  CHECK(surface.error().message.starts_with(file.string() + ": takes more memory than"));
 }
 #endif
 

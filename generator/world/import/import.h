@@ -4,6 +4,8 @@
 //   import_mesh        as load_mesh (world/mesh.h)
 //   import_density     as load_density_vdb
 //   import_level_set   as load_level_set_vdb
+//
+// std::bad_alloc comes through: main.cpp says what the memory was.
 #pragma once
 
 #include <filesystem>

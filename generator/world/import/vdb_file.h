@@ -38,7 +38,7 @@ auto load_from_vdb(const std::filesystem::path& file, Load load) -> decltype(loa
     if (!loaded) return refuse(loaded.error().message);
     return loaded;
   } catch (const std::bad_alloc&) {
-    return refuse("needs more memory than there is: too large, or damaged");
+    throw;  // main.cpp's
   } catch (const std::exception& e) {
     std::string what = e.what();
     std::replace(what.begin(), what.end(), '\n', ' ');
