@@ -1,5 +1,6 @@
 // --set: a key path, '=', and a value, put into a scenario that is in order.
 #include "fuzz_file.h"
+#include "mutate_text.h"
 #include "scenario/scenario.h"
 
 using namespace ensonify;

@@ -1,5 +1,6 @@
 // The scenario parser; what it accepts must come back from its own resolved text.
 #include "fuzz_file.h"
+#include "mutate_text.h"
 #include "scenario/scenario.h"
 
 using namespace ensonify;

@@ -1,5 +1,6 @@
 // Sweep files over a base that is there, with the points of those that are small.
 #include "fuzz_file.h"
+#include "mutate_text.h"
 #include "sweep/sweep_file.h"
 
 using namespace ensonify;

@@ -1,5 +1,6 @@
 // Tables of pulses, of bottom echoes and of sound speeds, and paths, by the first byte.
 #include "fuzz_file.h"
+#include "mutate_text.h"
 #include "scenario/tables.h"
 #include "world/path_ways.h"
 
