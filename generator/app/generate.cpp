@@ -123,14 +123,16 @@ Status finalize_dataset(const GenerateOptions& options) {
   Result<DatasetWork> work =
       settle_dataset(*worlds, options.pings, std::nullopt, *numerics, hashes, workers);
   if (!work) return work.error();
-  const Result<FolderState> state =
-      open_work(options.output, work->identity, worlds->first().scenario.sequences, false);
+  FolderUse use;
+  const Result<FolderState> state = open_work(
+      options.output, work->identity, worlds->first().scenario.sequences, false, false, &use);
   if (!state) return state.error();
   if (const Status there = all_sequences_made(options, *work); !there) return there;
   const std::size_t all = work->infos.size();
   const auto made = std::count_if(work->infos.begin(), work->infos.end(), [&](const auto& info) {
     return sequence_is_finished(options.output, info);
   });
+  if (options.partial) work->asked = {0, 0};
   if (*state != FolderState::complete) {
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     const Status finished =
@@ -144,6 +146,7 @@ Status finalize_dataset(const GenerateOptions& options) {
 }
 
 Status generate(const GenerateOptions& options) {
+  expect_interrupts();
   const auto start = std::chrono::steady_clock::now();
   Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
   if (!worlds) return worlds.error();
@@ -166,8 +169,9 @@ Status generate(const GenerateOptions& options) {
   if (Status heard = check_ping_zero(*worlds, work->infos.front(), *numerics, workers); !heard) {
     return heard;
   }
+  FolderUse use;
   const Result<FolderState> state =
-      open_work(options.output, work->identity, scenario.sequences, options.overwrite);
+      open_work(options.output, work->identity, scenario.sequences, options.overwrite, false, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {

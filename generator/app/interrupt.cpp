@@ -1,9 +1,12 @@
 #include "app/interrupt.h"
 
 #include <time.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
+
+#include "core/error.h"
 
 namespace ensonify {
 namespace {
@@ -30,7 +33,14 @@ extern "C" void remember_signal(int signal) {
   std::raise(signal);
 }
 
+extern "C" void end_at_once(int) { _exit(exit_code(ErrorKind::interrupted)); }
+
 }  // namespace
+
+void expect_interrupts() {
+  std::signal(SIGINT, end_at_once);
+  std::signal(SIGTERM, end_at_once);
+}
 
 void listen_for_interrupts() {
   std::signal(SIGINT, remember_signal);

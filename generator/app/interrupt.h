@@ -1,8 +1,10 @@
-// SIGINT and SIGTERM: the ping in hand is finished, then the run ends.
+// SIGINT and SIGTERM: the ping in hand is finished, then the run ends. Before there is one, nothing
+// is written either, and the program ends with 130 at once.
 #pragma once
 
 namespace ensonify {
 
+void expect_interrupts();
 void listen_for_interrupts();
 bool interrupted();
 

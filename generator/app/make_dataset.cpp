@@ -96,7 +96,14 @@ Status finish_work(const fs::path& dir, const SequenceWorlds& worlds, DatasetWor
   dataset.identity = std::move(work.identity);
   dataset.sequences_in_all = work.infos.size();
   for (SequenceInfo& info : work.infos) {
-    if (sequence_is_finished(dir, info)) dataset.sequences.push_back(std::move(info));
+    if (sequence_is_finished(dir, info)) {
+      dataset.sequences.push_back(std::move(info));
+    } else if (info.sequence >= work.asked.first && info.sequence < work.asked.second) {
+      return Error{ErrorKind::io,
+                   fmt::format("{}: sequence {} was made and is not whole any more; see what else "
+                               "changes the folder, and give the same command again",
+                               dir.string(), info.sequence)};
+    }
   }
   dataset.scenario_yaml = std::move(work.scenario_yaml);
   dataset.classes = worlds.first().world.classes;

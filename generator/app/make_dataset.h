@@ -51,7 +51,8 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const Numerics& numerics, FileHashes& hashes,
                                    const Workers& workers);
 
-// The top level of the data set, once its sequences are made. Errors: those of finish_dataset.
+// The top level of the data set, once those asked for are made; others are in it that are whole.
+// Errors: those of finish_dataset; io: one of those asked for is not whole.
 Status finish_work(const std::filesystem::path& dir, const SequenceWorlds& worlds, DatasetWork work,
                    int threads, double wall_seconds);
 

@@ -151,8 +151,9 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
     }
   }
   // What is done stays, whatever program and machine it comes from.
+  FolderUse use;
   const auto state = open_work(dir, work->identity, session.scenario.sequences,
-                               room.options.overwrite, /*keep_sealed=*/true);
+                               room.options.overwrite, /*keep_sealed=*/true, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
   if (Status made = make_pings(room, job, taken, dir, *worlds, *work); !made) return made;

@@ -253,6 +253,7 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
 }  // namespace
 
 Result<std::size_t> run_sweep(const SweepOptions& options) {
+  expect_interrupts();
   Result<SweepFile> file = load_sweep_file(options.sweep);
   if (!file) return file.error();
   const Workers workers(options.threads);

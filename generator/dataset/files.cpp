@@ -203,20 +203,31 @@ Status write_hashed_file(const fs::path& dir, const std::string& relative, std::
   return entry ? Status() : Status(entry.error());
 }
 
-Result<std::string> read_file(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+Result<std::string> read_file(const fs::path& path, std::uint64_t most_bytes) {
+  // Not to wait for whoever might write into a pipe.
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return read_error(path, errno);
+  const auto refused = [&](const std::string& why) {
+    ::close(file);
+    return Error{ErrorKind::io, fmt::format("cannot read {}: {}", path.string(), why)};
+  };
+  struct stat info {};
+  if (::fstat(file, &info) != 0) return refused(reason(errno));
+  if (!S_ISREG(info.st_mode)) return refused("no regular file");
+  const auto size = static_cast<std::uint64_t>(info.st_size);
+  if (size > most_bytes) return refused(fmt::format("larger than {} bytes", most_bytes));
+  // A byte more shows the end; files of the kernel's own have no size.
   std::string bytes;
-  for (;;) {
+  for (std::size_t room = size + 1;; room = kBufferBytes) {
     const std::size_t before = bytes.size();
-    bytes.resize(before + std::max(kBufferBytes, before));
-    const auto got = ::read(file, bytes.data() + before, bytes.size() - before);
+    bytes.resize(before + room);
+    const auto got = ::read(file, bytes.data() + before, room);
     const int error_number = errno;
     bytes.resize(before + (got > 0 ? static_cast<std::size_t>(got) : 0));
     if (got < 0 && error_number == EINTR) continue;
     if (got > 0) continue;
+    if (got < 0) return refused(reason(error_number));
     ::close(file);
-    if (got < 0) return read_error(path, error_number);
     return bytes;
   }
 }
@@ -310,6 +321,14 @@ void remove_work_folder(const fs::path& dir) {
       return record || name.starts_with("tmp/") || name == "plan.json";
     });
     remove_empty_folders(work);
+  }
+}
+
+void remove_temporary_files(const fs::path& dir) {
+  const fs::path folder = dir / layout::kTemporaryFolder;
+  std::error_code error;
+  if (fs::is_directory(fs::symlink_status(folder, error))) {
+    remove_files(folder, [](const std::string&) { return true; });
   }
 }
 

@@ -6,7 +6,7 @@
 //   is_safe_relative_path                 stays inside the folder, as written
 //   listed_file_size                      ... and as found on disk: no link on the way
 //   files_below                           everything in a folder that is not a folder
-//   remove_work_folder  remove_work_of    .work, as far as it is ours
+//   remove_work_folder  remove_work_of  remove_temporary_files    .work, as far as it is ours
 //   read_error  write_error               Error values that name the file and what to do
 //
 // Nothing is flushed to the disk itself: after a loss of power a file may be short, and then its
@@ -79,8 +79,13 @@ class StreamedFile {
   Sha256 hash_;
 };
 
-// Error (io): cannot be read.
-Result<std::string> read_file(const std::filesystem::path& path);
+// Error (io): cannot be read, is no regular file (a pipe would never end), or is larger than that.
+Result<std::string> read_file(const std::filesystem::path& path,
+                              std::uint64_t most_bytes = UINT64_MAX);
+
+// The most that is read of dataset.json and other top-level manifests: room for 1,000,000
+// sequences, which is all that a scenario may ask for.
+inline constexpr std::uint64_t kMaxManifestBytes = std::uint64_t{512} << 20;
 
 // Not empty, not absolute, and no part of it empty, "." or "..".
 bool is_safe_relative_path(std::string_view path);
@@ -98,6 +103,8 @@ Result<std::vector<std::string>> files_below(const std::filesystem::path& dir);
 void remove_work_folder(const std::filesystem::path& dir);
 // The same of some sequences, while others may be at work on theirs: temporary files stay.
 void remove_work_of(const std::filesystem::path& dir, std::span<const std::uint32_t> sequences);
+// Those of processes that were killed; one that is still at work writes its own again.
+void remove_temporary_files(const std::filesystem::path& dir);
 
 // Removes `folder` and the folders in it where nothing else is left. Does not follow links.
 void remove_empty_folders(const std::filesystem::path& folder);

@@ -12,11 +12,13 @@
 #include "dataset/coco.h"
 #include "dataset/data_card.h"
 #include "dataset/finish.h"
+#include "dataset/folder_lock.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
 #include "dataset/sequence_json.h"
 #include "dataset/tables.h"
+#include "dataset/work.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -205,8 +207,23 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
   return written ? Status() : Status(written.error());
 }
 
+// A finished data set of the same work that has all of these sequences, and more: this one is
+// older.
+bool is_outgrown(const fs::path& dir, const DatasetInfo& info) {
+  if (!is_sealed(dir)) return false;
+  const auto manifest = parse_manifest_file(dir / layout::kDatasetJson, [](const FileEntry&) {});
+  const Json* rows = manifest ? member(*manifest, "sequences") : nullptr;
+  if (rows == nullptr || !rows->is_array() || rows->size() <= info.sequences.size()) return false;
+  std::set<std::uint64_t> listed;
+  for (const Json& row : *rows) listed.insert(count_at(row, "sequence").value_or(UINT64_MAX));
+  return std::all_of(info.sequences.begin(), info.sequences.end(),
+                     [&](const SequenceInfo& ours) { return listed.contains(ours.sequence); });
+}
+
 Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
+  const FolderLock lock(dir);
   if (const Status fit = check_inputs(dir, info); !fit) return fit;
+  if (is_outgrown(dir, info)) return {};
   std::vector<SequenceLine> lines;
   for (const SequenceInfo& sequence : info.sequences) {
     auto line = read_sequence(dir, sequence);
@@ -229,12 +246,10 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
                                           manifest->sha256 + "  " + layout::kDatasetJson + "\n");
   if (!seal) return seal.error();
-  if (info.sequences_in_all <= info.sequences.size()) {
-    remove_work_folder(dir);
-    return {};
-  }
   std::vector<std::uint32_t> numbers;
   for (const SequenceInfo& sequence : info.sequences) numbers.push_back(sequence.sequence);
+  // Another process may have begun more sequences of this work.
+  if (info.sequences_in_all <= info.sequences.size()) remove_temporary_files(dir);
   remove_work_of(dir, numbers);
   return {};
 }

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "dataset/shallow_json.h"
+
 namespace ensonify {
 namespace {
 
@@ -35,7 +37,7 @@ Json json_of(const FileEntry& entry) {
 }
 
 std::optional<Json> parse_json(std::string_view text) {
-  Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+  Json json = parse_shallow<Json>(text.begin(), text.end());
   if (json.is_discarded()) return std::nullopt;
   return json;
 }
@@ -52,7 +54,7 @@ std::optional<Json> without_entries(const std::function<void(const Json&)>& on_e
     on_entry(parsed);
     return false;
   };
-  Json json = Json::parse(std::forward<Input>(input)..., keep, false);
+  Json json = parse_shallow_with<Json>(keep, std::forward<Input>(input)...);
   if (json.is_discarded() || !json.is_object()) return std::nullopt;
   return json;
 }

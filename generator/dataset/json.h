@@ -2,10 +2,10 @@
 // back to the same double, not-a-number as null. Private to dataset/.
 //
 //   json_text  json_line       pretty with a newline at the end; on one line
-//   parse_json                 none where it is not JSON
-//   parse_manifest  parse_manifest_entries   the same, its long list of files handed out one by one
-//   parse_manifest_file        ... of a file that need not be held
-//   text_at  count_at  ...     a member of the wanted kind, or none
+//   parse_json                 none where it is not JSON, or nested deeper than ours
+//   (shallow_json.h) parse_manifest  parse_manifest_entries   the same, its long list of files
+//   handed out one by one parse_manifest_file        ... of a file that need not be held text_at
+//   count_at  ...     a member of the wanted kind, or none
 #pragma once
 
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include "dataset/mask.h"
 #include "dataset/packed.h"
 #include "dataset/rle.h"
+#include "dataset/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -174,7 +175,8 @@ std::string to_line(const PingRecord& record) {
                      {"first_return_m", std::move(first)},
                      {"images", record.images},
                      {"files", std::move(files)}};
-  return json_line(json) + "\n";
+  const std::string line = json_line(json) + "\n";
+  return line + sha256_hex(line) + "\n";
 }
 
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
@@ -182,7 +184,10 @@ Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint3
   const auto path = dir / layout::record_path(sequence, ping);
   const auto text = read_file(path);
   if (!text) return text.error();
-  const auto json = parse_json(*text);
+  const std::string_view all(*text);
+  const std::string_view line = all.substr(0, std::min(all.find('\n'), all.size() - 1) + 1);
+  const bool whole = !all.empty() && all.substr(line.size()) == sha256_hex(line) + "\n";
+  const auto json = whole ? parse_json(line) : std::nullopt;
   const auto record = json ? parse(*json) : std::nullopt;
   if (!record || record->ping != ping) {
     return Error{ErrorKind::damage, path.string() + ": not a record of this ping"};

@@ -29,10 +29,12 @@ struct PingRecord {
 PingRecord record_of(const SequenceInfo& info, const PingResult& result,
                      std::vector<FileEntry> files);
 
-// The content of its file.
+// The content of its file: a line of JSON, and a line with the hash of the first, so that no damage
+// to it comes into the data set.
 std::string to_line(const PingRecord& record);
 
-// Error (io): it cannot be read; (damage): it is not a record of that ping.
+// Error (io): it cannot be read; (damage): it is not a record of that ping, or
+// not whole.
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
                                     std::uint32_t ping);
 

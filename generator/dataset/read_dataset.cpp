@@ -111,6 +111,25 @@ bool is_plausible(const StoredSequence& s) {
          s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
+// Masks are as large as the picture that is claimed, so that it is held against its files: deflate
+// packs at most 1,032 bytes into one.
+bool files_hold_pixels(const StoredDataset& dataset, const StoredSequence& s) {
+  const std::uint64_t pixels =
+      std::max(s.beams * s.samples, s.cartesian_height * s.cartesian_width);
+  bool any = false;
+  for (const std::string& name : s.each_ping) {
+    const std::string_view folder = std::string_view(name).substr(0, name.find('/'));
+    if (folder != "polar" && folder != "cartesian" && folder != "png") continue;
+    const auto bytes = listed_file_size(
+        dataset.dir,
+        layout::in_sequence(s.row.sequence, layout::ping_file(name, s.row.first_ping)));
+    if (!bytes) continue;
+    any = true;
+    if (pixels / 1032 <= *bytes) return true;
+  }
+  return !any;
+}
+
 std::optional<StoredAnnotation> annotation_of(const Json& json, const StoredSequence& sequence,
                                               const StoredPicture& picture) {
   const auto instance = count_at(json, "instance");
@@ -191,7 +210,7 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
                        "generate` has finished");
   }
   const fs::path path = dir / layout::kDatasetJson;
-  const auto text = read_file(path);
+  const auto text = read_file(path, kMaxManifestBytes);
   if (!text) return text.error();
   const auto seal = read_file(dir / layout::kDatasetSha256);
   if (!seal) return seal.error();
@@ -216,6 +235,9 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
   for (const Json& item : *rows) {
     const auto row = row_of(item);
     if (!row) return damaged(path, "lists a sequence without number, pings, split or hash");
+    if (!dataset.sequences.empty() && row->sequence <= dataset.sequences.back().sequence) {
+      return damaged(path, "lists its sequences twice, or not in their order");
+    }
     dataset.sequences.push_back(*row);
   }
   return dataset;
@@ -256,6 +278,9 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   }
   sequence.instances = std::move(*instances);
   sequence.each_ping = std::move(*each_ping);
+  if (!files_hold_pixels(dataset, sequence)) {
+    return damaged(path, "claims more pixels than its pictures have");
+  }
   return sequence;
 }
 

@@ -49,6 +49,10 @@ Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uin
         png_get_interlace_type(reader.png, reader.info) != PNG_INTERLACE_NONE) {
       return damaged(path, "is not of the size and depth that sequence.json tells");
     }
+    // Deflate packs at most 1,032 bytes into one.
+    if (rows * columns * sizeof(Pixel) / 1032 > bytes->size()) {
+      return damaged(path, "claims more pixels than it has");
+    }
     if constexpr (sizeof(Pixel) == 2) png_set_swap(reader.png);
     std::vector<Pixel> pixels(rows * columns);
     for (std::uint64_t row = 0; row < rows; ++row) {

@@ -108,6 +108,8 @@ std::optional<SequenceShape> shape_of(const Json& head) {
   return shape;
 }
 
+constexpr std::size_t kLongestTemplate = 64;
+
 // Names a sequence has to list, with the template of each.
 std::vector<std::pair<std::string, std::string>> expected_files(const SequenceShape& shape,
                                                                 const Json& head) {
@@ -130,6 +132,8 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceSh
   for (const Json& item : *each) {
     if (!item.is_string()) continue;
     const auto name_template = item.get<std::string>();
+    // None of ours, and as many copies of it as pings are a way to fill the memory.
+    if (name_template.size() > kLongestTemplate) continue;
     for (auto ping = shape.first_ping; ping < shape.last_ping; ++ping) {
       names.emplace_back(layout::ping_file(name_template, static_cast<std::uint32_t>(ping)),
                          name_template);
@@ -295,7 +299,7 @@ void check_manifest(Verification& v) {
     return v.fault(layout::kDatasetJson,
                    "is missing: the data set is not finished; give the generate command again");
   }
-  const auto text = read_file(v.dir / layout::kDatasetJson);
+  const auto text = read_file(v.dir / layout::kDatasetJson, kMaxManifestBytes);
   if (!text) return v.fault(layout::kDatasetJson, text.error().message);
   const auto seal = listed_file_size(v.dir, layout::kDatasetSha256)
                         ? read_file(v.dir / layout::kDatasetSha256)
@@ -324,7 +328,7 @@ bool is_ours(const fs::path& dir) {
                                                        {layout::kDatasetJson, "ensonify_dataset"}};
   return std::any_of(std::begin(marks), std::end(marks), [&](const auto& mark) {
     if (!listed_file_size(dir, mark.first)) return false;
-    const auto text = read_file(dir / mark.first);
+    const auto text = read_file(dir / mark.first, kMaxManifestBytes);
     const auto json = text ? parse_json(*text) : std::nullopt;
     return json && count_at(*json, mark.second);
   });

@@ -10,6 +10,7 @@
 
 #include "dataset/rle.h"
 #include "dataset/schema.h"
+#include "dataset/shallow_json.h"
 
 namespace ensonify {
 namespace {
@@ -218,7 +219,7 @@ std::string coco_fault(const std::filesystem::path& path, const std::set<std::st
                        std::uint64_t classes) {
   CocoReader reader{known, classes};
   std::ifstream file(path, std::ios::binary);
-  const Json json = Json::parse(file, std::ref(reader), false);
+  const Json json = parse_shallow_with<Json>(reader, file);
   if (json.is_discarded()) return "is not JSON";
   const std::string fault = SchemaCheck("coco").fault(json);
   return fault.empty() ? reader.fault : fault;

@@ -34,19 +34,57 @@ struct Folder {
 
 std::optional<std::string> text_of(const fs::path& dir, const char* name) {
   if (!listed_file_size(dir, name)) return std::nullopt;
-  auto text = read_file(dir / name);
+  auto text = read_file(dir / name, kMaxManifestBytes);
   return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-std::uint64_t begun_sequences(const fs::path& dir) {
-  std::uint64_t count = 0;
+// Numbers of the sequences that have a folder here.
+std::vector<std::uint64_t> sequences_in(const fs::path& folder) {
+  std::vector<std::uint64_t> numbers;
   std::error_code error;
-  for (fs::directory_iterator entry(dir / "sequences", error), end; !error && entry != end;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (name.size() < 6 || name.size() > 10) continue;
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    count = std::max<std::uint64_t>(count, std::stoull(name) + 1);
+    numbers.push_back(std::stoull(name));
+  }
+  return numbers;
+}
+
+// A link in the place of one of our folders, down to those of a sequence; empty: none. Files need
+// no look: what we write replaces a link, and what we remove is the link.
+std::string link_among(const fs::path& dir, const std::string& relative, int levels) {
+  std::error_code error;
+  for (fs::directory_iterator entry(dir / relative, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    const std::string name = relative + "/" + entry->path().filename().string();
+    if (entry->is_symlink(ignored)) {
+      if (fs::is_directory(entry->path(), ignored)) return name;
+    } else if (levels > 1 && entry->is_directory(ignored)) {
+      if (std::string found = link_among(dir, name, levels - 1); !found.empty()) return found;
+    }
+  }
+  return {};
+}
+
+std::string link_among_folders(const fs::path& dir) {
+  for (const char* const top : {"sequences", "assets", "splits", layout::kWorkFolder}) {
+    std::error_code error;
+    const fs::file_status status = fs::symlink_status(dir / top, error);
+    if (fs::is_symlink(status)) return top;
+    if (!fs::is_directory(status)) continue;
+    if (std::string found = link_among(dir, top, 2); !found.empty()) return found;
+  }
+  return {};
+}
+
+// The highest number of a sequence that was begun, plus one.
+std::uint64_t begun_sequences(const fs::path& dir) {
+  std::uint64_t count = 0;
+  for (const fs::path& folder : {dir / "sequences", dir / layout::kWorkFolder / "sequences"}) {
+    for (const std::uint64_t number : sequences_in(folder)) count = std::max(count, number + 1);
   }
   return count;
 }
@@ -135,6 +173,12 @@ Result<FolderState> start(const fs::path& dir, const std::string& work_text) {
 }
 
 Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work_text) {
+  if (FolderUse::is_used(dir)) {
+    return Error{ErrorKind::usage,
+                 dir.string() +
+                     ": another process is at work in it; end that one first, or name "
+                     "another folder"};
+  }
   const auto inventory = take_inventory(dir);
   if (!inventory) return inventory.error();
   if (const auto removed = remove_listed(dir, *inventory); !removed) return removed.error();
@@ -155,9 +199,9 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
 }
 
 // Without what a second copy of the work may have left when it was cut off.
-FolderState complete(const fs::path& dir, const Folder& folder) {
-  for (std::uint64_t s = 0; s < folder.sequences_begun; ++s) {
-    remove_pieces(dir, static_cast<std::uint32_t>(s));
+FolderState complete(const fs::path& dir) {
+  for (const std::uint64_t sequence : sequences_in(dir / "sequences")) {
+    if (sequence <= UINT32_MAX) remove_pieces(dir, static_cast<std::uint32_t>(sequence));
   }
   remove_work_folder(dir);
   return FolderState::complete;
@@ -165,15 +209,13 @@ FolderState complete(const fs::path& dir, const Folder& folder) {
 
 Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identity,
                                 std::uint32_t sequences, bool overwrite, bool keep_sealed) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  if (error) return write_error(dir, error.value());
-  if (!fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
-  const FolderLock lock(dir);
-
+  if (const std::string link = link_among_folders(dir); !link.empty()) {
+    return refused(dir, fmt::format("`{}` in it is a link, and what it leads to is not ours", link),
+                   false);
+  }
   const auto folder = look_at(dir);
   if (!folder) return folder.error();
-  if (keep_sealed && folder->sealed) return complete(dir, *folder);
+  if (keep_sealed && folder->sealed) return complete(dir);
   const std::string asked = to_json(identity);
   if (folder->empty) return start(dir, asked);
   if (!folder->work && !folder->dataset) {
@@ -197,7 +239,7 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
     return FolderState::continued;
   }
   if (overwrite) return empty_and_start(dir, asked);
-  return complete(dir, *folder);
+  return complete(dir);
 }
 
 }  // namespace
@@ -223,9 +265,17 @@ bool is_sealed(const fs::path& dir) {
 }
 
 Result<FolderState> open_work(const fs::path& dir, const WorkIdentity& identity,
-                              std::uint32_t sequences, bool overwrite, bool keep_sealed) {
-  return without_exceptions("opening " + dir.string(), [&] {
-    return open_folder(dir, identity, sequences, overwrite, keep_sealed);
+                              std::uint32_t sequences, bool overwrite, bool keep_sealed,
+                              FolderUse* use) {
+  return without_exceptions("opening " + dir.string(), [&]() -> Result<FolderState> {
+    std::error_code error;
+    fs::create_directories(dir, error);
+    if (error) return write_error(dir, error.value());
+    if (!fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
+    const FolderLock lock(dir);
+    auto state = open_folder(dir, identity, sequences, overwrite, keep_sealed);
+    if (state && use != nullptr) *use = FolderUse(dir);
+    return state;
   });
 }
 

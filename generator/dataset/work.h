@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "dataset/folder_lock.h"
 
 namespace ensonify {
 
@@ -45,9 +46,13 @@ enum class FolderState {
 //
 // Error (io): the folder cannot be made, read or written.
 //
+// Nor is a folder emptied in which another process is at work; whoever goes on to work here keeps
+// `use` as long. A folder of ours that is a link is refused: what stands behind it is somebody's.
+//
 // With `keep_sealed` a finished data set is complete whatever work it is, and stays.
 Result<FolderState> open_work(const std::filesystem::path& dir, const WorkIdentity& identity,
-                              std::uint32_t sequences, bool overwrite, bool keep_sealed = false);
+                              std::uint32_t sequences, bool overwrite, bool keep_sealed = false,
+                              FolderUse* use = nullptr);
 
 // Whether a data set was finished in `dir`: dataset.json and dataset.sha256 are there and agree.
 // Looks at nothing else.

@@ -11,6 +11,7 @@
 #include "dataset/files.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
+#include "dataset/shallow_json.h"
 #include "dataset/work.h"
 
 namespace ensonify {
@@ -111,7 +112,7 @@ Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
   if (!is_there(file)) return std::optional<SweepHead>();
   const Result<std::string> text = read_file(file);
   if (!text) return text.error();
-  const Json json = Json::parse(*text, nullptr, false);
+  const Json json = parse_shallow<Json>(*text);
   const auto name = word(json, "name");
   const Json program = json.is_object() ? json.value("program", Json()) : Json();
   const auto version = word(program, "version"), commit = word(program, "commit");
@@ -190,7 +191,7 @@ std::optional<RunFailure> read_failure(const fs::path& dir, const std::string& i
   if (!is_there(file)) return std::nullopt;
   const Result<std::string> text = read_file(file);
   if (!text) return std::nullopt;
-  const Json json = Json::parse(*text, nullptr, false);
+  const Json json = parse_shallow<Json>(*text);
   const auto of = [&](const char* key) { return word(json, key).value_or(""); };
   if (of("kind").empty()) return std::nullopt;
   return RunFailure{id, of("name"), of("kind"), of("message"), of("host"), of("time_utc")};

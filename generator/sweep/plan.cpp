@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "dataset/files.h"
+#include "dataset/shallow_json.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -35,7 +36,7 @@ std::string line_of(const PlannedRun& run) {
 
 // What is wrong with a line; empty: nothing, and `run` is set.
 std::string read_line(std::string_view text, PlannedRun& run) {
-  const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+  const Json json = parse_shallow<Json>(text.begin(), text.end());
   if (!json.is_object()) return "is no JSON object";
   for (const auto& [key, value] : json.items()) {
     const bool text_wanted = key == "run" || key == "name";

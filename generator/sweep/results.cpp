@@ -14,6 +14,7 @@
 #include "dataset/layout.h"
 #include "dataset/npy.h"
 #include "dataset/read_dataset.h"
+#include "dataset/shallow_json.h"
 
 namespace ensonify {
 namespace {
@@ -130,8 +131,8 @@ Status add_labels(const Place& place, Sums& sums) {
   if (!text) return text.error();
   for (std::size_t at = 0; at < text->size();) {
     const std::size_t end = std::min(text->find('\n', at), text->size());
-    const Json line = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(at),
-                                  text->begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    const Json line = parse_shallow<Json>(text->begin() + static_cast<std::ptrdiff_t>(at),
+                                          text->begin() + static_cast<std::ptrdiff_t>(end));
     at = end + 1;
     if (!line.is_object()) return damaged(path, "has a line that is no JSON");
     bool first = true;
@@ -227,7 +228,7 @@ Result<Json> read_head(const fs::path& path) {
   const auto keep = [](int depth, Json::parse_event_t event, Json& parsed) {
     return !(depth == 1 && event == Json::parse_event_t::key && parsed == "files");
   };
-  Json head = Json::parse(*text, keep, false);
+  Json head = parse_shallow_with<Json>(keep, *text);
   if (!head.is_object()) return damaged(path, "is no JSON");
   return head;
 }

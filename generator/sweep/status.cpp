@@ -11,6 +11,7 @@
 
 #include "dataset/files.h"
 #include "dataset/layout.h"
+#include "dataset/shallow_json.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -60,7 +61,7 @@ double recent_pings(const RunStatus& run, double recent_s) {
 std::optional<double> wall_seconds(const fs::path& folder) {
   const Result<std::string> text = read_file(folder / layout::kProvenanceJson);
   if (!text) return std::nullopt;
-  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  const auto json = parse_shallow<nlohmann::json>(*text);
   const auto found = json.is_object() ? json.find("wall_seconds") : json.end();
   if (found == json.end() || !found->is_number()) return std::nullopt;
   return found->get<double>();
