@@ -220,10 +220,22 @@ bool is_outgrown(const fs::path& dir, const DatasetInfo& info) {
                      [&](const SequenceInfo& ours) { return listed.contains(ours.sequence); });
 }
 
+// Another process may have begun more sequences of this work: those stay.
+void remove_own_work(const fs::path& dir, const DatasetInfo& info) {
+  std::vector<std::uint32_t> numbers;
+  for (const SequenceInfo& sequence : info.sequences) numbers.push_back(sequence.sequence);
+  if (info.sequences_in_all <= info.sequences.size()) remove_temporary_files(dir);
+  remove_work_of(dir, numbers);
+}
+
 Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const FolderLock lock(dir);
   if (const Status fit = check_inputs(dir, info); !fit) return fit;
-  if (is_outgrown(dir, info)) return {};
+  if (is_outgrown(dir, info)) {
+    for (const SequenceInfo& sequence : info.sequences) remove_pieces(dir, sequence.sequence);
+    remove_own_work(dir, info);
+    return {};
+  }
   std::vector<SequenceLine> lines;
   for (const SequenceInfo& sequence : info.sequences) {
     auto line = read_sequence(dir, sequence);
@@ -246,11 +258,7 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
                                           manifest->sha256 + "  " + layout::kDatasetJson + "\n");
   if (!seal) return seal.error();
-  std::vector<std::uint32_t> numbers;
-  for (const SequenceInfo& sequence : info.sequences) numbers.push_back(sequence.sequence);
-  // Another process may have begun more sequences of this work.
-  if (info.sequences_in_all <= info.sequences.size()) remove_temporary_files(dir);
-  remove_work_of(dir, numbers);
+  remove_own_work(dir, info);
   return {};
 }
 

@@ -3,6 +3,7 @@ import os
 import pathlib
 import random
 import shutil
+import signal
 import subprocess
 import unittest
 
@@ -172,13 +173,33 @@ class Together(Case):
         self.addCleanup(first.kill)
         while first.poll() is None and not list(output.glob("sequences/*/polar/*")):
             pass
-        for other in (["--seed", "12"], ["--set", "sonar.range_max_m=3"], ["--export-scatterers"]):
+        for other in (["--seed", "12"], ["--set", "sonar.range_max_m=3"], ["--export-scatterers"],
+                      ["--seed", "12", "--overwrite"]):
             done = self.generate(output, *other, expect=2)
             self.assertIn(str(output), done.stderr)
         self.assertIsNone(first.poll(), "too short to be disturbed")
         first.communicate()
         self.assertEqual(first.returncode, 0)
         self.assertEqual(contents(output), expected)
+
+    def test_the_same_work_with_more_sequences(self):
+        """Whoever ends last, all sequences are there: a slow node with the old number does not take away the new ones."""
+        expected = self.undisturbed()
+        for stopped in (False, True):
+            output = self.folder / f"grown{stopped}"
+            fewer = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "1", "--set", "sequences=2")
+            self.addCleanup(fewer.kill)
+            while fewer.poll() is None and not list(output.glob("sequences/000001/polar/*")):
+                pass
+            self.assertIsNone(fewer.poll(), "too short to be met")
+            if stopped:
+                fewer.send_signal(signal.SIGSTOP)
+            self.generate(output)
+            fewer.send_signal(signal.SIGCONT)
+            said = fewer.communicate()[1]
+            self.assertEqual(fewer.returncode, 0, said)
+            self.assertEqual(contents(output), expected)
+            self.assertEqual(run("verify", output).returncode, 0)
 
     def test_overwrite_removes_nothing_of_a_stranger(self):
         for files in (["thesis.txt"], ["dataset.json"], ["sequences/000000/polar/000000.exr"], [".work/work.json"]):

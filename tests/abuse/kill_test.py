@@ -5,6 +5,7 @@ KILLS: how many each (20). Moments are drawn from KILL_SEED, or from the clock; 
 comparison fails. scripts/kill_test.sh runs 200.
 """
 import os
+import pathlib
 import random
 import shutil
 import signal
@@ -22,6 +23,9 @@ axes:
   - {key: sonar.range_max_m, values: [3, 3.5, 4]}
   - {key: noise.spectrum_level_db, values: [20, 30]}
 """
+
+
+SLOW_TO_BUILD = "{heightfield: {size_m: [200, 200], cell_m: 0.1, roughness: {rms_m: 0.1, exponent: 3.2, outer_scale_m: 15}}}"
 
 
 def at_random(draw, longest_s, command):
@@ -94,6 +98,24 @@ class Kills(Case):
         done = run(*command)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(contents(output), expected)
+
+    def test_a_signal_before_the_first_ping(self):
+        """While the world is built, there is nothing to finish: at once, with 130, and nothing is written."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            output = self.folder / "never"
+            process = start("generate", self.scenario, "-o", output, "--quiet", "--set", f"objects.1.shape={SLOW_TO_BUILD}")
+            self.addCleanup(process.kill)
+            while process.poll() is None and not self.catches(process.pid, number):
+                time.sleep(0.001)
+            process.send_signal(number)
+            said = process.communicate()[1]
+            self.assertEqual(process.returncode, 130, said)
+            self.assertFalse(output.exists())
+
+    @staticmethod
+    def catches(pid, number):
+        status = pathlib.Path(f"/proc/{pid}/status").read_text().split("SigCgt:")[1].split()[0]
+        return int(status, 16) >> (number - 1) & 1
 
     @staticmethod
     def records(output):

@@ -1,6 +1,7 @@
 #include "dataset/files.h"
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <csignal>
@@ -179,6 +180,22 @@ TEST_CASE("a listed file is not reached through links") {
 }
 
 // Protects strangers' files in .work, and what a link in it points to.
+// Protects the night: a pipe would be waited for without end.
+TEST_CASE("only regular files are read, and no more of them than is asked for") {
+  const sample::TemporaryFolder folder;
+  REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  fs::create_symlink("/dev/zero", folder.path() / "zeros");
+  for (const char* name : {"pipe", "zeros", "."}) {
+    const auto read = read_file(folder.path() / name);
+    REQUIRE_FALSE(read.ok());
+    CHECK(read.error().kind == ErrorKind::io);
+    CHECK(read.error().message.find("no regular file") != std::string::npos);
+  }
+  sample::write(folder.path() / "ten", "0123456789");
+  CHECK(*read_file(folder.path() / "ten", 10) == "0123456789");
+  CHECK_FALSE(read_file(folder.path() / "ten", 9).ok());
+}
+
 TEST_CASE("only records and temporary files are removed with .work") {
   const sample::TemporaryFolder folder;
   const fs::path dir = folder.path() / "data";

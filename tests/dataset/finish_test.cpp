@@ -303,6 +303,35 @@ TEST_CASE("sequences grow without a touch on the old ones") {
 
 // Protects growth that is killed in the finishing step: the old seal must be gone before the first
 // top-level file is renewed. The missing asset stops finishing in the middle.
+// Protects the larger one of two processes that make the same work, of which one was started with
+// more sequences: whoever ends last, all sequences are in the data set.
+TEST_CASE("a data set that was finished with more sequences stays") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 2);
+  const auto before = sample::contents(folder.path());
+  REQUIRE(finish_dataset(folder.path(), sample::dataset_info(1)).ok());
+  CHECK(sample::contents(folder.path()) == before);
+}
+
+// Protects the records of the larger one while the smaller one ends.
+TEST_CASE("finishing leaves alone sequences that another process has begun") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  sample::open(folder.path(), 2);
+  const auto grown = sample::sequence_info(1);
+  REQUIRE(write_ping(folder.path(), grown, sample::ping_result(grown, 0), Workers(1)).ok());
+  REQUIRE(finish_dataset(folder.path(), sample::dataset_info(1)).ok());
+  CHECK(ping_is_finished(folder.path(), 1, 0, grown));
+  for (const std::uint32_t ping : {1u, 2u}) {
+    REQUIRE(write_ping(folder.path(), grown, sample::ping_result(grown, ping), Workers(1)).ok());
+  }
+  REQUIRE(finish_sequence(folder.path(), grown).ok());
+  REQUIRE(finish_dataset(folder.path(), sample::dataset_info(2)).ok());
+  const sample::TemporaryFolder at_once;
+  sample::make_dataset(at_once.path(), 2);
+  CHECK(sample::contents(folder.path()) == sample::contents(at_once.path()));
+}
+
 TEST_CASE("a data set that outgrew its seal is not complete") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);

@@ -188,3 +188,60 @@ TEST_CASE("a sequence that lost a file is made again when the folder is continue
     if (name.starts_with("sequences/")) CHECK(after.at(name) == bytes);
   }
 }
+
+// Protects what lies behind a link: neither removed nor written over, whether asked to overwrite or
+// not.
+TEST_CASE("links in the place of our folders are refused and what they lead to stays") {
+  const sample::TemporaryFolder folder, other;
+  sample::make_dataset(other.path(), 1);
+  sample::write(other.path() / ".work/sequences/000000/mine.json", "mine");
+  const auto before = sample::contents(other.path());
+  const fs::path dir = folder.path() / "d";
+  sample::open(dir, 2);
+  std::string name;
+  SECTION("of .work") { fs::remove_all(dir / (name = ".work")); }
+  SECTION("of the sequences") { name = "sequences"; }
+  SECTION("of one sequence") { name = "sequences/000000"; }
+  SECTION("of the pictures of one") { name = "sequences/000000/polar"; }
+  SECTION("of the records of one") { name = ".work/sequences/000000"; }
+  fs::create_directories((dir / name).parent_path());
+  fs::create_directory_symlink(other.path() / name, dir / name);
+  for (const bool overwrite : {false, true}) {
+    INFO(name << (overwrite ? ", overwrite" : ""));
+    CHECK(
+        contains(refusal(dir, sample::identity(), 2, overwrite), "`" + name + "` in it is a link"));
+    WorkIdentity another = sample::identity();
+    another.seed = 99;
+    refusal(dir, another, 2, overwrite);
+  }
+  CHECK(sample::contents(other.path()) == before);
+}
+
+// Protects the one that is at work: what it has made is not taken from under it, and what it goes
+// on to make does not come into another's data set.
+TEST_CASE("a folder in which another is at work is not emptied") {
+  const sample::TemporaryFolder folder;
+  WorkIdentity other = sample::identity();
+  other.seed = 99;
+  {
+    FolderUse one, two;
+    REQUIRE(open_work(folder.path(), sample::identity(), 1, false, false, &one).ok());
+    REQUIRE(open_work(folder.path(), sample::identity(), 1, false, false, &two).ok());
+    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is at work"));
+    one = FolderUse();
+    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is at work"));
+    // The same work is gone on with, by however many.
+    CHECK(open_state(folder.path(), sample::identity(), 1, true) == FolderState::continued);
+  }
+  CHECK(open_state(folder.path(), other, 1, true) == FolderState::started);
+}
+
+// Protects against folders that somebody made: their number is no count of what there is to do.
+TEST_CASE("a complete data set with a folder of the last number of all is complete at once") {
+  const sample::TemporaryFolder folder;
+  sample::make_dataset(folder.path(), 1);
+  fs::create_directories(folder.path() / "sequences/4294967295");
+  const auto state = open_work(folder.path(), sample::identity(), 1, false, true);
+  REQUIRE(state.ok());
+  CHECK(*state == FolderState::complete);
+}

@@ -116,6 +116,16 @@ TEST_CASE("a ping is finished when its record and files are there") {
     fs::create_symlink(folder.path() / "elsewhere", file);
   }
   SECTION("record missing") { fs::remove(record); }
+  SECTION("another digit in the record") {
+    std::string text = sample::read(record);
+    const std::size_t digit = text.find_first_of("0123456789", text.find("first_return_m"));
+    text[digit] = text[digit] == '1' ? '2' : '1';
+    sample::write(record, text);
+  }
+  SECTION("record without its hash") {
+    const std::string text = sample::read(record);
+    sample::write(record, text.substr(0, text.find('\n') + 1));
+  }
   SECTION("record cut short") { fs::resize_file(record, fs::file_size(record) / 2); }
   SECTION("record of another ping") {
     fs::rename(record, folder.path() / layout::record_path(0, 0));
