@@ -46,6 +46,8 @@ void expect_interrupts() {
 void listen_for_interrupts() {
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
+  // Of a terminal that was closed; `nohup` has it ignored.
+  if (std::signal(SIGHUP, remember_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 bool interrupted() { return g_interrupted; }

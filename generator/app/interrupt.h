@@ -1,5 +1,5 @@
-// SIGINT and SIGTERM: the ping in hand is finished, then the run ends. Before there is one, nothing
-// is written either, and the program ends with 130 at once.
+// SIGINT, SIGTERM and SIGHUP: the ping in hand is finished, then the run ends. Before there is one,
+// nothing is written either, and the first two end the program with 130 at once.
 #pragma once
 
 namespace ensonify {

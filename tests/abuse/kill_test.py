@@ -9,9 +9,10 @@ import pathlib
 import random
 import shutil
 import signal
+import subprocess
 import time
 
-from program import Case, contents, run, start
+from program import PROGRAM, Case, contents, run, start
 
 KILLS = int(os.environ.get("KILLS", "20"))
 SEED = int(os.environ.get("KILL_SEED", str(time.time_ns() % 1_000_000)))
@@ -84,7 +85,8 @@ class Kills(Case):
         expected = self.undisturbed("--set", "sonar.rays={elevation: 40, azimuth: 200}")
         command = ["generate", self.scenario, "-o", output, "--quiet", "--threads", "1",
                    "--set", "sonar.rays={elevation: 40, azimuth: 200}"]
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # tests may run under nohup, which is inherited
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             before = self.records(output)
             process = start(*command)
             while process.poll() is None and self.records(output) <= before:
@@ -95,8 +97,13 @@ class Kills(Case):
             self.assertIn("goes on", said)
             self.assertGreater(self.records(output), before)
             self.assertFalse(list(output.glob(".work/tmp/*")), "left over")
-        done = run(*command)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        # Under nohup a closed terminal is no reason to stop.
+        before = self.records(output)
+        process = subprocess.Popen(["nohup", PROGRAM, *map(str, command)], stderr=subprocess.DEVNULL)
+        while process.poll() is None and self.records(output) <= before:
+            time.sleep(0.001)
+        process.send_signal(signal.SIGHUP)
+        self.assertEqual(process.wait(), 0)
         self.assertEqual(contents(output), expected)
 
     def test_a_signal_before_the_first_ping(self):
