@@ -89,12 +89,13 @@ class Hostile(Case):
         output = self.folder / "out"
         words = words or ["generate", self.scenario, "-o", output]
         started = time.monotonic()
-        done = run(*words, timeout=60)
+        done = run(*words, timeout=600 if SANITIZED else 60)
         took = time.monotonic() - started
         self.assertEqual(done.returncode, status, done.stderr[-2000:])
         for text in expected:
             self.assertIn(text, done.stderr)
-        self.assertLess(took, limit_s * (6 if SANITIZED else 1))
+        if not SANITIZED:
+            self.assertLess(took, limit_s)
         self.assertFalse(output.exists())
         return done.stderr
 
