@@ -47,6 +47,11 @@ const std::string* name_of_entry(const Node& entry) {
   return name != nullptr && name->kind == NodeKind::scalar ? &name->text : nullptr;
 }
 
+// Ways are dear: nothing is drawn in a node without.
+bool has_parts(const Node& node) {
+  return node.kind == NodeKind::map || node.kind == NodeKind::list;
+}
+
 bool is_counted_list(std::string_view path) { return path == "objects" || path == "point_targets"; }
 
 std::size_t values_in(const Node& node) {
@@ -88,10 +93,10 @@ class Drawer {
       draw_distribution(node, way);
     } else if (node.kind == NodeKind::map) {
       for (std::size_t i = 0; i < node.items.size(); ++i) {
+        if (!has_parts(node.items[i])) continue;
         const std::string& key = node.keys[i].text;
-        if (may_be_drawn(node.items[i], step(way, key), key)) {
-          draw(node.items[i], step(way, key));
-        }
+        const Way inner = step(way, key);
+        if (may_be_drawn(node.items[i], inner, key)) draw(node.items[i], inner);
       }
     } else if (node.kind == NodeKind::list) {
       draw_list(node, way);
@@ -123,7 +128,7 @@ class Drawer {
   // Names of files differ from one copy of a scenario to the next, and a preset's keys may lie
   // under a map: of these the record is the alternative's number, which stays.
   void record(std::size_t at, const Way& way, const Node& node, std::size_t index = 0) {
-    const bool nested = node.kind == NodeKind::map || node.kind == NodeKind::list;
+    const bool nested = has_parts(node);
     const std::size_t dot = way.named.rfind('.');
     const bool file =
         names_file(std::string_view(way.named).substr(dot == std::string::npos ? 0 : dot + 1));
@@ -232,7 +237,11 @@ class Drawer {
   void draw_list(Node& list, const Way& way) {
     std::vector<Node> entries;
     for (std::size_t i = 0; i < list.items.size(); ++i) {
-      draw_entry(std::move(list.items[i]), way, step(way, std::to_string(i)), entries);
+      if (has_parts(list.items[i])) {
+        draw_entry(std::move(list.items[i]), way, step(way, std::to_string(i)), entries);
+      } else {
+        entries.push_back(std::move(list.items[i]));
+      }
     }
     list.items = std::move(entries);
   }
@@ -292,13 +301,16 @@ class Drawer {
           fmt::format("counts stand for more than {} values, accepted are fewer", kMaxYamlValues));
       return;
     }
+    const std::size_t before = faults_.found();
+    bool is_wrong = false;  // the rest would be wrong in the same way
     for (int k = 0; k < count; ++k) {
-      Node copy = entry;
+      Node copy = is_wrong ? out.back() : entry;
       Node& own_name = *find(copy, "name");
       own_name.text = fmt::format("{}_{}", stem, k);
       Way own = step(list, "", own_name.text);
       own.path = way.path;
-      draw(copy, own);
+      if (!is_wrong) draw(copy, own);
+      is_wrong = faults_.found() != before;
       out.push_back(std::move(copy));
     }
   }

@@ -21,26 +21,27 @@ std::string line_of(const Faults& faults, const Fault& fault) {
 }
 
 // Without what tells items of a list apart.
-std::string without_indexes(const std::string& path) {
+std::string without_indexes(std::string_view path) {
   std::string kept;
   std::size_t begin = 0;
   while (begin <= path.size()) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
-    const std::string segment = path.substr(begin, end - begin);
-    kept += segment.find_first_not_of("0123456789") == std::string::npos ? "#" : segment;
+    const std::string_view segment = path.substr(begin, end - begin);
+    kept += segment.find_first_not_of("0123456789") == std::string_view::npos ? "#" : segment;
     kept += '.';
     begin = end + 1;
   }
   return kept;
 }
 
-// One line of the file may stand for many values: an entry with a count, an anchor.
-bool same_fault(const Fault& a, const Fault& b) {
-  return a.place.line > 0 && a.text == b.text &&
-         std::tie(a.place.source, a.place.line, a.place.column) ==
-             std::tie(b.place.source, b.place.line, b.place.column) &&
-         without_indexes(a.path) == without_indexes(b.path);
+bool is_at(const Fault& fault, const Place& place, std::string_view path) {
+  return place.line > 0 &&
+         std::tie(fault.place.line, fault.place.column, fault.place.source) ==
+             std::tie(place.line, place.column, place.source) &&
+         without_indexes(fault.path) == without_indexes(path);
 }
+
+bool is_full(const Faults& faults) { return faults.list.size() >= kMaxFaults; }
 
 }  // namespace
 
@@ -50,11 +51,24 @@ int add_source(Faults& faults, std::string label) {
 }
 
 void add_fault(Faults& faults, Place place, std::string_view path, std::string text) {
-  if (faults.list.size() < kMaxFaults) {
-    faults.list.push_back({place, std::string(path), std::move(text)});
-  } else {
+  const bool told = std::any_of(faults.list.begin(), faults.list.end(), [&](const Fault& fault) {
+    return fault.text == text && is_at(fault, place, path);
+  });
+  if (told) {
+    ++faults.repeated;
+  } else if (is_full(faults)) {
     ++faults.left_out;
+  } else {
+    faults.list.push_back({place, std::string(path), std::move(text)});
   }
+}
+
+bool needs_words(Faults& faults, Place place, std::string_view path) {
+  const bool told = std::any_of(faults.list.begin(), faults.list.end(),
+                                [&](const Fault& fault) { return is_at(fault, place, path); });
+  if (told) ++faults.repeated;
+  if (!told && is_full(faults)) ++faults.left_out;
+  return !told && !is_full(faults);
 }
 
 Error to_error(const Faults& faults) {
@@ -64,13 +78,10 @@ Error to_error(const Faults& faults) {
            std::tie(b.place.source, b.place.line, b.place.column);
   });
   std::vector<std::string> lines;
-  for (auto fault = sorted.begin(); fault != sorted.end(); ++fault) {
-    const bool told = std::any_of(sorted.begin(), fault,
-                                  [&](const Fault& other) { return same_fault(other, *fault); });
-    std::string line = line_of(faults, *fault);
-    if (!told && std::find(lines.begin(), lines.end(), line) == lines.end()) {
+  for (const Fault& fault : sorted) {
+    std::string line = line_of(faults, fault);
+    if (std::find(lines.begin(), lines.end(), line) == lines.end())
       lines.push_back(std::move(line));
-    }
   }
   if (faults.left_out > 0) lines.push_back(fmt::format("and {} more", faults.left_out));
   return {ErrorKind::usage, fmt::format("{}", fmt::join(lines, "\n"))};

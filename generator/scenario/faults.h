@@ -1,7 +1,7 @@
 // Everything that is wrong with a scenario, collected so that it can be told at once.
 //
 //   Place   where: a source (file, preset, --set) with line and column
-//   Faults  add_source  add_fault  to_error
+//   Faults  add_source  add_fault  needs_words  to_error
 #pragma once
 
 #include <cstddef>
@@ -30,19 +30,28 @@ struct Faults {
   std::vector<std::string> sources;  // labels: a file's name, `--set KEY.PATH`, `preset NAME`
   std::vector<Fault> list;
   std::size_t left_out = 0;  // found after the list was full
+  std::size_t repeated = 0;  // by values that one text stands for: told once
 
   bool empty() const { return list.empty(); }
+  // Grows with every fault, told or not.
+  std::size_t found() const { return list.size() + left_out + repeated; }
 };
 
 // More than this nobody reads; the rest is counted only.
 inline constexpr std::size_t kMaxFaults = 100;
 
 int add_source(Faults& faults, std::string label);
+
+// One text of the file may stand for many values, by a count or an anchor: a fault that differs
+// from one of the list in nothing but the number of a list's item is not listed again.
 void add_fault(Faults& faults, Place place, std::string_view path, std::string text);
 
+// For words that are dear: false, and the fault counted, where the list is full or has one of that
+// place and path, numbers of items aside.
+bool needs_words(Faults& faults, Place place, std::string_view path);
+
 // One line a fault, `file:line:column: key.path: what is wrong, what is accepted`, in the order of
-// the sources and of the places within them, each line once, and each fault of a text that stands
-// for several values.
+// the sources and of the places within them, each line once.
 Error to_error(const Faults& faults);
 
 }  // namespace ensonify

@@ -19,12 +19,12 @@ void parse_flat(Faults& faults, const Value& multipath, const char* key,
 
 void parse_multipath(Faults& faults, const Value& value, Multipath& multipath) {
   if (!open_map(faults, value, {"surface", "bottom", "objects", "bounces"})) return;
-  const std::size_t before = faults.list.size();
+  const std::size_t before = faults.found();
   parse_flat(faults, value, "surface", multipath.surface);
   parse_flat(faults, value, "bottom", multipath.bottom);
   read_boolean(faults, value, "objects", multipath.objects);
   read_integer(faults, value, "bounces", 1, kMaxBounces, multipath.bounces);
-  if (faults.list.size() != before) return;
+  if (faults.found() != before) return;
   const auto& [surface, bottom, objects, bounces] = multipath;
   if (!surface && !bottom && !objects) {
     add_fault(faults, value.place, value.path,

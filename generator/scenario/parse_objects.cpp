@@ -118,10 +118,11 @@ std::vector<std::string> class_names(const Value& root) {
 void parse_material_name(Faults& faults, const Value& map, std::string_view key,
                          const MaterialNames& names, std::string& material) {
   if (!read_text(faults, map, key, material, Need::required)) return;
-  if (names.set.contains(material) || faults.list.size() >= kMaxFaults) return;
+  if (names.set.contains(material)) return;
+  const Value value = *child(map, key);
+  if (!needs_words(faults, value.place, value.path)) return;
   std::string accepted = "none is defined under materials";
   if (!names.list.empty()) accepted = "accepted are the keys of materials: " + joined(names.list);
-  const Value value = *child(map, key);
   add_fault(
       faults, value.place, value.path,
       fmt::format("no material {}{}, {}", shown(material), hint(material, names.list), accepted));

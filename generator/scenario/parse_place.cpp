@@ -82,8 +82,9 @@ void check_places(Faults& faults, const Value& objects) {
     const auto place = object.node->kind == NodeKind::map ? child(object, "place") : std::nullopt;
     const std::string* on = place ? text_of(*place, "on") : nullptr;
     if (on != nullptr && !before.contains(*on)) {
-      const bool later = std::find(all.begin(), all.end(), *on) != all.end();
       const Value value = *child(*place, "on");
+      if (!needs_words(faults, value.place, value.path)) continue;
+      const bool later = std::find(all.begin(), all.end(), *on) != all.end();
       add_fault(faults, value.place, value.path,
                 fmt::format("{} {}{}, accepted is the name of an object that stands before this "
                             "one in the list",

@@ -191,13 +191,13 @@ void parse_output(Faults& faults, const Value& value, OutputSpec& output) {
 
 void parse_splits(Faults& faults, const Value& value, SplitsSpec& splits) {
   if (!open_map(faults, value, {"train", "val", "test"})) return;
-  const std::size_t before = faults.list.size();
+  const std::size_t before = faults.found();
   const NumberRange fraction = from_to(0, 1e6);
   splits = {0, 0, 0};
   read_number(faults, value, "train", fraction, splits.train);
   read_number(faults, value, "val", fraction, splits.val);
   read_number(faults, value, "test", fraction, splits.test);
-  if (faults.list.size() == before && !(splits.train + splits.val + splits.test > 0)) {
+  if (faults.found() == before && !(splits.train + splits.val + splits.test > 0)) {
     add_fault(faults, value.place, value.path,
               "the fractions train, val and test are all zero, accepted is a sum above zero");
   }

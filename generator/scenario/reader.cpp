@@ -35,12 +35,14 @@ void wrong_kind(Faults& faults, const Value& value, std::string_view accepted) {
 }
 
 // The child, or a fault if it is needed and absent.
+// `accepted` makes the words: most values are there and need none.
+template <class Words>
 std::optional<Value> wanted(Faults& faults, const Value& map, std::string_view key,
-                            std::string_view accepted, Need need) {
+                            const Words& accepted, Need need) {
   std::optional<Value> value = child(map, key);
   if (!value && need == Need::required) {
     add_fault(faults, map.place, path_of(map, key),
-              fmt::format("missing, accepted is {}", accepted));
+              fmt::format("missing, accepted is {}", accepted()));
   }
   return value;
 }
@@ -48,10 +50,10 @@ std::optional<Value> wanted(Faults& faults, const Value& map, std::string_view k
 // What is wrong with a scalar as a number, whatever its range; empty: nothing.
 std::string number_trouble(const Node& node) {
   if (node.kind != NodeKind::scalar || node.quoted) return kind_in_words(node) + " is no number";
+  const PlainKind kind = classify_plain(node.text);
+  if (kind == PlainKind::number) return "";
   const std::string text = shown(node.text);
-  switch (classify_plain(node.text)) {
-    case PlainKind::number:
-      return "";
+  switch (kind) {
     case PlainKind::octal_looking:
       return text + " looks octal and readers disagree about its value; write it without the " +
              "leading zero";
@@ -122,14 +124,16 @@ std::string text_in_words(std::size_t max_bytes) {
 
 void refuse_unknown_key(Faults& faults, const Value& map, const Key& key,
                         const std::vector<std::string_view>& known) {
-  if (faults.list.size() >= kMaxFaults) {
-    ++faults.left_out;
-    return;
-  }
+  const std::string path = path_of(map, key.text);
+  if (!needs_words(faults, key.place, path)) return;
   const std::string accepted =
       known.empty() ? "no key is accepted here" : "accepted are " + joined(known);
   std::string text = fmt::format("unknown key{}, {}", hint(key.text, known), accepted);
-  add_fault(faults, key.place, path_of(map, key.text), std::move(text));
+  add_fault(faults, key.place, path, std::move(text));
+}
+
+std::string numbers_in_words(std::size_t count) {
+  return fmt::format("a list of {} numbers", count);
 }
 
 std::string integer_in_words(int low, int high) {
@@ -218,7 +222,8 @@ std::string in_words(const NumberRange& range, std::string_view noun) {
 
 bool read_number(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
                  double& out, Need need) {
-  const auto value = wanted(faults, map, key, in_words(range, "number"), need);
+  const auto value = wanted(
+      faults, map, key, [&] { return in_words(range, "number"); }, need);
   if (!value) return false;
   const std::optional<double> number = number_of(faults, *value, range);
   if (number) out = *number;
@@ -227,22 +232,21 @@ bool read_number(Faults& faults, const Value& map, std::string_view key, const N
 
 bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
                   double* out, std::size_t count, Need need) {
-  const std::string accepted = fmt::format("a list of {} numbers", count);
-  const auto value = wanted(faults, map, key, accepted, need);
+  const auto value = wanted(
+      faults, map, key, [&] { return numbers_in_words(count); }, need);
   return value && read_numbers_of(faults, *value, range, out, count);
 }
 
 bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& range, double* out,
                      std::size_t count) {
-  const std::string accepted = fmt::format("a list of {} numbers", count);
   if (value.node->kind != NodeKind::list) {
-    wrong_kind(faults, value, accepted);
+    wrong_kind(faults, value, numbers_in_words(count));
     return false;
   }
   if (value.node->items.size() != count) {
     fault(faults, value,
           fmt::format("a list of {} stands here, accepted is {}", value.node->items.size(),
-                      accepted));
+                      numbers_in_words(count)));
     return false;
   }
   std::vector<double> numbers;
@@ -276,7 +280,8 @@ bool read_integer_of(Faults& faults, const Value& value, int low, int high, int&
 
 bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
                   int& out, Need need) {
-  const auto value = wanted(faults, map, key, integer_in_words(low, high), need);
+  const auto value = wanted(
+      faults, map, key, [&] { return integer_in_words(low, high); }, need);
   return value && read_integer_of(faults, *value, low, high, out);
 }
 
@@ -335,12 +340,12 @@ std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_v
 
 std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::string_view key,
                                      const std::vector<std::string_view>& words, Need need) {
-  const std::string accepted = (words.size() == 1 ? "" : "one of ") + joined(words);
+  const auto accepted = [&] { return (words.size() == 1 ? "" : "one of ") + joined(words); };
   const auto value = wanted(faults, map, key, accepted, need);
   if (!value) return std::nullopt;
   const Node& node = *value->node;
   if (node.kind != NodeKind::scalar) {
-    wrong_kind(faults, *value, accepted);
+    wrong_kind(faults, *value, accepted());
     return std::nullopt;
   }
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -348,17 +353,17 @@ std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::stri
   }
   fault(faults, *value,
         fmt::format("{} is not known{}, accepted is {}", shown(node.text), hint(node.text, words),
-                    accepted));
+                    accepted()));
   return std::nullopt;
 }
 
 bool read_text(Faults& faults, const Value& map, std::string_view key, std::string& out, Need need,
                std::size_t max_bytes) {
-  const std::string accepted = text_in_words(max_bytes);
+  const auto accepted = [&] { return text_in_words(max_bytes); };
   const auto value = wanted(faults, map, key, accepted, need);
   if (!value) return false;
   if (value->node->kind != NodeKind::scalar) {
-    wrong_kind(faults, *value, accepted);
+    wrong_kind(faults, *value, accepted());
     return false;
   }
   const std::string trouble = text_trouble(value->node->text, value->node->quoted, max_bytes);
@@ -366,7 +371,7 @@ bool read_text(Faults& faults, const Value& map, std::string_view key, std::stri
     out = value->node->text;
     return true;
   }
-  fault(faults, *value, trouble + ", accepted is " + accepted);
+  fault(faults, *value, trouble + ", accepted is " + accepted());
   return false;
 }
 

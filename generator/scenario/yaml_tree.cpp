@@ -289,9 +289,9 @@ std::optional<Node> read_yaml_map(const std::string& text, int source, Faults& f
   const std::string_view mark = "\xEF\xBB\xBF";
   const std::string body = text.starts_with(mark) ? text.substr(mark.size()) : text;
   if (!is_clean_text(body, source, "", true, faults)) return std::nullopt;
-  const std::size_t before = faults.list.size() + faults.left_out;
+  const std::size_t before = faults.found();
   std::optional<Node> root = read_clean(body, source, "", true, faults);
-  if (!root && faults.list.size() + faults.left_out == before) {
+  if (!root && faults.found() == before) {
     add_fault(faults, {source, 1, 1}, "",
               "empty: a scenario is a map of keys that begins with `ensonify: 1`");
   }
@@ -301,9 +301,9 @@ std::optional<Node> read_yaml_map(const std::string& text, int source, Faults& f
 std::optional<Node> read_yaml_value(const std::string& text, int source, const std::string& path,
                                     Faults& faults) {
   if (!is_clean_text(text, source, path, false, faults)) return std::nullopt;
-  const std::size_t before = faults.list.size() + faults.left_out;
+  const std::size_t before = faults.found();
   std::optional<Node> root = read_clean(text, source, path, false, faults);
-  if (!root && faults.list.size() + faults.left_out == before) {
+  if (!root && faults.found() == before) {
     root.emplace();
     root->place = {source, 0, 0};
   }

@@ -25,11 +25,10 @@ constexpr std::string_view kSourcesInWords =
 // In an axis that goes wrong: whether `faults` has grown.
 class Watch {
  public:
-  explicit Watch(const Faults& faults) : faults_(faults), before_(size()) {}
-  bool quiet() const { return size() == before_; }
+  explicit Watch(const Faults& faults) : faults_(faults), before_(faults.found()) {}
+  bool quiet() const { return faults_.found() == before_; }
 
  private:
-  std::size_t size() const { return faults_.list.size() + faults_.left_out; }
   const Faults& faults_;
   std::size_t before_;
 };

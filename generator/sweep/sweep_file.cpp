@@ -59,9 +59,9 @@ class SweepParser {
     read_text(faults_, root, "name", sweep_.name);
     std::uint64_t seed = 0;
     read_seed(faults_, root, "seed", seed);
-    const std::size_t before = faults_.list.size();
+    const std::size_t before = faults_.found();
     if (const auto axes = child(root, "axes")) sweep_.axes = parse_axes(faults_, *axes, seed);
-    axes_are_whole_ = faults_.list.size() == before;
+    axes_are_whole_ = faults_.found() == before;
     read_base(root);
     if (const auto set = child(root, "set")) put_in(*set);
     if (sweep_.tree) {

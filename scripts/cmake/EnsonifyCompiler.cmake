@@ -36,6 +36,8 @@ if(ENSONIFY_SANITIZE)
 endif()
 if(ENSONIFY_FUZZ)
   target_compile_options(ensonify_flags INTERFACE -fsanitize=fuzzer-no-link)
+  # The name by which fuzzed code knows that it is fuzzed (libFuzzer's manual): limits are lower.
+  target_compile_definitions(ensonify_flags INTERFACE FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION=1)
 endif()
 
 # ensonify_library(NAME folder SOURCES a.cpp ... USES other folders ... PRIVATE third parties ...)

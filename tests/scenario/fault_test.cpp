@@ -257,5 +257,39 @@ TEST_CASE("faults beyond a hundred are counted only") {
   }
 }
 
+// Protects the other faults of a file against an entry with a count, whose copies are all wrong in
+// the same way. Found by a fuzzer, which waited for the words of 560,000 faults.
+TEST_CASE("what is wrong with all copies of an entry is told once") {
+  const std::string entry =
+      kHead +
+      "objects:\n"
+      "  - {name: block, count: 60000, material: concret, place: {on: flor, area_m: [[0, 0], [1, "
+      "1]]},"
+      " shape: {box: {size_m: [{uniform: [1, nan]}, {uniform: [b, 2]}, 1], siz: 1}}}\n"
+      "trajectory: {pings: 0}\n";
+  const auto lines = faults_of(entry);
+  INFO(joined_lines(lines));
+  REQUIRE(lines.size() == 6);
+  CHECK(tells(lines, "t.yaml:5:43: objects.0.material:", "no material `concret`"));
+  CHECK(tells(lines, "t.yaml:5:64: objects.0.place.on:", "no object `flor`"));
+  CHECK(tells(lines, "t.yaml:5:134: objects.0.shape.box.size_m.0.uniform.1:", "not finite"));
+  CHECK(tells(lines, "t.yaml:5:152: objects.0.shape.box.size_m.1.uniform.0:", "`b` is no number"));
+  CHECK(tells(lines, "t.yaml:5:164: objects.0.shape.box.siz:", "unknown key"));
+  CHECK(tells(lines, "t.yaml:6:21: trajectory.pings:", "out of range"));
+}
+
+// Protects the same of a fault that not every copy has: it is told of the first one that has it,
+// and two faults of one place are two.
+TEST_CASE("what is wrong with some copies of an entry is told") {
+  const auto lines =
+      faults_of(kHead +
+                "point_targets:\n"
+                "  - {name: p, count: 50, target_strength_db: {uniform: [1, {choice: [0, 2]}]},"
+                " position_m: [1, 0, 0]}\n");
+  INFO(joined_lines(lines));
+  REQUIRE(lines.size() == 1);
+  CHECK(tells(lines, "t.yaml:5:56: point_targets.0.target_strength_db.uniform:", "1 is above 0"));
+}
+
 }  // namespace
 }  // namespace ensonify
