@@ -249,6 +249,14 @@ class AxisParser {
 
   void fill_range(const Value& list, std::string_view kind, const std::string& key,
                   const std::array<double, 2>& ends, int count, Axis& axis) {
+    counted_ += static_cast<std::size_t>(count);
+    if (counted_ > kMaxCountedValues) {
+      add_fault(faults_, list.place, list.path,
+                fmt::format("with this one the counts of all axes stand for more than {} values, "
+                            "accepted are fewer",
+                            kMaxCountedValues));
+      return;
+    }
     const auto [a, b] = ends;
     const bool whole = reads_whole_numbers(key);
     const bool between_whole = whole && std::floor(a) == a && std::floor(b) == b;
@@ -272,7 +280,8 @@ class AxisParser {
 
   Faults& faults_;
   std::uint64_t seed_;
-  Place key_place_;  // of the axis that is being read
+  Place key_place_;          // of the axis that is being read
+  std::size_t counted_ = 0;  // values that counts stood for
 };
 
 void check_shared(Faults& faults, const std::string& list_path,

@@ -123,5 +123,20 @@ TEST_CASE("faults of axes") {
   }
 }
 
+// Protects memory: 200 axes of the largest count, in 15 kB of text, took 5.7 GB and more than a
+// minute.
+TEST_CASE("axes that count for too much together are refused") {
+  std::string axes = "axes:\n  - zip:\n";
+  for (int i = 0; i < 6; ++i) {
+    axes += "    - {key: a.b" + std::to_string(i) + ", uniform: [1, 2], count: 100000}\n";
+  }
+  const SweepFolder folder;
+  const auto lines = testing::faults_of(folder.parse(axes));
+  INFO(testing::joined(lines));
+  REQUIRE_FALSE(lines.empty());
+  CHECK(lines[0].starts_with("s.yaml:10:28: axes.0.zip.5.uniform: "));
+  CHECK(lines[0].find("stand for more than 500000 values") != std::string::npos);
+}
+
 }  // namespace
 }  // namespace ensonify
