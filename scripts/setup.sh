@@ -10,13 +10,12 @@ build_packages=(
   libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libdeflate-dev zlib1g-dev libpng-dev libssl-dev
   libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev
 )
-# python3-torch, for the tests of training, is by far the largest: 217 MB to fetch, 0.9 GB on disk
-# with all it asks for. Without it they skip, as those of clusters do without Slurm or parallel: they start
-# a private Slurm of their own, and leave its services on this machine alone.
-test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema python3-torch
-               slurm-wlm munge parallel)
-# libFuzzer and sanitizers of the compiler that is Debian 12's default clang.
-fuzz_packages=(clang libclang-rt-14-dev python3-numpy)
+test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema)
+# For the tests with the label `heavy`, which skip without them. python3-torch takes 0.9 GB on disk with all that it
+# depends on. The tests of clusters start a private Slurm of their own and leave this machine's services alone.
+heavy_packages=(python3-torch slurm-wlm munge parallel)
+# The sanitizers and libFuzzer of Debian 12's default clang.
+sanitizer_packages=(clang libclang-rt-14-dev)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

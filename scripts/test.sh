@@ -1,47 +1,84 @@
 #!/usr/bin/env bash
-# ./scripts/test.sh [--long]
-# Installs what is missing, builds, and runs every test: the release build, the ground floor
-# without the big libraries, the fast tests under the sanitizers, and each fuzzer for a minute. --long
-# adds the full-size comparisons, which take minutes to hours, all tests under the sanitizers, 200 kills,
-# valgrind and the long run of the fuzzers.
+# ./scripts/test.sh [--all | --rest | --long]
+# Installs what is missing, builds the program as users run it, and runs every test that needs no large package.
+#   --all   adds what --rest runs
+#   --rest  runs what the plain command leaves out: the tests that need a browser, PyTorch, Slurm or a container, the
+#           CUDA backend's build where there is a compiler for it, the address, undefined-behaviour and thread
+#           sanitizers, and each fuzzer for 30 s
+#   --long  adds to --all what takes hours: full-size comparisons, every test under the sanitizers, 200 kills, valgrind,
+#           the long run of the fuzzers, and a build of each file by itself
 set -euo pipefail
 
-long=no
+parts=(plain)
 case "${1:-}" in
   "") ;;
-  --long) long=yes ;;
-  *) sed -n '2,7s/^# //p' "$0" >&2; exit 2 ;;
+  --all) parts=(plain rest) ;;
+  --rest) parts=(rest) ;;
+  --long) parts=(plain rest long) ;;
+  *) sed -n '2,9s/^# //p' "$0" >&2; exit 2 ;;
 esac
 source "$(dirname "$0")/setup.sh"
-install_packages "${build_packages[@]}" "${test_packages[@]}"
-install_browser
 cd "$root"
+started=$SECONDS
 
-# generate.sh configures without tests.
-configure() { cmake --preset "$1" -DENSONIFY_TESTS=ON >/dev/null; }
-run() { # PRESET CTEST-ARGUMENT...
-  local preset=$1
-  shift
-  echo "== $preset" >&2
-  configure "$preset"
-  build "$preset" >/dev/null || { build "$preset"; return 1; }
-  ctest --preset "$preset" -j "$(nproc)" "$@"
+# compile PRESET [TARGET]: generate.sh configures without tests. Warnings are errors in continuous integration alone,
+# since a newer compiler has new ones.
+compile() {
+  local preset=$1 log=build/$1.log
+  echo "== building $preset" >&2
+  mkdir -p build
+  cmake --preset "$preset" -DENSONIFY_TESTS=ON ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON} \
+    "${configure_options[@]}" >"$log"
+  cmake --build --preset "$preset" ${2:+--target "$2"} >"$log" || { cat "$log"; return 1; }
 }
 
-without_long=(-LE long)
-[ $long = yes ] && without_long=()
-# Hundreds of pings of one and the same code add draws, not paths: not under sanitizers.
-statistics='V4: |V5: mean power|V6: level inside'
-run acoustics-only "${without_long[@]}"
-sanitized=(-L fast -E "$statistics")
-[ $long = yes ] && sanitized=(-LE long)
-run asan-ubsan "${sanitized[@]}"
-run tsan "${sanitized[@]}"
-run release "${without_long[@]}"
-if [ $long = yes ]; then
+# run PRESET CTEST-ARGUMENT...
+run() {
+  local preset=$1 status=0
+  shift
+  echo "== testing $preset" >&2
+  ctest --preset "$preset" -j "$(nproc)" --output-junit results.xml "$@" || status=1
+  echo "The ten slowest tests of $preset:"
+  sed -n 's/.*<testcase name="\([^"]*\)".* time="\([0-9.]*\)".*/\2 \1/p' "build/$preset/results.xml" |
+    sort -rn | head -10 | awk '{t = $1; $1 = ""; printf "%8.1f s %s\n", t, $0}'
+  return $status
+}
+
+plain() {
+  install_packages "${build_packages[@]}" "${test_packages[@]}"
+  compile release
+  run release -LE 'long|heavy|gpu'
+}
+
+rest() {
+  install_packages "${build_packages[@]}" "${test_packages[@]}" "${heavy_packages[@]}" "${sanitizer_packages[@]}"
+  install_browser
+  command -v nvcc >/dev/null && configure_options=(-DENSONIFY_CUDA=ON)
+  compile release
+  configure_options=()
+  run release -L 'heavy|gpu' -LE long
+  # Hundreds of pings of one and the same code add draws, not paths.
+  local statistics='V4: |V5: mean power|V6: level inside'
+  compile asan-ubsan
+  run asan-ubsan -L fast -LE long -E "$statistics"
+  ./scripts/fuzz.sh --seconds 30
+  compile tsan test_programs
+  run tsan -L fast -LE long -E "$statistics"
+}
+
+long() {
+  compile debug
+  run release -L long
+  run asan-ubsan -LE 'fast|heavy'
+  compile tsan
+  run tsan -LE 'fast|heavy'
   ./scripts/kill_test.sh
   ./scripts/valgrind.sh
   ./scripts/fuzz.sh
-else
-  ./scripts/fuzz.sh --seconds 60
-fi
+}
+
+for part in "${parts[@]}"; do $part; done
+echo "passed in $(((SECONDS - started) / 60)) min $(((SECONDS - started) % 60)) s: ${parts[*]}"
+case "${parts[*]}" in
+  plain) echo "Left out: tests that need a browser, PyTorch, Slurm or a container; sanitizers; fuzzers. --all runs them." ;;
+esac

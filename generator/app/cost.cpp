@@ -14,8 +14,8 @@ namespace ensonify {
 namespace {
 
 // Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
-constexpr double kImageBytesPerPixel = 2.0 + 0.9 + 0.1;
-constexpr double kShadowBytesPerPixel = 0.02;  // and of the mask of bounced echoes
+constexpr double kImageFileBytesPerPixel = 2.0 + 0.9 + 0.1;
+constexpr double kMaskFileBytesPerPixel = 0.02;  // and of the mask of bounced echoes
 constexpr double kGreyBytesPerPixel = 0.35;
 constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 // Five halves, an instance and a class.
@@ -59,9 +59,9 @@ PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t ech
   if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
   if (output.timeseries_exr) add(1, 8.0 * static_cast<double>(pixels));
   if (output.channels) add(1, channels);
-  if (output.polar) add(3, kImageBytesPerPixel * static_cast<double>(pixels));
-  if (output.cartesian) add(3, kImageBytesPerPixel * static_cast<double>(cartesian_pixels));
-  const double mask_bytes = masks * kShadowBytesPerPixel;
+  if (output.polar) add(3, kImageFileBytesPerPixel * static_cast<double>(pixels));
+  if (output.cartesian) add(3, kImageFileBytesPerPixel * static_cast<double>(cartesian_pixels));
+  const double mask_bytes = masks * kMaskFileBytesPerPixel;
   if (output.polar) add(masks, mask_bytes * static_cast<double>(pixels));
   if (output.cartesian) add(masks, mask_bytes * static_cast<double>(cartesian_pixels));
   if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));

@@ -137,7 +137,7 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
   return preview;
 }
 
-WorkIdentity identity_of(const Preview& preview) {
+WorkIdentity preview_identity(const Preview& preview) {
   WorkIdentity identity;
   identity.name = preview.scenario.name;
   identity.scenario_sha256 = sha256_hex(plain_text(preview.scenario));
@@ -153,7 +153,7 @@ WorkIdentity identity_of(const Preview& preview) {
 
 // Pings stand side by side in a data set, so that they are numbered anew; what is drawn for each,
 // and when and where it is, is that of its number in the run.
-Status make_pings(const Preview& preview, const fs::path& folder, const Workers& workers) {
+Status make_preview_pings(const Preview& preview, const fs::path& folder, const Workers& workers) {
   const SequenceInfo& info = preview.pipeline->info();
   for (std::uint32_t i = 0; i < preview.pings.size(); ++i) {
     if (Status go = unless_interrupted(); !go) return go;
@@ -167,7 +167,7 @@ Status make_pings(const Preview& preview, const fs::path& folder, const Workers&
 // Without the input files, which nobody looks for there.
 Status make_data_set(const Preview& preview, const fs::path& folder, const Workers& workers) {
   DatasetInfo dataset;
-  dataset.identity = identity_of(preview);
+  dataset.identity = preview_identity(preview);
   dataset.scenario_yaml = plain_text(preview.scenario);
   dataset.sequences = {preview.pipeline->info()};
   dataset.sequences_in_all = 1;
@@ -176,7 +176,7 @@ Status make_data_set(const Preview& preview, const fs::path& folder, const Worke
   dataset.threads = workers.threads();
   const Result<FolderState> state = open_work(folder, dataset.identity, 1, false);
   if (!state) return state.error();
-  if (Status made = make_pings(preview, folder, workers); !made) return made;
+  if (Status made = make_preview_pings(preview, folder, workers); !made) return made;
   return finish_dataset(folder, dataset);
 }
 

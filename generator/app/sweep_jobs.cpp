@@ -88,8 +88,8 @@ Status check_id(const SweepRun& run, const DatasetWork& work) {
                "the same command again, which makes a new plan"};
 }
 
-Status make_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
-                  const fs::path& dir, const SequenceWorlds& worlds, const DatasetWork& work) {
+Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
+                      const fs::path& dir, const SequenceWorlds& worlds, const DatasetWork& work) {
   room.crew.progress.pings_found(pings_found(dir, work.sequences()));
   std::atomic<std::uint64_t> made = 0;
   const auto ping_done = [&] {
@@ -156,7 +156,7 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
                                room.options.overwrite, /*keep_sealed=*/true, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
-  if (Status made = make_pings(room, job, taken, dir, *worlds, *work); !made) return made;
+  if (Status made = make_job_pings(room, job, taken, dir, *worlds, *work); !made) return made;
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   return finish_work(dir, *worlds, std::move(*work), room.crew.threads, took.count());
 }

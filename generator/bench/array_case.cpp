@@ -6,6 +6,7 @@
 #include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
 #include "bench/fft_rows.h"
+#include "bench/plain.h"
 #include "bench/timing.h"
 #include "core/units.h"
 #include "synthesis/array.h"
@@ -18,11 +19,6 @@ namespace ensonify {
 namespace {
 
 using Complex = std::complex<double>;
-
-std::uint64_t fixed_point(double turns) {
-  const double fraction = turns - std::floor(turns);
-  return fraction < 1 ? static_cast<std::uint64_t>(fraction * 18446744073709551616.0) : 0;
-}
 
 // One element's record in frequency, f_c - b/2 first.
 std::vector<Complex> exact_element(const Bench& bench, const ArrayGeometry& geometry, int element,
@@ -99,8 +95,8 @@ double plain_element_ms(const Bench& bench, const ScattererList& list,
     const std::complex<float> a = amplitude[std::size_t(i) * step] * s.gain;
     const double delay_s =
         s.delay_s + element_delay_s(apparent_point_m(s), y_m, setup.water.sound_speed_m_s);
-    start[i] = fixed_point(first_hz * delay_s - std::arg(a) * static_cast<float>(0.5 / kPi));
-    turn[i] = fixed_point(bin_hz * delay_s);
+    start[i] = fixed_point_turns(first_hz * delay_s - std::arg(a) * static_cast<float>(0.5 / kPi));
+    turn[i] = fixed_point_turns(bin_hz * delay_s);
     magnitude[i] = std::sqrt(std::norm(a));
   }
   (method == RaySum::direct ? kernels.direct : kernels.recurrence)(

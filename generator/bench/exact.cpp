@@ -20,8 +20,8 @@ constexpr double kFaintTenth = 1e-6;
 // Samples of all beams that fit into a cache together.
 constexpr int kMixColumns = 64;
 
-struct Phasors {
-  explicit Phasors(std::size_t count, int bins)
+struct DoublePhasors {
+  explicit DoublePhasors(std::size_t count, int bins)
       : start_re(count),
         start_im(count),
         step_re(count),
@@ -46,7 +46,7 @@ std::vector<Complex> exact_spectra(const SynthesisSetup& setup, const ScattererL
   workers.for_each(setup.sonar.beam_count, [&](std::size_t sector) {
     const std::uint32_t first = list.beam_offset[sector];
     const int count = static_cast<int>(list.beam_offset[sector + 1] - first);
-    Phasors p(count, bins);
+    DoublePhasors p(count, bins);
     for (int i = 0; i < count; ++i) {
       const Scatterer& s = list.items[first + i];
       const Complex start = Complex(amplitude[first + i]) * static_cast<double>(s.gain) *

@@ -18,12 +18,6 @@ int stride_of(int bins) {
   return panels * kRowFloats / 2;
 }
 
-std::uint64_t fixed_point(double turns) {
-  const double fraction = turns - std::floor(turns);
-  // A tiny negative number rounds up to the whole turn.
-  return fraction < 1 ? static_cast<std::uint64_t>(fraction * 18446744073709551616.0) : 0;
-}
-
 std::vector<float> packed_weights(const Mixing& mixing, int rows) {
   const int beams = static_cast<int>(mixing.weight.size());
   const int blocks = (beams + rows - 1) / rows;
@@ -37,8 +31,8 @@ std::vector<float> packed_weights(const Mixing& mixing, int rows) {
   return packed;
 }
 
-struct Phasors {
-  explicit Phasors(std::size_t count, int bins)
+struct FixedPointPhasors {
+  explicit FixedPointPhasors(std::size_t count, int bins)
       : start(count),
         step(count),
         magnitude(count),
@@ -51,6 +45,12 @@ struct Phasors {
 };
 
 }  // namespace
+
+std::uint64_t fixed_point_turns(double turns) {
+  const double fraction = turns - std::floor(turns);
+  // A tiny negative number rounds up to the whole turn.
+  return fraction < 1 ? static_cast<std::uint64_t>(fraction * 18446744073709551616.0) : 0;
+}
 
 PlainMethod::PlainMethod(const SynthesisSetup& setup, const KernelTable& kernels)
     : setup_(setup),
@@ -77,14 +77,14 @@ void PlainMethod::ray_sum(RaySum method, const ScattererList& list,
     const int sector = sectors[k];
     const std::uint32_t first = list.beam_offset[sector];
     const int count = static_cast<int>(list.beam_offset[sector + 1] - first);
-    Phasors p(count, bins);
+    FixedPointPhasors p(count, bins);
     for (int i = 0; i < count; ++i) {
       const Scatterer& s = list.items[first + i];
       const std::complex<float> a = amplitude[first + i] * s.gain;
       const double turns = std::arg(a) * static_cast<float>(0.5 / kPi);
       // Conjugate: the sum turns forwards, an echo's phase backwards.
-      p.start[i] = fixed_point(first_hz * s.delay_s - turns);
-      p.step[i] = fixed_point(bin_hz * s.delay_s);
+      p.start[i] = fixed_point_turns(first_hz * s.delay_s - turns);
+      p.step[i] = fixed_point_turns(bin_hz * s.delay_s);
       p.magnitude[i] = std::sqrt(a.real() * a.real() + a.imag() * a.imag());
     }
     sum_over({p.start.data(), p.step.data(), p.magnitude.data(), count, bins, p.re.data(),

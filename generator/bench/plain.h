@@ -4,6 +4,7 @@
 #pragma once
 
 #include <complex>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,9 @@
 #include "synthesis/backend.h"
 
 namespace ensonify {
+
+// The fraction of turns in units of 2^-64, as the kernels take phases.
+std::uint64_t fixed_point_turns(double turns);
 
 enum class RaySum {
   direct,      // sine and cosine for each scatterer and bin

@@ -191,9 +191,9 @@ void append_series_chunks(std::span<const std::complex<float>> series, int sampl
     std::memcpy(bytes.data() + here, head, sizeof head);
   }
   // Samples of one beam lie side by side: a few of them at once, so that none is fetched twice.
-  constexpr int kBlock = 16;
-  for (int begin = 0; begin < samples; begin += kBlock) {
-    const int end = std::min(samples, begin + kBlock);
+  constexpr int kBlockSamples = 16;
+  for (int begin = 0; begin < samples; begin += kBlockSamples) {
+    const int end = std::min(samples, begin + kBlockSamples);
     for (int j = 0; j < beams; ++j) {
       for (int n = begin; n < end; ++n) {
         const std::complex<float> p = series[std::size_t(j) * samples + n];

@@ -23,10 +23,10 @@ namespace fs = std::filesystem;
 namespace {
 
 // Holds every header that is looked at.
-constexpr std::size_t kHeaderBytes = 4096;
+constexpr std::size_t kNpyHeaderBytes = 4096;
 
 std::string start_of(const fs::path& path) {
-  std::string bytes(kHeaderBytes, '\0');
+  std::string bytes(kNpyHeaderBytes, '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));

@@ -12,17 +12,17 @@
 #include "dataset/files.h"
 
 namespace ensonify {
-namespace {
 
 // A handle that is closed when it goes.
-class Handle {
+class Hdf5Handle {
  public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Handle() {
+  Hdf5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Hdf5Handle() {
     if (id_ >= 0) close_(id_);
   }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle& operator=(Handle&&) = delete;
+  Hdf5Handle(Hdf5Handle&& other) noexcept
+      : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Hdf5Handle& operator=(Hdf5Handle&&) = delete;
 
   hid_t get() const { return id_; }
   bool ok() const { return id_ >= 0; }
@@ -32,42 +32,44 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
+namespace {
+
 // IEEE half precision, which the library has no name for.
-Handle half_type() {
-  Handle type(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+Hdf5Handle half_type() {
+  Hdf5Handle type(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
   H5Tset_fields(type.get(), 15, 10, 5, 0, 10);
   H5Tset_size(type.get(), 2);
   H5Tset_ebias(type.get(), 15);
   return type;
 }
 
-Handle complex_type() {
-  Handle type(H5Tcreate(H5T_COMPOUND, 8), H5Tclose);
+Hdf5Handle complex_type() {
+  Hdf5Handle type(H5Tcreate(H5T_COMPOUND, 8), H5Tclose);
   H5Tinsert(type.get(), "r", 0, H5T_IEEE_F32LE);
   H5Tinsert(type.get(), "i", 4, H5T_IEEE_F32LE);
   return type;
 }
 
-Handle type_of(Hdf5Type type) {
+Hdf5Handle type_of(Hdf5Type type) {
   switch (type) {
     case Hdf5Type::u8:
-      return Handle(H5Tcopy(H5T_STD_U8LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_STD_U8LE), H5Tclose);
     case Hdf5Type::u16:
-      return Handle(H5Tcopy(H5T_STD_U16LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_STD_U16LE), H5Tclose);
     case Hdf5Type::u32:
-      return Handle(H5Tcopy(H5T_STD_U32LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_STD_U32LE), H5Tclose);
     case Hdf5Type::u64:
-      return Handle(H5Tcopy(H5T_STD_U64LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_STD_U64LE), H5Tclose);
     case Hdf5Type::f16:
       return half_type();
     case Hdf5Type::f32:
-      return Handle(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
     case Hdf5Type::f64:
-      return Handle(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
+      return Hdf5Handle(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
     case Hdf5Type::complex64:
       return complex_type();
   }
-  return Handle(-1, H5Tclose);
+  return Hdf5Handle(-1, H5Tclose);
 }
 
 double fill_value(Hdf5Fill fill) {
@@ -75,16 +77,16 @@ double fill_value(Hdf5Fill fill) {
   return fill == Hdf5Fill::nan ? std::numeric_limits<double>::quiet_NaN() : kNoEnergyDb;
 }
 
-Handle text_type(std::size_t bytes) {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+Hdf5Handle text_type(std::size_t bytes) {
+  Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));
   H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
   H5Tset_cset(type.get(), H5T_CSET_UTF8);
   return type;
 }
 
-Handle creation(const Hdf5ArraySpec& spec) {
-  Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+Hdf5Handle creation(const Hdf5ArraySpec& spec) {
+  Hdf5Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(list.get(), false);
   const bool empty = std::find(spec.shape.begin(), spec.shape.end(), 0U) != spec.shape.end();
   if (spec.shape.size() > 1 && !empty) {
@@ -101,14 +103,14 @@ Handle creation(const Hdf5ArraySpec& spec) {
 }
 
 // Rows are written once and whole: keeping their chunks would only take memory.
-Handle uncached() {
-  Handle list(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+Hdf5Handle uncached() {
+  Hdf5Handle list(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_chunk_cache(list.get(), 1, 0, 1);
   return list;
 }
 
-Handle parents_made() {
-  Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+Hdf5Handle parents_made() {
+  Hdf5Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(list.get(), 1);
   return list;
 }
@@ -120,7 +122,7 @@ struct Hdf5File::Impl {
   hid_t file = -1;
   std::string failure;
   struct Array {
-    Handle set, type;
+    Hdf5Handle set, type;
     std::size_t rank;
   };
   std::map<std::string, Array> arrays;
@@ -131,19 +133,20 @@ struct Hdf5File::Impl {
   bool failed() const { return !failure.empty(); }
 
   void put_attribute(hid_t object, const std::string& key, hid_t type, const void* value) {
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(
+    const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Hdf5Handle attribute(
         H5Acreate2(object, key.c_str(), type, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(attribute.ok() && H5Awrite(attribute.get(), type, value) >= 0, "attribute " + key);
   }
   // Makes the group where it is not there yet.
-  Handle group(const std::string& name) {
+  Hdf5Handle group(const std::string& name) {
     const bool there = name == "/" || H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
-    if (there) return Handle(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose);
-    const Handle parents = parents_made();
-    const Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    if (there) return Hdf5Handle(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose);
+    const Hdf5Handle parents = parents_made();
+    const Hdf5Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     H5Pset_obj_track_times(list.get(), false);
-    return Handle(H5Gcreate2(file, name.c_str(), parents.get(), list.get(), H5P_DEFAULT), H5Gclose);
+    return Hdf5Handle(H5Gcreate2(file, name.c_str(), parents.get(), list.get(), H5P_DEFAULT),
+                      H5Gclose);
   }
   // Every group on the way is made by group(): those that come by themselves bear times.
   void make_groups_of(const std::string& array) {
@@ -175,7 +178,7 @@ Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>())
   H5dont_atexit();
   // Messages are ours; the library's own would go to stderr.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  const Hdf5Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(list.get(), false);
   impl_->file = H5Fcreate(impl_->path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
   impl_->check(impl_->file >= 0, "the file");
@@ -189,19 +192,19 @@ Hdf5File::~Hdf5File() {
 void Hdf5File::make_array(const Hdf5ArraySpec& spec) {
   if (impl_->failed()) return;
   impl_->make_groups_of(spec.path);
-  Handle type = type_of(spec.type);
+  Hdf5Handle type = type_of(spec.type);
   const std::vector<hsize_t> shape(spec.shape.begin(), spec.shape.end());
-  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
-                     H5Sclose);
-  const Handle list = creation(spec);
-  const Handle access = uncached();
-  Handle set(H5Dcreate2(impl_->file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
-                        list.get(), access.get()),
-             H5Dclose);
+  const Hdf5Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                         H5Sclose);
+  const Hdf5Handle list = creation(spec);
+  const Hdf5Handle access = uncached();
+  Hdf5Handle set(H5Dcreate2(impl_->file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+                            list.get(), access.get()),
+                 H5Dclose);
   impl_->check(set.ok(), spec.path);
   if (impl_->failed()) return;
   for (const Hdf5Text& text : spec.attributes) {
-    const Handle text_kind = text_type(text.value.size());
+    const Hdf5Handle text_kind = text_type(text.value.size());
     impl_->put_attribute(set.get(), text.key, text_kind.get(), text.value.data());
   }
   impl_->attach_axes(spec, set.get());
@@ -216,9 +219,9 @@ void Hdf5File::write_row(const std::string& path, std::uint64_t row, const void*
   std::vector<hsize_t> start(array.rank, 0), count(1, 1);
   start[0] = row;
   count.insert(count.end(), shape.begin(), shape.end());
-  const Handle file_space(H5Dget_space(array.set.get()), H5Sclose);
-  const Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr),
-                      H5Sclose);
+  const Hdf5Handle file_space(H5Dget_space(array.set.get()), H5Sclose);
+  const Hdf5Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr),
+                          H5Sclose);
   const bool written = H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, start.data(), nullptr,
                                            count.data(), nullptr) >= 0 &&
                        H5Dwrite(array.set.get(), array.type.get(), memory.get(), file_space.get(),
@@ -245,14 +248,14 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
     padded += text;
     padded.append(longest - text.size(), '\0');
   }
-  const Handle type = text_type(longest);
+  const Hdf5Handle type = text_type(longest);
   const hsize_t count = texts.size();
-  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  const Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Hdf5Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  const Hdf5Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(list.get(), false);
-  const Handle set(H5Dcreate2(impl_->file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
-                              list.get(), H5P_DEFAULT),
-                   H5Dclose);
+  const Hdf5Handle set(H5Dcreate2(impl_->file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+                                  list.get(), H5P_DEFAULT),
+                       H5Dclose);
   impl_->check(set.ok() && H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                     padded.data()) >= 0,
                path);
@@ -262,8 +265,8 @@ void Hdf5File::set_text(const std::string& group, const std::string& key,
                         const std::string& value) {
   if (impl_->failed()) return;
   impl_->make_groups_of(group + "/");
-  const Handle object = impl_->group(group);
-  const Handle type = text_type(value.size());
+  const Hdf5Handle object = impl_->group(group);
+  const Hdf5Handle type = text_type(value.size());
   impl_->put_attribute(object.get(), key, type.get(), value.data());
 }
 

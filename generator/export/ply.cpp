@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kScattererBytes = 82;
 constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 58;
 
-constexpr char kHeader[] =
+constexpr char kPlyHeader[] =
     "ply\n"
     "format binary_little_endian 1.0\n"
     "comment ensonify, sequence {} ping {}; metres, world: x east, y north, z up\n"
@@ -52,7 +52,7 @@ Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSeq
   const auto array = read_npy(*path, kNpyScatterer, {0});
   if (!array) return array.error();
   OutputFile file(target / fmt::format("{:06}/{:06}.ply", sequence.row.sequence, ping.ping));
-  file.append(fmt::format(kHeader, sequence.row.sequence, ping.ping, array->shape[0]));
+  file.append(fmt::format(kPlyHeader, sequence.row.sequence, ping.ping, array->shape[0]));
   std::string_view rest = array->data();
   for (; !rest.empty(); rest.remove_prefix(kScattererBytes)) {
     const auto instance = value_at<std::uint32_t>(rest, kInstance);

@@ -104,8 +104,8 @@ Result<LabelPicture> label_picture(const ExportJob& job, const StoredSequence& s
   return label;
 }
 
-Status write_ping(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
-                  const StoredPing& ping) {
+Status write_voc_ping(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
+                      const StoredPing& ping) {
   const Palette palette = voc_palette();
   const std::string name = item_name(sequence, ping);
   const auto grey =
@@ -172,7 +172,7 @@ Status write_voc(const ExportJob& job, const fs::path& target) {
     if (const Status there = need(job, sequence, grey_template(job.view())); !there) return there;
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
       sets.add(sequence.row.split, item_name(sequence, ping));
-      return write_ping(job, target, sequence, ping);
+      return write_voc_ping(job, target, sequence, ping);
     });
   });
   return written ? sets.close() : written;

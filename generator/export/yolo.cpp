@@ -34,8 +34,8 @@ std::string label_line(const ExportJob& job, const StoredPicture& picture, const
   return line + "\n";
 }
 
-Status write_ping(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
-                  const StoredPing& ping) {
+Status write_yolo_ping(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
+                       const StoredPing& ping) {
   const auto grey =
       ping_file(job.dataset, sequence.row.sequence, grey_template(job.view()), ping.ping);
   if (!grey) return grey.error();
@@ -77,7 +77,7 @@ Status write_yolo(const ExportJob& job, const fs::path& target) {
   return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
     if (const Status there = need(job, sequence, grey_template(job.view())); !there) return there;
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
-      return write_ping(job, target, sequence, ping);
+      return write_yolo_ping(job, target, sequence, ping);
     });
   });
 }

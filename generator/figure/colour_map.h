@@ -17,6 +17,7 @@ struct Rgb {
   friend bool operator==(const Rgb&, const Rgb&) = default;
 };
 
+inline constexpr Rgb kWhite{255, 255, 255};
 inline constexpr Rgb kNoIdColour{0xe4, 0xe4, 0xe4};
 
 struct ColourMap {

@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-constexpr Rgb kInk{0x22, 0x22, 0x22}, kWhite{255, 255, 255};
+constexpr Rgb kInk{0x22, 0x22, 0x22};
 // Of a sans-serif letter, in sizes of text; wide rather than narrow, so that nothing overlaps.
 constexpr double kLetter = 0.6;
 constexpr double kLegendSize = 0.9, kLegendRow = 1.35, kSwatch = 0.85;

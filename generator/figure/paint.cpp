@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-constexpr Rgb kWhite{255, 255, 255}, kBlack{};
+constexpr Rgb kBlack{};
 
 double amplitude(float level_db) {
   return level_db > kNoEnergyDb ? std::pow(10.0, level_db / 20) : 0;

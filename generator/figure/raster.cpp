@@ -9,12 +9,12 @@
 namespace ensonify {
 namespace {
 
-struct Freed {
+struct CairoFreed {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
-using Surface = std::unique_ptr<cairo_surface_t, Freed>;
-using Context = std::unique_ptr<cairo_t, Freed>;
+using Surface = std::unique_ptr<cairo_surface_t, CairoFreed>;
+using Context = std::unique_ptr<cairo_t, CairoFreed>;
 
 Error failed(cairo_status_t status) {
   const bool memory = status == CAIRO_STATUS_NO_MEMORY || status == CAIRO_STATUS_INVALID_SIZE;

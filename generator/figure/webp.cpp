@@ -17,7 +17,7 @@ Error failed(const std::string& what) {
   return {ErrorKind::bug, "encoding an animated WebP: " + what};
 }
 
-struct Freed {
+struct WebpFreed {
   void operator()(WebPAnimEncoder* encoder) const { WebPAnimEncoderDelete(encoder); }
 };
 
@@ -80,7 +80,7 @@ class WebpSink : public AnimationSink {
   std::filesystem::path path_;
   AnimationFormat format_;
   WebPConfig config_{};
-  std::unique_ptr<WebPAnimEncoder, Freed> encoder_;
+  std::unique_ptr<WebPAnimEncoder, WebpFreed> encoder_;
   int frames_ = 0;
 };
 

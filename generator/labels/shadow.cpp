@@ -11,9 +11,9 @@ namespace ensonify {
 namespace {
 
 // Beams side by side, so that whole stretches of an image's rows are written.
-constexpr int kBlockBeams = 32;
+constexpr int kShadowBlockBeams = 32;
 
-struct Echo {
+struct ShadowEcho {
   double sample = 0;
   double energy = 0;
   std::uint32_t instance = 0, caster = 0;  // caster 0: it is heard, or several hide it
@@ -21,7 +21,7 @@ struct Echo {
 
 // Of one sector, by delay, the direct ones with any energy. `caster` is empty for what is heard.
 void gather(const ScattererList& list, std::span<const std::uint32_t> caster, int beam,
-            double bandwidth_hz, std::vector<Echo>& echoes) {
+            double bandwidth_hz, std::vector<ShadowEcho>& echoes) {
   echoes.clear();
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
@@ -36,9 +36,9 @@ void gather(const ScattererList& list, std::span<const std::uint32_t> caster, in
 // The echoes within one sample of a sample that only grows.
 class Window {
  public:
-  explicit Window(const std::vector<Echo>& echoes) : echoes_(echoes) {}
+  explicit Window(const std::vector<ShadowEcho>& echoes) : echoes_(echoes) {}
 
-  std::span<const Echo> at(int sample) {
+  std::span<const ShadowEcho> at(int sample) {
     while (high_ < echoes_.size() && echoes_[high_].sample <= sample + 1.0) ++high_;
     while (low_ < high_ && echoes_[low_].sample < sample - 1.0) ++low_;
     return std::span(echoes_).subspan(low_, high_ - low_);
@@ -50,16 +50,17 @@ class Window {
   }
 
  private:
-  const std::vector<Echo>& echoes_;
+  const std::vector<ShadowEcho>& echoes_;
   std::size_t low_ = 0, high_ = 0;
 };
 
-struct Share {
+struct ShadowShare {
   std::uint32_t instance = 0;
   double energy = 0, power = 0;  // power: weighted by the pulse
 };
 
-void add_share(std::uint32_t instance, double energy, double power, std::vector<Share>& shares) {
+void add_share(std::uint32_t instance, double energy, double power,
+               std::vector<ShadowShare>& shares) {
   // Most often the same as the last.
   for (std::size_t i = shares.size(); i-- > 0;) {
     if (shares[i].instance != instance) continue;
@@ -120,7 +121,7 @@ class BeamLabeller {
   }
 
  private:
-  double power_of(const Echo& echo, int sample) const {
+  double power_of(const ShadowEcho& echo, int sample) const {
     if (!has_noise_) return 0;
     const double step = (sample - echo.sample + 1.0) * (kPulseSteps / 2.0);
     return echo.energy *
@@ -141,11 +142,11 @@ class BeamLabeller {
     return sum;
   }
 
-  std::uint32_t caster_of(int beam, int sample, std::span<const Echo> heard,
-                          std::span<const Echo> hidden) {
+  std::uint32_t caster_of(int beam, int sample, std::span<const ShadowEcho> heard,
+                          std::span<const ShadowEcho> hidden) {
     shares_.clear();
     double energy = 0, power = 0;
-    for (const Echo& echo : hidden) {
+    for (const ShadowEcho& echo : hidden) {
       if (echo.caster == 0) continue;
       energy += echo.energy;
       power += power_of(echo, sample);
@@ -153,28 +154,28 @@ class BeamLabeller {
     }
     if (shares_.empty() || is_under_noise(beam, power)) return 0;
     double heard_energy = input_.heard.volumes.empty() ? 0 : volume_energy(beam, sample);
-    for (const Echo& echo : heard) heard_energy += echo.energy;
+    for (const ShadowEcho& echo : heard) heard_energy += echo.energy;
     if (!(energy > heard_energy)) return 0;
     return std::min_element(shares_.begin(), shares_.end(),
-                            [](const Share& a, const Share& b) {
+                            [](const ShadowShare& a, const ShadowShare& b) {
                               return a.energy != b.energy ? a.energy > b.energy
                                                           : a.instance < b.instance;
                             })
         ->instance;
   }
 
-  std::uint32_t amodal_set(int beam, int sample, std::span<const Echo> heard,
-                           std::span<const Echo> hidden, SetTable& sets) {
+  std::uint32_t amodal_set(int beam, int sample, std::span<const ShadowEcho> heard,
+                           std::span<const ShadowEcho> hidden, SetTable& sets) {
     shares_.clear();
     for (const auto& echoes : {heard, hidden}) {
-      for (const Echo& echo : echoes) {
+      for (const ShadowEcho& echo : echoes) {
         add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
       }
     }
     instances_.clear();
     const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
     if (own != 0) instances_.push_back(own);
-    for (const Share& share : shares_) {
+    for (const ShadowShare& share : shares_) {
       if (share.instance == own || is_under_noise(beam, share.power)) continue;
       instances_.push_back(static_cast<std::uint16_t>(share.instance));
     }
@@ -185,8 +186,8 @@ class BeamLabeller {
   const HiddenInput& input_;
   const LabelledImage& image_;
   bool has_noise_;
-  std::vector<Echo> heard_, hidden_;
-  std::vector<Share> shares_;
+  std::vector<ShadowEcho> heard_, hidden_;
+  std::vector<ShadowShare> shares_;
   std::vector<std::uint16_t> instances_;
 };
 
@@ -194,12 +195,12 @@ class BeamLabeller {
 template <class T>
 std::vector<T> resampled(const std::vector<T>& polar, const CartesianGrid& grid,
                          const std::vector<std::int32_t>& map) {
-  constexpr int kTile_px = 64;
+  constexpr int kPart_px = 64;
   std::vector<T> image(map.size(), 0);
-  for (int top = 0; top < grid.height_px; top += kTile_px) {
-    for (int left = 0; left < grid.width_px; left += kTile_px) {
-      const int end_row = std::min(top + kTile_px, grid.height_px);
-      const int end_column = std::min(left + kTile_px, grid.width_px);
+  for (int top = 0; top < grid.height_px; top += kPart_px) {
+    for (int left = 0; left < grid.width_px; left += kPart_px) {
+      const int end_row = std::min(top + kPart_px, grid.height_px);
+      const int end_column = std::min(left + kPart_px, grid.width_px);
       for (int row = top; row < end_row; ++row) {
         const std::size_t start = std::size_t(row) * grid.width_px;
         for (std::size_t i = start + left; i < start + end_column; ++i) {
@@ -223,17 +224,17 @@ class HiddenLabeller {
     labels_.amodal.rows = samples_;
     labels_.amodal.columns = beams_;
     labels_.amodal.set.resize(count);
-    labels_.amodal.stride = static_cast<std::uint32_t>(kBlockBeams * samples_ + 1);
+    labels_.amodal.stride = static_cast<std::uint32_t>(kShadowBlockBeams * samples_ + 1);
     sets_.resize(blocks());
   }
 
   std::size_t blocks() const {
-    return static_cast<std::size_t>((beams_ + kBlockBeams - 1) / kBlockBeams);
+    return static_cast<std::size_t>((beams_ + kShadowBlockBeams - 1) / kShadowBlockBeams);
   }
 
   void label(std::size_t block) {
-    const int first = static_cast<int>(block) * kBlockBeams;
-    const int count = std::min(kBlockBeams, beams_ - first);
+    const int first = static_cast<int>(block) * kShadowBlockBeams;
+    const int count = std::min(kShadowBlockBeams, beams_ - first);
     BlockLabels own;
     own.shadow.resize(std::size_t(count) * samples_);
     own.set.resize(own.shadow.size());

@@ -11,7 +11,7 @@ namespace ensonify {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kSpan_db = 80;  // of mean levels, below the highest
+constexpr double kMeanSpan_db = 80;  // of mean levels, below the highest
 
 // [samples x beams], NaN for none; codes of what lies beyond `least` and `most` are those of them.
 Result<std::string> picture_of(const std::vector<double>& values, const StoredSequence& sequence,
@@ -53,7 +53,7 @@ Result<CodedArray> level_of(const PictureJob& job, const StoredSequence& sequenc
   CodedArray array{"mean_intensity",
                    "dB",
                    "level of the mean intensity, dB re 1 uPa",
-                   std::ceil(highest_db) - kSpan_db,
+                   std::ceil(highest_db) - kMeanSpan_db,
                    std::ceil(highest_db),
                    0};
   auto picture = picture_of(*values, sequence, array.min, array.max);

@@ -295,10 +295,10 @@ class Drawer {
     entry.keys.erase(entry.keys.begin() + at);
     const std::string stem = name;
     copies_ += values_in(entry) * static_cast<std::size_t>(count);
-    if (copies_ > kMaxYamlValues) {
-      add_fault(
-          faults_, place, step(way, "count").path,
-          fmt::format("counts stand for more than {} values, accepted are fewer", kMaxYamlValues));
+    if (copies_ > faults_.limits.values) {
+      add_fault(faults_, place, step(way, "count").path,
+                fmt::format("counts stand for more than {} values, accepted are fewer",
+                            faults_.limits.values));
       return;
     }
     const std::size_t before = faults_.found();

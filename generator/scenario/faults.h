@@ -1,6 +1,7 @@
 // Everything that is wrong with a scenario, collected so that it can be told at once.
 //
 //   Place   where: a source (file, preset, --set) with line and column
+//   ReadLimits  how much a text may hold
 //   Faults  add_source  add_fault  needs_words  to_error
 #pragma once
 
@@ -26,7 +27,17 @@ struct Fault {
   std::string text;  // what is wrong, what is accepted
 };
 
+// Limits that no honest text meets, so that a hostile one ends in a message: 65,534 objects with
+// every key take about 1.2 million values in 10 MB. Fuzzers lower them: what takes a second in the
+// program takes twenty under sanitizers.
+struct ReadLimits {
+  std::size_t values = 2'000'000;  // of a YAML text, and those that counts of objects stand for
+  std::size_t copied_values = 250'000;   // by anchors and aliases
+  std::size_t counted_values = 500'000;  // that the counts of all axes of a sweep stand for
+};
+
 struct Faults {
+  ReadLimits limits;
   std::vector<std::string> sources;  // labels: a file's name, `--set KEY.PATH`, `preset NAME`
   std::vector<Fault> list;
   std::size_t left_out = 0;  // found after the list was full

@@ -34,6 +34,9 @@ struct InputFolder {
 // Metres: far beyond any sonar, near enough that squares stay exact.
 inline constexpr double kMaxLengthM = 1e7;
 
+inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
+inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
+inline constexpr NumberRange kLevelDb = from_to(-300, 400);
 inline constexpr NumberRange kAngle = above_up_to(0, 180);
 inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 

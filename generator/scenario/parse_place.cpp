@@ -9,8 +9,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
-
 void parse_area(Faults& faults, const Value& map, PlaceSpec& place) {
   const auto area = child(map, "area_m");
   if (!area) {

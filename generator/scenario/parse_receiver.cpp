@@ -7,7 +7,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kLevelDb = from_to(-300, 400);
 constexpr int kMaxBits = 24;
 constexpr double kMaxElementM = 10;
 constexpr NumberRange kGainErrorDb = from_to(0, 40);

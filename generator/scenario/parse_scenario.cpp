@@ -254,8 +254,10 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
 
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides, std::uint32_t sequence) {
+                                const std::vector<Override>& overrides, std::uint32_t sequence,
+                                const ReadLimits& limits) {
   Faults faults;
+  faults.limits = limits;
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
   if (!tree) return to_error(faults);
   apply_overrides(*tree, overrides, faults);

@@ -4,8 +4,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
-
 void parse_box(Faults& faults, const Value& map, ShapeSpec& shape) {
   BoxSpec box;
   if (!open_map(faults, map, {"size_m", "inside"})) return;

@@ -9,7 +9,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kLevelDb = from_to(-300, 400);
 constexpr int kMaxRays = 1'000'000;
 constexpr int kMaxPerCell = 1000;
 

@@ -6,8 +6,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
-
 constexpr double kMaxVertices = 64e6;
 
 // 1 GiB while the waves are summed.

@@ -6,7 +6,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
 constexpr NumberRange kStrength = from_to(-200, 60);
 constexpr NumberRange kExtinction = from_to(0, 1e4);
 

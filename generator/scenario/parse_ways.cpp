@@ -8,8 +8,6 @@
 namespace ensonify {
 namespace {
 
-constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
-constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
 constexpr NumberRange kSpeed = above_up_to(0, 1e4);
 constexpr NumberRange kBearing = from_to(-36000, 36000);
 

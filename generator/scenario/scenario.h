@@ -25,6 +25,7 @@
 #include "core/ping.h"
 #include "core/sonar.h"
 #include "core/vec.h"
+#include "scenario/faults.h"
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
 #include "scenario/place_spec.h"
@@ -262,7 +263,7 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file,
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides = {},
-                                std::uint32_t sequence = 0);
+                                std::uint32_t sequence = 0, const ReadLimits& limits = {});
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
 // the shortest form that reads back to the same double. `name_file` says how an input file is

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kMaxTableBytes = 1u << 20;
 
 constexpr double kMaxGrazingStepDeg = 10;
-constexpr double kRounding = 1e-9;
+constexpr double kTableRounding = 1e-9;
 
 struct Column {
   std::string_view name;
@@ -229,7 +229,7 @@ void check_phase_steps(Table& table) {
   check_neighbours(table, "frequencies", [&](const Row& before, const Row& row) {
     const double step = row.values[2] - before.values[2];
     const double short_way = runs_on ? step : std::remainder(step, 360.0);
-    if (std::abs(short_way) < 180 - kRounding) return;
+    if (std::abs(short_way) < 180 - kTableRounding) return;
     tell(table, row.line,
          fmt::format("phase_deg: a step of {} degrees leaves the way round open, accepted are "
                      "rows so close that it changes by less than 180",
@@ -282,7 +282,7 @@ Result<BackscatterTable> load_backscatter_table(const std::filesystem::path& fil
   if (!table) return table.error();
   check_neighbours(*table, "angles", [&](const Row& before, const Row& row) {
     const double step = row.values[0] - before.values[0];
-    if (step <= kMaxGrazingStepDeg + kRounding) return;
+    if (step <= kMaxGrazingStepDeg + kTableRounding) return;
     tell(*table, row.line,
          fmt::format("{} degrees lie between this row and the one before, accepted are at most {}: "
                      "a gap is not filled",

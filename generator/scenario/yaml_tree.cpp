@@ -137,8 +137,8 @@ class Builder : public YAML::EventHandler {
 
   void finish(Node node, YAML::anchor_t anchor) {
     if (stack_.empty()) check_top(node);
-    if (++values_ > kMaxYamlValues) {
-      stop(node.place, fmt::format("more than {} values", kMaxYamlValues));
+    if (++values_ > faults_.limits.values) {
+      stop(node.place, fmt::format("more than {} values", faults_.limits.values));
     }
     if (anchor != 0) {
       count_copies(extent_of(node).values, node.place);
@@ -205,8 +205,9 @@ class Builder : public YAML::EventHandler {
 
   void count_copies(std::size_t values, Place at) {
     copies_ += values;
-    if (copies_ <= kMaxYamlCopies) return;
-    stop(at, fmt::format("anchors and aliases stand for more than {} values", kMaxYamlCopies));
+    if (copies_ <= faults_.limits.copied_values) return;
+    stop(at, fmt::format("anchors and aliases stand for more than {} values",
+                         faults_.limits.copied_values));
   }
 
   [[noreturn]] void stop_too_deep(Place at) {

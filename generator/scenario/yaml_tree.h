@@ -34,18 +34,9 @@ struct Node {
   std::vector<Node> items;  // of a map or a list
 };
 
-// Limits that no honest scenario meets, so that a hostile one ends in a message: 65,534 objects
-// with every key take about 1.2 million values in 10 MB.
+// As ReadLimits (faults.h).
 inline constexpr std::size_t kMaxYamlBytes = 16u << 20;
 inline constexpr std::size_t kMaxYamlDepth = 64;
-#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-// What takes a second in the program takes twenty under sanitizers, and a fuzzer calls it a hang.
-inline constexpr std::size_t kMaxYamlValues = 10'000;
-inline constexpr std::size_t kMaxYamlCopies = 5'000;
-#else
-inline constexpr std::size_t kMaxYamlValues = 2'000'000;
-inline constexpr std::size_t kMaxYamlCopies = 250'000;  // values copied for anchors and aliases
-#endif
 
 // Both report what is wrong to `faults` under `source` and return what can be read on, so that
 // later checks add their faults; nothing where no tree is to be had. Aliases are expanded, a key

@@ -38,14 +38,6 @@ struct AxisGroup {
 // Values of one axis, and points of the whole product.
 inline constexpr int kMaxAxisValues = 100'000;
 
-// Values that the counts of all axes stand for: a small file may ask for any number of axes. A
-// fuzzer under sanitizers calls a hang what takes a second in the program.
-#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-inline constexpr std::size_t kMaxCountedValues = 5'000;
-#else
-inline constexpr std::size_t kMaxCountedValues = 500'000;
-#endif
-
 // `seed` keys the random values. Faults: wrong axes, which are left out; names and key paths that
 // two axes share.
 std::vector<AxisGroup> parse_axes(Faults& faults, const Value& list, std::uint64_t seed);

@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kIdDigits = 16;
-
 // Each input file is read once, whoever of the runs names it.
 class FileHashes {
  public:
@@ -81,7 +79,7 @@ Result<std::string> id_of(const Scenario& scenario, FileHashes& hashes) {
     const auto found = names.find(path);
     return found == names.end() ? path.string() : found->second;
   });
-  return sha256_hex(text).substr(0, kIdDigits);
+  return sha256_hex(text).substr(0, kRunIdDigits);
 }
 
 struct Resolved {

@@ -250,11 +250,11 @@ class AxisParser {
   void fill_range(const Value& list, std::string_view kind, const std::string& key,
                   const std::array<double, 2>& ends, int count, Axis& axis) {
     counted_ += static_cast<std::size_t>(count);
-    if (counted_ > kMaxCountedValues) {
+    if (counted_ > faults_.limits.counted_values) {
       add_fault(faults_, list.place, list.path,
                 fmt::format("with this one the counts of all axes stand for more than {} values, "
                             "accepted are fewer",
-                            kMaxCountedValues));
+                            faults_.limits.counted_values));
       return;
     }
     const auto [a, b] = ends;

@@ -19,10 +19,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxFaultLines = 100;
-constexpr std::size_t kIdDigits = 16;
 
 bool is_id(const std::string& text) {
-  return text.size() == kIdDigits &&
+  return text.size() == kRunIdDigits &&
          text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 

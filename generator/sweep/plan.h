@@ -18,8 +18,10 @@
 
 namespace ensonify {
 
+inline constexpr std::size_t kRunIdDigits = 16;
+
 struct PlannedRun {
-  std::string id;  // 16 hexadecimal digits
+  std::string id;  // kRunIdDigits hexadecimal digits
   std::string name;
   std::vector<std::pair<std::string, std::string>> values;  // axis, its value as JSON
   std::uint64_t seed = 0;

@@ -20,9 +20,9 @@ namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
-struct Place {
+struct RunPlace {
   fs::path folder;  // of a sequence
   StoredSequenceRow row;
   Json head;  // sequence.json without its files
@@ -90,7 +90,7 @@ int count_in(const Json& head, const char* pointer) {
   return head.value(Json::json_pointer(pointer), 0);
 }
 
-Status add_levels(const Place& place, Sums& sums) {
+Status add_levels(const RunPlace& place, Sums& sums) {
   const Json arrays = place.head.value("arrays", Json());
   if (arrays.is_object() && arrays.contains("timeseries.npy")) {
     return add_series(place.folder / "timeseries.npy", sums);
@@ -114,7 +114,7 @@ Status add_levels(const Place& place, Sums& sums) {
   return {};
 }
 
-Status add_first_returns(const Place& place, Sums& sums) {
+Status add_first_returns(const RunPlace& place, Sums& sums) {
   const auto ranges = read_array<float>(place.folder / "first_return_m.npy", kNpyFloat32);
   if (!ranges) return ranges.error();
   for (const float range_m : *ranges) {
@@ -125,7 +125,7 @@ Status add_first_returns(const Place& place, Sums& sums) {
   return {};
 }
 
-Status add_labels(const Place& place, Sums& sums) {
+Status add_labels(const RunPlace& place, Sums& sums) {
   const fs::path path = place.folder / layout::kAnnotations;
   const auto text = read_file(path);
   if (!text) return text.error();
@@ -182,7 +182,7 @@ double correlated_pixels(const Coherences& coherence, const std::vector<bool>& m
   return correlated(coherence.bins, below) * correlated(coherence.beams, beside);
 }
 
-Status add_statistics(const Place& place, Sums& sums) {
+Status add_statistics(const RunPlace& place, Sums& sums) {
   const fs::path folder = place.folder / "statistics";
   const auto intensity = read_array<double>(folder / "mean_intensity.npy", kNpyFloat64);
   const auto contrast = read_array<double>(folder / "contrast.npy", kNpyFloat64);
@@ -233,7 +233,7 @@ Result<Json> read_head(const fs::path& path) {
   return head;
 }
 
-Status add_sequence(const Place& place, Sums& sums) {
+Status add_sequence(const RunPlace& place, Sums& sums) {
   const auto pings = static_cast<double>(place.row.pings());
   const Json power = place.head.value("/noise/power_pa2"_json_pointer, Json());
   if (power.is_number()) {
@@ -278,7 +278,7 @@ Result<RunResults> read_results(const fs::path& dir) {
   return without_exceptions("reading " + dir.string(), [&]() -> Result<RunResults> {
     Sums sums;
     for (const StoredSequenceRow& row : dataset->sequences) {
-      Place place{dir / layout::sequence_folder(row.sequence), row, {}};
+      RunPlace place{dir / layout::sequence_folder(row.sequence), row, {}};
       auto head = read_head(place.folder / layout::kSequenceJson);
       if (!head) return head.error();
       place.head = std::move(*head);

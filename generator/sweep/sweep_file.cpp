@@ -231,8 +231,9 @@ class SweepParser {
 }  // namespace
 
 Result<SweepFile> parse_sweep_file(const std::string& text, const std::string& label,
-                                   const fs::path& folder) {
+                                   const fs::path& folder, const ReadLimits& limits) {
   Faults faults;
+  faults.limits = limits;
   add_source(faults, label);
   add_source(faults, "");  // the base, once its name is known
   const auto tree = read_yaml_map(text, 0, faults);

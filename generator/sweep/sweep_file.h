@@ -51,7 +51,8 @@ Result<SweepFile> load_sweep_file(const std::filesystem::path& file);
 
 // The same from text; `label` stands for the file's name in messages, `folder` is where it stands.
 Result<SweepFile> parse_sweep_file(const std::string& text, const std::string& label,
-                                   const std::filesystem::path& folder);
+                                   const std::filesystem::path& folder,
+                                   const ReadLimits& limits = {});
 
 struct Point {
   std::vector<std::size_t> at;  // which value of each group of axes

@@ -19,7 +19,7 @@ constexpr double kOverlap_m = 1e-3;
 constexpr double kGrazing = 1e-6;
 
 // A part of an arc.
-struct Piece {
+struct BentPiece {
   RayArc arc;
   double from_m = 0, to_m = 0;  // along the arc
 };
@@ -47,7 +47,7 @@ struct Chord {
   static constexpr int kMostPieces = 64;
 
   RayPlane plane;
-  std::array<Piece, kMostPieces> pieces;
+  std::array<BentPiece, kMostPieces> pieces;
   int count = 0;
   double way_m = 0;      // along the pieces
   double turns_rad = 0;  // at most, in all
@@ -80,7 +80,7 @@ void walk(const BentRays& rays, Vec3 direction, double time_max_s, Visit&& visit
   RayArc arc = start_ray(rays.layers, rays.sonar_in_world.position_m.z, level, direction.z);
   const auto flush = [&] {
     if (chord.count == 0) return true;
-    const Piece& last = chord.pieces[chord.count - 1];
+    const BentPiece& last = chord.pieces[chord.count - 1];
     chord.end = point_on(last.arc, last.to_m);
     const bool more = visit(std::as_const(chord)) && chord.end.time_s < time_max_s;
     chord.count = 0;
@@ -109,11 +109,11 @@ void walk(const BentRays& rays, Vec3 direction, double time_max_s, Visit&& visit
 // its first and last arcs go on.
 RayPoint point_along(const Chord& chord, double way_m) {
   for (int i = 0; i + 1 < chord.count; ++i) {
-    const Piece& piece = chord.pieces[i];
+    const BentPiece& piece = chord.pieces[i];
     if (way_m < piece.to_m - piece.from_m) return point_on(piece.arc, piece.from_m + way_m);
     way_m -= piece.to_m - piece.from_m;
   }
-  const Piece& last = chord.pieces[chord.count - 1];
+  const BentPiece& last = chord.pieces[chord.count - 1];
   return point_on(last.arc, last.from_m + way_m);
 }
 

@@ -7,12 +7,11 @@
 #include "acoustics/propagation.h"
 #include "trace/echo.h"
 #include "trace/march.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
 namespace {
 
-// A point is hidden by what stands before it, not by the surface it lies on.
-constexpr double kOnSurface = 1e-6;
 // What is met nearer than this to a mirror is the mirror itself, as a mesh has it.
 constexpr double kOnMirror_m = 1e-4;
 

@@ -12,9 +12,6 @@
 namespace ensonify {
 namespace {
 
-// A target is hidden by what stands before it, not by the surface it lies on.
-constexpr double kOnSurface = 1e-6;
-
 // What sorting a sector needs, kept from one to the next.
 struct SectorWork {
   std::vector<SortKey> order;

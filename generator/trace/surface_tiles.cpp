@@ -111,7 +111,7 @@ Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const
 }
 
 // What is still to be cut: some primitives, or a part of one; and from where it is seen.
-struct Piece {
+struct TilePiece {
   std::uint32_t begin = 0, end = 0;  // of Cutter::order; one: a part of this primitive
   std::uint64_t path = 0;            // 0: whole primitives
   Patch patch;
@@ -129,7 +129,7 @@ struct Cutter {
   std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;  // by eye, of the tiles that it may hear
 };
 
-Ball ball_of(const Cutter& cutter, const Piece& piece) {
+Ball ball_of(const Cutter& cutter, const TilePiece& piece) {
   if (piece.path != 0) return ball_around(piece.patch);
   Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
   for (std::uint32_t i = piece.begin; i < piece.end; ++i) {
@@ -153,7 +153,7 @@ double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32
   return std::max(nearest, cutter.views.resolution_m);
 }
 
-void add_tile(const Cutter& cutter, Piece& piece, const Ball& ball, double nearest_m,
+void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double nearest_m,
               std::vector<SurfaceTile>& tiles) {
   SurfaceTile tile{piece.patch, ball, cutter.object, 0, 0, piece.path};
   const std::uint32_t primitive = cutter.order[piece.begin];
@@ -173,7 +173,8 @@ void add_tile(const Cutter& cutter, Piece& piece, const Ball& ball, double neare
 }
 
 // Two groups of primitives, parted where they lie farthest apart.
-void part_group(Cutter& cutter, Piece& piece, const Ball& around, std::vector<Piece>& rest) {
+void part_group(Cutter& cutter, TilePiece& piece, const Ball& around,
+                std::vector<TilePiece>& rest) {
   const auto first = cutter.order.begin() + piece.begin, last = cutter.order.begin() + piece.end;
   Vec3 spread{};
   for (auto i = first; i != last; ++i) {
@@ -191,13 +192,14 @@ void part_group(Cutter& cutter, Piece& piece, const Ball& around, std::vector<Pi
                    [&](std::uint32_t a, std::uint32_t b) {
                      return std::pair(along(a), a) < std::pair(along(b), b);
                    });
-  Piece second{middle, piece.end, 0, {}, piece.eyes};
+  TilePiece second{middle, piece.end, 0, {}, piece.eyes};
   rest.push_back({piece.begin, middle, 0, {}, std::move(piece.eyes)});
   rest.push_back(std::move(second));
 }
 
 // A tile, or two pieces in place of the one.
-void cut(Cutter& cutter, Piece piece, std::vector<Piece>& rest, std::vector<SurfaceTile>& tiles) {
+void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
+         std::vector<SurfaceTile>& tiles) {
   if (piece.path == 0 && piece.end == piece.begin + 1) {
     piece.path = 1;
     piece.patch = cutter.primitives.patch(cutter.order[piece.begin]);
@@ -235,19 +237,19 @@ void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>
   std::iota(cutter.order.begin(), cutter.order.end(), 0u);
   std::vector<std::uint32_t> all(cutter.eyes.size());
   std::iota(all.begin(), all.end(), 0u);
-  std::vector<Piece> jobs, next;
+  std::vector<TilePiece> jobs, next;
   jobs.push_back({0, static_cast<std::uint32_t>(cutter.order.size()), 0, {}, std::move(all)});
   // In breadth until there is enough to share out, then each in depth.
   while (!jobs.empty() && jobs.size() < kJobs) {
-    for (Piece& job : jobs) cut(cutter, std::move(job), next, tiles);
+    for (TilePiece& job : jobs) cut(cutter, std::move(job), next, tiles);
     jobs = std::exchange(next, {});
   }
   std::vector<std::vector<SurfaceTile>> made(jobs.size());
   workers.for_each(jobs.size(), [&](std::size_t i) {
-    std::vector<Piece> rest;
+    std::vector<TilePiece> rest;
     rest.push_back(std::move(jobs[i]));
     while (!rest.empty()) {
-      Piece piece = std::move(rest.back());
+      TilePiece piece = std::move(rest.back());
       rest.pop_back();
       cut(cutter, std::move(piece), rest, made[i]);
     }

@@ -30,6 +30,10 @@ struct Hit {
 // The most surfaces along one ray that are told: the nearest.
 inline constexpr int kMostLayers = 8;
 
+// A point is hidden by what stands in front of it, not by the surface that it lies on: part of its
+// range.
+inline constexpr double kOnSurface = 1e-6;
+
 // Where each ray would first meet each other instance, were all that it meets before transparent.
 struct HitsBehind {
   std::vector<std::uint32_t> offset;  // [rays + 1]

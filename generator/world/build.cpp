@@ -23,7 +23,7 @@ using MeshKey = std::tuple<std::string, double, bool, bool>;
 using MeshCache = std::map<MeshKey, std::shared_ptr<const Mesh>>;
 
 // Everything that is wrong with the input files, one line a fault, each behind its key.
-struct Faults {
+struct WorldFaults {
   std::string lines;
   bool usage = false;  // one of them at least is no failure of reading
 
@@ -89,7 +89,7 @@ using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<cons
 // Nothing where a file of it is wrong.
 std::shared_ptr<const Mesh> terrain_of(const HeightfieldSpec& spec, std::uint64_t terrain_key,
                                        const std::string& key, TerrainCache& cache,
-                                       Faults& faults) {
+                                       WorldFaults& faults) {
   for (const auto& [earlier, mesh] : cache) {
     if (!spec.file.empty() && earlier == spec) return mesh;
   }
@@ -130,7 +130,7 @@ Instance& add_instance(World& world, const std::string& name, const std::string&
   return world.instances.back();
 }
 
-std::map<std::string, Material> load_materials(const Scenario& scenario, Faults& faults) {
+std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFaults& faults) {
   std::map<std::string, Material> materials;
   for (const MaterialSpec& spec : scenario.materials) {
     Material& material = materials[spec.name];
@@ -149,7 +149,7 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, Faults&
 
 // Moves with a jitter of its own, keyed by its name: objects added beside it change nothing.
 void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
-              const std::string& key, WorldObject& object, Faults& faults) {
+              const std::string& key, WorldObject& object, WorldFaults& faults) {
   if (!spec.trajectory) return;
   const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, sequence);
   Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
@@ -176,7 +176,7 @@ Error no_part(const MeshSpec& spec, const Mesh& mesh, const std::string& part) {
 // Parts of one material are one; those of the object's own are none.
 void set_parts(const MeshSpec& spec, const Mesh& mesh,
                const std::map<std::string, Material>& materials, const std::string& key,
-               WorldObject& object, Instance& instance, Faults& faults) {
+               WorldObject& object, Instance& instance, WorldFaults& faults) {
   PartMaterials& parts = object.parts;
   std::map<std::string, std::uint16_t> number = {{instance.material, 0}};
   for (const PartSpec& part : spec.parts) {
@@ -196,7 +196,8 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
 }
 
 void add_objects(const Scenario& scenario, std::uint32_t sequence,
-                 const std::map<std::string, Material>& materials, World& world, Faults& faults) {
+                 const std::map<std::string, Material>& materials, World& world,
+                 WorldFaults& faults) {
   MeshCache meshes;
   TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
@@ -237,7 +238,7 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
 }
 
 std::vector<VolumeParts> load_volumes(const Scenario& scenario, std::uint32_t sequence,
-                                      Faults& faults) {
+                                      WorldFaults& faults) {
   std::vector<VolumeParts> volumes;
   DensityCache cache;
   const std::uint64_t stream = stream_key(scenario.seed, Stream::bubbles, sequence);
@@ -291,7 +292,7 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
   World world;
   world.classes = scenario.class_names;
   world.warnings = scenario.notices;
-  Faults faults;
+  WorldFaults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
   add_objects(scenario, sequence, materials, world, faults);
   std::vector<VolumeParts> volumes = load_volumes(scenario, sequence, faults);

@@ -10,7 +10,7 @@ namespace {
 // A line and the half circle behind it.
 double stride_m(const LawnmowerWay& way) { return way.length_m + kPi * way.spacing_m / 2; }
 
-double whole_m(const LawnmowerWay& way) {
+double lawnmower_length_m(const LawnmowerWay& way) {
   return way.lines * way.length_m + (way.lines - 1) * kPi * way.spacing_m / 2;
 }
 
@@ -30,11 +30,12 @@ LawnmowerWay make_way(const LawnmowerSpec& spec) {
 }
 
 TimeSpan span_of(const LawnmowerWay& way) {
-  return {way.start_time_s, way.start_time_s + whole_m(way) / way.speed_m_s};
+  return {way.start_time_s, way.start_time_s + lawnmower_length_m(way) / way.speed_m_s};
 }
 
 Pose pose_on(const LawnmowerWay& way, double time_s) {
-  const double gone_m = std::clamp((time_s - way.start_time_s) * way.speed_m_s, 0.0, whole_m(way));
+  const double gone_m =
+      std::clamp((time_s - way.start_time_s) * way.speed_m_s, 0.0, lawnmower_length_m(way));
   const double line = std::min(std::floor(gone_m / stride_m(way)), way.lines - 1);
   const double along_m = gone_m - line * stride_m(way);
   const bool back = std::fmod(line, 2) != 0;

@@ -51,7 +51,7 @@ Quat facing(Vec3 direction) {
   return from_roll_pitch_yaw(0, std::atan2(-direction.z, level), yaw);
 }
 
-double whole_m(const SplineWay& way) { return way.segments.back().arc_m.back(); }
+double spline_length_m(const SplineWay& way) { return way.segments.back().arc_m.back(); }
 
 // The cubic from p1 to p2 whose slopes there are those of the centripetal spline: its knots lie
 // the square root of the distance apart.
@@ -90,11 +90,12 @@ SplineWay make_way(const SplineSpec& spec) {
 }
 
 TimeSpan span_of(const SplineWay& way) {
-  return {way.start_time_s, way.start_time_s + whole_m(way) / way.speed_m_s};
+  return {way.start_time_s, way.start_time_s + spline_length_m(way) / way.speed_m_s};
 }
 
 Pose pose_on(const SplineWay& way, double time_s) {
-  const double arc_m = std::clamp((time_s - way.start_time_s) * way.speed_m_s, 0.0, whole_m(way));
+  const double arc_m =
+      std::clamp((time_s - way.start_time_s) * way.speed_m_s, 0.0, spline_length_m(way));
   const auto after = std::upper_bound(
       way.segments.begin() + 1, way.segments.end(), arc_m,
       [](double wanted_m, const SplineSegment& segment) { return wanted_m < segment.arc_m[0]; });

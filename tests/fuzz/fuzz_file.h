@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "scenario/faults.h"
 #include "temporary_folder.h"
 
 namespace ensonify::test {
@@ -29,6 +30,9 @@ inline std::filesystem::path fuzz_file(const std::string& name, std::string_view
 inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
+
+// Inputs that stay under a second under sanitizers, which libFuzzer is given as a hang.
+inline constexpr ReadLimits kFuzzLimits{10'000, 5'000, 5'000};
 
 // Counts inputs that were read to the end. Told when the run is over: a fuzzer that gets nowhere
 // behind the first check finds nothing there.

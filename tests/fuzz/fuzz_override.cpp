@@ -23,7 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t equals = text.find('=');
   if (equals == std::string_view::npos) return 0;
   const Override set{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
-  const auto scenario = parse_scenario(kBase, "base.yaml", test::fuzz_folder(), {set});
+  const auto scenario =
+      parse_scenario(kBase, "base.yaml", test::fuzz_folder(), {set}, 0, test::kFuzzLimits);
   if (scenario) {
     test::accepted();
   } else {

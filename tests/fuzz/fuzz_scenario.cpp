@@ -9,7 +9,8 @@ using test::promise;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(test::text_of(data, size));
   const auto name = [](const std::filesystem::path& file) { return file.string(); };
-  const Result<Scenario> scenario = parse_scenario(text, "fuzzed.yaml", test::fuzz_folder());
+  const Result<Scenario> scenario =
+      parse_scenario(text, "fuzzed.yaml", test::fuzz_folder(), {}, 0, test::kFuzzLimits);
   if (!scenario) {
     promise(!scenario.error().message.empty());
     return 0;

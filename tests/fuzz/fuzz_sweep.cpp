@@ -23,7 +23,7 @@ constexpr std::size_t kMostPoints = 200;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto base = test::fuzz_file("base.yaml", kBase);
   const std::string text(test::text_of(data, size));
-  const auto sweep = parse_sweep_file(text, "fuzzed.yaml", test::fuzz_folder());
+  const auto sweep = parse_sweep_file(text, "fuzzed.yaml", test::fuzz_folder(), test::kFuzzLimits);
   if (!sweep || sweep->product > kMostPoints) return 0;
   const auto points = points_of(*sweep);
   if (!points) return 0;

@@ -2,7 +2,7 @@
 set(pages ${CMAKE_CURRENT_BINARY_DIR}/report_pages)
 add_test(NAME "report: pages for the browser"
   COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/browser/make_pages.py $<TARGET_FILE:ensonify> ${pages})
-set_tests_properties("report: pages for the browser" PROPERTIES LABELS program
+set_tests_properties("report: pages for the browser" PROPERTIES LABELS "program;heavy"
   FIXTURES_SETUP report_pages TIMEOUT 300)
 find_program(ENSONIFY_NODE node)
 if(ENSONIFY_NODE)
@@ -10,5 +10,5 @@ if(ENSONIFY_NODE)
 else()
   add_test(NAME "report: page in a browser" COMMAND sh -c "echo 'skipped: node is missing'; exit 77")
 endif()
-set_tests_properties("report: page in a browser" PROPERTIES LABELS program TIMEOUT 300
+set_tests_properties("report: page in a browser" PROPERTIES LABELS "program;heavy" TIMEOUT 300
   FIXTURES_REQUIRED report_pages SKIP_RETURN_CODE 77 ENVIRONMENT "REPORT_PAGES=${pages}")

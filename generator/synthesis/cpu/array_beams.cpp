@@ -10,7 +10,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kBeamsAtOnce = 32;
+constexpr int kSlabBeams = 32;
 
 // Samples that one work item sums, and how many elements it expands together.
 struct Block {
@@ -147,11 +147,11 @@ void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<Complex>& spec
 void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
                   int samples, const Workers& workers, std::complex<float>* series) {
   const std::vector<Block> blocks = blocks_of(plan, samples);
-  const int slabs = (plan.beams() + kBeamsAtOnce - 1) / kBeamsAtOnce;
+  const int slabs = (plan.beams() + kSlabBeams - 1) / kSlabBeams;
   workers.for_each(blocks.size() * slabs, [&](std::size_t item) {
     const Block& block = blocks[item / slabs];
-    const int first = static_cast<int>(item % slabs) * kBeamsAtOnce;
-    const int last = std::min(first + kBeamsAtOnce, plan.beams());
+    const int first = static_cast<int>(item % slabs) * kSlabBeams;
+    const int last = std::min(first + kSlabBeams, plan.beams());
     for (int beam = first; beam < last; ++beam) {
       one_beam(plan, kernels, fine, block, beam,
                series + std::size_t(beam) * plan.samples() + block.first);

@@ -6,6 +6,7 @@
 #include "synthesis/array.h"
 #include "synthesis/cpu/array_power.h"
 #include "synthesis/cpu/array_synthesis.h"
+#include "synthesis/cpu/echoes.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/draw.h"
@@ -15,7 +16,6 @@ namespace {
 
 using Complex = std::complex<double>;
 using Spectra = AlignedBuffer<Complex>;  // [elements][stride], k = 0 first
-enum class Amplitude { drawn, mean };
 
 class DoubleArraySynthesis final : public PingSynthesis {
  public:
@@ -45,8 +45,8 @@ class DoubleArraySynthesis final : public PingSynthesis {
   void deposit(Vec3 apparent_m, double u, double delay_s, double turns, Complex amplitude,
                int element, Complex* grid) const;
   void deposit_cells(const PingTask& task, int element, Complex* grid) const;
-  void element_spectrum(const PingTask& task, Amplitude which, int element, Complex* row) const;
-  Spectra spectra(const PingTask& task, Amplitude which, const Workers& workers) const;
+  void element_spectrum(const PingTask& task, EchoAmplitude which, int element, Complex* row) const;
+  Spectra spectra(const PingTask& task, EchoAmplitude which, const Workers& workers) const;
   void beam(const Spectra& spectra, int j, Complex* record, Complex* sum) const;
   template <class Write>
   void beams(const Spectra& spectra, const Workers& workers, Write&& write) const;
@@ -85,16 +85,17 @@ void DoubleArraySynthesis::deposit_cells(const PingTask& task, int element, Comp
   }
 }
 
-void DoubleArraySynthesis::element_spectrum(const PingTask& task, Amplitude which, int element,
+void DoubleArraySynthesis::element_spectrum(const PingTask& task, EchoAmplitude which, int element,
                                             Complex* row) const {
   AlignedBuffer<Complex> grid(kernel_.grid);
   for (const Scatterer& s : task.scatterers->items) {
-    const std::complex<float> a = which == Amplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
+    const std::complex<float> a =
+        which == EchoAmplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
     deposit(apparent_point_m(s), unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y,
             s.delay_s, carrier_turns(carrier_hz(), s.delay_s),
             Complex(a) * static_cast<double>(s.gain), element, grid.data());
   }
-  if (which == Amplitude::drawn && !task.volumes.empty()) {
+  if (which == EchoAmplitude::drawn && !task.volumes.empty()) {
     deposit_cells(task, element, grid.data());
   }
   grid_forward_.run(grid.data());
@@ -103,7 +104,7 @@ void DoubleArraySynthesis::element_spectrum(const PingTask& task, Amplitude whic
     row[k < 0 ? k + bins() : k] =
         spectrum_[k + half] * kernel_.correction[std::abs(k)] * grid[k < 0 ? k + kernel_.grid : k];
   }
-  if (which == Amplitude::mean || task.noise_power_pa2 == 0) return;
+  if (which == EchoAmplitude::mean || task.noise_power_pa2 == 0) return;
   if (geometry_.response[element] == Complex(0)) return;
   const double power = element_noise_power_pa2(geometry_, task.noise_power_pa2);
   AlignedBuffer<Complex> noise(bins());
@@ -112,7 +113,7 @@ void DoubleArraySynthesis::element_spectrum(const PingTask& task, Amplitude whic
   for (int k = 0; k < bins(); ++k) row[k] += noise[k] / static_cast<double>(bins());
 }
 
-Spectra DoubleArraySynthesis::spectra(const PingTask& task, Amplitude which,
+Spectra DoubleArraySynthesis::spectra(const PingTask& task, EchoAmplitude which,
                                       const Workers& workers) const {
   Spectra rows(std::size_t(elements()) * stride_);
   workers.for_each(elements(), [&](std::size_t n) {
@@ -175,7 +176,7 @@ void DoubleArraySynthesis::run(const PingTask& task, PingSeries& result,
                                const Workers& workers) const {
   result.pressure_pa.resize(std::size_t(beams()) * samples());
   result.channels_pa.resize(task.wants_channels ? std::size_t(elements()) * samples() : 0);
-  const Spectra drawn = spectra(task, Amplitude::drawn, workers);
+  const Spectra drawn = spectra(task, EchoAmplitude::drawn, workers);
   beams(drawn, workers,
         [&](std::size_t at, Complex p) { result.pressure_pa[at] = std::complex<float>(p); });
   if (task.wants_channels) {
@@ -192,7 +193,7 @@ void DoubleArraySynthesis::run(const PingTask& task, PingSeries& result,
   if (!task.wants_clean) return;
   power_->diffuse(task, result.clean_power_pa2, workers);
   if (!has_means(task)) return;
-  beams(spectra(task, Amplitude::mean, workers), workers, [&](std::size_t at, Complex p) {
+  beams(spectra(task, EchoAmplitude::mean, workers), workers, [&](std::size_t at, Complex p) {
     result.clean_power_pa2[at] += static_cast<float>(std::norm(p));
   });
 }

@@ -11,7 +11,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr int kMostOrders = 5;
-constexpr double kShare =
+constexpr double kFocusShare =
     0.2;  // of the tolerance: what a beam hears may lie far under its elements
 constexpr int kMostTimeDegree = 5;
 constexpr int kShortest = 8;  // samples of a stretch
@@ -181,7 +181,7 @@ std::vector<int> judged_beams(int beams) { return {0, beams / 3, beams / 2}; }
 // Taps and orders that hold the tolerance at one sample; false where none does.
 bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNodes& nodes,
                  double sample, NodeStretch& stretch) {
-  const double tolerance = kShare * plan.setup.tolerance;
+  const double tolerance = kFocusShare * plan.setup.tolerance;
   std::vector<Complex> coefficient;
   for (const int taps : kTapChoices) {
     const NodeFit fit(plan, nodes.spacing_u, taps, focusing.stretch_y());
@@ -283,7 +283,7 @@ void fill_stretch(const ArrayPlan& plan, const Focusing& focusing, const ArrayNo
 int begin_of_stretch(const ArrayPlan& plan, int end, int degree) {
   // Through a phasor that turns by phi they are wrong by phi^(n + 1) / (2^(2 n + 1) (n + 1)!),
   // n the degree; across the array the mean is a third of what it is at its ends.
-  const double error = 3 * kShare * plan.setup.tolerance;
+  const double error = 3 * kFocusShare * plan.setup.tolerance;
   const double per_turn = degree == 3 ? 3072 : 1474560;
   const double at_once = std::pow(error * per_turn, 1.0 / (degree + 1)) / (2 * kPi);
   const double turns = focus_turns(plan, std::max(end - 1, 1)) + at_once;

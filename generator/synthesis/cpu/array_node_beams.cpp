@@ -7,7 +7,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kBlock = 64;  // samples of all nodes that stay in a core's cache
+constexpr int kCacheBlock = 64;  // samples of all nodes that stay in a core's cache
 constexpr int kBeamsAtOnce = 64;
 
 double* as_doubles(Complex* p) { return reinterpret_cast<double*>(p); }
@@ -91,7 +91,7 @@ void sum_piece(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& ke
                std::complex<float>* out) {
   const NodeStretch& s = *piece.stretch;
   const std::int64_t stride = plane_stride(plan);
-  alignas(64) float re[kBlock] = {}, im[kBlock] = {};
+  alignas(64) float re[kCacheBlock] = {}, im[kCacheBlock] = {};
   const int padded = (piece.count + 15) / 16 * 16;
   const std::size_t size = std::size_t(s.taps) * (s.degree + 1) * 2;
   for (int order = 0; order < s.orders; ++order) {
@@ -126,16 +126,16 @@ void node_beams(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& k
   });
   std::vector<Piece> pieces;
   for (const NodeStretch& s : nodes.stretches) {
-    for (int n = s.begin; n < s.end; n += kBlock) {
-      pieces.push_back({&s, n, std::min(kBlock, s.end - n)});
+    for (int n = s.begin; n < s.end; n += kCacheBlock) {
+      pieces.push_back({&s, n, std::min(kCacheBlock, s.end - n)});
     }
   }
   const int slabs = (plan.beams() + kBeamsAtOnce - 1) / kBeamsAtOnce;
   workers.for_each(pieces.size() * slabs, [&](std::size_t item) {
     const Piece& piece = pieces[item / slabs];
     const int first = static_cast<int>(item % slabs) * kBeamsAtOnce;
-    alignas(64) float time[kBlock];
-    for (int t = 0; t < kBlock; ++t) {
+    alignas(64) float time[kCacheBlock];
+    for (int t = 0; t < kCacheBlock; ++t) {
       const bool moves = piece.stretch->degree > 0;
       time[t] = moves ? static_cast<float>(piece.stretch->time(piece.first + t)) : 0.0f;
     }

@@ -11,7 +11,7 @@ namespace {
 using Complex = std::complex<double>;
 
 // What the kernel, its polynomials and its ends beside elements may take of the tolerance each.
-constexpr double kKernelShare = 0.3, kFitShare = 0.2, kLostShare = 0.2;
+constexpr double kSpreadShare = 0.3, kPolynomialShare = 0.2, kLostShare = 0.2;
 constexpr double kFurthestReach = 1.8;
 // What the path's expansion may be wrong by, in turns of the carrier.
 constexpr double kPathTurns = 1e-6;
@@ -114,7 +114,7 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
   const int bins = setup.record.transform, half = bins / 2;
   // Every echo is deposited once for each element: a grid twice as long costs less than a kernel
   // of two vectors.
-  const double tolerance = kKernelShare * setup.tolerance;
+  const double tolerance = kSpreadShare * setup.tolerance;
   SpreadKernel spread = choose_spread_kernel(tables.spectrum, -half, tolerance, 8);
   if (spread.points == 0) spread = choose_spread_kernel(tables.spectrum, -half, tolerance);
   if (spread.points == 0 || spread.width > 16) return nullptr;
@@ -134,7 +134,7 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
   double reach = 1;
   plan->group_elements = choose_group(setup, plan->spread, plan->points_per_s(), reach);
   if (plan->group_elements == 0) return nullptr;
-  WidePolynomials wide = fit_wide(plan->spread, reach, kFitShare * setup.tolerance);
+  WidePolynomials wide = fit_wide(plan->spread, reach, kPolynomialShare * setup.tolerance);
   plan->coefficient = std::move(wide.coefficient);
   plan->kernel = {plan->coefficient.data(), plan->spread.width, wide.terms,
                   static_cast<float>(1 / reach)};

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-struct PingScratch {
+struct PowerScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
   std::vector<std::uint32_t> offset, next;
@@ -35,8 +35,8 @@ class NodePower final : public ArrayPower {
 
   template <class Body>
   void for_each_echo(const PingTask& task, Body&& body) const;
-  void sort_echoes(const PingTask& task, PingScratch& scratch) const;
-  void add_up(const PatternBlock& block, const PingScratch& scratch, std::vector<float>& power,
+  void sort_echoes(const PingTask& task, PowerScratch& scratch) const;
+  void add_up(const PatternBlock& block, const PowerScratch& scratch, std::vector<float>& power,
               const Workers& workers) const;
 
   SynthesisSetup setup_;
@@ -45,7 +45,7 @@ class NodePower final : public ArrayPower {
   std::unique_ptr<const NodePlan> plan_;
   mutable std::vector<PatternBlock> patterns_;
   mutable std::once_flag patterns_made_;
-  mutable Pool<PingScratch> ping_pool_;
+  mutable Pool<PowerScratch> ping_pool_;
   mutable Pool<NodeScratch> node_pool_;
 };
 
@@ -69,7 +69,7 @@ void NodePower::for_each_echo(const PingTask& task, Body&& body) const {
 }
 
 // By cells of u, and in each as they come: the order of every sum.
-void NodePower::sort_echoes(const PingTask& task, PingScratch& scratch) const {
+void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
   scratch.offset.assign(grid_.cells + 1, 0);
   for_each_echo(task, [&](double u, double, double) { ++scratch.offset[grid_.cell_of(u) + 1]; });
   for (int c = 0; c < grid_.cells; ++c) scratch.offset[c + 1] += scratch.offset[c];
@@ -90,7 +90,7 @@ void NodePower::sort_echoes(const PingTask& task, PingScratch& scratch) const {
   });
 }
 
-void NodePower::add_up(const PatternBlock& block, const PingScratch& scratch,
+void NodePower::add_up(const PatternBlock& block, const PowerScratch& scratch,
                        std::vector<float>& power, const Workers& workers) const {
   const int tiles = (block.end - block.begin + kTile - 1) / kTile;
   const int rows = static_cast<int>(block.packed.size() / plan_->nodes.nodes);

@@ -12,7 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-struct PingScratch {
+struct ArrayScratch {
   ArrayEchoes echoes;
   AlignedBuffer<Complex> spectra;
   NodeRecords nodes;
@@ -34,17 +34,17 @@ class ArraySynthesis final : public PingSynthesis {
  private:
   std::size_t cells() const { return std::size_t(plan_->beams()) * plan_->samples(); }
   int near_samples() const { return nodes_ ? nodes_->near_samples : plan_->samples(); }
-  void spectra(const PingTask& task, EchoAmplitude amplitude, PingScratch& scratch,
+  void spectra(const PingTask& task, EchoAmplitude amplitude, ArrayScratch& scratch,
                const Workers& workers) const;
-  void beams(PingScratch& scratch, std::complex<float>* series, const Workers& workers) const;
-  void clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+  void beams(ArrayScratch& scratch, std::complex<float>* series, const Workers& workers) const;
+  void clean_power(const PingTask& task, ArrayScratch& scratch, PingSeries& result,
                    const Workers& workers) const;
 
   std::shared_ptr<const ArrayPlan> plan_;
   std::shared_ptr<const ArrayNodes> nodes_;  // none: all samples as those near by
   const Kernels& kernels_;
   std::unique_ptr<const ArrayPower> power_;
-  mutable Pool<PingScratch> ping_pool_;
+  mutable Pool<ArrayScratch> ping_pool_;
   mutable Pool<PointChunk> chunk_pool_;
   mutable Pool<RecordScratch> record_pool_;
   mutable Pool<SteerScratch> steer_pool_;
@@ -65,14 +65,14 @@ SynthesisMemory ArraySynthesis::memory(bool) const {
   return memory;
 }
 
-void ArraySynthesis::spectra(const PingTask& task, EchoAmplitude amplitude, PingScratch& scratch,
+void ArraySynthesis::spectra(const PingTask& task, EchoAmplitude amplitude, ArrayScratch& scratch,
                              const Workers& workers) const {
   gather_echoes(*plan_, kernels_, task, amplitude, chunk_pool_, workers, scratch.echoes);
   element_spectra(*plan_, kernels_, task, scratch.echoes, amplitude, record_pool_, workers,
                   scratch.spectra);
 }
 
-void ArraySynthesis::beams(PingScratch& scratch, std::complex<float>* series,
+void ArraySynthesis::beams(ArrayScratch& scratch, std::complex<float>* series,
                            const Workers& workers) const {
   if (const int near = near_samples(); near > 0) {
     make_fine_records(*plan_, scratch.spectra, near, record_pool_, workers, scratch.fine);
@@ -83,7 +83,7 @@ void ArraySynthesis::beams(PingScratch& scratch, std::complex<float>* series,
              series);
 }
 
-void ArraySynthesis::clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+void ArraySynthesis::clean_power(const PingTask& task, ArrayScratch& scratch, PingSeries& result,
                                  const Workers& workers) const {
   power_->diffuse(task, result.clean_power_pa2, workers);
   if (!has_means(task)) return;

@@ -8,7 +8,7 @@ namespace ensonify {
 namespace {
 
 // Columns gathered at once, so that each row is read in whole cache lines.
-constexpr int kBlock = 8;
+constexpr int kColumnBlock = 8;
 
 }  // namespace
 
@@ -46,9 +46,9 @@ void BeamMixer::mix_amplitude(std::complex<double>* rows, int columns, int strid
                               const Workers& workers) const {
   const int length = forward_.length();
   const int pitch = (length + 3) / 4 * 4;  // keeps every column on a 64-byte boundary
-  workers.for_each((columns + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const int first = static_cast<int>(block) * kBlock;
-    const int count = std::min(kBlock, columns - first);
+  workers.for_each((columns + kColumnBlock - 1) / kColumnBlock, [&](std::size_t block) {
+    const int first = static_cast<int>(block) * kColumnBlock;
+    const int count = std::min(kColumnBlock, columns - first);
     AlignedBuffer<std::complex<double>> scratch(std::size_t(pitch) * count);
     for (int j = 0; j < beams_; ++j) {
       const std::complex<double>* row = rows + std::size_t(j) * stride + first;
@@ -68,10 +68,10 @@ void BeamMixer::mix_power(double* rows, int columns, int stride, const Workers& 
   const int length = forward_.length();
   const int pitch = (length + 3) / 4 * 4;
   // Two real columns share one complex transform: the kernel's spectrum is real.
-  constexpr int kPairs = kBlock / 2;
-  workers.for_each((columns + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const int first = static_cast<int>(block) * kBlock;
-    const int count = std::min(kBlock, columns - first);
+  constexpr int kPairs = kColumnBlock / 2;
+  workers.for_each((columns + kColumnBlock - 1) / kColumnBlock, [&](std::size_t block) {
+    const int first = static_cast<int>(block) * kColumnBlock;
+    const int count = std::min(kColumnBlock, columns - first);
     AlignedBuffer<std::complex<double>> scratch(std::size_t(pitch) * kPairs);
     for (int j = 0; j < beams_; ++j) {
       const double* row = rows + std::size_t(j) * stride + first;

@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-constexpr double kFloatRounding = 1e-7;
+constexpr double kNodeRounding = 1e-7;
 constexpr double kRidge = 0.01;
 
 // Solves (P^T P + ridge) x = P^T b: a band as wide as a beam's reach.
@@ -179,7 +179,7 @@ double rounding_of(const BeamNodes& nodes, const std::vector<double>& weight) {
     for (int j = 0; j < nodes.beams; ++j) norm += std::pow(weight[std::abs(j - column)], 2);
     worst = std::max(worst, std::sqrt(noise / norm));
   }
-  return kFloatRounding * worst;
+  return kNodeRounding * worst;
 }
 
 // The cheapest nodes of a width that hold the tolerance, in steps of 4, if any cost less than

@@ -17,14 +17,6 @@ using Complex = std::complex<double>;
 
 // The mean enters the expected power as a square, from the same nodes as the series.
 constexpr double kMeanTolerance = 3e-5;
-// Pulses under this part of the unshifted one's amplitude have left the band.
-constexpr double kInaudible = 1e-9;
-
-double largest(const std::vector<Complex>& spectrum) {
-  double most = 0;
-  for (const Complex& s : spectrum) most = std::max(most, std::abs(s));
-  return most;
-}
 
 // What one ping in work needs beside that of its nodes.
 struct DopplerScratch {
@@ -64,7 +56,7 @@ class DopplerSynthesis final : public PingSynthesis {
         make_(std::move(make)),
         pulse_(std::move(pulse)),
         nodes_(nodes),
-        loudest_(largest(tables_.spectrum)),
+        loudest_(largest_magnitude(tables_.spectrum)),
         unshifted_(make_(tables_)) {}
 
   SynthesisMemory memory(bool has_volumes) const override;
@@ -140,7 +132,7 @@ const PingSynthesis* DopplerSynthesis::at_node(int node) const {
   if (is_new) {
     SynthesisTables tables = tables_;
     tables.spectrum = doppler_spectrum(pulse_, node_doppler(nodes_, node));
-    if (largest(tables.spectrum) > kInaudible * loudest_) entry->second = make_(tables);
+    if (largest_magnitude(tables.spectrum) > kInaudible * loudest_) entry->second = make_(tables);
   }
   return entry->second.get();
 }
@@ -211,6 +203,12 @@ void DopplerSynthesis::diffuse_power(const PingTask& task, DopplerScratch& scrat
 }
 
 }  // namespace
+
+double largest_magnitude(const std::vector<std::complex<double>>& spectrum) {
+  double most = 0;
+  for (const Complex& s : spectrum) most = std::max(most, std::abs(s));
+  return most;
+}
 
 std::unique_ptr<PingSynthesis> make_doppler_synthesis(const SynthesisTables& tables,
                                                       MakeSynthesis make) {

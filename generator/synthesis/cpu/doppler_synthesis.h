@@ -1,12 +1,20 @@
 // Echoes that come back shifted, on top of any PingSynthesis.
 #pragma once
 
+#include <complex>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "synthesis/cpu/ping_synthesis.h"
 
 namespace ensonify {
+
+// Pulses under this part of the unshifted one's amplitude have left the band.
+inline constexpr double kInaudible = 1e-9;
+
+// The largest magnitude of a spectrum.
+double largest_magnitude(const std::vector<std::complex<double>>& spectrum);
 
 using MakeSynthesis = std::function<std::unique_ptr<PingSynthesis>(const SynthesisTables&)>;
 

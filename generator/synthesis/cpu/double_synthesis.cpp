@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "synthesis/cpu/beam_mixer.h"
+#include "synthesis/cpu/echoes.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/cpu/ping_synthesis.h"
@@ -22,7 +23,6 @@ namespace ensonify {
 namespace {
 
 using Complex = std::complex<double>;
-enum class Amplitude { drawn, mean };
 
 class DoubleSynthesis final : public PingSynthesis {
  public:
@@ -57,10 +57,10 @@ class DoubleSynthesis final : public PingSynthesis {
     return task.scatterers->beam_offset[beam] != task.scatterers->beam_offset[beam + 1];
   }
 
-  AlignedBuffer<Complex> series(const PingTask& task, Amplitude which,
+  AlignedBuffer<Complex> series(const PingTask& task, EchoAmplitude which,
                                 const Workers& workers) const;
   AlignedBuffer<double> diffuse_power(const PingTask& task, const Workers& workers) const;
-  void scatterer_spectrum(const PingTask& task, Amplitude which, int beam, Complex* row) const;
+  void scatterer_spectrum(const PingTask& task, EchoAmplitude which, int beam, Complex* row) const;
   void add_volume_spectrum(const PingTask& task, int beam, Complex* row) const;
   void scatterer_power(const PingTask& task, int beam, Complex* folded) const;
   void add_volume_power(const PingTask& task, int beam, Complex* folded) const;
@@ -79,13 +79,14 @@ class DoubleSynthesis final : public PingSynthesis {
 };
 
 // Writes the transform() bins of one ideal sector, f_c first.
-void DoubleSynthesis::scatterer_spectrum(const PingTask& task, Amplitude which, int beam,
+void DoubleSynthesis::scatterer_spectrum(const PingTask& task, EchoAmplitude which, int beam,
                                          Complex* row) const {
   const ScattererList& list = *task.scatterers;
   AlignedBuffer<Complex> grid(series_kernel_.grid);
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
-    const std::complex<float> a = which == Amplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
+    const std::complex<float> a =
+        which == EchoAmplitude::drawn ? draw_amplitude(s, task.keys) : s.mean;
     const double turns = carrier_turns(setup_.sonar.frequency_hz, s.delay_s);
     const Complex echo =
         Complex(a) * static_cast<double>(s.gain) * std::polar(source_pa_m_, -2.0 * kPi * turns);
@@ -114,10 +115,10 @@ void DoubleSynthesis::add_volume_spectrum(const PingTask& task, int beam, Comple
   }
 }
 
-AlignedBuffer<Complex> DoubleSynthesis::series(const PingTask& task, Amplitude which,
+AlignedBuffer<Complex> DoubleSynthesis::series(const PingTask& task, EchoAmplitude which,
                                                const Workers& workers) const {
   AlignedBuffer<Complex> rows(std::size_t(beams()) * stride_);
-  const bool has_volumes = which == Amplitude::drawn && !task.volumes.empty();
+  const bool has_volumes = which == EchoAmplitude::drawn && !task.volumes.empty();
   workers.for_each(beams(), [&](std::size_t beam) {
     const bool heard = has_scatterers(task, beam);
     if (!heard && !has_volumes) return;
@@ -194,7 +195,7 @@ SynthesisMemory DoubleSynthesis::memory(bool) const {
 
 void DoubleSynthesis::run(const PingTask& task, PingSeries& result, const Workers& workers) const {
   result.pressure_pa.resize(std::size_t(beams()) * samples());
-  const AlignedBuffer<Complex> drawn = series(task, Amplitude::drawn, workers);
+  const AlignedBuffer<Complex> drawn = series(task, EchoAmplitude::drawn, workers);
   workers.for_each(beams(), [&](std::size_t j) {
     for (int n = 0; n < samples(); ++n) {
       Complex p = drawn[j * stride_ + n];
@@ -220,7 +221,7 @@ void DoubleSynthesis::clean_power(const PingTask& task, PingSeries& result,
   const bool has_means =
       std::any_of(items.begin(), items.end(), [](const Scatterer& s) { return s.mean != 0.0f; });
   const AlignedBuffer<Complex> mean =
-      has_means ? series(task, Amplitude::mean, workers) : AlignedBuffer<Complex>(0);
+      has_means ? series(task, EchoAmplitude::mean, workers) : AlignedBuffer<Complex>(0);
   workers.for_each(beams(), [&](std::size_t j) {
     for (int n = 0; n < samples(); ++n) {
       const double coherent = has_means ? std::norm(mean[j * stride_ + n]) : 0.0;

@@ -10,10 +10,10 @@ namespace ensonify {
 namespace {
 
 // Of the mean in the expected power, where twice as much comes of it.
-constexpr double kMeanTolerance = 3e-5;
+constexpr double kCleanTolerance = 3e-5;
 
 // What one ping in work needs beside its workers' scratch.
-struct PingScratch {
+struct SeriesScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
 };
@@ -71,23 +71,23 @@ class FastSynthesis final : public PingSynthesis {
   }
 
  private:
-  void series(const PingTask& task, PingScratch& scratch, PingSeries& result,
+  void series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
               const Workers& workers) const;
   // After series() of the same ping, which finds out what there is.
-  void clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+  void clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                    const Workers& workers) const;
-  void add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
+  void add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                 const Workers& workers) const;
 
   template <class Write>
-  void mix(const NodePlan& plan, const PingScratch& scratch, const Workers& workers,
+  void mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
            Write&& write) const;
 
   Sonar sonar_;
   int samples_;
   const Kernels& kernels_;
   std::shared_ptr<const NodePlan> series_, mean_, power_;
-  mutable Pool<PingScratch> ping_pool_;
+  mutable Pool<SeriesScratch> ping_pool_;
   mutable Pool<NodeScratch> node_pool_;
   mutable Pool<EchoScratch> echo_pool_;
 };
@@ -112,7 +112,7 @@ SynthesisMemory FastSynthesis::memory(bool has_volumes) const {
 // write(beam, first sample, samples, values of the tile) for all beams and times; one work item
 // calls it for all beams of one stretch of time.
 template <class Write>
-void FastSynthesis::mix(const NodePlan& plan, const PingScratch& scratch, const Workers& workers,
+void FastSynthesis::mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
                         Write&& write) const {
   const int step = plan.tile_samples();
   workers.for_each((samples_ + step - 1) / step, [&](std::size_t item) {
@@ -129,7 +129,7 @@ void FastSynthesis::mix(const NodePlan& plan, const PingScratch& scratch, const 
   });
 }
 
-void FastSynthesis::series(const PingTask& task, PingScratch& scratch, PingSeries& result,
+void FastSynthesis::series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                            const Workers& workers) const {
   series_echoes(*series_, kernels_, sonar_, task, EchoAmplitude::drawn, echo_pool_, workers,
                 scratch.echoes);
@@ -144,7 +144,7 @@ void FastSynthesis::series(const PingTask& task, PingScratch& scratch, PingSerie
   });
 }
 
-void FastSynthesis::clean_power(const PingTask& task, PingScratch& scratch, PingSeries& result,
+void FastSynthesis::clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                                 const Workers& workers) const {
   const bool has_means = scratch.echoes.has_means;
   result.clean_power_pa2.resize(std::size_t(sonar_.beam_count) * samples_);
@@ -162,7 +162,7 @@ void FastSynthesis::clean_power(const PingTask& task, PingScratch& scratch, Ping
   if (has_means) add_mean(task, scratch, result, workers);
 }
 
-void FastSynthesis::add_mean(const PingTask& task, PingScratch& scratch, PingSeries& result,
+void FastSynthesis::add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                              const Workers& workers) const {
   series_echoes(*mean_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
                 scratch.echoes);
@@ -181,8 +181,8 @@ std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables
   std::shared_ptr<const NodePlan> series =
       make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
   std::shared_ptr<const NodePlan> mean = series;
-  if (setup.tolerance > kMeanTolerance) {
-    mean = make_series_plan(setup, tables.mixing, tables.spectrum, kMeanTolerance);
+  if (setup.tolerance > kCleanTolerance) {
+    mean = make_series_plan(setup, tables.mixing, tables.spectrum, kCleanTolerance);
   }
   std::shared_ptr<const NodePlan> power =
       make_power_plan(setup, tables.mixing, tables.autospectrum);

@@ -12,8 +12,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-Complex32 narrow(Complex z) { return {static_cast<float>(z.real()), static_cast<float>(z.imag())}; }
-
 std::vector<double> beam_cosines(const Sonar& sonar) {
   std::vector<double> cosines;
   for (const double azimuth : beam_azimuths_rad(sonar)) cosines.push_back(std::sin(azimuth));

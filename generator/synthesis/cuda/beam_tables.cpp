@@ -15,8 +15,6 @@ using Complex = std::complex<double>;
 // Single precision leaves 1e-6 anyway.
 constexpr double kPowerError = 1e-6;
 
-Complex32 narrow(Complex z) { return {static_cast<float>(z.real()), static_cast<float>(z.imag())}; }
-
 }  // namespace
 
 DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {

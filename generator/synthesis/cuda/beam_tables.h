@@ -10,6 +10,10 @@
 
 namespace ensonify {
 
+inline Complex32 narrow(std::complex<double> z) {
+  return {static_cast<float>(z.real()), static_cast<float>(z.imag())};
+}
+
 // A spreading kernel with what undoes it: the grid's spectrum times `filter` is the record's.
 struct DeviceSpread {
   int points = 0, width = 0, degree = 0;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "synthesis/cpu/doppler_synthesis.h"
 
 namespace ensonify {
 namespace {
@@ -17,15 +18,6 @@ using Complex = std::complex<double>;
 constexpr double kFlatError = 1e-6;
 // Above: the mean enters the expected power as a square. Below: single precision.
 constexpr double kMostTolerance = 3e-5, kLeastTolerance = 5e-6;
-// Pulses under this part of the unshifted one's amplitude have left the band.
-constexpr double kInaudible = 1e-9;
-
-double largest(const std::vector<Complex>& spectrum) {
-  double most = 0;
-  for (const Complex& s : spectrum) most = std::max(most, std::abs(s));
-  return most;
-}
-
 // Band b of rising shifts is b + 1, of falling ones -b - 1.
 std::set<int> bands_of(const DopplerNodes& nodes, std::span<const ShiftRecord> shifts) {
   std::set<int> bands;
@@ -53,14 +45,14 @@ DopplerTables make_doppler_tables(const SynthesisSetup& setup) {
     tables.place.push_back(node_doppler(tables.nodes, q) / tables.nodes.width);
   }
   tables.spread = series_spread(std::vector<Complex>(bins, 1), kFlatError);
-  tables.loudest = largest(doppler_spectrum(tables.pulse, 0));
+  tables.loudest = largest_magnitude(doppler_spectrum(tables.pulse, 0));
   return tables;
 }
 
 std::vector<Complex32> node_filter(const DopplerTables& tables, int node) {
   const std::vector<Complex> spectrum =
       doppler_spectrum(tables.pulse, node_doppler(tables.nodes, node));
-  if (largest(spectrum) <= kInaudible * tables.loudest) return {};
+  if (largest_magnitude(spectrum) <= kInaudible * tables.loudest) return {};
   const int bins = static_cast<int>(spectrum.size()), half = bins / 2;
   std::vector<Complex32> filter(bins);
   for (int m = 0; m < bins; ++m) {

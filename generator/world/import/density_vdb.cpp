@@ -10,9 +10,7 @@ namespace {
 
 constexpr float kMaxDensity = 1e6f;
 
-using Trouble = std::optional<std::string>;
-
-Trouble trouble_with(const openvdb::GridBase& base, const openvdb::FloatGrid* grid) {
+GridTrouble density_trouble(const openvdb::GridBase& base, const openvdb::FloatGrid* grid) {
   if (grid == nullptr) {
     return fmt::format("holds {}, accepted is a grid of float", base.valueType());
   }
@@ -94,7 +92,7 @@ Result<DensityGrid> load(const std::filesystem::path& path, const std::string& n
   Result<openvdb::GridBase::Ptr> base = read_vdb_grid(path, name);
   if (!base) return base.error();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*base);
-  if (const Trouble trouble = trouble_with(**base, grid.get())) {
+  if (const GridTrouble trouble = density_trouble(**base, grid.get())) {
     return grid_trouble(**base, *trouble);
   }
   Result<DensityGrid> density = density_of(*grid);

@@ -12,9 +12,7 @@
 namespace ensonify {
 namespace {
 
-using Trouble = std::optional<std::string>;
-
-Trouble trouble_with(const openvdb::GridBase& base, const openvdb::FloatGrid* grid) {
+GridTrouble level_set_trouble(const openvdb::GridBase& base, const openvdb::FloatGrid* grid) {
   if (grid == nullptr) {
     return fmt::format("holds {}, accepted is a grid of float", base.valueType());
   }
@@ -94,7 +92,7 @@ Result<Mesh> load(const std::filesystem::path& file, const std::string& name, No
   Result<openvdb::GridBase::Ptr> base = read_vdb_grid(file, name);
   if (!base) return base.error();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*base);
-  if (const Trouble trouble = trouble_with(**base, grid.get())) {
+  if (const GridTrouble trouble = level_set_trouble(**base, grid.get())) {
     return grid_trouble(**base, *trouble);
   }
   Mesh mesh = mesh_of(*grid);

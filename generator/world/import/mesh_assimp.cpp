@@ -18,10 +18,6 @@
 namespace ensonify {
 namespace {
 
-Error broken(const std::filesystem::path& file, const std::string& why) {
-  return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
-}
-
 bool says_which_way_is_up(const std::filesystem::path& file) {
   const std::string extension = lower_case_extension(file);
   return extension == ".dae" || extension == ".gltf" || extension == ".glb";
@@ -32,13 +28,13 @@ Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
     const aiMesh& part = *scene.mMeshes[m];
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       if (part.mFaces[f].mNumIndices == 0) {
-        return broken(file, fmt::format("face {} of part {} has no corners", f, m));
+        return broken_mesh(file, fmt::format("face {} of part {} has no corners", f, m));
       }
       for (unsigned i = 0; i < part.mFaces[f].mNumIndices; ++i) {
         const unsigned vertex = part.mFaces[f].mIndices[i];
         if (vertex < part.mNumVertices) continue;
-        return broken(file, fmt::format("face {} of part {} names vertex {} of {}", f, m, vertex,
-                                        part.mNumVertices));
+        return broken_mesh(file, fmt::format("face {} of part {} names vertex {} of {}", f, m,
+                                             vertex, part.mNumVertices));
       }
     }
   }
@@ -54,18 +50,20 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
     const aiMesh& part = *scene.mMeshes[m];
     if (!has_faces(part)) continue;
     if (!part.HasVertexColors(0)) {
-      return broken(file, fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
-                                      "vertex_color is made of; give it some, or take "
-                                      "reflectivity: material",
-                                      m, part.mName.C_Str()));
+      return broken_mesh(file,
+                         fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
+                                     "vertex_color is made of; give it some, or take "
+                                     "reflectivity: material",
+                                     m, part.mName.C_Str()));
     }
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const aiColor4D& c = part.mColors[0][v];
       for (const float channel : {c.r, c.g, c.b}) {
         if (channel >= 0 && channel <= 1) continue;
-        return broken(file, fmt::format("vertex {} of part {} has the color {} {} {}; red, green "
-                                        "and blue within 0 ... 1 are accepted",
-                                        v, m, c.r, c.g, c.b));
+        return broken_mesh(file,
+                           fmt::format("vertex {} of part {} has the color {} {} {}; red, green "
+                                       "and blue within 0 ... 1 are accepted",
+                                       v, m, c.r, c.g, c.b));
       }
     }
   }
@@ -141,7 +139,7 @@ Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     for (const float coordinate : mesh.vertices[v]) {
       if (std::isfinite(coordinate)) continue;
-      return broken(file, fmt::format("vertex {} is not a finite number", v));
+      return broken_mesh(file, fmt::format("vertex {} is not a finite number", v));
     }
   }
   return {};
@@ -179,14 +177,15 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normal
   if (scene == nullptr || scene->mRootNode == nullptr) {
     // assimp makes a text of it.
     if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
-    return broken(file, fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
+    return broken_mesh(file,
+                       fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
   }
   // Before assimp's own steps, which trust the file.
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
   Mesh mesh;
   name_parts(*scene, wanted, mesh);
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
-  if (scene == nullptr) return broken(file, "cannot be made into triangles");
+  if (scene == nullptr) return broken_mesh(file, "cannot be made into triangles");
   if (wanted.colors) {
     if (Status sound = check_colors(*scene, file); !sound) return sound.error();
   }
@@ -199,10 +198,10 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normal
   aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale)), scaling);
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
-  if (mesh.triangles.empty()) return broken(file, "holds no faces");
+  if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");
   if (Status finite = check_vertices(mesh, file); !finite) return finite.error();
   drop_faces_without_area(mesh);
-  if (mesh.triangles.empty()) return broken(file, "holds no faces that have an area");
+  if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces that have an area");
   warn_of_lines(*scene, mesh);
   for (std::string& warning : mesh.warnings) {
     warning = fmt::format("{}: {}", file.string(), warning);

@@ -17,10 +17,6 @@
 namespace ensonify {
 namespace {
 
-Error broken(const std::filesystem::path& file, const std::string& why) {
-  return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
-}
-
 // A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
 // data set. Its buffers must be in it ("data:" addresses).
 Status check_buffers(const std::filesystem::path& file, std::string_view text) {
@@ -30,9 +26,10 @@ Status check_buffers(const std::filesystem::path& file, std::string_view text) {
     const std::size_t value = text.find('"', at + 5);
     if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
     const std::string_view name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
-    return broken(file, fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
-                                    ".gltf with embedded buffers",
-                                    name));
+    return broken_mesh(file,
+                       fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
+                                   ".gltf with embedded buffers",
+                                   name));
   }
   return {};
 }
@@ -50,7 +47,7 @@ Status check_stl(const std::filesystem::path& file, std::string_view text) {
   if (is_binary_stl(text) || !text.starts_with("solid")) return {};
   const std::size_t end = text.rfind("endsolid");
   if (end != std::string_view::npos && text.find("facet", end) == std::string_view::npos) return {};
-  return broken(file, "ends without endsolid: the file is cut off; copy or export it again");
+  return broken_mesh(file, "ends without endsolid: the file is cut off; copy or export it again");
 }
 
 struct PlyProperty {
@@ -193,7 +190,7 @@ bool skip_row(const PlyElement& element, PlyBody& body) {
 Status check_ply(const std::filesystem::path& file, std::string_view text) {
   // assimp would look for it without end.
   if (text.find("end_header") == std::string_view::npos) {
-    return broken(file, "ends before end_header: no PLY, or cut off; copy or export it again");
+    return broken_mesh(file, "ends before end_header: no PLY, or cut off; copy or export it again");
   }
   const std::optional<PlyHead> head = read_head(text);
   if (!head) return {};
@@ -201,15 +198,20 @@ Status check_ply(const std::filesystem::path& file, std::string_view text) {
   for (const PlyElement& element : head->elements) {
     for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row) {
       if (skip_row(element, body)) continue;
-      return broken(file, fmt::format("ends at {} {} of the {} that it announces: the file is cut "
-                                      "off; copy or export it again",
-                                      element.name, row, element.count));
+      return broken_mesh(file,
+                         fmt::format("ends at {} {} of the {} that it announces: the file is cut "
+                                     "off; copy or export it again",
+                                     element.name, row, element.count));
     }
   }
   return {};
 }
 
 }  // namespace
+
+Error broken_mesh(const std::filesystem::path& file, const std::string& why) {
+  return {ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
+}
 
 std::string lower_case_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();

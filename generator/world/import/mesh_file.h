@@ -9,6 +9,9 @@
 
 namespace ensonify {
 
+// The file, then why it cannot be used.
+Error broken_mesh(const std::filesystem::path& file, const std::string& why);
+
 // ".obj" of WRECK.OBJ.
 std::string lower_case_extension(const std::filesystem::path& file);
 

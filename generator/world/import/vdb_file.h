@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -17,6 +18,9 @@ namespace ensonify {
 // One grid of the file, by name, or the only one where `name` is empty. Throws as OpenVDB does.
 Result<openvdb::GridBase::Ptr> read_vdb_grid(const std::filesystem::path& file,
                                              const std::string& name);
+
+// What is wrong with a grid; none where it can be used.
+using GridTrouble = std::optional<std::string>;
 
 // "grid `density` " + trouble.
 Error grid_trouble(const openvdb::GridBase& grid, const std::string& trouble);
