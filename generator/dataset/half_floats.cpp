@@ -61,11 +61,16 @@ __attribute__((target("avx,f16c"))) std::size_t convert_eights(const float* valu
 
 // clang's __builtin_cpu_supports has no word for it; `avx` says that the system saves the
 // registers.
-bool has_f16c() {
+bool has_f16c() noexcept {
   unsigned a = 0, b = 0, c = 0, d = 0;
+  __builtin_cpu_init();
   return __builtin_cpu_supports("avx") && __get_cpuid(1, &a, &b, &c, &d) != 0 &&
          (c & bit_F16C) != 0;
 }
+
+// Asked once, when the program starts: a virtual machine leaves the program at every cpuid, which
+// takes longer than it takes to convert a row.
+const bool kHasF16c = has_f16c();
 #endif
 
 }  // namespace
@@ -74,7 +79,7 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
   ENSONIFY_ASSERT(values.size() == halves.size());
   std::size_t i = 0;
 #if defined(__x86_64__)
-  if (has_f16c()) {
+  if (kHasF16c) {
     i = convert_eights(values.data(), halves.data(), values.size());
   }
 #endif
