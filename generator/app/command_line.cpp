@@ -244,17 +244,25 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
 }
 
 void add_bench(CLI::App& app, BenchCommandOptions& options) {
-  CLI::App& command = *app.add_subcommand(
-      "bench", "stage by stage speed of this machine, each next to its plain reference");
+  CLI::App& command =
+      *app.add_subcommand("bench", "speed of this machine, stage by stage and of whole data sets");
   command.add_option("--json", options.json, "write the numbers to this file as well");
   command.add_option("--case", options.case_name,
-                     "only this case: full, table1, reduced, dense or array");
+                     "only this case: full (a data set, too), table1, reduced, dense or array");
+  command
+      .add_option("--only", options.only,
+                  "stages, or data_sets (from scene to disk, by kind of file); both by default")
+      ->check(CLI::IsMember({"stages", "data_sets"}));
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command
       .add_option("--seconds", options.seconds,
-                  fmt::format("repeat each thing for so long; {} by default", options.seconds))
+                  fmt::format("repeat each stage for so long; {} by default", options.seconds))
       ->check(CLI::Range(0.0, 3600.0));
+  command
+      .add_option("--pings", options.pings,
+                  fmt::format("make data sets of so many pings; {} by default", options.pings))
+      ->check(CLI::Range(1, 100'000));
   command.add_option("--disk", options.disk,
                      "folder for files that are written and removed; a temporary one by default");
 }

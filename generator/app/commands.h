@@ -46,6 +46,8 @@ struct GenerateOptions {
 struct BenchCommandOptions {
   std::filesystem::path json;  // empty: not written
   std::optional<std::string> case_name;
+  std::string only;          // stages or data_sets; empty: both
+  std::uint32_t pings = 24;  // of each data set
   int threads = 0;
   double seconds = 0.3;
   std::filesystem::path disk;
@@ -93,7 +95,8 @@ Status export_command(const std::string& format, ExportOptions options, bool qui
 // Name and description of each format, one a line.
 std::string export_format_list();
 
-// Prints the speed of this machine stage by stage. Error kinds: usage, io.
+// Prints the speed of this machine, stage by stage and of whole data sets. Error kinds: usage, io,
+// interrupted.
 Status bench(const BenchCommandOptions& options);
 
 // Prints the plan of a sweep with the cost of each run, and writes nothing. Error kinds: usage

@@ -1,4 +1,5 @@
-// How fast this machine is, stage by stage, each beside its plain reference, in one run.
+// How fast this machine is, stage by stage, each beside its plain reference, in one run. Whole data
+// sets are measured by app/bench_data_sets and reported with them.
 //
 //   BenchOptions  BenchReport  run_bench
 //   bench_text    the table that people read
@@ -57,12 +58,28 @@ struct MachineReport {
       true;  // false: the file system has no O_DIRECT, so written and synchronised
 };
 
+// A data set with one choice of files, from the scene to the disk.
+struct FileKindReport {
+  std::string name;
+  double pings_per_s = 0, least_pings_per_s = 0, most_pings_per_s = 0;  // median and range of runs
+  double core_ms_per_ping = 0;  // of all threads and the system, summed; median
+  double mb_per_ping = 0;       // of all files of the data set
+};
+
+struct DataSetReport {
+  std::string name;
+  int beams = 0, samples = 0;
+  int pings = 0, runs = 0;  // of each kind
+  std::vector<FileKindReport> kinds;
+};
+
 struct BenchReport {
   MachineReport machine;
   std::vector<CaseReport> cases;
+  std::vector<DataSetReport> data_sets;
 };
 
-// Errors (io): the folder of `disk` cannot be written.
+// Without data sets. Errors (io): the folder of `disk` cannot be written.
 Result<BenchReport> run_bench(const BenchOptions& options);
 
 std::string bench_text(const BenchReport& report);

@@ -54,13 +54,32 @@ Json json_of(const CaseReport& c) {
           {"shares_of_peak", shares_of(c)}};
 }
 
+Json json_of(const DataSetReport& d) {
+  Json kinds = Json::object();
+  for (const FileKindReport& k : d.kinds) {
+    kinds[k.name] = {{"pings_per_s", k.pings_per_s},
+                     {"pings_per_s_least", k.least_pings_per_s},
+                     {"pings_per_s_most", k.most_pings_per_s},
+                     {"core_ms_per_ping", k.core_ms_per_ping},
+                     {"mb_per_ping", k.mb_per_ping}};
+  }
+  return {{"beams", d.beams},
+          {"samples", d.samples},
+          {"pings", d.pings},
+          {"runs", d.runs},
+          {"kinds", std::move(kinds)}};
+}
+
 }  // namespace
 
 std::string bench_json(const BenchReport& report) {
   Json cases = Json::object();
   for (const CaseReport& c : report.cases) cases[c.name] = json_of(c);
+  Json data_sets = Json::object();
+  for (const DataSetReport& d : report.data_sets) data_sets[d.name] = json_of(d);
   const MachineReport& m = report.machine;
   const Json json = {{"cases", std::move(cases)},
+                     {"data_sets", std::move(data_sets)},
                      {"machine",
                       {{"fma_gflops", m.fma_gflops},
                        {"copy_gb_s", m.copy_gb_s},

@@ -71,6 +71,21 @@ std::string case_text(const CaseReport& c) {
   return text;
 }
 
+std::string data_set_text(const DataSetReport& d) {
+  std::string text = fmt::format(
+      "\nwhole data sets, {}: {} beams x {} samples; medians of {} runs of {} pings\n"
+      "  {:<16} {:>9}  {:>15}  {:>13}  {:>8}\n",
+      d.name, d.beams, d.samples, d.runs, d.pings, "files", "pings/s", "least to most",
+      "core ms/ping", "MB/ping");
+  for (const FileKindReport& k : d.kinds) {
+    const std::string range =
+        fmt::format("{} to {}", number(k.least_pings_per_s), number(k.most_pings_per_s));
+    text += fmt::format("  {:<16} {:>9}  {:>15}  {:>13}  {:>8}\n", k.name, number(k.pings_per_s),
+                        range, number(k.core_ms_per_ping), number(k.mb_per_ping));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string bench_text(const BenchReport& report) {
@@ -82,6 +97,8 @@ std::string bench_text(const BenchReport& report) {
       : m.disk_is_direct ? ""
                          : " (through the page cache, synchronised)");
   for (const CaseReport& c : report.cases) text += case_text(c);
+  for (const DataSetReport& d : report.data_sets) text += data_set_text(d);
+  if (report.cases.empty()) return text;
   text +=
       "\nMedians. Stages and references: one thread. direct, recurrence: sine and cosine for each "
       "scatterer and bin, or one\nrotation; full product over beams; one transform a beam.\n"

@@ -83,7 +83,7 @@ TEST_CASE("a bench leaves nothing behind") {
   fs::remove_all(folder);
 }
 
-// Both are refused before anything is measured: the whole bench would take minutes.
+// All are refused before anything is measured: the whole bench would take minutes.
 TEST_CASE("wrong options of the command are refused at once") {
   BenchCommandOptions unknown;
   unknown.case_name = "fulll";
@@ -92,6 +92,14 @@ TEST_CASE("wrong options of the command are refused at once") {
   CHECK(wrong_case.error().kind == ErrorKind::usage);
   CHECK(wrong_case.error().message.find("full, table1, reduced, dense, array") !=
         std::string::npos);
+
+  BenchCommandOptions no_data_set;
+  no_data_set.case_name = "dense";
+  no_data_set.only = "data_sets";
+  const Status no_such_data_set = bench(no_data_set);
+  REQUIRE_FALSE(no_such_data_set.ok());
+  CHECK(no_such_data_set.error().kind == ErrorKind::usage);
+  CHECK(no_such_data_set.error().message.find("expected one of full") != std::string::npos);
 
   BenchCommandOptions nowhere;
   nowhere.json = "/nonexistent/bench.json";

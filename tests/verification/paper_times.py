@@ -27,8 +27,9 @@ def measured(program):
         place = pathlib.Path(folder) / "bench.json"
         for _ in range(REPEATS):
             for name in CASES:
+                command = [program, "bench", "--only", "stages", "--case", name]
                 subprocess.run(
-                    [program, "bench", "--case", name, "--json", str(place), "--disk", folder],
+                    [*command, "--json", str(place), "--disk", folder],
                     check=True,
                     capture_output=True,
                 )

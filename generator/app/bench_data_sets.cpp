@@ -1,0 +1,164 @@
+#include "app/bench_data_sets.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/make_dataset.h"
+#include "app/make_sequences.h"
+#include "app/tables.h"
+#include "bench/timing.h"
+#include "dataset/files.h"
+#include "dataset/work.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Pixels of one view share their file of labels, so that expected level and elevation have no row
+// of their own. Files that only some scenarios have (channels, ghosts, the distance field of a
+// sequence) have none either.
+constexpr FileKind kKinds[] = {
+    {"series", "{polar: false, cartesian: false, png: false}"},
+    {"series_exr", "{timeseries: both, polar: false, cartesian: false, png: false}"},
+    {"polar", "{cartesian: false, png: false, shadow: false, amodal: false}"},
+    {"polar_shadow", "{cartesian: false, png: false, amodal: false}"},
+    {"polar_amodal", "{cartesian: false, png: false, shadow: false}"},
+    {"polar_polygons",
+     "{cartesian: false, png: false, shadow: false, amodal: false, polygons: true}"},
+    {"cartesian", "{polar: false, png: false, shadow: false, amodal: false}"},
+    {"png", "{polar: false, cartesian: false}"},
+    {"scatterers", "{polar: false, cartesian: false, png: false, scatterers: true}"},
+    {"points", "{polar: false, cartesian: false, png: false, points: true}"},
+    {"layers", "{polar: false, cartesian: false, png: false, layers: true}"},
+    {"default", "{}"},
+    {"default_packed", "{pack: sequence}"},
+    {"every", "{timeseries: both, polygons: true, scatterers: true, points: true, layers: true}"}};
+
+struct Run {
+  double pings_per_s = 0, core_ms_per_ping = 0, mb_per_ping = 0;
+};
+
+// Of all threads, the system's work for them included.
+double core_ms() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const auto ms = [](const timeval& t) {
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_usec);
+  };
+  return ms(used.ru_utime) + ms(used.ru_stime);
+}
+
+Result<double> bytes_below(const fs::path& dir) {
+  std::error_code error;
+  double bytes = 0;
+  for (auto i = fs::recursive_directory_iterator(dir, error); !error && i != fs::end(i);
+       i.increment(error)) {
+    if (i->is_regular_file(error)) bytes += static_cast<double>(i->file_size(error));
+  }
+  if (error) return read_error(dir, error.value());
+  return bytes;
+}
+
+// As `generate` does it, once the world and the tables are there. The files stay.
+Status make_data_set(const SequenceWorlds& worlds, const Numerics& numerics,
+                     const DataSetBenchOptions& options, const fs::path& dir, PingRange pings,
+                     PingRange sequences) {
+  const StopWatch watch;
+  const Workers workers(options.threads);
+  FileHashes hashes;
+  Result<DatasetWork> work = settle_dataset(worlds, pings, sequences, numerics, hashes, workers);
+  if (!work) return work.error();
+  FolderUse use;
+  const auto state =
+      open_work(dir, work->identity, worlds.first().scenario.sequences, false, false, &use);
+  if (!state) return state.error();
+  Progress progress(ProgressStyle::quiet, 0, 0);
+  Turns turns(workers.threads());
+  Status made = make_sequences({numerics, workers.threads(), turns, progress}, dir, worlds,
+                               work->sequences());
+  if (!made) return made;
+  return finish_work(dir, worlds, std::move(*work), workers.threads(), watch.ms() / 1e3);
+}
+
+// One data set, whose folder is gone afterwards.
+Result<Run> run_once(const SequenceWorlds& worlds, const Numerics& numerics,
+                     const DataSetBenchOptions& options, DataSetReport& report) {
+  const Session& session = worlds.first();
+  const auto each =
+      static_cast<std::uint32_t>(std::min<std::size_t>(options.pings, session.ping_times_s.size()));
+  const std::uint32_t sequences =
+      std::min(session.scenario.sequences, (options.pings + each - 1) / each);
+  report.beams = session.sonar.beam_count;
+  report.samples = session.record.samples;
+  report.pings = static_cast<int>(each * sequences);
+  const auto tables = pipeline_tables(session, numerics);
+  const fs::path dir = options.folder / "data_set";
+  const StopWatch watch;
+  const double core_before_ms = core_ms();
+  const Status made = make_data_set(worlds, numerics, options, dir, {0, each}, {0, sequences});
+  const double ms = watch.ms(), used_ms = core_ms() - core_before_ms;
+  const Result<double> bytes = made ? bytes_below(dir) : Result<double>(made.error());
+  std::error_code ignored;
+  fs::remove_all(dir, ignored);
+  if (!bytes) return bytes.error();
+  return Run{1e3 * report.pings / ms, used_ms / report.pings, *bytes / 1e6 / report.pings};
+}
+
+FileKindReport summary_of(const FileKind& kind, const std::vector<Run>& runs) {
+  const auto all = [&](double Run::*member) {
+    std::vector<double> values;
+    for (const Run& run : runs) values.push_back(run.*member);
+    return values;
+  };
+  const std::vector<double> rates = all(&Run::pings_per_s);
+  const auto [least, most] = std::minmax_element(rates.begin(), rates.end());
+  return {kind.name,
+          median(rates),
+          *least,
+          *most,
+          median(all(&Run::core_ms_per_ping)),
+          median(all(&Run::mb_per_ping))};
+}
+
+}  // namespace
+
+std::span<const FileKind> file_kinds() { return kKinds; }
+
+Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenchOptions& options) {
+  const std::string name = std::string(which.name) + ".yaml";
+  const auto written = write_file_atomically(options.folder, name, which.text);
+  if (!written) return written.error();
+  Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
+  if (!numerics) return numerics.error();
+  numerics->tables = std::make_shared<TableCache>();
+  DataSetReport report;
+  report.name = which.name;
+  report.runs = options.runs;
+  std::vector<std::vector<Run>> runs(std::size(kKinds));
+  for (int i = 0; i < options.runs; ++i) {
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      if (options.on_progress) {
+        options.on_progress(fmt::format("data set {}, run {} of {}: {}", which.name, i + 1,
+                                        options.runs, kKinds[k].name));
+      }
+      const Result<SequenceWorlds> worlds =
+          SequenceWorlds::open({options.folder / name, {{"output", kKinds[k].output}}});
+      if (!worlds) return worlds.error();
+      const Result<Run> run = run_once(*worlds, *numerics, options, report);
+      if (!run) return run.error();
+      runs[k].push_back(*run);
+    }
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    report.kinds.push_back(summary_of(kKinds[k], runs[k]));
+  }
+  return report;
+}
+
+}  // namespace ensonify
