@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/companion.h"
 #include "synthesis/cuda/module_api.h"
 
 namespace ensonify {
@@ -15,9 +16,7 @@ constexpr int kMostDevices = 64;
 
 std::filesystem::path module_path() {
   if (const char* given = std::getenv("ENSONIFY_CUDA_MODULE")) return given;
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return self.parent_path() / "libensonify_cuda.so";
+  return companion_path("libensonify_cuda.so");
 }
 
 Error missing(const std::string& trouble) { return {ErrorKind::device, "CUDA: " + trouble}; }

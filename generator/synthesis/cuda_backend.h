@@ -22,7 +22,7 @@ struct CudaDeviceInfo {
 
 // At least one. Error (device): the program was built without CUDA, the module or a library that it
 // needs is missing, it is of another build, or no device answers; with the system's or the driver's
-// words. The module is libensonify_cuda.so beside the program, or what ENSONIFY_CUDA_MODULE names.
+// words. The module is libensonify_cuda.so by companion_path, or what ENSONIFY_CUDA_MODULE names.
 Result<std::vector<CudaDeviceInfo>> cuda_devices();
 
 // Series within 1e-4 of the CPU backend's (relative L2), whatever `tolerance`; the same bytes from

@@ -15,6 +15,7 @@
 #include <optional>
 #include <thread>
 
+#include "core/companion.h"
 #include "world/density_vdb.h"
 #include "world/level_set_vdb.h"
 #include "world/mesh.h"
@@ -148,14 +149,7 @@ ImportLimits import_limits(std::uint64_t file_bytes) {
 
 std::filesystem::path importer_path() {
   if (const char* given = std::getenv("ENSONIFY_IMPORTER")) return given;
-  constexpr char kName[] = "ensonify_import";
-  std::error_code error;
-  const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  for (std::filesystem::path folder = beside; folder.has_relative_path();
-       folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / kName, error)) return folder / kName;
-  }
-  return beside / kName;
+  return companion_path("ensonify_import");
 }
 
 Status run_import(const ImportRequest& request,

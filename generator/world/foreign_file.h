@@ -26,8 +26,9 @@ struct ImportLimits {
 // times what an honest file was seen to take.
 ImportLimits import_limits(std::uint64_t file_bytes);
 
-// The importer's executable: what the environment's ENSONIFY_IMPORTER names, else
-// `ensonify_import` beside the program or in a folder above it, where test programs find it.
+// The importer's executable: what the environment's ENSONIFY_IMPORTER names, as ctest does for test
+// programs, else `ensonify_import` by companion_path. No other folder is searched: in one that
+// anybody can write to, such as /tmp, a file of this name could be a stranger's.
 std::filesystem::path importer_path();
 
 struct ImportRequest {
