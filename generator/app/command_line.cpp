@@ -11,8 +11,10 @@
 
 #include "app/command_line_views.h"
 #include "app/commands.h"
+#include "app/help_format.h"
 #include "app/print.h"
 #include "app/version.h"
+#include "bench/cases.h"
 
 namespace ensonify {
 namespace {
@@ -247,8 +249,7 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
   CLI::App& command =
       *app.add_subcommand("bench", "speed of this machine, stage by stage and of whole data sets");
   command.add_option("--json", options.json, "write the numbers to this file as well");
-  command.add_option("--case", options.case_name,
-                     "only this case: full (a data set, too), table1, reduced, dense or array");
+  offer(*command.add_option("--case", options.case_name, "only this case"), bench_cases());
   command
       .add_option("--only", options.only,
                   "stages, or data_sets (from scene to disk, by kind of file); both by default")
@@ -282,7 +283,8 @@ void add_export(CLI::App& app, Arguments& arguments) {
   CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
   ExportOptions& options = arguments.exported;
   command.add_option("DIR", options.dataset, "a finished data set")->required();
-  command.add_option("--format", arguments.format, "one of those below")->required();
+  offer(*command.add_option("--format", arguments.format, "one of those below")->required(),
+        export_formats());
   command.add_option("-o,--output", options.output, "what is written: must be new or empty")
       ->required();
   command.add_option("--view", arguments.view, "polar or cartesian: which picture of a ping")
@@ -295,6 +297,12 @@ void add_export(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1'000'000));
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
   command.footer(export_format_list());
+}
+
+void add_presets(CLI::App& app, std::optional<std::string>& preset) {
+  CLI::App& command =
+      *app.add_subcommand("presets", "sonar presets with their numbers and sources");
+  offer(*command.add_option("NAME", preset, "print this one"), sonar_presets());
 }
 
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
@@ -343,6 +351,7 @@ int run_command_line(int argc, const char* const* argv) {
   CLI::App app("ensonify: labelled multibeam sonar data sets from YAML scenarios", "ensonify");
   app.set_version_flag("--version",
                        fmt::format("ensonify {} ({})", program_version(), program_commit()));
+  add_help_format(app, program_version());
   app.require_subcommand(1);
   add_generate(app, arguments);
   add_scenario_arguments(
@@ -359,8 +368,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_scenario_arguments(add_preview(app, arguments.views), arguments);
   add_sweep(app, arguments);
   add_bench(app, arguments.bench);
-  app.add_subcommand("presets", "sonar presets with their numbers and sources")
-      ->add_option("NAME", arguments.preset, "print this one");
+  add_presets(app, arguments.preset);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,9 @@
 #include <string_view>
 #include <utility>
 
+#include "app/help_format.h"
+#include "figure/colour_map.h"
+
 namespace ensonify {
 namespace {
 
@@ -73,7 +76,8 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
                   "level (default), clean, elevation, instance, semantic or shadow")
       ->check(CLI::IsMember({"level", "clean", "elevation", "instance", "semantic", "shadow"}));
   command.add_option("--db", words.db, "MIN:MAX: limits of the colours; from the ping by default");
-  command.add_option("--colour-map", options.colour_map, colour_map_list());
+  offer(*command.add_option("--colour-map", options.colour_map, "colour map of the levels"),
+        colour_maps());
   command.add_option("--interpolation", words.interpolation, "nearest (default) or bilinear")
       ->check(CLI::IsMember({"nearest", "bilinear"}));
   command.add_flag("--outlines", options.outlines, "outlines of instances, with their names");
