@@ -39,8 +39,9 @@ install_packages() {
     apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-# install_browser: Chromium, node and the modules that tests/report drives it with. Debian's npm does not go
-# together with a node of another hand: where both commands are there they stay.
+# install_browser: Chromium, node and the modules that tests/report drives it with. Debian's node and npm do; its
+# npm cannot be installed next to a nodejs package of NodeSource, so where both commands are there they stay,
+# and those in /usr/bin come first.
 install_browser() {
   local packages=(chromium)
   command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
@@ -48,7 +49,7 @@ install_browser() {
   local folder=$root/tests/report
   [ "$folder/node_modules/.package-lock.json" -nt "$folder/package-lock.json" ] && return
   echo "installing node modules into tests/report/node_modules" >&2
-  (cd "$folder" && npm ci --no-audit --no-fund --ignore-scripts >/dev/null) ||
+  (cd "$folder" && PATH=/usr/bin:$PATH npm ci --no-audit --no-fund --ignore-scripts >/dev/null) ||
     echo "npm could not fetch them: the tests of pages in a browser are skipped" >&2
 }
 
