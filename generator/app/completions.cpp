@@ -70,27 +70,31 @@ std::vector<std::string> positional_choices(const HelpCommand& command) {
                                      : command.positionals.front().choices;
 }
 
-// One specification of zsh's _arguments: '(-o --output)'{-o,--output}'[what]:value:_files'.
+std::string zsh_values(const HelpOption& option) {
+  return option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices, " "));
+}
+
+// One specification of zsh's _arguments: '(-o --output)'{-o,--output=}'[what]:value:_files'. The
+// sign lets a value follow it as well as stand in the next word.
 std::string zsh_option(const HelpOption& option) {
   std::string action;
-  if (!option.value.empty()) {
-    const std::string values =
-        option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices, " "));
-    action = ":value:" + values;
+  if (!option.value.empty()) action = ":value:" + zsh_values(option);
+  std::vector<std::string> names = option.names;
+  for (std::string& name : names) {
+    if (name.starts_with("--") && !option.value.empty()) name += '=';
   }
   const std::string what =
       quoted(fmt::format("[{}]{}", escaped(option.description, "[]:\\"), action));
-  if (option.names.size() == 1) return (option.repeats ? "\\*" : "") + option.names.front() + what;
-  return fmt::format("'({})'{{{}}}{}", joined(option.names, " "), joined(option.names, ","), what);
+  if (names.size() == 1) return (option.repeats ? "\\*" : "") + names.front() + what;
+  return fmt::format("'({})'{{{}}}{}", joined(option.names, " "), joined(names, ","), what);
 }
 
 std::string zsh_arguments(const HelpCommand& command) {
   std::string text = "_arguments -C";
   for (const HelpOption& option : command.options) text += " \\\n        " + zsh_option(option);
   for (const HelpOption& option : command.positionals) {
-    const std::string values =
-        option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices, " "));
-    text += " \\\n        " + quoted(fmt::format("::{}:{}", option.names.front(), values));
+    text +=
+        " \\\n        " + quoted(fmt::format("::{}:{}", option.names.front(), zsh_values(option)));
   }
   return text;
 }

@@ -18,7 +18,8 @@ MIRROR = os.environ.get("DEBIAN_MIRROR", "http://deb.debian.org/debian")
 CACHE = pathlib.Path(os.environ.get("CCACHE_DIR", pathlib.Path.home() / ".cache/ccache"))
 # Some machines allow no higher limits, and Debian's crun does not run under their control groups: runc does.
 LIMITS = ("--ulimit", "nofile=1024:1024", "--ulimit", "nproc=4096:4096")
-RUNTIMES = [[], *([["--runtime", found]] for found in [shutil.which("runc", path="/usr/bin:/usr/sbin")] if found)]
+RUNC = shutil.which("runc", path="/usr/bin:/usr/sbin")
+RUNTIMES = [[], ["--runtime", RUNC]] if RUNC else [[]]
 SCENE = ("/usr/share/ensonify/scenes/seabed_and_target.yaml", "--pings", "0:1",
          "--set", "sonar.beams={count: 16, fov_deg: 40}", "--set", "sonar.rays={elevation: 8, per_cell: 8}")
 
@@ -30,11 +31,11 @@ def run(*command, **options):
 @unittest.skipUnless(shutil.which("podman"), "not installed: podman")
 class Container(unittest.TestCase):
     def setUp(self):
-        # Its storage is left by podman's own unmounting, which rmtree cannot do.
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-container-", dir="/var/tmp"))
         self.store = ["podman", "--root", self.folder / "images", "--runroot", self.folder / "run"]
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.addCleanup(run, *self.store, "system", "reset", "--force")
+        self.addCleanup(run, "umount", "--lazy", self.folder / "images/overlay")
+        self.addCleanup(run, *self.store, "rmi", "--all", "--force")
 
     def podman(self, *arguments, message=""):
         done = run(*self.store, *arguments)

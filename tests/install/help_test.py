@@ -98,7 +98,7 @@ class Help(Installed):
         self.assertEqual(sorted(sections), sorted(self.entries))
         for command, section in sections.items():
             for entry in self.entries[command]:
-                self.holds(section, entry, lambda name: rf"[\s*{{,:]{name}[\s'}},:]", command)
+                self.holds(section, entry, lambda name: rf"[\s*{{,:]{name}[\s'}},:=]", command)
 
     def test_fish(self):
         lines = (self.prefix / "share/fish/vendor_completions.d/ensonify.fish").read_text("utf-8").splitlines()
