@@ -43,7 +43,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS ${CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_PACKAGE_CONTACT "The ensonify developers <ensonify@localhost>")
-set(CPACK_PACKAGE_DESCRIPTION "ensonify generates data sets of multibeam (forward-looking) sonars offline from a
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "ensonify generates data sets of multibeam (forward-looking) sonars offline from a
 scenario file: coherent complex time series, images, and exact labels. The same
 scenario and seed give the same bytes.")
 set(CPACK_DEBIAN_PACKAGE_SECTION science)

@@ -55,7 +55,9 @@ class Container(unittest.TestCase):
         packed = self.folder / "base.tar"
         subprocess.run(["tar", "-C", base, "--exclude=./var/cache/apt/archives/*.deb", "-cf", packed, "."], check=True)
         shutil.rmtree(base)
-        self.podman("import", packed, "localhost/debian:12")
+        # ccache takes what another language's compiler has made for something else.
+        language = ["--change", f"ENV LANG={os.environ['LANG']}"] if "LANG" in os.environ else []
+        self.podman("import", *language, packed, "localhost/debian:12")
 
     def runtime(self):
         """Arguments with which podman runs a container here."""
