@@ -44,9 +44,14 @@ def unit_name(output):
     return f"{folder}/{name.removesuffix('_cxx.cxx')}"
 
 
-def is_own(header, root):
-    path = pathlib.Path(header)
-    return not path.is_absolute() or root in path.parents
+def header_group(header, folder, root):
+    """An own header by its path below the root, a foreign one by its package: the folder below /usr/include."""
+    path = (folder / header).resolve()
+    if root in path.parents:
+        return "own header", str(path.relative_to(root))
+    below = path.parts[3:] if path.parts[:3] == ("/", "usr", "include") else ()
+    is_package = len(below) > 1 and below[0] not in ("c++", "x86_64-linux-gnu", "asm-generic", "linux", "bits")
+    return ("package", below[0]) if is_package else None
 
 
 def main():
@@ -64,20 +69,16 @@ def main():
     for output, s in sorted(seconds.items(), key=lambda item: -item[1])[: arguments.rows]:
         print(f"{s:7.1f}  {unit_name(output)}")
 
-    reached, units = collections.Counter(), collections.Counter()
+    groups = collections.defaultdict(collections.Counter)
+    units = collections.Counter()
     for output, headers in headers_of_units(arguments.folder).items():
-        for header in {h for h in headers if h.endswith((".h", ".hpp", ".inl"))}:
-            reached[header] += seconds.get(output, 0)
-            units[header] += 1
-    for title, wanted in (("own header", True), ("foreign header", False)):
+        for group in {header_group(h, arguments.folder, root) for h in headers} - {None}:
+            groups[group[0]][group[1]] += seconds.get(output, 0)
+            units[group] += 1
+    for title, reached in sorted(groups.items()):
         print(f"\nseconds  units  {title}")
-        rows = [row for row in reached.most_common() if is_own(row[0], root) == wanted]
-        # Headers of the standard library reach every unit: only those of other packages say something.
-        rows = [row for row in rows if wanted or "/c++/" not in row[0] and "/x86_64-linux-gnu/" not in row[0]]
-        for header, s in rows[: arguments.rows]:
-            path = pathlib.Path(header)
-            shown = path.relative_to(root) if root in path.parents else path
-            print(f"{s:7.0f}  {units[header]:5}  {shown}")
+        for name, s in reached.most_common(arguments.rows):
+            print(f"{s:7.0f}  {units[title, name]:5}  {name}")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # ./scripts/generate.sh [SCENARIO [OUTPUT_DIR]]
 # From a bare Debian 12 to a data set: installs what is missing, builds, generates.
-# Default: scenes/sonar_tank.yaml into out/sonar_tank.
+# Default: scenes/sonar_tank.yaml into out/sonar_tank. The CUDA backend is built where there is a device for it, or with
+# ENSONIFY_CUDA=ON.
 set -euo pipefail
 
 if [ $# -gt 2 ] || [[ "${1:-}" == -* ]]; then
-  sed -n '2,4s/^# //p' "$0" >&2
+  sed -n '2,5s/^# //p' "$0" >&2
   exit 2
 fi
 source "$(dirname "$0")/setup.sh"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # ./scripts/package.sh [FOLDER]
 # Builds the Debian package in FOLDER (default: build/package) and prints its path: installs what is
-# missing, builds build/release/ensonify, packs. Where there is a CUDA compiler, ensonify-cuda is the second
-# package. What they hold: scripts/cmake/EnsonifyInstall.cmake.
+# missing, builds build/release/ensonify, packs. With a CUDA device, or with ENSONIFY_CUDA=ON,
+# ensonify-cuda is the second package. What they hold: scripts/cmake/EnsonifyInstall.cmake.
 set -euo pipefail
 
 if [ $# -gt 1 ] || [[ "${1:-}" == -* ]]; then

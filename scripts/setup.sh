@@ -59,7 +59,8 @@ build() {
   shift
   cd "$root"
   if [ ! -f "build/$preset/build.ninja" ]; then
-    cmake --preset "$preset" "${configure_options[@]}" >"build-$preset.log" 2>&1 || {
+    cmake --preset "$preset" ${ENSONIFY_CUDA:+-DENSONIFY_CUDA="$ENSONIFY_CUDA"} "${configure_options[@]}" \
+      >"build-$preset.log" 2>&1 || {
       cat "build-$preset.log" >&2
       return 1
     }

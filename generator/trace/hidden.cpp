@@ -43,7 +43,8 @@ std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& al
                                          const SurfaceScattering& scattering,
                                          const Workers& workers) {
   const SurfaceEchoes echoes{fan, scattering};
-  const auto& [behind, paths] = all_behind;
+  const HitsBehind& behind = all_behind.behind;
+  const std::vector<RayPath>& paths = all_behind.paths;
   const std::size_t rays = fan.rays_per_beam();
   std::vector<std::vector<Scatterer>> of_beam(fan.beams);
   workers.for_each(fan.beams, [&](std::size_t beam) {

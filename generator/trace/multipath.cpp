@@ -43,7 +43,9 @@ void add_echoes(const LegPair& pair, const LegEnd& first, const LegEnd& second, 
 
 // The pairs that start with one leg.
 std::span<const LegPair> pairs_of(const BouncePlan& plan, std::size_t leg) {
-  const auto [first, last] = std::ranges::equal_range(plan.pairs, leg, {}, &LegPair::first);
+  const auto starts_before = [](const LegPair& pair, std::size_t x) { return pair.first < x; };
+  const auto first = std::lower_bound(plan.pairs.begin(), plan.pairs.end(), leg, starts_before);
+  const auto last = std::lower_bound(first, plan.pairs.end(), leg + 1, starts_before);
   return {first, last};
 }
 

@@ -204,18 +204,18 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
     return !attenuates(volume) && std::holds_alternative<DensityEverywhere>(volume.density);
   });
   // Sectors side by side in blocks, so that what one needs is made once for several.
-  constexpr std::size_t kBlock = 8;
+  constexpr std::size_t kSectors = 8;
   const std::size_t beams = fan.beams;
-  workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const std::size_t end = std::min((block + 1) * kBlock, beams);
+  workers.for_each((beams + kSectors - 1) / kSectors, [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kSectors, beams);
     if (open) {
-      for (std::size_t beam = block * kBlock; beam < end; ++beam) {
+      for (std::size_t beam = block * kSectors; beam < end; ++beam) {
         add_open_beam(fan, hits, volumes, sonar, water, record, beam, echoes);
       }
       return;
     }
     SectorMarch sector(fan, volumes, sonar_in_world, sonar, water, record.samples);
-    for (std::size_t beam = block * kBlock; beam < end; ++beam) {
+    for (std::size_t beam = block * kSectors; beam < end; ++beam) {
       sector.add_beam(hits, static_cast<int>(beam));
       sector.move_to(echoes, static_cast<int>(beam));
     }

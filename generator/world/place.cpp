@@ -191,7 +191,7 @@ Error no_room(std::size_t index, const Body& body, const Tally& tally) {
 // Grounds and what is taken, while objects are being placed.
 class Site {
  public:
-  Site(const Scenario& scenario, World& world) : scenario_(scenario), world_(world) {
+  Site(const Scenario& scenario, World& world) : scenario_(scenario) {
     for (WorldObject& object : world.objects) {
       by_name_.emplace(world.instances[object.instance - 1].name, &object);
     }
@@ -253,7 +253,6 @@ class Site {
   }
 
   const Scenario& scenario_;
-  World& world_;
   std::map<std::string, WorldObject*> by_name_;
   std::map<std::string, std::unique_ptr<Ground>> grounds_;
   std::vector<Taken> taken_;
