@@ -75,11 +75,11 @@ class Composer {
     const Extent& e = l_.extent;
     return l_.top + (value - e.top) / (e.bottom - e.top) * l_.picture_height;
   }
-  Point at(double range_m, double azimuth_rad) const {
+  PlotPoint at(double range_m, double azimuth_rad) const {
     return {x_of(range_m * std::sin(azimuth_rad)), y_of(range_m * std::cos(azimuth_rad))};
   }
 
-  void line(std::vector<Point> points, Rgb colour, double width, double opacity = 1) {
+  void line(std::vector<PlotPoint> points, Rgb colour, double width, double opacity = 1) {
     drawing_.items.emplace_back(DrawnLine{std::move(points), colour, width, opacity});
   }
   void text(double x, double y, std::string words, double size, Anchor anchor,
@@ -87,16 +87,16 @@ class Composer {
     drawing_.items.emplace_back(DrawnText{x, y, std::move(words), size, anchor, upwards, kInk});
   }
 
-  std::vector<Point> arc(double range_m) const {
+  std::vector<PlotPoint> arc(double range_m) const {
     const double low = around_.fan.min_azimuth_rad(), high = around_.fan.max_azimuth_rad();
     const int steps = std::max(8, static_cast<int>(std::ceil(degrees(high - low))));
-    std::vector<Point> points;
+    std::vector<PlotPoint> points;
     for (int i = 0; i <= steps; ++i) points.push_back(at(range_m, low + (high - low) * i / steps));
     return points;
   }
 
   // White over dark under it, so that they are seen on any colour.
-  void grid_line(const std::vector<Point>& points) {
+  void grid_line(const std::vector<PlotPoint>& points) {
     line(points, Rgb{}, 2 * hair(), 0.15);
     line(points, kWhite, hair(), 0.45);
   }
@@ -121,7 +121,7 @@ class Composer {
     for (const double azimuth : ticks_in(low + 2, high - 2, step)) {
       if (std::abs(azimuth) > 179) continue;
       const double angle = radians(azimuth);
-      const Point outer = at(far, angle);
+      const PlotPoint outer = at(far, angle);
       grid_line({at(around_.fan.min_range_m(), angle), outer});
       const double gap = 0.55 * l_.em;
       const double lean = std::sin(angle);
@@ -132,10 +132,10 @@ class Composer {
   }
 
   void draw_fan_edge() {
-    const Fan& fan = around_.fan;
+    const PolarFan& fan = around_.fan;
     const double low = fan.min_azimuth_rad(), high = fan.max_azimuth_rad();
-    std::vector<Point> edge = {at(fan.min_range_m(), low)};
-    const std::vector<Point> far = arc(fan.max_range_m());
+    std::vector<PlotPoint> edge = {at(fan.min_range_m(), low)};
+    const std::vector<PlotPoint> far = arc(fan.max_range_m());
     edge.insert(edge.end(), far.begin(), far.end());
     edge.push_back(at(fan.min_range_m(), high));
     line(std::move(edge), kInk, hair());

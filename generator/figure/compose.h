@@ -30,7 +30,7 @@ struct ColourBar {
 // What stands around every frame.
 struct Surroundings {
   StoredView view = StoredView::cartesian;
-  Fan fan;
+  PolarFan fan;
   bool has_title = true;
   std::optional<ColourBar> bar;
   std::vector<LegendEntry> legend;  // beside the picture, or under it where there is a bar

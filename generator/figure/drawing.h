@@ -26,7 +26,7 @@ struct RgbImage {
   void set(std::size_t pixel, Rgb colour);
 };
 
-struct Point {
+struct PlotPoint {
   double x = 0, y = 0;
 };
 
@@ -36,7 +36,7 @@ struct DrawnBox {
 };
 
 struct DrawnLine {
-  std::vector<Point> points;
+  std::vector<PlotPoint> points;
   Rgb colour;
   double width = 1, opacity = 1;
 };

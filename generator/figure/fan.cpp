@@ -9,7 +9,7 @@ namespace ensonify {
 namespace {
 
 // Half a cell beyond the outer centres belongs to the outer cells.
-Cell cell_at(const Fan& fan, double row, double column) {
+Cell cell_at(const PolarFan& fan, double row, double column) {
   const auto rows = static_cast<double>(fan.samples), columns = static_cast<double>(fan.beams);
   if (!(row >= -0.5 && row < rows - 0.5 && column >= -0.5 && column < columns - 0.5)) return {};
   return {static_cast<float>(std::clamp(row, 0.0, rows - 1)),
@@ -18,14 +18,14 @@ Cell cell_at(const Fan& fan, double row, double column) {
 
 }  // namespace
 
-double Fan::min_range_m() const { return std::max(0.0, first_range_m - step_m / 2); }
+double PolarFan::min_range_m() const { return std::max(0.0, first_range_m - step_m / 2); }
 
 std::uint64_t Cell::nearest(std::uint64_t columns) const {
   return static_cast<std::uint64_t>(row + 0.5f) * columns +
          static_cast<std::uint64_t>(column + 0.5f);
 }
 
-Extent cartesian_extent(const Fan& fan) {
+Extent cartesian_extent(const PolarFan& fan) {
   const double low = std::max(fan.min_azimuth_rad(), -kPi);
   const double high = std::min(fan.max_azimuth_rad(), kPi);
   std::vector<double> corners = {low, high};
@@ -44,12 +44,13 @@ Extent cartesian_extent(const Fan& fan) {
   return extent;
 }
 
-Extent polar_extent(const Fan& fan) {
+Extent polar_extent(const PolarFan& fan) {
   return {degrees(fan.min_azimuth_rad()), degrees(fan.max_azimuth_rad()), fan.max_range_m(),
           fan.min_range_m()};
 }
 
-std::vector<Cell> cartesian_cells(const Fan& fan, const Extent& extent, int width, int height) {
+std::vector<Cell> cartesian_cells(const PolarFan& fan, const Extent& extent, int width,
+                                  int height) {
   std::vector<Cell> cells;
   cells.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
@@ -63,7 +64,7 @@ std::vector<Cell> cartesian_cells(const Fan& fan, const Extent& extent, int widt
   return cells;
 }
 
-std::vector<Cell> polar_cells(const Fan& fan, int width, int height) {
+std::vector<Cell> polar_cells(const PolarFan& fan, int width, int height) {
   std::vector<Cell> cells;
   cells.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const double from = (fan.min_range_m() - fan.first_range_m) / fan.step_m;

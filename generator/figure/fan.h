@@ -1,6 +1,6 @@
 // Where the pixels of a figure lie in a polar picture.
 //
-//   Fan          azimuths and ranges of a polar picture
+//   PolarFan          azimuths and ranges of a polar picture
 //   Extent       what a figure shows, in metres or in degrees and metres
 //   cartesian_extent  polar_extent
 //   cartesian_cells  polar_cells    the place in the polar picture of every pixel
@@ -11,7 +11,7 @@
 
 namespace ensonify {
 
-struct Fan {
+struct PolarFan {
   double first_azimuth_rad = 0, spacing_rad = 0;  // beam 0, the most negative azimuth
   double first_range_m = 0, step_m = 0;           // sample 0
   std::uint64_t beams = 0, samples = 0;
@@ -35,8 +35,8 @@ struct Extent {
 };
 
 // The smallest that holds the fan and the sonar.
-Extent cartesian_extent(const Fan& fan);
-Extent polar_extent(const Fan& fan);
+Extent cartesian_extent(const PolarFan& fan);
+Extent polar_extent(const PolarFan& fan);
 
 // Row (sample) and column (beam), whole numbers at the centres of cells; outside of the fan both
 // are negative.
@@ -47,7 +47,7 @@ struct Cell {
 };
 
 // Row-major, [height x width], of the pixels' centres.
-std::vector<Cell> cartesian_cells(const Fan& fan, const Extent& extent, int width, int height);
-std::vector<Cell> polar_cells(const Fan& fan, int width, int height);
+std::vector<Cell> cartesian_cells(const PolarFan& fan, const Extent& extent, int width, int height);
+std::vector<Cell> polar_cells(const PolarFan& fan, int width, int height);
 
 }  // namespace ensonify

@@ -71,7 +71,7 @@ class Painter {
     cairo_set_line_width(c_, line.width);
     cairo_set_line_join(c_, CAIRO_LINE_JOIN_ROUND);
     cairo_new_path(c_);  // a text leaves a place behind
-    for (const Point& point : line.points) cairo_line_to(c_, point.x, point.y);
+    for (const PlotPoint& point : line.points) cairo_line_to(c_, point.x, point.y);
     cairo_stroke(c_);
   }
   void operator()(const DrawnText& text) {

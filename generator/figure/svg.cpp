@@ -76,7 +76,7 @@ class Writer {
   }
   Status operator()(const DrawnLine& line) {
     std::string points;
-    for (const Point& point : line.points) {
+    for (const PlotPoint& point : line.points) {
       points += fmt::format("{}{},{}", points.empty() ? "" : " ", number(point.x), number(point.y));
     }
     out_ += fmt::format(

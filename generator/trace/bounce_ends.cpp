@@ -147,7 +147,7 @@ void Bounces::add_extinction(LegEnd& end) const {
   if (!volumes_attenuate || end.extinction_db) return;
   const Leg& leg = plan.legs[end.leg];
   const double step_m = scattering.water.sound_speed_m_s / (4 * scattering.sonar.bandwidth_hz);
-  Column column;
+  DensityColumn column;
   double sum_db = 0;
   Vec3 from;
   for (std::size_t i = 0; i <= leg.size(); ++i) {

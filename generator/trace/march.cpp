@@ -35,7 +35,7 @@ Span span_within(Vec3 origin, Vec3 direction, Vec3 low, Vec3 high, double end) {
   return span;
 }
 
-void add_uniform(Span span, double step_m, Column& column) {
+void add_uniform(Span span, double step_m, DensityColumn& column) {
   if (!(span.from < span.to)) return;
   const int last = static_cast<int>(span.to / step_m);
   for (int k = static_cast<int>(span.from / step_m); k <= last; ++k) {
@@ -114,7 +114,7 @@ class BrickWalk {
 };
 
 void add_grid(const DensityGrid& grid, const Ray& local, double step_m, double end_m,
-              Column& column) {
+              DensityColumn& column) {
   const Vec3 corner{double(grid.origin[0]), double(grid.origin[1]), double(grid.origin[2])};
   BrickWalk walk(grid, mapped(grid.index_from_local, local.origin_m) - corner,
                  turned(grid.index_from_local, local.direction), end_m);
@@ -142,19 +142,20 @@ void add_grid(const DensityGrid& grid, const Ray& local, double step_m, double e
 
 }  // namespace
 
-void Column::clear() {
+void DensityColumn::clear() {
   std::fill(length_m.begin() + first, length_m.begin() + last, 0.0);
   first = last = 0;
 }
 
-void Column::add(int step, double more_m) {
+void DensityColumn::add(int step, double more_m) {
   if (first == last) first = step;
   last = std::max(last, step + 1);
   if (length_m.size() < std::size_t(last)) length_m.resize(last, 0.0);
   length_m[step] += more_m;
 }
 
-void march(const Volume& volume, const Ray& ray, double step_m, double end_m, Column& column) {
+void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
+           DensityColumn& column) {
   column.clear();
   if (!(end_m > 0)) return;
   const Ray local{inverse_transform_point(volume.pose, ray.origin_m),
@@ -170,7 +171,7 @@ void march(const Volume& volume, const Ray& ray, double step_m, double end_m, Co
 }
 
 double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double step_m,
-                     double end_m, Column& column) {
+                     double end_m, DensityColumn& column) {
   double sum_db = 0;
   for (const Volume& volume : volumes) {
     if (!(volume.extinction_db_m > 0)) continue;

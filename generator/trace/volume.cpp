@@ -118,7 +118,7 @@ class SectorMarch {
   void add_ray(double weight, double elevation_rad) {
     constexpr double kNepers_per_db = 0.2302585092994045684;  // ln 10 / 10: energy
     int first = std::numeric_limits<int>::max(), last = 0;
-    for (const Column& column : columns_) {
+    for (const DensityColumn& column : columns_) {
       if (column.first == column.last) continue;
       first = std::min(first, column.first);
       last = std::max(last, column.last);
@@ -145,7 +145,7 @@ class SectorMarch {
     }
   }
 
-  static double length_in(const Column& column, int step) {
+  static double length_in(const DensityColumn& column, int step) {
     return step >= column.first && step < column.last ? column.length_m[step] : 0;
   }
 
@@ -154,9 +154,9 @@ class SectorMarch {
   const Pose& pose_;
   const Sonar& sonar_;
   double step_m_ = 0;
-  std::vector<double> cell_loss_;  // [samples], r^2 (two_way_loss)^2; 0: not heard
-  std::vector<Column> columns_;    // of one ray, by volume
-  std::vector<Cells> cells_;       // of one sector, by volume
+  std::vector<double> cell_loss_;       // [samples], r^2 (two_way_loss)^2; 0: not heard
+  std::vector<DensityColumn> columns_;  // of one ray, by volume
+  std::vector<Cells> cells_;            // of one sector, by volume
 };
 
 // Where no volume has bounds or extinction.
@@ -228,7 +228,7 @@ void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Po
   if (std::none_of(volumes.begin(), volumes.end(), attenuates)) return;
   const double step_m = step_of(sonar, water);
   workers.for_each(list.beam_offset.size() - 1, [&](std::size_t beam) {
-    Column column;
+    DensityColumn column;
     for (std::uint32_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
       Scatterer& s = list.items[i];
       if (s.path != 0) continue;

@@ -12,3 +12,7 @@ set_target_properties(OpenVDB::openvdb PROPERTIES
   IMPORTED_LOCATION ${OPENVDB_LIBRARY}
   INTERFACE_INCLUDE_DIRECTORIES ${OPENVDB_INCLUDE}
   INTERFACE_LINK_LIBRARIES "Imath::Imath;TBB::tbb;Threads::Threads")
+if(ENSONIFY_SANITIZE MATCHES "undefined" AND CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  set_property(TARGET OpenVDB::openvdb PROPERTY
+    INTERFACE_COMPILE_OPTIONS -fsanitize-ignorelist=${CMAKE_SOURCE_DIR}/tests/foreign_headers.txt)
+endif()

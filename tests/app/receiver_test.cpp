@@ -55,8 +55,8 @@ TEST_CASE("a matched filter lowers the noise by its gain") {
 // Protects the converter's place: behind the noise, before the images, and not on the clean level.
 TEST_CASE("the converter quantises series and level") {
   const std::vector<Override> noise = {{"noise.spectrum_level_db", "60"}};
-  std::vector<Override> with_adc = noise;
-  with_adc.push_back({"sonar.receiver.adc", "{bits: 8, full_scale_db: 140}"});
+  const std::vector<Override> with_adc = {noise[0],
+                                          {"sonar.receiver.adc", "{bits: 8, full_scale_db: 140}"}};
   const PingResult analog = SceneRun("sonar_tank", small_with(noise)).ping(0);
   const PingResult digital = SceneRun("sonar_tank", small_with(with_adc)).ping(0);
   const double full_scale = 10.0, step = full_scale / 128;

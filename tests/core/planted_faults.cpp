@@ -28,6 +28,14 @@ int heap_overflow(std::size_t count) {
 
 int signed_overflow(int one) { return INT_MAX + one; }
 
+// Nothing points to the block when the program ends.
+int leak(std::size_t count) {
+  int* volatile lost = new int[count + 1]();
+  const int value = lost[count];
+  lost = nullptr;
+  return value;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -35,6 +43,7 @@ int main(int argc, char** argv) {
   int result = 0;
   if (fault == "race") result = race();
   if (fault == "heap-overflow") result = heap_overflow(static_cast<std::size_t>(argc));
+  if (fault == "leak") result = leak(static_cast<std::size_t>(argc));
   if (fault == "signed-overflow") result = signed_overflow(argc - 1);
   std::printf("nobody noticed (%d)\n", result);
   return 0;

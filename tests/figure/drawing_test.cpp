@@ -114,8 +114,9 @@ TEST_CASE("axes carry metres, degrees and units") {
 
 TEST_CASE("nothing leaves the figure") {
   Surroundings around;
-  around.fan = GENERATE(Fan{-0.1, 0.01, 0, 0.05, 21, 400}, Fan{-2.8, 0.1, 0, 0.05, 57, 400},
-                        Fan{-0.75, 0.003, 0, 0.05, 500, 900}, Fan{0, 0.02, 0, 0.5, 1, 40});
+  around.fan =
+      GENERATE(PolarFan{-0.1, 0.01, 0, 0.05, 21, 400}, PolarFan{-2.8, 0.1, 0, 0.05, 57, 400},
+               PolarFan{-0.75, 0.003, 0, 0.05, 500, 900}, PolarFan{0, 0.02, 0, 0.5, 1, 40});
   around.view = GENERATE(StoredView::cartesian, StoredView::polar);
   for (int i = 0; i < GENERATE(0, 3, 40); ++i) {
     around.legend.push_back(

@@ -15,10 +15,10 @@ using namespace ensonify;
 namespace {
 
 // Beams at -30, -10, 10 and 30 degrees, samples at 0, 1, ... 9 m.
-Fan small_fan() { return {radians(-30), radians(20), 0, 1, 4, 10}; }
+PolarFan small_fan() { return {radians(-30), radians(20), 0, 1, 4, 10}; }
 
 // The cell of a place in the Cartesian picture, in metres to port and ahead.
-Cell cell_at(const Fan& fan, double port, double ahead) {
+Cell cell_at(const PolarFan& fan, double port, double ahead) {
   const Extent place{port + 0.001, port - 0.001, ahead - 0.001, ahead + 0.001};
   return cartesian_cells(fan, place, 1, 1).at(0);
 }
@@ -46,7 +46,7 @@ TEST_CASE("a Cartesian picture just holds the fan and the sonar") {
 
 // Protects the sides: beam 0 is to starboard, which is on the right; far is up.
 TEST_CASE("pixels find the cell that holds them") {
-  const Fan fan = small_fan();
+  const PolarFan fan = small_fan();
   for (const auto& [port_deg, range, column] : {std::tuple(-39.0, 5.2, 0),
                                                 {-21.0, 5.2, 0},
                                                 {-19.0, 5.2, 1},
@@ -137,7 +137,7 @@ TEST_CASE("ids near each other have other colours") {
 
 // Protects masks from being mixed, and pictures from colours outside of the fan.
 TEST_CASE("masks and levels are painted cell by cell") {
-  const Fan fan = small_fan();
+  const PolarFan fan = small_fan();
   const auto cells = polar_cells(fan, 80, 190);
   std::vector<std::uint16_t> ids(40, 0);
   ids[5 * 4 + 2] = 3;

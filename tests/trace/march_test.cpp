@@ -24,7 +24,7 @@ Volume grid_volume(const DensityGrid& grid, Pose pose = {}) {
   return {1, 1, 1, std::make_shared<const DensityGrid>(grid), pose};
 }
 
-double total(const Column& column) {
+double total(const DensityColumn& column) {
   return std::accumulate(column.length_m.begin(), column.length_m.end(), 0.0);
 }
 
@@ -59,7 +59,7 @@ Vec3 random_direction(std::uint64_t i) {
 // A box 2 m long whose near face is 3 m away: nothing before, nothing behind, whole steps within;
 // turned by 30 degrees about z it is as much longer as the cosine says.
 TEST_CASE("a ray through a box") {
-  Column column;
+  DensityColumn column;
   march(box_volume({1, 5, 5}, {{4.001, 0, 0}, {}}), {{}, {1, 0, 0}}, kStep_m, 20, column);
   CHECK(total(column) == Approx(2));
   CHECK(column.first == 240);
@@ -75,7 +75,7 @@ TEST_CASE("a ray through a box") {
 }
 
 TEST_CASE("rays that start inside, end early, run along a face or miss") {
-  Column column;
+  DensityColumn column;
   const Volume box = box_volume({1, 1, 1});
   march(box, {{}, {0, 1, 0}}, kStep_m, 20, column);
   CHECK(total(column) == Approx(1));
@@ -105,7 +105,7 @@ TEST_CASE("skipping empty bricks changes nothing") {
       const Ray ray{{-1.5 + 0.05 * double(i), 0.3, 0.2},
                     i == 0 ? Vec3{1, 0, 0} : random_direction(i)};
       const double end_m = 2.987;
-      Column column;
+      DensityColumn column;
       march(volume, ray, step_m, end_m, column);
       std::vector<double> plain(static_cast<std::size_t>(end_m / step_m) + 2, 0.0);
       const double part_m = step_m / parts;
@@ -132,7 +132,7 @@ TEST_CASE("seams between bricks count once") {
   const Volume volume = grid_volume(*load_density_vdb(folder.path() / "a.vdb", "density"));
   for (const double y : {0.8, 1.6, 3.2, 3.0}) {
     for (const double sign : {1.0, -1.0}) {
-      Column column;
+      DensityColumn column;
       march(volume, {{sign > 0 ? -1.0 : 7.0, y, 2.4}, {sign, 0, 0}}, 0.1, 9, column);
       CHECK(total(column) == Approx(6.4).epsilon(1e-6));
       march(volume, {{y, 2.4, sign > 0 ? -1.0 : 7.0}, {0, 0, sign}}, 0.05, 9, column);
@@ -142,7 +142,7 @@ TEST_CASE("seams between bricks count once") {
 }
 
 TEST_CASE("extinctions of several volumes add up") {
-  Column column;
+  DensityColumn column;
   std::vector<Volume> volumes = {box_volume({1, 1, 1}, {{3, 0, 0}, {}}),
                                  box_volume({1, 1, 1}, {{4, 0, 0}, {}}),
                                  {1, 1, 0.5, {}, {}}};

@@ -186,7 +186,7 @@ TEST_CASE("an importer without end is ended") {
   CHECK(Impostor("exec >&-; sleep 600").message(1).starts_with("wreck.obj: not read within 1 s"));
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(ENSONIFY_SANITIZED)
 TEST_CASE("a mesh that swells is refused at the limit") {
   const TemporaryFolder folder;
   std::string text;

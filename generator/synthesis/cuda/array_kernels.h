@@ -40,7 +40,7 @@ struct HearEchoes {
   const EchoRecord* echoes;
   const ArrivalRecord* arrivals;
   const std::uint32_t* ping_of;  // [echoes]
-  const PingRecord* pings;
+  const BatchPing* pings;
   double frequency_hz, source_pa_m, points_per_s;
   double width_in_wavelengths;  // of an element
   bool means_only;
@@ -64,7 +64,7 @@ struct HearEchoes {
 // no carrier phase but what the elements differ by.
 struct HearCells {
   const float* energy;
-  const PingRecord* pings;
+  const BatchPing* pings;
   const std::uint64_t* volume_key;  // [pings]
   const double* cosine;             // [sectors]
   double source_pa_m, sample_m, points_per_sample;
@@ -171,7 +171,7 @@ struct GatherSounds {
 // out [pings][elements][transform]: over the whole period, so that a delayed record has as much at
 // its ends; divided by its length, as the spectrum wants it.
 struct DrawNoise {
-  const PingRecord* pings;
+  const BatchPing* pings;
   const float* factor;  // [elements]
   int elements, transform;
   Complex32* out;
@@ -179,7 +179,7 @@ struct DrawNoise {
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const auto n = static_cast<int>(i % transform);
     const auto element = static_cast<int>(i / transform % elements);
-    const PingRecord& ping = pings[i / transform / elements];
+    const BatchPing& ping = pings[i / transform / elements];
     const double rms = static_cast<double>(ping.noise_rms) * factor[element] / transform;
     out[i] = {0, 0};
     if (rms == 0) return;

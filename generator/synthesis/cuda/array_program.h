@@ -147,7 +147,7 @@ class ArrayProgram {
                                                    std::span<const std::uint32_t> offset,
                                                    std::size_t count) {
     std::vector<std::uint32_t> begin;
-    for (const PingRecord& ping : batch.pings) begin.push_back(offset[ping.first_offset]);
+    for (const BatchPing& ping : batch.pings) begin.push_back(offset[ping.first_offset]);
     begin.push_back(static_cast<std::uint32_t>(count));
     return begin;
   }
@@ -280,7 +280,7 @@ class ArrayProgram {
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};
   DeviceBuffer<EchoRecord, Queue> echoes_{queue_};
   DeviceBuffer<ArrivalRecord, Queue> arrivals_{queue_};
-  DeviceBuffer<PingRecord, Queue> pings_{queue_};
+  DeviceBuffer<BatchPing, Queue> pings_{queue_};
   DeviceBuffer<Sound, Queue> sounds_{queue_}, shifted_sounds_{queue_};
 };
 

@@ -38,7 +38,7 @@ ENSONIFY_HD inline void place_echo(double delay_s, double points_per_s, int widt
 struct PlaceEchoes {
   const EchoRecord* echoes;
   const std::uint32_t* ping_of;  // [echoes]
-  const PingRecord* pings;
+  const BatchPing* pings;
   double frequency_hz, source_pa_m, points_per_s;
   int width;
   bool means_only;
@@ -113,7 +113,7 @@ ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const De
 // grid [pings][sectors][points].
 struct GatherSeries {
   PlacedEchoes echoes;
-  const PingRecord* pings;
+  const BatchPing* pings;
   const std::uint32_t* offset;
   DeviceKernel kernel;
   int sectors;
@@ -130,7 +130,7 @@ struct GatherSeries {
 // grid [pings][ceil(sectors / 2)][points]: an even sector and the odd one after it.
 struct GatherPowers {
   PlacedEchoes echoes;
-  const PingRecord* pings;
+  const BatchPing* pings;
   const std::uint32_t* offset;
   DeviceKernel kernel;
   int sectors;
@@ -151,7 +151,7 @@ struct GatherPowers {
 // cells [pings][sectors][transform], zero from `samples` on; energy [pings][sectors][samples].
 struct DrawVolumes {
   const float* energy;
-  const PingRecord* pings;
+  const BatchPing* pings;
   const std::uint64_t* volume_key;  // [pings]
   double source_pa_m;
   int sectors, samples, transform;
@@ -267,7 +267,7 @@ struct WeightBand {
 // at both ends: of sector s in beam j at s - j + beams - 1.
 struct MixSeries {
   const Complex32* record;
-  const PingRecord* pings;
+  const BatchPing* pings;
   const float *weight, *scale;
   int beams, samples, transform;
   bool adds_noise;

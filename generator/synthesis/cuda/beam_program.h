@@ -195,7 +195,7 @@ class BeamProgram {
       power_scale_{queue_};
   DeviceBuffer<EchoRecord, Queue> echoes_{queue_};
   DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, offset_{queue_};
-  DeviceBuffer<PingRecord, Queue> pings_{queue_};
+  DeviceBuffer<BatchPing, Queue> pings_{queue_};
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};
   DeviceBuffer<float, Queue> energy_{queue_}, place_{queue_}, powers_{queue_};
   DeviceBuffer<Complex32, Queue> value_{queue_}, grid_{queue_}, record_{queue_}, cells_{queue_},

@@ -38,7 +38,7 @@ class DopplerProgram {
   }
 
   // To records [pings][sectors][transform], before they are transformed back.
-  void add(const PingRecord* pings, std::int64_t ping_count, DeviceBuffer<Complex32, Queue>& grid,
+  void add(const BatchPing* pings, std::int64_t ping_count, DeviceBuffer<Complex32, Queue>& grid,
            Complex32* record) {
     if (shifted_.count() == 0) return;
     const int sectors = setup_.sonar.beam_count, bins = setup_.record.transform;

@@ -21,7 +21,7 @@ struct PingBatch {
   std::pmr::vector<ShiftRecord> shifts;     // of those with doppler != 0, in the same order
   std::pmr::vector<std::uint32_t>
       shift_offset;  // as offset, among all shifts; empty: there are none
-  std::pmr::vector<PingRecord> pings;
+  std::pmr::vector<BatchPing> pings;
   std::pmr::vector<std::uint64_t> volume_key;  // [pings]
   std::pmr::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
   // Of an array, whose echoes and shifts are in the order of their delays, ping by ping: of the

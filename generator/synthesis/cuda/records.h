@@ -2,7 +2,7 @@
 //
 //   EchoRecord    one scatterer
 //   ShiftRecord   one that comes back shifted
-//   PingRecord    one ping of a batch
+//   BatchPing    one ping of a batch
 //   ArrivalRecord  DirectionRecord  SectorRecord   for an array
 //   amplitude_of
 //   DeviceKernel  a spreading kernel as polynomials
@@ -50,7 +50,7 @@ struct SectorRecord {
 };
 
 // Sector j of the ping has echoes [offset[j], offset[j + 1]) of the batch's.
-struct PingRecord {
+struct BatchPing {
   std::uint64_t speckle_key, noise_key;
   std::uint32_t speckle_ping, noise_ping;
   float noise_rms;
@@ -58,7 +58,7 @@ struct PingRecord {
 };
 
 // Amplitude of an echo: its mean alone, or with what is drawn.
-ENSONIFY_HD inline Complex32 amplitude_of(const EchoRecord& echo, const PingRecord& ping,
+ENSONIFY_HD inline Complex32 amplitude_of(const EchoRecord& echo, const BatchPing& ping,
                                           bool means_only) {
   if (means_only || echo.deviation == 0) return {echo.mean_re, echo.mean_im};
   const ComplexDraw xi = complex_normal(ping.speckle_key, ping.speckle_ping, echo.key, 0);

@@ -25,7 +25,7 @@ void set_limits([[maybe_unused]] unsigned long long memory_bytes, unsigned long 
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, seconds);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(ENSONIFY_SANITIZED)
   limit(RLIMIT_AS, memory_bytes);  // a sanitizer's own maps are larger than any limit
 #endif
 }
