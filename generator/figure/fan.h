@@ -1,6 +1,6 @@
-// Where the pixels of a figure lie in a polar picture.
+// Where the pixels of a figure lie in a polar image.
 //
-//   PolarFan          azimuths and ranges of a polar picture
+//   PolarFan          azimuths and ranges of a polar image
 //   Extent       what a figure shows, in metres or in degrees and metres
 //   cartesian_extent  polar_extent
 //   cartesian_cells  polar_cells    the place in the polar picture of every pixel

@@ -28,7 +28,7 @@ ImportLimits import_limits(std::uint64_t file_bytes);
 
 // The importer's executable: what the environment's ENSONIFY_IMPORTER names, as ctest does for test
 // programs, else `ensonify_import` by companion_path. No other folder is searched: in one that
-// anybody can write to, such as /tmp, a file of this name could be a stranger's.
+// anybody can write to, such as /tmp, another user could have put a file of this name there.
 std::filesystem::path importer_path();
 
 struct ImportRequest {
