@@ -8,6 +8,7 @@
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
 //   DopplerPulse  make_doppler_pulse   the pulse of echoes that come back shifted
 //   doppler_bin  doppler_spectrum      S_m of one of them
+//   envelope_squared     the envelope of a pulse between the samples, without a transform library
 #pragma once
 
 #include <complex>
@@ -67,5 +68,10 @@ DopplerPulse make_doppler_pulse(const Sonar& sonar, int transform);
 // S_m of bin m in [0, transform).
 std::complex<double> doppler_bin(const DopplerPulse& pulse, double doppler, int m);
 std::vector<std::complex<double>> doppler_spectrum(const DopplerPulse& pulse, double doppler);
+
+// |s(t)|^2 of s(t) = sum_m S_m e^(i 2 pi (m - M/2)(b/M) t) at t = k / (oversampling b),
+// k = 0 .. oversampling M - 1. Quick where M, the number of bins, has small prime factors alone.
+std::vector<double> envelope_squared(const std::vector<std::complex<double>>& spectrum,
+                                     int oversampling);
 
 }  // namespace ensonify

@@ -14,7 +14,7 @@
 #include <complex>
 
 #include "core/host_device.h"
-#include "core/material.h"
+#include "core/surface.h"
 #include "core/units.h"
 
 namespace ensonify {

@@ -12,14 +12,14 @@
 namespace ensonify {
 namespace {
 
-// As many as a ping may have pixels.
+// The limit is that of the pixels of a ping.
 constexpr double kMaxChannelSamples = 268435456.0;  // 2^28
 
 Error refused(const std::string& key, const std::string& trouble) {
   return {ErrorKind::usage, fmt::format("sonar.receiver.{}: {}", key, trouble)};
 }
 
-// Of the aperture that has the beam's width.
+// The aperture is the one that has the beam's width.
 double elements_for_width(const ArrayReceiver& array, const Sonar& sonar, double wavelength_m) {
   const double aperture = make_receive_pattern(array.shading, sonar.beam_width_rad).aperture;
   return std::max(1.0, std::round(aperture * wavelength_m / array.spacing_m));

@@ -1,19 +1,23 @@
 #include "app/bench_data_sets.h"
 
-#include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <fstream>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "app/commands.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
 #include "app/tables.h"
-#include "bench/timing.h"
-#include "dataset/files.h"
+#include "bench/machine.h"
 #include "dataset/work.h"
+#include "formats/files.h"
 
 namespace ensonify {
 namespace {
@@ -40,11 +44,11 @@ constexpr FileKind kKinds[] = {
     {"default_packed", "{pack: sequence}"},
     {"every", "{timeseries: both, polygons: true, scatterers: true, points: true, layers: true}"}};
 
-struct Run {
+struct TimedRun {
   double pings_per_s = 0, core_ms_per_ping = 0, mb_per_ping = 0;
 };
 
-// Of all threads, the system's work for them included.
+// The time of all threads, with the system's work for them.
 double core_ms() {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
@@ -87,8 +91,8 @@ Status make_data_set(const SequenceWorlds& worlds, const Numerics& numerics,
 }
 
 // One data set, whose folder is gone afterwards.
-Result<Run> run_once(const SequenceWorlds& worlds, const Numerics& numerics,
-                     const DataSetBenchOptions& options, DataSetReport& report) {
+Result<TimedRun> run_once(const SequenceWorlds& worlds, const Numerics& numerics,
+                          const DataSetBenchOptions& options, DataSetReport& report) {
   const Session& session = worlds.first();
   const auto each =
       static_cast<std::uint32_t>(std::min<std::size_t>(options.pings, session.ping_times_s.size()));
@@ -107,23 +111,23 @@ Result<Run> run_once(const SequenceWorlds& worlds, const Numerics& numerics,
   std::error_code ignored;
   fs::remove_all(dir, ignored);
   if (!bytes) return bytes.error();
-  return Run{1e3 * report.pings / ms, used_ms / report.pings, *bytes / 1e6 / report.pings};
+  return TimedRun{1e3 * report.pings / ms, used_ms / report.pings, *bytes / 1e6 / report.pings};
 }
 
-FileKindReport summary_of(const FileKind& kind, const std::vector<Run>& runs) {
-  const auto all = [&](double Run::*member) {
+FileKindReport summary_of(const FileKind& kind, const std::vector<TimedRun>& runs) {
+  const auto all = [&](double TimedRun::*member) {
     std::vector<double> values;
-    for (const Run& run : runs) values.push_back(run.*member);
+    for (const TimedRun& run : runs) values.push_back(run.*member);
     return values;
   };
-  const std::vector<double> rates = all(&Run::pings_per_s);
+  const std::vector<double> rates = all(&TimedRun::pings_per_s);
   const auto [least, most] = std::minmax_element(rates.begin(), rates.end());
   return {kind.name,
           median(rates),
           *least,
           *most,
-          median(all(&Run::core_ms_per_ping)),
-          median(all(&Run::mb_per_ping))};
+          median(all(&TimedRun::core_ms_per_ping)),
+          median(all(&TimedRun::mb_per_ping))};
 }
 
 }  // namespace
@@ -140,7 +144,7 @@ Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenc
   DataSetReport report;
   report.name = which.name;
   report.runs = options.runs;
-  std::vector<std::vector<Run>> runs(std::size(kKinds));
+  std::vector<std::vector<TimedRun>> runs(std::size(kKinds));
   for (int i = 0; i < options.runs; ++i) {
     for (std::size_t k = 0; k < runs.size(); ++k) {
       if (options.on_progress) {
@@ -150,7 +154,7 @@ Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenc
       const Result<SequenceWorlds> worlds =
           SequenceWorlds::open({options.folder / name, {{"output", kKinds[k].output}}});
       if (!worlds) return worlds.error();
-      const Result<Run> run = run_once(*worlds, *numerics, options, report);
+      const Result<TimedRun> run = run_once(*worlds, *numerics, options, report);
       if (!run) return run.error();
       runs[k].push_back(*run);
     }
@@ -159,6 +163,87 @@ Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenc
     report.kinds.push_back(summary_of(kKinds[k], runs[k]));
   }
   return report;
+}
+
+namespace {
+
+void tell_progress(const std::string& what) { tell("measuring: {}\n", what); }
+
+struct Chosen {
+  std::vector<BenchCase> cases;
+  std::vector<DataSetCase> data_sets;
+};
+
+// A name may stand for a case of both. Error (usage): it stands for none.
+Result<Chosen> chosen_cases(const BenchCommandOptions& options) {
+  Chosen chosen;
+  std::vector<std::string> names;
+  const auto is_chosen = [&](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    return !options.case_name || *options.case_name == name;
+  };
+  if (options.only != "data_sets") {
+    for (const BenchCase& c : bench_cases()) {
+      if (is_chosen(c.name)) chosen.cases.push_back(c);
+    }
+  }
+  if (options.only != "stages") {
+    for (const DataSetCase& c : data_set_cases()) {
+      if (is_chosen(c.name)) chosen.data_sets.push_back(c);
+    }
+  }
+  if (!chosen.cases.empty() || !chosen.data_sets.empty()) return chosen;
+  return Error{ErrorKind::usage, fmt::format("--case {}: expected one of {}", *options.case_name,
+                                             fmt::join(names, ", "))};
+}
+
+Status measure_data_sets(const BenchCommandOptions& options, const std::vector<DataSetCase>& cases,
+                         BenchReport& report) {
+  if (cases.empty()) return {};
+  // An interrupt ends a data set as it ends `generate`, so that its files are removed.
+  listen_for_interrupts();
+  const auto disk = options.disk.empty() ? std::filesystem::temp_directory_path() : options.disk;
+  const Result<ScratchFolder> folder = ScratchFolder::make(disk);
+  if (!folder) return folder.error();
+  DataSetBenchOptions run;
+  run.threads = options.threads;
+  run.pings = options.pings;
+  run.folder = folder->path();
+  run.on_progress = tell_progress;
+  for (const DataSetCase& c : cases) {
+    Result<DataSetReport> measured = bench_data_set(c, run);
+    if (!measured) return measured.error();
+    report.data_sets.push_back(std::move(*measured));
+  }
+  return {};
+}
+
+}  // namespace
+
+Status bench(const BenchCommandOptions& options) {
+  Result<Chosen> chosen = chosen_cases(options);
+  if (!chosen) return chosen.error();
+  // Opened before minutes are spent.
+  std::ofstream file;
+  if (!options.json.empty()) {
+    file.open(options.json, std::ios::binary);
+    if (!file) return write_error(options.json, errno);
+  }
+  BenchOptions run;
+  run.cases = std::move(chosen->cases);
+  run.threads = options.threads;
+  run.seconds = options.seconds;
+  run.disk = options.disk;
+  run.on_progress = tell_progress;
+  Result<BenchReport> report = run_bench(run);
+  if (!report) return report.error();
+  const Status made = measure_data_sets(options, chosen->data_sets, *report);
+  if (!made) return made;
+  answer("{}", bench_text(*report));
+  if (options.json.empty()) return {};
+  file << bench_json(*report);
+  file.close();
+  return file ? Status() : Status(write_error(options.json, errno));
 }
 
 }  // namespace ensonify

@@ -1,9 +1,8 @@
-#include "app/command_line.h"
+#include "app/program.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <map>
 #include <new>
 #include <sstream>
@@ -12,9 +11,8 @@
 #include "app/command_line_views.h"
 #include "app/commands.h"
 #include "app/help_format.h"
-#include "app/print.h"
-#include "app/version.h"
-#include "bench/cases.h"
+#include "app/terminal.h"
+#include "bench/bench.h"
 
 namespace ensonify {
 namespace {
@@ -34,9 +32,8 @@ struct Arguments {
   std::optional<std::string> seed, preset;
   int threads = 0;
   BenchCommandOptions bench;
-  ExportOptions exported;
   ViewArguments views;
-  std::string format, view, labels, shard;
+  std::string shard;
   bool list = false, status = false, finalize = false, partial = false;
   bool overwrite = false, export_scatterers = false, quiet = false;
 };
@@ -51,32 +48,24 @@ Result<int> exit_status(const Status& status) {
 
 Error usage(const std::string& text) { return {ErrorKind::usage, text}; }
 
-Result<ScenarioOptions> scenario_options(const Arguments& arguments) {
-  ScenarioOptions options;
-  options.scenario = arguments.scenario;
-  for (const std::string& set : arguments.sets) {
+Result<std::vector<Override>> overrides_of(const std::vector<std::string>& sets) {
+  std::vector<Override> overrides;
+  for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || equals == 0) {
       return usage(fmt::format("--set {}: accepted is KEY.PATH=VALUE", set));
     }
-    options.overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
+    overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
   }
-  if (arguments.seed) options.overrides.push_back({"seed", *arguments.seed});
-  if (arguments.export_scatterers) options.overrides.push_back({"output.scatterers", "true"});
-  return options;
+  return overrides;
 }
 
-Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
-                                                            const std::string& text) {
-  std::uint32_t first = 0, last = 0;
-  const char* end = text.data() + text.size();
-  const auto a = std::from_chars(text.data(), end, first);
-  if (a.ec == std::errc() && a.ptr != end && *a.ptr == ':') {
-    const auto b = std::from_chars(a.ptr + 1, end, last);
-    if (b.ec == std::errc() && b.ptr == end) return std::pair(first, last);
-  }
-  return usage(
-      fmt::format("{} {}: accepted is A:B, the first and the one after the last", option, text));
+Result<ScenarioOptions> scenario_options(const Arguments& arguments) {
+  Result<std::vector<Override>> overrides = overrides_of(arguments.sets);
+  if (!overrides) return overrides.error();
+  if (arguments.seed) overrides->push_back({"seed", *arguments.seed});
+  if (arguments.export_scatterers) overrides->push_back({"output.scatterers", "true"});
+  return ScenarioOptions{arguments.scenario, std::move(*overrides)};
 }
 
 Result<SimdLevel> simd_of(const Arguments& arguments) {
@@ -88,11 +77,21 @@ Result<SimdLevel> simd_of(const Arguments& arguments) {
                   arguments.simd, simd_level_name(best_simd_level())));
 }
 
-Result<std::optional<Shard>> shard_of(const Arguments& arguments) {
-  if (arguments.shard.empty()) return std::optional<Shard>();
+Status set_make_options(const Arguments& arguments, MakeOptions& options) {
+  options.output = arguments.folder;
+  options.threads = arguments.threads;
+  options.backend = backends().at(arguments.backend);
+  options.overwrite = arguments.overwrite;
+  options.partial = arguments.partial;
+  options.quiet = arguments.quiet;
+  const Result<SimdLevel> simd = simd_of(arguments);
+  if (!simd) return simd.error();
+  options.simd = *simd;
+  if (arguments.shard.empty()) return {};
   const Result<Shard> shard = parse_shard(arguments.shard);
   if (!shard) return shard.error();
-  return std::optional(*shard);
+  options.shard = *shard;
+  return {};
 }
 
 Status run_generate(const Arguments& arguments) {
@@ -101,7 +100,6 @@ Status run_generate(const Arguments& arguments) {
   GenerateOptions options;
   options.input = std::move(*input);
   if (arguments.folder.empty()) return usage("--output is empty; accepted is a folder");
-  options.output = arguments.folder;
   if (!arguments.pings.empty()) {
     const auto range = parse_range("--pings", arguments.pings);
     if (!range) return range.error();
@@ -112,17 +110,7 @@ Status run_generate(const Arguments& arguments) {
     if (!range) return range.error();
     options.sequences = *range;
   }
-  options.threads = arguments.threads;
-  options.backend = backends().at(arguments.backend);
-  const Result<SimdLevel> simd = simd_of(arguments);
-  if (!simd) return simd.error();
-  options.simd = *simd;
-  const Result<std::optional<Shard>> shard = shard_of(arguments);
-  if (!shard) return shard.error();
-  options.shard = *shard;
-  options.overwrite = arguments.overwrite;
-  options.partial = arguments.partial;
-  options.quiet = arguments.quiet;
+  if (Status set = set_make_options(arguments, options); !set) return set;
   return arguments.finalize ? finalize_dataset(options) : generate(options);
 }
 
@@ -135,18 +123,10 @@ Status run_check(const Arguments& arguments) {
 Result<int> run_sweep_command(const Arguments& arguments) {
   SweepOptions options;
   options.sweep = arguments.scenario;
-  options.output = arguments.folder;
-  options.threads = arguments.threads;
-  options.backend = backends().at(arguments.backend);
-  options.overwrite = arguments.overwrite;
-  options.partial = arguments.partial;
-  options.quiet = arguments.quiet;
-  const Result<SimdLevel> simd = simd_of(arguments);
-  if (!simd) return simd.error();
-  options.simd = *simd;
-  const Result<std::optional<Shard>> shard = shard_of(arguments);
-  if (!shard) return shard.error();
-  options.shard = *shard;
+  Result<std::vector<Override>> overrides = overrides_of(arguments.sets);
+  if (!overrides) return overrides.error();
+  options.overrides = std::move(*overrides);
+  if (Status set = set_make_options(arguments, options); !set) return set.error();
   const bool makes_pings = !arguments.list && !arguments.status && !arguments.finalize;
   if (!makes_pings && (arguments.backend != "auto" || arguments.simd != "auto")) {
     return usage("--backend and --simd are of the runs; --list, --status and --finalize make none");
@@ -160,12 +140,16 @@ Result<int> run_sweep_command(const Arguments& arguments) {
   return *failed > 0 ? kFailedRuns : 0;
 }
 
+CLI::Option* add_set(CLI::App& command, Arguments& arguments, const std::string& key) {
+  return command
+      .add_option("--set", arguments.sets,
+                  "KEY.PATH=VALUE: override " + key + "; items of a list by index (objects.0.name)")
+      ->allow_extra_args(false);
+}
+
 void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file")->required();
-  command
-      .add_option("--set", arguments.sets,
-                  "KEY.PATH=VALUE: override a key; items of a list by index (objects.0.name)")
-      ->allow_extra_args(false);
+  add_set(command, arguments, "a key");
   command.add_option("--seed", arguments.seed, "override the scenario's seed");
 }
 
@@ -198,6 +182,9 @@ void add_sweep(CLI::App& app, Arguments& arguments) {
                               ->excludes(list)
                               ->excludes(status);
   command.add_flag("--partial", arguments.partial, "... though runs are missing")->needs(finalize);
+  add_set(command, arguments, "a key of the base, in every run")
+      ->excludes(status)
+      ->excludes(finalize);
   command
       .add_option("--shard", arguments.shard,
                   "K/N: only part K of N, the first is 0/N; inside a Slurm array that of its "
@@ -268,43 +255,6 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
                      "folder for files that are written and removed; a temporary one by default");
 }
 
-Status run_export(const Arguments& arguments) {
-  ExportOptions options = arguments.exported;
-  if (!arguments.view.empty()) {
-    options.view = arguments.view == "polar" ? PictureView::polar : PictureView::cartesian;
-  }
-  if (!arguments.labels.empty()) {
-    options.labels = arguments.labels == "boxes" ? YoloLabels::boxes : YoloLabels::segments;
-  }
-  return export_command(arguments.format, std::move(options), arguments.quiet);
-}
-
-void add_export(CLI::App& app, Arguments& arguments) {
-  CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
-  ExportOptions& options = arguments.exported;
-  command.add_option("DIR", options.dataset, "a finished data set")->required();
-  offer(*command.add_option("--format", arguments.format, "one of those below")->required(),
-        export_formats());
-  command.add_option("-o,--output", options.output, "what is written: must be new or empty")
-      ->required();
-  command.add_option("--view", arguments.view, "polar or cartesian: which picture of a ping")
-      ->check(CLI::IsMember({"polar", "cartesian"}));
-  command.add_option("--labels", arguments.labels, "segments (outlines) or boxes")
-      ->check(CLI::IsMember({"segments", "boxes"}));
-  command.add_flag("--stack", options.stack, "all sequences in one array");
-  command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
-  command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
-      ->check(CLI::Range(1, 1'000'000));
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
-  command.footer(export_format_list());
-}
-
-void add_presets(CLI::App& app, std::optional<std::string>& preset) {
-  CLI::App& command =
-      *app.add_subcommand("presets", "sonar presets with their numbers and sources");
-  offer(*command.add_option("NAME", preset, "print this one"), sonar_presets());
-}
-
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
 Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("sweep")) return run_sweep_command(arguments);
@@ -313,7 +263,7 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("verify")) {
     return exit_status(verify(arguments.folder, arguments.threads));
   }
-  if (app.got_subcommand("export")) return exit_status(run_export(arguments));
+  if (app.got_subcommand("export")) return exit_status(run_export(arguments.views));
   if (app.got_subcommand("bench")) return exit_status(bench(arguments.bench));
   if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
   if (app.got_subcommand("figure")) return exit_status(run_figure(arguments.views));
@@ -338,7 +288,7 @@ bool is_refused_thread(const std::exception& error) {
   return std::string_view(error.what()).starts_with("pthread_create");
 }
 
-// Of a command that did what it was asked for, unless its answer was lost.
+// The exit status of a command that did what it was asked for, unless its answer was lost.
 int ended_with(int status) {
   const Status written = answers_written();
   return status == 0 && !written ? report(written.error()) : status;
@@ -358,11 +308,11 @@ int run_command_line(int argc, const char* const* argv) {
       *app.add_subcommand("check", "validate; print the resolved scenario and its cost"),
       arguments);
   CLI::App& verify_command =
-      *app.add_subcommand("verify", "check a data set: schema, shapes, checksums");
-  verify_command.add_option("DIR", arguments.folder, "the data set")->required();
+      *app.add_subcommand("verify", "check a data set or a sweep: schema, shapes, checksums");
+  verify_command.add_option("DIR", arguments.folder, "a data set or a sweep")->required();
   verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
       ->check(CLI::Range(0, 4096));
-  add_export(app, arguments);
+  add_export(app, arguments.views);
   add_report(app, arguments.views);
   add_figure(app, arguments.views);
   add_scenario_arguments(add_preview(app, arguments.views), arguments);

@@ -1,5 +1,7 @@
 #include "app/command_line_views.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <optional>
@@ -7,7 +9,7 @@
 #include <utility>
 
 #include "app/help_format.h"
-#include "figure/colour_map.h"
+#include "figure/drawing.h"
 
 namespace ensonify {
 namespace {
@@ -24,6 +26,14 @@ std::optional<std::pair<Number, Number>> parse_pair(const std::string& text) {
 }
 
 }  // namespace
+
+Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
+                                                            const std::string& text) {
+  if (const auto range = parse_pair<std::uint32_t>(text)) return *range;
+  return Error{
+      ErrorKind::usage,
+      fmt::format("{} {}: accepted is A:B, the first and the one after the last", option, text)};
+}
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("report", "look at a data set: one page of HTML");
@@ -73,8 +83,9 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
       ->check(CLI::IsMember({"cartesian", "polar"}));
   command
       .add_option("--channel", words.channel,
-                  "level (default), clean, elevation, instance, semantic or shadow")
-      ->check(CLI::IsMember({"level", "clean", "elevation", "instance", "semantic", "shadow"}));
+                  "level (default), clean, elevation, instance, semantic, shadow or multipath")
+      ->check(CLI::IsMember(
+          {"level", "clean", "elevation", "instance", "semantic", "shadow", "multipath"}));
   command.add_option("--db", words.db, "MIN:MAX: limits of the colours; from the ping by default");
   offer(*command.add_option("--colour-map", options.colour_map, "colour map of the levels"),
         colour_maps());
@@ -105,11 +116,8 @@ Status run_figure(const ViewArguments& arguments) {
   FigureOptions options = arguments.figure;
   const FigureWords& words = arguments.figure_words;
   if (!words.pings.empty()) {
-    const auto pings = parse_pair<std::uint32_t>(words.pings);
-    if (!pings) {
-      return Error{ErrorKind::usage, "--pings " + words.pings +
-                                         ": accepted is A:B, the first and the one after the last"};
-    }
+    const auto pings = parse_range("--pings", words.pings);
+    if (!pings) return pings.error();
     options.pings = *pings;
   }
   if (!words.db.empty()) {
@@ -120,13 +128,51 @@ Status run_figure(const ViewArguments& arguments) {
   constexpr std::pair<std::string_view, FigureChannel> kChannels[] = {
       {"level", FigureChannel::level},         {"clean", FigureChannel::clean},
       {"elevation", FigureChannel::elevation}, {"instance", FigureChannel::instance},
-      {"semantic", FigureChannel::semantic},   {"shadow", FigureChannel::shadow}};
+      {"semantic", FigureChannel::semantic},   {"shadow", FigureChannel::shadow},
+      {"multipath", FigureChannel::multipath}};
   for (const auto& [name, channel] : kChannels) {
     if (words.channel == name) options.channel = channel;
   }
   options.view = words.view == "polar" ? FigureView::polar : FigureView::cartesian;
   options.bilinear = words.interpolation == "bilinear";
   return figure_command(options, arguments.quiet);
+}
+
+Status run_export(const ViewArguments& arguments) {
+  ExportOptions options = arguments.exported;
+  if (!arguments.view.empty()) {
+    options.view = arguments.view == "polar" ? PictureView::polar : PictureView::cartesian;
+  }
+  if (!arguments.labels.empty()) {
+    options.labels = arguments.labels == "boxes" ? YoloLabels::boxes : YoloLabels::segments;
+  }
+  return export_command(arguments.format, std::move(options), arguments.quiet);
+}
+
+void add_export(CLI::App& app, ViewArguments& arguments) {
+  CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
+  ExportOptions& options = arguments.exported;
+  command.add_option("DIR", options.dataset, "a finished data set")->required();
+  offer(*command.add_option("--format", arguments.format, "one of those below")->required(),
+        export_formats());
+  command.add_option("-o,--output", options.output, "what is written: must be new or empty")
+      ->required();
+  command.add_option("--view", arguments.view, "polar or cartesian: which picture of a ping")
+      ->check(CLI::IsMember({"polar", "cartesian"}));
+  command.add_option("--labels", arguments.labels, "segments (outlines) or boxes")
+      ->check(CLI::IsMember({"segments", "boxes"}));
+  command.add_flag("--stack", options.stack, "all sequences in one array");
+  command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
+  command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
+      ->check(CLI::Range(1, 1'000'000));
+  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  command.footer(export_format_list());
+}
+
+void add_presets(CLI::App& app, std::optional<std::string>& preset) {
+  CLI::App& command =
+      *app.add_subcommand("presets", "sonar presets with their numbers and sources");
+  offer(*command.add_option("NAME", preset, "print this one"), sonar_presets());
 }
 
 }  // namespace ensonify

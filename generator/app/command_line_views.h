@@ -1,11 +1,18 @@
-// The commands that show what was made: their options, and from those to a command's own.
+// The commands that show what was made, or write it anew: their options, and from those to a
+// command's own.
 //
+//   parse_range  A:B, of any command
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
+//   add_export   run_export
+//   add_presets
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "app/commands.h"
 
@@ -21,6 +28,8 @@ struct FigureWords {
 };
 
 struct ViewArguments {
+  ExportOptions exported;
+  std::string format, view, labels;  // of export
   ReportOptions report;
   PreviewOptions preview;
   FigureOptions figure;
@@ -28,13 +37,20 @@ struct ViewArguments {
   bool quiet = false;
 };
 
+// Error (usage): not A:B in whole numbers.
+Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
+                                                            const std::string& text);
+
 void add_report(CLI::App& app, ViewArguments& arguments);
 // The caller adds what names the scenario.
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
+void add_export(CLI::App& app, ViewArguments& arguments);
+void add_presets(CLI::App& app, std::optional<std::string>& preset);
 
 Status run_report(const ViewArguments& arguments);
 Status run_preview(ScenarioOptions input, const ViewArguments& arguments);
 Status run_figure(const ViewArguments& arguments);
+Status run_export(const ViewArguments& arguments);
 
 }  // namespace ensonify

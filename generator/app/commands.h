@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/pipeline.h"
+#include "app/tables.h"
 #include "core/error.h"
-#include "core/simd.h"
+#include "core/runtime.h"
 #include "export/export.h"
 #include "figure/figure.h"
 #include "report/report.h"
@@ -29,18 +29,29 @@ struct ScenarioOptions {
   std::vector<Override> overrides;  // --set, --seed and the like
 };
 
-struct GenerateOptions {
-  ScenarioOptions input;
-  std::filesystem::path output;
-  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
-  std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
-  std::optional<Shard> shard;  // a part of the sequences; the data set is finished by finalize
+// What makes data sets: the part that `generate` and `sweep` have in common.
+struct MakeOptions {
+  std::filesystem::path output;  // empty: none was named, which a sweep's --list allows
+  // A part of the sequences (finalize_dataset finishes the data set) or of the runs. Absent: all,
+  // or what a Slurm array gives a sweep.
+  std::optional<Shard> shard;
   int threads = 0;
   BackendChoice backend = BackendChoice::automatic;
   SimdLevel simd = best_simd_level();
   bool overwrite = false;
   bool partial = false;  // --finalize of what is there
   bool quiet = false;
+};
+
+struct GenerateOptions : MakeOptions {
+  ScenarioOptions input;
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
+};
+
+struct SweepOptions : MakeOptions {
+  std::filesystem::path sweep;
+  std::vector<Override> overrides;  // --set, of the base
 };
 
 struct BenchCommandOptions {
@@ -51,18 +62,6 @@ struct BenchCommandOptions {
   int threads = 0;
   double seconds = 0.3;
   std::filesystem::path disk;
-};
-
-struct SweepOptions {
-  std::filesystem::path sweep;
-  std::filesystem::path output;  // empty: none was named
-  std::optional<Shard> shard;    // absent: all runs, or what a Slurm array says
-  int threads = 0;
-  BackendChoice backend = BackendChoice::automatic;
-  SimdLevel simd = best_simd_level();
-  bool overwrite = false;
-  bool partial = false;  // --finalize of what is there
-  bool quiet = false;
 };
 
 struct PreviewOptions {

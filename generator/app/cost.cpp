@@ -1,85 +1,65 @@
 #include "app/cost.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "app/memory.h"
-#include "app/motion.h"
+#include "app/ping_echoes.h"
+#include "app/session.h"
 #include "core/moments.h"
-#include "dataset/statistics.h"
+#include "dataset/catalogue.h"
 #include "labels/cartesian.h"
+#include "synthesis/beamforming.h"
 
 namespace ensonify {
 namespace {
-
-// Bytes a pixel of a typical tank or seabed: level half uncompressed, labels ZIP, masks deflated.
-constexpr double kImageFileBytesPerPixel = 2.0 + 0.9 + 0.1;
-constexpr double kMaskFileBytesPerPixel = 0.02;  // and of the mask of bounced echoes
-constexpr double kGreyBytesPerPixel = 0.35;
-constexpr std::uint64_t kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
-// Five halves, an instance and a class.
-constexpr double kPackedBytesPerPixel = 5 * 2 + 2 + 1;
-constexpr double kPackedShadowBytesPerPixel = 2;
-// Five arrays of doubles and five of complex ones.
-constexpr std::uint64_t kStatisticsBytesPerPixel = 5 * 8 + 5 * 16;
-constexpr std::uint64_t kScattererRecordBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 
 struct PerPing {
   std::uint64_t files = 0;
   double bytes = 0;
 };
 
-PerPing per_ping(const Session& session, std::uint64_t pixels, std::uint64_t echoes) {
+FileSelection selection_of(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
-  PerPing sum;
-  const auto add = [&](std::uint64_t files, double bytes) {
-    sum.files += files;
-    sum.bytes += bytes;
-  };
-  std::uint64_t cartesian_pixels = 0;
+  std::vector<Layer> layers;
+  if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
+  return {output, std::move(layers), session.scenario.output.sdf.has_value()};
+}
+
+GridSizes sizes_of(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  GridSizes sizes;
+  sizes.beams = static_cast<std::uint64_t>(session.sonar.beam_count);
+  sizes.samples = static_cast<std::uint64_t>(session.record.samples);
+  if (session.sonar.array) {
+    sizes.elements = static_cast<std::uint64_t>(session.sonar.array->elements);
+  }
   if (output.cartesian) {
     const CartesianGrid grid =
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
-    cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+    sizes.cartesian_height = static_cast<std::uint64_t>(grid.height_px);
+    sizes.cartesian_width = static_cast<std::uint64_t>(grid.width_px);
   }
-  const std::uint64_t layers = layer_count(session);
-  const double channels = 8.0 * static_cast<double>(channel_samples(session));
-  const int masks = output.shadow + output.multipath;
-  if (output.packed) {
-    const double labels = kPackedBytesPerPixel + masks * kPackedShadowBytesPerPixel;
-    const double polar = output.polar * labels + output.png + 8.0 * output.timeseries;
-    const double cartesian = output.cartesian * (labels + output.png);
-    add(0, (polar + 8.0 * static_cast<double>(layers)) * static_cast<double>(pixels) +
-               cartesian * static_cast<double>(cartesian_pixels) + channels);
-    if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
-    if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
-    return sum;
-  }
-  if (output.timeseries) add(1, 8.0 * static_cast<double>(pixels));
-  if (output.timeseries_exr) add(1, 8.0 * static_cast<double>(pixels));
-  if (output.channels) add(1, channels);
-  if (output.polar) add(3, kImageFileBytesPerPixel * static_cast<double>(pixels));
-  if (output.cartesian) add(3, kImageFileBytesPerPixel * static_cast<double>(cartesian_pixels));
-  const double mask_bytes = masks * kMaskFileBytesPerPixel;
-  if (output.polar) add(masks, mask_bytes * static_cast<double>(pixels));
-  if (output.cartesian) add(masks, mask_bytes * static_cast<double>(cartesian_pixels));
-  if (output.png) add(1, kGreyBytesPerPixel * static_cast<double>(pixels));
-  if (output.png && output.cartesian) {
-    add(1, kGreyBytesPerPixel * static_cast<double>(cartesian_pixels));
-  }
-  add(layers, 8.0 * static_cast<double>(layers * pixels));
-  if (output.scatterers) add(1, static_cast<double>(kScattererRecordBytes * echoes));
-  if (output.points) add(1, static_cast<double>(kPointBytes * echoes));
-  return sum;
+  return sizes;
 }
 
-std::uint64_t packed_array_count(const Session& session) {
-  const OutputSelection& output = session.scenario.output.selection;
-  const std::uint64_t of_image = 7 + output.shadow + output.multipath;
-  if (!output.packed) return 0;
-  return output.timeseries + output.channels + layer_count(session) +
-         (output.polar + output.cartesian) * of_image + output.png * (1 + output.cartesian);
+PerPing per_ping(const Session& session, std::uint64_t echoes) {
+  const FileSelection selection = selection_of(session);
+  const GridSizes sizes = sizes_of(session);
+  PerPing sum;
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope != FileScope::ping || !is_wanted(row, selection)) continue;
+    if (is_array(row, selection)) {
+      sum.bytes += static_cast<double>(packed_bytes(row, sizes));
+    } else if (is_ping_file(row, selection) || (row.shares_file && !selection.output.packed)) {
+      const auto cells = row.grid == FileGrid::list ? echoes : cell_count(row, sizes);
+      sum.files += is_ping_file(row, selection);
+      sum.bytes += row.file_bytes * static_cast<double>(cells);
+    }
+  }
+  return sum;
 }
 
 SynthesisMemory cpu_memory(const Session& session) {
@@ -92,10 +72,19 @@ SynthesisMemory cpu_memory(const Session& session) {
 
 }  // namespace
 
-std::uint64_t layer_count(const Session& session) {
-  if (!session.scenario.output.selection.layers) return 0;
-  return sequence_info(session, 0, 0, 1).layers.size();
+PingSize ping_size(const Session& session) {
+  const Sonar& sonar = session.sonar;
+  PingSize size;
+  size.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
+  size.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+  if (session.scenario.output.selection.cartesian) {
+    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
+    size.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  return size;
 }
+
+std::uint64_t layer_count(const Session& session) { return selection_of(session).layers.size(); }
 
 std::uint64_t channel_samples(const Session& session) {
   if (!session.scenario.output.selection.channels) return 0;
@@ -117,33 +106,38 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
 }
 
 Cost estimate_files(const Session& session, std::uint64_t echoes) {
-  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
+  const std::uint64_t pixels = ping_size(session).pixels;
   const std::uint64_t sequences = session.scenario.sequences;
-  const PerPing ping = per_ping(session, pixels, echoes);
+  const PerPing ping = per_ping(session, echoes);
 
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
-  // A sequence: axes, poses twice, objects, boxes, first returns, annotations, sequence.json. The
-  // top: card, work, manifest and its hash, scenario, index, annotations, splits, provenance.
-  const std::uint64_t arrays = packed_array_count(session);
-  cost.files = cost.pings * ping.files + sequences * (9 + arrays) + 11 +
+  const FileSelection selection = selection_of(session);
+  std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
+  double statistics_bytes = 0;
+  for (const CatalogueRow& row : catalogue()) {
+    if (!is_wanted(row, selection)) continue;
+    once += row.scope == FileScope::dataset;
+    each_sequence += row.scope == FileScope::sequence;
+    if (row.scope == FileScope::sequence && row.grid == FileGrid::polar) {
+      statistics_bytes +=
+          static_cast<double>(npy_item_bytes(row.type).value_or(0)) * static_cast<double>(pixels);
+    }
+  }
+  cost.files = cost.pings * ping.files + sequences * each_sequence + once +
                input_files(session.scenario).size();
   const SdfSize sdf = sdf_size_of(session);
-  if (session.scenario.output.sdf) cost.files += sequences;
-  const bool statistics = session.scenario.output.selection.statistics;
-  if (statistics) cost.files += sequences * statistics_arrays().size();
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000 +
                     sequences * static_cast<std::uint64_t>(sdf.file_bytes) +
-                    (statistics ? sequences * kStatisticsBytesPerPixel * pixels : 0);
+                    sequences * static_cast<std::uint64_t>(statistics_bytes);
   return cost;
 }
 
 std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
                              const SynthesisMemory& synthesis) {
   const EchoCounts echoes = exact ? count_echoes(session) : most_echoes(session);
-  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
-  const PerPing ping = per_ping(session, pixels, echoes.surface + echoes.coherent);
+  const PerPing ping = per_ping(session, echoes.surface + echoes.coherent);
   return peak_bytes(session, threads, {0, 0}, echoes, static_cast<std::uint64_t>(ping.bytes),
                     synthesis);
 }
@@ -152,9 +146,8 @@ Cost estimate_cost(const Session& session, int threads) {
   const ResidentMemory loaded = resident_memory();
   const EchoCounts echoes = count_echoes(session);
   const std::uint64_t listed = echoes.surface + echoes.coherent;
-  const std::uint64_t pixels = std::uint64_t(session.sonar.beam_count) * session.record.samples;
   Cost cost = estimate_files(session, listed);
-  const PerPing ping = per_ping(session, pixels, listed);
+  const PerPing ping = per_ping(session, listed);
   cost.peak_bytes = peak_bytes(session, threads, loaded, echoes,
                                static_cast<std::uint64_t>(ping.bytes), cpu_memory(session));
   return cost;
@@ -165,6 +158,63 @@ std::string bytes_text(std::uint64_t bytes) {
   if (b < 1e6) return fmt::format("{:.0f} kB", b / 1e3);
   if (b < 1e9) return fmt::format("{:.0f} MB", b / 1e6);
   return fmt::format("{:.1f} GB", b / 1e9);
+}
+
+namespace {
+
+// Seconds of a core, of the machine of docs/performance.md: what `ensonify bench` prints for the
+// case `full`, and for `array`, over how many there are of each.
+constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
+constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
+constexpr double kSampleSeconds = 1.3e-8;         // series and expected power
+constexpr double kPictureSeconds = 6e-8;          // a labelled pixel, encoded
+constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
+constexpr double kElementSampleSeconds = 1.2e-7;  // beams of an element's series
+constexpr double kPingSeconds = 2e-3;             // files, whatever is in them
+constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
+constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, to a ray
+constexpr double kRaysByNeed = 2;
+constexpr double kBounce = 0.25;  // echoes that came round once more, to a direct one
+
+double ping_seconds(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  const Sonar& sonar = session.sonar;
+  const PingSize size = ping_size(session);
+  double rays = static_cast<double>(size.rays);
+  if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
+  if (sonar.rays_per_cell > 0) rays *= kRaysByNeed;
+  if (const auto& multipath = session.scenario.multipath) rays *= 1 + kBounce * multipath->bounces;
+  const double samples = static_cast<double>(size.pixels);
+  const double series = 1 + static_cast<double>(layer_count(session));
+  double seconds = kPingSeconds + rays * kRaySeconds + series * samples * kSampleSeconds;
+  if (output.shadow || output.amodal) seconds += rays * kHiddenRaySeconds;
+  if (output.polar || output.png) seconds += samples * kPictureSeconds;
+  if (output.cartesian) {
+    seconds += static_cast<double>(size.cartesian_pixels) * kPictureSeconds;
+  }
+  if (sonar.array) {
+    seconds += sonar.array->elements *
+               (rays * kElementRaySeconds + session.record.samples * kElementSampleSeconds);
+  }
+  return seconds;
+}
+
+// Three digits are the same on all machines, whose logarithms may differ in the last bit.
+double three_digits(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace
+
+Result<RunCost> run_cost(Scenario scenario) {
+  const Result<Session> session = prepare_without_world(std::move(scenario), 0);
+  if (!session) return session.error();
+  const Cost files = estimate_files(*session, ping_size(*session).rays);
+  RunCost cost{files.pings, files.files, files.disk_bytes, 0};
+  cost.core_s =
+      three_digits(kRunSeconds + static_cast<double>(files.pings) * ping_seconds(*session));
+  return cost;
 }
 
 }  // namespace ensonify

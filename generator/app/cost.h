@@ -1,10 +1,16 @@
 // What generating a data set will take, estimated before anything is written.
+//
+//   pings_under_way  work_items  sequences_under_way   how work is shared out
+//   PingSize  ping_size  layer_count  channel_samples
+//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text
+//   run_cost                                           a run of a sweep
 #pragma once
 
 #include <cstdint>
 #include <string>
 
 #include "app/session.h"
+#include "sweep/expand.h"
 #include "synthesis/backend.h"
 
 namespace ensonify {
@@ -26,6 +32,12 @@ std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
 // As many sequences of `pings` each as it takes to have enough pings in hand.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences);
 
+// What one ping has. Cartesian pixels are counted only where they are asked for.
+struct PingSize {
+  std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
+};
+PingSize ping_size(const Session& session);
+
 // Layers of each ping, as sequence 0 has them.
 std::uint64_t layer_count(const Session& session);
 
@@ -45,5 +57,10 @@ Cost estimate_files(const Session& session, std::uint64_t echoes);
 
 // "12 MB"
 std::string bytes_text(std::uint64_t bytes);
+
+// What a run of a sweep will take, from its scenario alone: no world is built and nothing is
+// traced, so that thousands are estimated in a second. The same on every machine. Errors (usage):
+// those of prepare_without_world.
+Result<RunCost> run_cost(Scenario scenario);
 
 }  // namespace ensonify

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-// What interpolation between equal poses may leave.
+// Differences that interpolation between equal poses may leave.
 constexpr double kSamePlaceM = 1e-9, kSameTurn = 1 - 1e-14;
 
 bool same_pose(const Pose& a, const Pose& b) {

@@ -5,20 +5,40 @@
 #include <cstdio>
 
 #include "app/commands.h"
-#include "app/interrupt.h"
+#include "app/cost.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
-#include "app/numerics.h"
 #include "app/pipeline.h"
-#include "app/print.h"
 #include "app/sequence_worlds.h"
-#include "app/starved_cells.h"
+#include "app/session.h"
+#include "app/tables.h"
+#include "app/terminal.h"
+#include "core/counted.h"
 #include "dataset/work.h"
 
 namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
+
+// What generate and finalize_dataset begin with: everything known, nothing written.
+struct Opened {
+  SequenceWorlds worlds;
+  Numerics numerics;
+  DatasetWork work;
+};
+
+Result<Opened> open_dataset(const GenerateOptions& options, const Workers& workers) {
+  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
+  if (!worlds) return worlds.error();
+  Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
+  if (!numerics) return numerics.error();
+  FileHashes hashes;
+  Result<DatasetWork> work =
+      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);
+  if (!work) return work.error();
+  return Opened{std::move(*worlds), std::move(*numerics), std::move(*work)};
+}
 
 // A run must not remove what it reads.
 Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
@@ -36,21 +56,19 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   return {};
 }
 
-// A noise.snr_db without an echo is a wrong scenario: found before anything is written.
-Status check_ping_zero(const SequenceWorlds& worlds, const SequenceInfo& info,
-                       const Numerics& numerics, const Workers& workers) {
-  if (!worlds.first().scenario.noise_snr_db) return {};
-  Pipeline pipeline(worlds.first(), worlds.first_tracer(), info, numerics);
-  return pipeline.start_sequence(info, workers);
-}
-
-// A device is said aloud: `auto` took it.
-Result<Numerics> settled_numerics(const GenerateOptions& options) {
-  Result<Numerics> numerics = settle_backend(options.backend, options.simd);
-  if (numerics && numerics->backend == BackendChoice::cuda && !options.quiet) {
-    tell("backend: {}\n", numerics->backend_name);
-  }
-  return numerics;
+// A noise.snr_db without an echo is a wrong scenario: found before anything is written. What that
+// took to work out is handed on.
+Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
+  const auto& [worlds, numerics, work] = opened;
+  const SequenceInfo& info = work.infos.front();
+  SharedParts shared;
+  if (!info.noise_snr_db) return shared;
+  shared.tables = pipeline_tables(worlds.first(), numerics);
+  const Result<Calibrated> made = calibrate(
+      ping_setup(worlds.first(), worlds.first_tracer(), info, shared.tables), false, workers);
+  if (!made) return made.error();
+  if (info.speckle != SpeckleMode::surface) shared.calibration = made->calibration;
+  return shared;
 }
 
 std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
@@ -59,22 +77,18 @@ std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
   return pings;
 }
 
-Status make(const GenerateOptions& options, const Numerics& numerics, const SequenceWorlds& worlds,
-            const DatasetWork& work, const Workers& workers) {
+Status make(const GenerateOptions& options, const Opened& opened, SharedParts first, int threads) {
+  const auto& [worlds, numerics, work] = opened;
   if (work.sequences().empty()) return {};  // a shard of more shards than sequences
   const std::uint64_t pings = ping_count(work.sequences());
   const std::uint64_t found = pings_found(options.output, work.sequences());
   if (found > 0 && !options.quiet) {
-    tell("continuing: {} of {} pings are there\n", found, pings);
+    tell("continuing: {} of {} there already\n", found, counted(pings, "ping"));
   }
   Progress progress(progress_style(options.quiet), pings, found);
-  Turns turns(workers.threads());
-  return make_sequences({numerics, workers.threads(), turns, progress}, options.output, worlds,
-                        work.sequences());
-}
-
-std::string plural(std::uint64_t sequences) {
-  return fmt::format("{} sequence{}", sequences, sequences == 1 ? "" : "s");
+  Turns turns(threads);
+  return make_sequences({numerics, threads, turns, progress}, options.output, worlds,
+                        work.sequences(), 1, {}, std::move(first));
 }
 
 // Its sequences are made; the data set is finished by one process, when all are.
@@ -84,7 +98,7 @@ void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work)
       "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
       "place of --shard finishes the data set\n",
       options.output.string(), options.shard->number, options.shard->count,
-      plural(work.sequences().size()), work.infos.size());
+      counted(work.sequences().size(), "sequence"), work.infos.size());
 }
 
 // All that stand in the way of finishing, or none.
@@ -101,77 +115,70 @@ Status all_sequences_made(const GenerateOptions& options, const DatasetWork& wor
       ErrorKind::usage,
       fmt::format("{}: {} of {} missing; make them (--shard, or --sequences {}:{}, which leaves "
                   "alone what is done){}",
-                  options.output.string(), missing, plural(work.infos.size()), first, last,
-                  options.partial ? "" : ", or give --partial for those that are there")};
+                  options.output.string(), missing, counted(work.infos.size(), "sequence"), first,
+                  last, options.partial ? "" : ", or give --partial for those that are there")};
+}
+
+using Clock = std::chrono::steady_clock;
+
+Status finish(const GenerateOptions& options, Opened opened, int threads, Clock::time_point start) {
+  const std::chrono::duration<double> took = Clock::now() - start;
+  return finish_work(options.output, opened.worlds, std::move(opened.work), threads, took.count());
 }
 
 }  // namespace
 
 Status finalize_dataset(const GenerateOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Clock::time_point start = Clock::now();
   if (std::error_code error; fs::is_empty(options.output, error) || error) {
     return Error{ErrorKind::usage,
                  fmt::format("{}: holds no sequences; make them first, without --finalize",
                              options.output.string())};
   }
-  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
-  if (!worlds) return worlds.error();
-  const Result<Numerics> numerics = settled_numerics(options);
-  if (!numerics) return numerics.error();
   const Workers workers(options.threads);
-  FileHashes hashes;
-  Result<DatasetWork> work =
-      settle_dataset(*worlds, options.pings, std::nullopt, *numerics, hashes, workers);
-  if (!work) return work.error();
+  Result<Opened> opened = open_dataset(options, workers);
+  if (!opened) return opened.error();
+  DatasetWork& work = opened->work;
   FolderUse use;
-  const Result<FolderState> state = open_work(
-      options.output, work->identity, worlds->first().scenario.sequences, false, false, &use);
+  const auto state =
+      open_work(options.output, work.identity, work.infos.size(), false, false, &use);
   if (!state) return state.error();
-  if (const Status there = all_sequences_made(options, *work); !there) return there;
-  const std::size_t all = work->infos.size();
-  const auto made = std::count_if(work->infos.begin(), work->infos.end(), [&](const auto& info) {
+  if (const Status there = all_sequences_made(options, work); !there) return there;
+  const std::size_t all = work.infos.size();
+  const auto made = std::count_if(work.infos.begin(), work.infos.end(), [&](const auto& info) {
     return sequence_is_finished(options.output, info);
   });
-  if (options.partial) work->asked = {0, 0};
+  if (options.partial) work.asked = {0, 0};
   if (*state != FolderState::complete) {
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    const Status finished =
-        finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
-    if (!finished) return finished;
+    const Status ended = finish(options, std::move(*opened), workers.threads(), start);
+    if (!ended) return ended;
   }
   if (!options.quiet) {
-    tell("{}: finished with {} of {}\n", options.output.string(), made, plural(all));
+    tell("{}: finished with {} of {}\n", options.output.string(), made, counted(all, "sequence"));
   }
   return {};
 }
 
 Status generate(const GenerateOptions& options) {
   expect_interrupts();
-  const auto start = std::chrono::steady_clock::now();
-  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
-  if (!worlds) return worlds.error();
-  for (const std::string& warning : worlds->first().world.warnings) {
-    tell("warning: {}\n", warning);
-  }
-  const Scenario& scenario = worlds->first().scenario;
-  const Result<Numerics> numerics = settled_numerics(options);
-  if (!numerics) return numerics.error();
+  const Clock::time_point start = Clock::now();
   const Workers workers(options.threads);
-  FileHashes hashes;
-  Result<DatasetWork> work =
-      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);
-  if (!work) return work.error();
-  if (options.shard) work->asked = range_of_shard(scenario.sequences, *options.shard);
-  for (const auto& text : starved_warnings(worlds->first(), worlds->first_tracer(), workers)) {
-    tell("warning: {}\n", text);
+  Result<Opened> opened = open_dataset(options, workers);
+  if (!opened) return opened.error();
+  auto& [worlds, numerics, work] = *opened;
+  const Session& session = worlds.first();
+  std::vector<std::string> warnings = session.world.warnings;
+  if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
+  for (auto& text : starved_warnings(session, worlds.first_tracer(), workers)) {
+    warnings.push_back(std::move(text));
   }
-  if (Status kept = keep_inputs(options, scenario); !kept) return kept;
-  if (Status heard = check_ping_zero(*worlds, work->infos.front(), *numerics, workers); !heard) {
-    return heard;
-  }
+  for (const std::string& text : warnings) tell("warning: {}\n", text);
+  if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
+  Result<SharedParts> first = calibrate_first(*opened, workers);
+  if (!first) return first.error();
   FolderUse use;
-  const Result<FolderState> state =
-      open_work(options.output, work->identity, scenario.sequences, options.overwrite, false, &use);
+  const auto state = open_work(options.output, work.identity, session.scenario.sequences,
+                               options.overwrite, false, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {
@@ -180,21 +187,75 @@ Status generate(const GenerateOptions& options) {
     return {};
   }
   listen_for_interrupts();
-  if (Status made = make(options, *numerics, *worlds, *work, workers); !made) return made;
-
+  const Status made = make(options, *opened, std::move(*first), workers.threads());
+  if (!made) return made;
   if (options.shard) {
-    tell_shard_is_done(options, *work);
+    tell_shard_is_done(options, work);
     return {};
   }
-  const std::uint64_t pings = ping_count(work->sequences());
-  const std::size_t sequences = work->sequences().size();
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const Status finished =
-      finish_work(options.output, *worlds, std::move(*work), workers.threads(), took.count());
-  if (!finished) return finished;
+  const std::uint64_t pings = ping_count(work.sequences());
+  const std::size_t sequences = work.sequences().size();
+  const Status ended = finish(options, std::move(*opened), workers.threads(), start);
+  if (!ended) return ended;
   if (!options.quiet) {
-    tell("{}: {} pings in {}\n", options.output.string(), pings, plural(sequences));
+    tell("{}: {} in {}\n", options.output.string(), counted(pings, "ping"),
+         counted(sequences, "sequence"));
   }
+  return {};
+}
+
+namespace {
+
+// Every sequence of a scenario in which something is drawn, as far as that goes without its world.
+Status check_sequences(const ScenarioOptions& options, const Workers& workers) {
+  const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
+  if (!worlds) return worlds.error();
+  const Result<std::vector<SequenceInfo>> infos = worlds->all_infos({}, workers);
+  return infos ? Status() : infos.error();
+}
+
+Result<Session> first_session(const ScenarioOptions& options) {
+  const Result<std::string> text = read_scenario_text(options.scenario);
+  if (!text) return text.error();
+  const std::string label = options.scenario.string();
+  Result<Scenario> scenario =
+      parse_scenario(*text, label, options.scenario.parent_path(), options.overrides);
+  if (!scenario) return scenario.error();
+  Result<Session> session = prepare_session(std::move(*scenario), 0);
+  if (!session) return with_place(session.error(), *text, label, options.overrides);
+  return session;
+}
+
+}  // namespace
+
+Status check(const ScenarioOptions& options) {
+  const Result<Session> session = first_session(options);
+  if (!session) return session.error();
+  for (const std::string& warning : session->world.warnings) {
+    tell("warning: {}\n", warning);
+  }
+  const int threads = Workers().threads();
+  for (const auto& text : starved_warnings(*session, Tracer(session->world), Workers(threads))) {
+    tell("warning: {}\n", text);
+  }
+  // Before anything else takes memory: it looks at what the process has.
+  const Cost cost = estimate_cost(*session, threads);
+  if (varies_by_sequence(session->scenario)) {
+    Status valid = check_sequences(options, Workers(threads));
+    if (!valid) return valid;
+  }
+  answer("{}", to_yaml(session->scenario,
+                       [](const std::filesystem::path& file) { return file.string(); }));
+  answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
+         counted(session->scenario.sequences, "sequence"),
+         counted(session->ping_times_s.size(), "ping"), session->sonar.beam_count,
+         session->record.samples, ping_size(*session).rays);
+  if (const auto& tiles = session->surface_tiles) {
+    answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
+           tiles->most_leaves, tiles->tiles.size());
+  }
+  answer("# files: {}\n# disk: about {}\n# peak memory: about {} with {}\n", cost.files,
+         bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), counted(threads, "thread"));
   return {};
 }
 

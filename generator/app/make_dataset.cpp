@@ -1,10 +1,12 @@
 #include "app/make_dataset.h"
 
 #include <fmt/format.h>
+
 #include <unistd.h>
 
-#include "app/version.h"
-#include "dataset/sha256.h"
+#include "app/program.h"
+#include "app/terminal.h"
+#include "formats/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -62,6 +64,14 @@ Result<PingRange> sequences_of(const std::optional<PingRange>& asked, const Scen
 }
 
 }  // namespace
+
+Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet) {
+  Result<Numerics> numerics = settle_backend(backend, simd);
+  if (numerics && numerics->backend == BackendChoice::cuda && !quiet) {
+    tell("backend: {}\n", numerics->backend_name);
+  }
+  return numerics;
+}
 
 Result<std::string> FileHashes::of(const fs::path& file) {
   const std::lock_guard lock(mutex_);

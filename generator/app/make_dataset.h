@@ -1,5 +1,6 @@
 // One data set from scenarios that are ready: what `generate` and each run of a sweep do.
 //
+//   settled_numerics
 //   FileHashes     of input files, each read once
 //   DatasetWork  settle_dataset   everything known, nothing written
 //   finish_work    the last step
@@ -14,11 +15,14 @@
 #include <string>
 #include <vector>
 
-#include "app/numerics.h"
 #include "app/sequence_worlds.h"
+#include "app/tables.h"
 #include "dataset/finish.h"
 
 namespace ensonify {
+
+// settle_backend; a device is said aloud, since `auto` may have taken it.
+Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet);
 
 class FileHashes {
  public:

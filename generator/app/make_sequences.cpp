@@ -4,15 +4,13 @@
 
 #include <algorithm>
 #include <complex>
-#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/cost.h"
 #include "app/ensemble.h"
-#include "app/interrupt.h"
-#include "app/lanes.h"
-#include "app/pipeline.h"
+#include "app/terminal.h"
 #include "dataset/finish.h"
 #include "dataset/write_ping.h"
 
@@ -25,28 +23,29 @@ struct Run {
   const SequenceWorlds& worlds;
   int beside;
   const std::function<void()>& told;
+  SharedParts& first;  // what is known of the first world already
 
   void ping_done() const {
     crew.progress.ping_done();
     if (told) told();
   }
-  // Of one of some pings that are made side by side.
+  // The threads that one of several pings made side by side may take.
   int threads_within(int threads, std::size_t side_by_side) const {
     return std::max(1, threads / (static_cast<int>(side_by_side) * beside));
   }
 };
 
-// One sequence being made: its world and what computes its pings.
+// What a lane has at hand for the sequences that it makes.
 struct Workshop {
   ReadyWorld world;
-  std::unique_ptr<Pipeline> pipeline;
+  SharedParts shared;  // of the world
 };
 
 // The processor's part of a ping, when it is its turn.
 Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
-                                 const Workers& workers) {
+                                 PingStart start, const Workers& workers) {
   const Turn turn(run.crew.turns);
-  return encode_ping(pipeline.info(), pipeline.run(ping, workers), workers);
+  return encode_ping(pipeline.info(), pipeline.run(ping, workers, std::move(start)), workers);
 }
 
 Status unless_interrupted(const Run& run) {
@@ -55,10 +54,10 @@ Status unless_interrupted(const Run& run) {
                "interrupted: what is finished is kept; the same command goes on from there"};
 }
 
-Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
+Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, PingStart start,
                  const Workers& workers) {
   if (Status go = unless_interrupted(run); !go) return go;
-  const Result<EncodedPing> encoded = encoded_ping(run, pipeline, ping, workers);
+  const Result<EncodedPing> encoded = encoded_ping(run, pipeline, ping, std::move(start), workers);
   if (!encoded) return encoded.error();
   Status stored = store_ping(run.dir, pipeline.info(), *encoded);
   if (stored) run.ping_done();
@@ -100,19 +99,22 @@ Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
 
 // Whole pings side by side while there are enough of them, in their order; threads beyond that work
 // within each ping. A few pings more than threads are under way: the disk writes those while
-// others are computed.
+// others are computed. `ping_zero`: ping 0 as far as it is worked out.
 Status make_pings(const Run& run, const Pipeline& pipeline,
-                  const std::vector<std::uint32_t>& missing, int threads) {
+                  const std::vector<std::uint32_t>& missing, int threads,
+                  PingStart ping_zero = {}) {
   if (missing.empty()) return {};
   const int within = run.threads_within(threads, std::min<std::size_t>(threads, missing.size()));
   const int lanes = pings_under_way(threads, missing.size());
   return in_lanes(lanes, missing.size(), [&](std::size_t, std::size_t i) {
-    return make_ping(run, pipeline, missing[i], Workers(within));
+    PingStart start;
+    if (missing[i] == 0) start = std::exchange(ping_zero, {});
+    return make_ping(run, pipeline, missing[i], std::move(start), Workers(within));
   });
 }
 
-// The same for blocks of an ensemble. What does not get to its end, by whatever way, must let the
-// others go.
+// The same for blocks of an ensemble. A block that does not get to its end, for whatever reason,
+// must let the others go.
 Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   struct Letting {
     Ensemble& ensemble;
@@ -139,7 +141,7 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
   return saved ? made : saved;
 }
 
-// Of the pings [first_ping, last).
+// Pings of [first_ping, last) that are not finished.
 std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& info,
                                          std::uint32_t last) {
   std::vector<std::uint32_t> missing;
@@ -149,19 +151,30 @@ std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& inf
   return missing;
 }
 
-// The world and pipeline of a sequence. Where all share one world, its tables serve every sequence
-// of the lane.
-Status open_workshop(const Run& run, const SequenceInfo& info, Workshop& workshop) {
-  if (workshop.pipeline && !run.worlds.vary()) return {};
+// The world of a sequence, with nothing worked out in it yet but what is known of the first. Where
+// all share one world, it serves every sequence of the lane.
+Status open_workshop(const Run& run, std::uint32_t sequence, Workshop& workshop) {
+  const bool vary = run.worlds.vary();
+  if (workshop.world.session && !vary) return {};
   const Turn turn(run.crew.turns);
-  workshop.pipeline.reset();
-  workshop.world = {};  // the last world goes before the next one comes
-  Result<ReadyWorld> world = run.worlds.world(info.sequence);
+  workshop = {};  // the last world goes before the next one comes
+  Result<ReadyWorld> world = run.worlds.world(sequence);
   if (!world) return world.error();
   workshop.world = std::move(*world);
-  workshop.pipeline = std::make_unique<Pipeline>(*workshop.world.session, *workshop.world.tracer,
-                                                 info, run.crew.numerics);
+  if (!vary) workshop.shared = run.first;
+  if (vary && sequence == 0) workshop.shared = std::exchange(run.first, {});
   return {};
+}
+
+Result<ReadyPipeline> start_sequence(const Run& run, const SequenceInfo& light,
+                                     const Workers& workers, Workshop& workshop) {
+  const Turn turn(run.crew.turns);
+  const auto& [session, tracer] = workshop.world;
+  SequenceInfo info = sequence_info(*session, light.sequence, light.first_ping, light.last_ping);
+  const bool makes_ping_zero =
+      info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
+  return make_pipeline(*session, *tracer, std::move(info), run.crew.numerics, workers,
+                       workshop.shared, makes_ping_zero);
 }
 
 // The scene at the sequence's first ping; nothing where it is not asked for.
@@ -187,27 +200,21 @@ Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ense
 
 Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
   if (sequence_is_finished(run.dir, light)) return {};
-  if (Status opened = open_workshop(run, light, workshop); !opened) return opened;
-  const SequenceInfo info =
-      sequence_info(*workshop.world.session, light.sequence, light.first_ping, light.last_ping);
-  const Workers workers(run.threads_within(threads, 1));
-  {
-    const Turn turn(run.crew.turns);
-    const bool runs_ping_zero =
-        info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
-    Status started = workshop.pipeline->start_sequence(info, workers, runs_ping_zero);
-    if (!started) return started;
-  }
-  const Pipeline& pipeline = *workshop.pipeline;
+  if (Status opened = open_workshop(run, light.sequence, workshop); !opened) return opened;
+  Result<ReadyPipeline> ready =
+      start_sequence(run, light, Workers(run.threads_within(threads, 1)), workshop);
+  if (!ready) return ready.error();
+  const Pipeline& pipeline = ready->pipeline;
+  const SequenceInfo& info = pipeline.info();
   std::optional<Ensemble> ensemble;
-  if (info.output.statistics) ensemble.emplace(run.dir, pipeline.info());
-  Status made = ensemble
-                    ? make_ensemble(run, pipeline, threads, *ensemble)
-                    : make_pings(run, pipeline, missing_pings(run, info, info.last_ping), threads);
+  if (info.output.statistics) ensemble.emplace(run.dir, info);
+  Status made = ensemble ? make_ensemble(run, pipeline, threads, *ensemble)
+                         : make_pings(run, pipeline, missing_pings(run, info, info.last_ping),
+                                      threads, std::move(ready->ping_zero));
   if (!made) return made;
   const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
   if (!sdf) return sdf.error();
-  return finish_sequence(run.dir, pipeline.info(), *sdf, ensemble ? &ensemble->moments() : nullptr);
+  return finish_sequence(run.dir, info, *sdf, ensemble ? &ensemble->moments() : nullptr);
 }
 
 std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInfo& info) {
@@ -242,8 +249,8 @@ std::uint64_t pings_found(const std::filesystem::path& dir,
 
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
                       const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
-                      int beside, const std::function<void()>& ping_done) {
-  const Run run{crew, dir, worlds, beside, ping_done};
+                      int beside, const std::function<void()>& ping_done, SharedParts first) {
+  const Run run{crew, dir, worlds, beside, ping_done, first};
   const int lanes = sequences_at_once(sequences, crew.threads);
   const int threads = std::max(1, crew.threads / lanes);
   std::vector<Workshop> workshops(lanes);

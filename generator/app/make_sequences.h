@@ -1,30 +1,82 @@
 // Pings made and written, sequence by sequence.
 //
-//   Turns  Turn      who computes
+//   in_lanes         work that is done side by side, in order, until some of it fails
+//   Turns  Turn      how many compute at the same time
 //   Crew             what data sets that are made at the same time share
 //   pings_found      those that are not made again
 //   make_sequences
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <semaphore>
+#include <mutex>
 #include <span>
+#include <vector>
 
-#include "app/numerics.h"
-#include "app/progress.h"
+#include "app/pipeline.h"
 #include "app/sequence_worlds.h"
+#include "app/tables.h"
+#include "app/terminal.h"
+#include "core/error.h"
+#include "core/parallel.h"
 
 namespace ensonify {
 
-using Turns = std::counting_semaphore<>;
+// Calls work(lane, i) for i = 0 ... count - 1, in this order, from `lanes` lanes at once, until one
+// fails.
+template <class Work>
+Status in_lanes(int lanes, std::size_t count, Work work) {
+  std::vector<Status> statuses(lanes);
+  std::atomic<std::size_t> next = 0;
+  Workers(lanes).for_each(lanes, [&](std::size_t lane) {
+    for (std::size_t i; (i = next.fetch_add(1)) < count;) {
+      statuses[lane] = work(lane, i);
+      if (!statuses[lane]) {
+        next = count;
+        return;
+      }
+    }
+  });
+  for (const Status& status : statuses) {
+    if (!status) return status;
+  }
+  return {};
+}
 
-// As many at once as there are threads.
+// Admits at most `count` threads at once. std::counting_semaphore of libstdc++ 12 is avoided: it
+// reads its counter before the attempt that fails, so that it can sleep on a value that is back by
+// then (bits/atomic_wait.h).
+class Turns {
+ public:
+  explicit Turns(int count) : free_(count) {}
+
+  void acquire() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return free_ > 0; });
+    --free_;
+  }
+
+  void release() {
+    const std::lock_guard lock(mutex_);
+    ++free_;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int free_;
+};
+
 struct Turn {
   explicit Turn(Turns& all) : turns(all) { turns.acquire(); }
   ~Turn() { turns.release(); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
   Turns& turns;
 };
 
@@ -42,10 +94,12 @@ std::uint64_t pings_found(const std::filesystem::path& dir,
 // Makes the pings of these sequences that are missing from the folder `dir` and finishes each
 // sequence. Several sequences are under way at once where one has too few pings to fill the
 // threads. `beside`: data sets that are made at the same time, this one counted; a ping takes fewer
-// threads then. `ping_done`, unless it is null, is called from any thread. Error kinds: usage (a
-// world cannot be built), io, interrupted; what is finished is kept.
+// threads then. `ping_done`, unless it is null, is called from any thread. `first`: what has been
+// worked out in the world of sequence 0. Error kinds: usage (a world cannot be built, or
+// noise.snr_db has no signal), io, interrupted; what is finished is kept.
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
                       const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
-                      int beside = 1, const std::function<void()>& ping_done = {});
+                      int beside = 1, const std::function<void()>& ping_done = {},
+                      SharedParts first = {});
 
 }  // namespace ensonify

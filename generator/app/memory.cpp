@@ -8,15 +8,12 @@
 #include <string>
 
 #include "app/cost.h"
-#include "app/motion.h"
+#include "app/ping_echoes.h"
+#include "core/image_planes.h"
 #include "core/moments.h"
 #include "core/random.h"
-#include "labels/cartesian.h"
 #include "synthesis/backend.h"
-#include "trace/bent.h"
-#include "trace/kirchhoff.h"
-#include "trace/multipath.h"
-#include "trace/surface_points.h"
+#include "trace/refracted.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -31,9 +28,7 @@ constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
 constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // of two scenes
 // What is written of an object: of all pings together, and in the record of each.
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
-// LabelledImage: five floats, an instance and a class.
-constexpr std::uint64_t kImageBytesPerPixel = 5 * sizeof(float) + 2 + 1;
-// Of the shadow (and of the mask of bounced echoes), and of the set of instances.
+// Of the shadow, and of the set of instances, which are made together.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // What a hit behind another is on its way to a label: a hit, and a scatterer in three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
@@ -52,8 +47,13 @@ std::uint64_t hierarchy_bytes(const World& world) {
   return sum;
 }
 
-bool wants_hidden(const OutputSelection& output) {
-  return (output.polar || output.cartesian || output.png) && (output.shadow || output.amodal);
+// A pixel of a LabelledImage.
+std::uint64_t plane_bytes(const OutputSelection& output) {
+  std::uint64_t bytes = 0;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted == nullptr || output.*plane.wanted) bytes += pixel_bytes(plane);
+  }
+  return bytes;
 }
 
 // What is loaded of a world: meshes and densities, each once.
@@ -76,8 +76,7 @@ std::uint64_t loaded_bytes(const World& world) {
 }
 
 // What one ping holds while it is computed, beside the backend's own.
-struct PingCounts {
-  std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
+struct PingCounts : PingSize {
   EchoCounts echo;
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
@@ -92,18 +91,16 @@ std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
                          std::uint64_t encoded_bytes) {
   const OutputSelection& output = session.scenario.output.selection;
-  const bool pictures = output.polar || output.cartesian || output.png;
+  const bool pictures = has_pictures(output);
   const std::uint64_t grey = output.png ? count.pixels + count.cartesian_pixels : 0;
   const std::uint64_t series = count.pixels * sizeof(std::complex<float>);
   const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const bool hidden = wants_hidden(output);
-  const std::uint64_t shadow = output.shadow ? kShadowBytesPerPixel : 0;
-  const std::uint64_t ghosts = output.multipath ? kShadowBytesPerPixel : 0;
-  const std::uint64_t polar_pixel =
-      kImageBytesPerPixel + ghosts + (hidden ? kShadowBytesPerPixel + kAmodalBytesPerPixel : 0);
-  const std::uint64_t cartesian_pixel =
-      kImageBytesPerPixel + ghosts + shadow + (output.amodal ? kAmodalBytesPerPixel : 0);
+  const std::uint64_t planes = plane_bytes(output);
+  const std::uint64_t unused_shadow = output.shadow ? 0 : kShadowBytesPerPixel;
+  const std::uint64_t polar_pixel = planes + (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
+  const std::uint64_t cartesian_pixel = planes + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
   const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
                                   ? count.pixels * sizeof(float)
@@ -134,7 +131,8 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
   const bool bent = bends(session.water);
   const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
-  const std::uint64_t paths_behind = bent && hidden ? 2 * count.echo.hidden * sizeof(BentHit) : 0;
+  const std::uint64_t paths_behind =
+      bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes +
                                 std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
@@ -157,19 +155,6 @@ std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
          count.rays * sizeof(Hit) + count.pixels * (kMoments + 2) * sizeof(double);
 }
 
-PingCounts counts_of(const Session& session, const EchoCounts& echo) {
-  const Sonar& sonar = session.sonar;
-  PingCounts count;
-  count.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
-  count.echo = echo;
-  count.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
-  if (session.scenario.output.selection.cartesian) {
-    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
-    count.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
-  }
-  return count;
-}
-
 // How many there are at once. Every sequence keeps the scratch of its own pings and threads.
 struct UnderWay {
   std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
@@ -190,20 +175,6 @@ UnderWay under_way(const Session& session, int threads) {
   return run;
 }
 
-// Those that can become scatterers.
-std::uint64_t rays_of(const Session& session, const Fan& fan, std::span<const Hit> hits,
-                      const Pose& pose) {
-  if (session.sonar.rays_per_cell == 0) {
-    return std::ranges::count_if(hits, [](const Hit& hit) { return hit.instance != 0; });
-  }
-  const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (hits[i].instance != 0 || pieces[i] > 1) sum += pieces[i];
-  }
-  return sum;
-}
-
 }  // namespace
 
 EchoCounts count_echoes(const Session& session) {
@@ -212,35 +183,24 @@ EchoCounts count_echoes(const Session& session) {
   const Tracer tracer(session.world);
   const SurfaceScattering scattering =
       make_surface_scattering(session.sonar, session.water, session.world);
+  const bool with_hidden = wants_hidden(session.scenario.output.selection);
+  const std::uint64_t key = stream_key(session.scenario.seed, Stream::speckle, 0);
   const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
   EchoCounts most;
   for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
-    const Pose pose = sonar_pose(session, ping);
-    const std::vector<Pose> poses = object_poses(session, ping);
-    const Tracer moment = tracer.at(poses);
-    const auto hits = trace_fan(moment, fan, pose, session.sonar, session.water, workers).hits;
-    const auto mirrored = kirchhoff_scatterers(fan, hits, moment, pose, scattering, workers);
-    const auto bounced = bounced_echoes(
-        {session.bounces, session.world, moment, poses, pose, scattering}, fan, hits, workers);
-    const auto& tiles = session.surface_tiles;
-    const std::uint64_t surface =
-        tiles ? surface_point_list(*tiles, moment, poses, pose, scattering,
-                                   stream_key(session.scenario.seed, Stream::speckle, 0), workers)
-                    .size()
-              : rays_of(session, fan, hits, pose);
-    most.surface = std::max(most.surface, surface);
-    most.coherent = std::max<std::uint64_t>(most.coherent, mirrored.size() + bounced.size());
-    if (!wants_hidden(session.scenario.output.selection)) continue;
-    const auto behind =
-        trace_behind(moment, fan, hits, pose, session.sonar, session.water, workers).behind;
-    most.hidden = std::max<std::uint64_t>(most.hidden, behind.hits.size());
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    const EchoCounts count = count_echoes(
+        {session, fan, scattering, moment, ping, sonar_pose(session, ping), with_hidden, key},
+        workers);
+    most.surface = std::max(most.surface, count.surface);
+    most.coherent = std::max(most.coherent, count.coherent);
+    most.hidden = std::max(most.hidden, count.hidden);
   }
-  for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
   return most;
 }
 
 EchoCounts most_echoes(const Session& session) {
-  const std::uint64_t rays = counts_of(session, {}).rays;
+  const std::uint64_t rays = ping_size(session).rays;
   EchoCounts most;
   most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
   if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
@@ -270,7 +230,7 @@ ResidentMemory resident_memory() {
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes,
                          const SynthesisMemory& synthesis) {
-  const PingCounts count = counts_of(session, echoes);
+  const PingCounts count{ping_size(session), echoes};
   const std::uint64_t tables =
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;

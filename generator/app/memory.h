@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "app/ping_echoes.h"
 #include "app/session.h"
 #include "synthesis/backend.h"
 
@@ -20,18 +21,12 @@ struct ResidentMemory {
 // does not say.
 ResidentMemory resident_memory();
 
-// Scatterers of one ping: of its rays, of its mirrors, bounces and fish, and those that others
-// hide.
-struct EchoCounts {
-  std::uint64_t surface = 0, coherent = 0, hidden = 0;
-};
-
-// How many rays meet something, and what follows the phase of a mirror, is not told by a formula:
-// the most at the first, the middle and the last ping.
+// The most at the first, the middle and the last ping, which are traced: no formula tells how many
+// rays meet something.
 EchoCounts count_echoes(const Session& session);
 
-// Of a `generate` of this session. What loading took is measured, not estimated: `loaded` is of a
-// process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
+// The peak of a `generate` of this session. What loading took is measured, not estimated: `loaded`
+// is of a process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes,
                          const SynthesisMemory& synthesis);

@@ -1,38 +1,118 @@
 #include "app/ping_echoes.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
-#include "app/motion.h"
-#include "trace/bent.h"
-#include "trace/by_need.h"
-#include "trace/hidden.h"
-#include "trace/kirchhoff.h"
+#include "acoustics/propagation.h"
+#include "synthesis/backend.h"
+#include "trace/adaptive.h"
+#include "trace/motion.h"
 #include "trace/multipath.h"
+#include "trace/refracted.h"
+#include "trace/scatter.h"
 #include "trace/surface_points.h"
 #include "trace/volume.h"
 
 namespace ensonify {
 namespace {
 
-void add_bounced(const Moment& moment, const std::vector<Hit>& hits, const Workers& workers,
-                 std::vector<Scatterer>& more) {
-  const Session& session = moment.session;
-  if (session.bounces.paths.empty()) return;
-  const std::vector<Pose> objects = object_poses(session, moment.ping);
-  std::vector<Scatterer> bounced =
-      bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
-                      moment.scattering},
-                     moment.fan, hits, workers);
-  // What moves makes them two: an element's places in the water at their two arrivals differ.
-  const bool same = !session.sonar.array && !moves(session);
-  if (same) bounced = both_ways_as_one(std::move(bounced));
-  more.insert(more.end(), bounced.begin(), bounced.end());
+constexpr std::size_t kMostPings = 64;  // looked at for speeds
+constexpr double kSpeedStep_s = 1e-3;
+constexpr double kMargin = 1.0 / 8;
+constexpr double kLeast = 1e-9;  // a body that may move, but was not seen to
+
+bool has_one_pose(const Path& path) {
+  const auto* sampled = std::get_if<SampledPath>(&path.nominal);
+  return sampled != nullptr && sampled->points.size() == 1 && !path.jitter;
 }
 
+// The times at which speeds are looked at: when a ping goes out, when half its sound is back and
+// when all of it is.
+std::vector<double> times_of(const Session& session) {
+  const double span_s = two_way_delay_s(session.sonar.range_max_m, session.water.sound_speed_m_s);
+  const std::vector<double>& pings = session.ping_times_s;
+  std::vector<double> times;
+  for (std::size_t i = 0; i < std::min(kMostPings, pings.size()); ++i) {
+    const double start = pings[i * pings.size() / std::min(kMostPings, pings.size())];
+    for (const double part : {0.0, 0.5, 1.0}) times.push_back(start + part * span_s);
+  }
+  return times;
+}
+
+template <class PoseAt>
+Vec3 velocity(double time_s, const PoseAt& pose_at) {
+  const double later_s = time_s + kSpeedStep_s;
+  return (1 / (later_s - time_s)) * (pose_at(later_s).position_m - pose_at(time_s).position_m);
+}
+
+// Towards what the fan sees.
+std::vector<Vec3> directions_of(const Sonar& sonar) {
+  std::vector<Vec3> directions;
+  const double half_fan = sonar.beam_count * sonar.beam_spacing_rad / 2;
+  for (const double azimuth : {-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0}) {
+    for (const double elevation : {-1.0, 0.0, 1.0}) {
+      directions.push_back(
+          unit_vector(azimuth * half_fan, elevation * sonar.elevation_fan_rad / 2));
+    }
+  }
+  return directions;
+}
+
+}  // namespace
+
+bool moves(const Session& session) {
+  if (!session.scenario.motion_within_ping) return false;
+  const auto& objects = session.world.objects;
+  return !has_one_pose(session.path) ||
+         std::any_of(objects.begin(), objects.end(), [](const WorldObject& object) {
+           return object.path != nullptr && !has_one_pose(*object.path);
+         });
+}
+
+DopplerRange doppler_range(const Session& session) {
+  if (!moves(session)) return {};
+  const std::vector<double> times = times_of(session);
+  const std::vector<Vec3> directions = directions_of(session.sonar);
+  const auto sonar_at = [&](double t) { return compose(pose_at(session.path, t), session.mount); };
+  double lowest = HUGE_VAL, highest = -HUGE_VAL, object = 0;
+  for (const double time : times) {
+    const Vec3 v = rotate(conjugate(sonar_at(time).rotation), velocity(time, sonar_at));
+    for (const Vec3& u : directions) {
+      lowest = std::min(lowest, dot(v, u));
+      highest = std::max(highest, dot(v, u));
+    }
+  }
+  for (const WorldObject& moving : session.world.objects) {
+    if (moving.path == nullptr) continue;
+    const auto object_at = [&](double t) { return object_pose(moving, t); };
+    for (const double time : times) object = std::max(object, length(velocity(time, object_at)));
+  }
+  const double margin = kMargin * (highest - lowest + 2 * object);
+  const double per_speed = 2 / session.water.sound_speed_m_s;
+  return {per_speed * (lowest - object - margin) - kLeast,
+          per_speed * (highest + object + margin) + kLeast};
+}
+
+Status check_motion(const Session& session) {
+  if (!session.scenario.motion_within_ping) return {};
+  if (can_shift(
+          {session.sonar, session.water, session.record, session.scenario.synthesis_tolerance})) {
+    return {};
+  }
+  const bool table = session.sonar.pulse.shape == PulseShape::table;
+  return Error{ErrorKind::usage,
+               std::string("motion_within_ping: the echoes of ") +
+                   (table ? "a measured pulse (sonar.pulse.table)" : "so long a pulse") +
+                   " cannot be shifted; accepted are gaussian, flat, lfm and a shorter cw"};
+}
+
+namespace {
+
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   PointScatterers points;
-  std::vector<HiddenTarget>* hidden = wants_hidden ? &points.hidden : nullptr;
+  std::vector<HiddenTarget>* hidden = with_hidden ? &points.hidden : nullptr;
   points.heard =
       point_target_scatterers(session.world, tracer, pose, session.sonar, session.water, hidden);
   const std::vector<Scatterer> fish =
@@ -41,10 +121,10 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   return points;
 }
 
-// Of surfaces: those fixed on them, or one a ray.
+// Scatterers of surfaces are fixed on them, or there is one for each ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
     return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
                               speckle_key, workers);
@@ -52,38 +132,108 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
   if (session.sonar.rays_per_cell == 0) {
     return surface_scatterer_list(fan, hits, scattering, workers, paths);
   }
-  const auto pieces = pieces_by_need(session.sonar, session.cell, fan, hits, pose);
-  return surface_scatterers_by_need(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
+  const auto pieces = adaptive_pieces(session.sonar, session.cell, fan, hits, pose);
+  return adaptive_surface_scatterers(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
+}
+
+// Echoes that no ray of their own brings: those of mirrors, point targets, fish and bounces.
+struct OtherEchoes {
+  std::vector<Scatterer> heard;
+  PointScatterers points;
+  std::uint64_t most = 0;  // in memory at once, before both ways round became one
+};
+
+OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
+                         const Workers& workers) {
+  const Session& session = moment.session;
+  OtherEchoes other;
+  std::vector<Scatterer>& heard = other.heard;
+  heard = kirchhoff_scatterers(moment.fan, hits, moment.tracer, moment.sonar_in_world,
+                               moment.scattering, workers);
+  other.points = point_scatterers(moment, workers);
+  heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
+  other.most = heard.size();
+  if (session.bounces.paths.empty()) return other;
+  const std::vector<Pose> objects = object_poses(session, moment.ping);
+  std::vector<Scatterer> bounced =
+      bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
+                      moment.scattering},
+                     moment.fan, hits, workers);
+  other.most += bounced.size();
+  // What moves makes them two: an element's places in the water at their two arrivals differ.
+  const bool same = !session.sonar.array && !moves(session);
+  if (same) bounced = both_ways_as_one(std::move(bounced));
+  heard.insert(heard.end(), bounced.begin(), bounced.end());
+  return other;
 }
 
 // With everything where it is when the ping goes out.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, wants_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
-  std::vector<Scatterer> more = kirchhoff_scatterers(fan, hits, tracer, pose, scattering, workers);
-  const PointScatterers points = point_scatterers(moment, workers);
-  more.insert(more.end(), points.heard.begin(), points.heard.end());
-  add_bounced(moment, hits, workers, more);
+  const OtherEchoes other = other_echoes(moment, hits, workers);
   PingEchoes echoes;
-  echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), more, workers);
+  echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), other.heard, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);
-  if (!wants_hidden) return echoes;
+  if (!with_hidden) return echoes;
   const FanHitsBehind behind =
       trace_behind(tracer, fan, hits, pose, session.sonar, session.water, workers);
-  echoes.hidden =
-      hidden_echoes(fan, hits, behind, points, scattering, session.world.instances.size(), workers);
+  echoes.hidden = hidden_echoes(fan, hits, behind, other.points, scattering,
+                                session.world.instances.size(), workers);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);
   return echoes;
 }
 
+// Scatterers and hidden echoes by move_echoes; volumes stay. Nothing where nothing moves.
+void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
+  const Session& session = moment.session;
+  if (!moves(session)) return;
+  const Movement movement =
+      movement_of(session.world, session.path, session.mount, session.ping_times_s[moment.ping],
+                  session.sonar, session.water, workers);
+  if (rests(movement)) return;
+  const auto moved = [&](const ScattererList& list) {
+    return move_echoes(list, movement, session.sonar, session.water, workers);
+  };
+  echoes.scatterers = moved(echoes.scatterers).list;
+  if (!moment.with_hidden) return;
+  MovedEchoes hidden = moved(echoes.hidden.list);
+  std::vector<std::uint32_t> caster;
+  for (const std::uint32_t before : hidden.origin) caster.push_back(echoes.hidden.caster[before]);
+  echoes.hidden.list = std::move(hidden.list);
+  echoes.hidden.caster = std::move(caster);
+}
+
 }  // namespace
+
+bool has_pictures(const OutputSelection& output) {
+  return output.polar || output.cartesian || output.png;
+}
+
+bool wants_hidden(const OutputSelection& output) {
+  return has_pictures(output) && (output.shadow || output.amodal);
+}
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
   PingEchoes echoes = echoes_at_rest(moment, workers);
   move(moment, workers, echoes);
   return echoes;
+}
+
+EchoCounts count_echoes(const Moment& moment, const Workers& workers) {
+  const Session& session = moment.session;
+  const auto [hits, paths] = trace_fan(moment.tracer, moment.fan, moment.sonar_in_world,
+                                       session.sonar, session.water, workers);
+  EchoCounts count;
+  count.surface = surface_echoes(moment, hits, paths, workers).size();
+  count.coherent = other_echoes(moment, hits, workers).most;
+  if (!moment.with_hidden) return count;
+  count.hidden = trace_behind(moment.tracer, moment.fan, hits, moment.sonar_in_world, session.sonar,
+                              session.water, workers)
+                     .behind.hits.size();
+  return count;
 }
 
 }  // namespace ensonify

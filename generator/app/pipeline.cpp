@@ -5,220 +5,161 @@
 
 #include "acoustics/refraction.h"
 #include "app/layers.h"
-#include "app/motion.h"
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
-#include "labels/grey.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "synthesis/draw.h"
 
 namespace ensonify {
+namespace {
 
-Pipeline::Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
-                   const Numerics& numerics)
-    : session_(session),
-      tracer_(tracer),
-      info_(std::move(info)),
-      tables_(pipeline_tables(session, numerics)),
-      scattering_(make_surface_scattering(session.sonar, session.water, session.world)) {
-  class_of_instance_.push_back(0);
-  for (const Instance& instance : info_.instances) {
-    class_of_instance_.push_back(instance.class_id);
-  }
-}
-
-RandomKeys Pipeline::keys_of(std::uint32_t ping) const {
+RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
   RandomKeys keys;
-  keys.speckle = stream_key(info_.seed, Stream::speckle, info_.sequence);
-  keys.speckle_ping = info_.speckle == SpeckleMode::per_ping ? ping : 0;
-  keys.noise = stream_key(info_.seed, Stream::noise, info_.sequence);
+  keys.speckle = stream_key(info.seed, Stream::speckle, info.sequence);
+  keys.speckle_ping = info.speckle == SpeckleMode::per_ping ? ping : 0;
+  keys.noise = stream_key(info.seed, Stream::noise, info.sequence);
   keys.noise_ping = ping;
-  keys.volume = stream_key(info_.seed, Stream::volume, info_.sequence);
+  keys.volume = stream_key(info.seed, Stream::volume, info.sequence);
   return keys;
 }
 
-PingSeries Pipeline::series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
-                               bool only_level, const Workers& workers) const {
-  PingTask task{&echoes.scatterers, keys_of(ping), info_.noise_power_pa2, echoes.volumes};
-  task.wants_clean = wants_clean;
-  task.wants_channels = info_.output.channels;
-  task.converts = true;
-  task.only_level = only_level;
+bool only_level(const OutputSelection& output) {
+  return has_pictures(output) && !output.any_timeseries() && !output.layers;
+}
+
+PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidden,
+                     const Workers& workers) {
+  const Session& session = setup.session;
+  const Tracer tracer = setup.tracer.at(object_poses(session, ping));
+  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
+                      sonar_pose(session, ping), with_hidden, keys_of(setup.info, ping).speckle},
+                     workers);
+}
+
+std::vector<float> first_return_of(const Session& session, const PingEchoes& echoes) {
+  const bool by_delay = bends(session.water) || moves(session);
+  return first_return_m(echoes.scatterers, session.sonar.beam_count,
+                        by_delay ? session.water.sound_speed_m_s : 0);
+}
+
+PingSeries synthesized(const PingSetup& setup, const PingTask& task, const Workers& workers) {
   PingSeries series;
-  tables_->backend->synthesize({&task, 1}, {&series, 1}, workers);
+  setup.tables->backend->synthesize({&task, 1}, {&series, 1}, workers);
   return series;
 }
 
-// The same tasks with less in them: keys, and so all draws, are those of the whole.
-std::vector<LayerSeries> Pipeline::layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                                  const PingSeries& whole,
-                                                  const Workers& workers) const {
+PingSeries series_of(const PingSetup& setup, const PingEchoes& echoes, std::uint32_t ping,
+                     bool wants_clean, bool only_level, const Workers& workers) {
+  const SequenceInfo& info = setup.info;
+  PingTask task{&echoes.scatterers, keys_of(info, ping), info.noise_power_pa2, echoes.volumes};
+  task.wants_clean = wants_clean;
+  task.wants_channels = info.output.channels;
+  task.converts = true;
+  task.only_level = only_level;
+  return synthesized(setup, task, workers);
+}
+
+// The same tasks with less in them: keys, and so all draws, are those of the
+// whole.
+std::vector<LayerSeries> layers_of_ping(const PingSetup& setup,
+                                        const std::vector<Layer>& layer_of_instance,
+                                        const PingEchoes& echoes, std::uint32_t ping,
+                                        const PingSeries& whole, const Workers& workers) {
+  const SequenceInfo& info = setup.info;
   std::vector<LayerSeries> layers;
-  for (const Layer layer : info_.layers) {
+  for (const Layer layer : info.layers) {
     if (layer == Layer::quantisation) {
       layers.push_back({layer, remainder(whole.pressure_pa, layers)});
       continue;
     }
-    const ScattererList part = scatterers_of(layer, layer_of_instance_, echoes.scatterers);
-    PingTask task{&part, keys_of(ping), 0, {}, false};
-    if (layer == Layer::noise) task.noise_power_pa2 = info_.noise_power_pa2;
+    const ScattererList part = scatterers_of(layer, layer_of_instance, echoes.scatterers);
+    PingTask task{&part, keys_of(info, ping), 0, {}, false};
+    if (layer == Layer::noise) task.noise_power_pa2 = info.noise_power_pa2;
     if (layer == Layer::volume) task.volumes = echoes.volumes;
-    PingSeries series;
-    tables_->backend->synthesize({&task, 1}, {&series, 1}, workers);
-    layers.push_back({layer, std::move(series.pressure_pa)});
+    layers.push_back({layer, synthesized(setup, task, workers).pressure_pa});
   }
-  // Behind a converter its own layer holds what is left.
-  if (!session_.sonar.adc) settle(whole.pressure_pa, layers);
+  // Where there is a converter, its own layer holds what is left.
+  if (!setup.session.sonar.adc) settle(whole.pressure_pa, layers);
   return layers;
 }
 
-PolarInput Pipeline::polar_input(const PingEchoes& echoes, const PingSeries& series) const {
+PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series) {
   PolarInput input;
   input.scatterers = &echoes.scatterers;
   input.volumes = echoes.volumes;
   input.pressure_pa = series.pressure_pa;
   input.level_db = series.level_db;
   input.clean_power_pa2 = series.clean_power_pa2;
-  input.noise_power_pa2 = info_.noise_power_pa2;
-  input.bandwidth_hz = session_.sonar.bandwidth_hz;
-  input.beams = session_.sonar.beam_count;
-  input.samples = session_.record.samples;
-  input.class_of_instance = class_of_instance_;
-  input.multipath = info_.output.multipath;
+  input.noise_power_pa2 = setup.info.noise_power_pa2;
+  input.bandwidth_hz = setup.session.sonar.bandwidth_hz;
+  input.beams = setup.session.sonar.beam_count;
+  input.samples = setup.session.record.samples;
+  input.class_of_instance = setup.class_of_instance;
+  input.multipath = setup.info.output.multipath;
   return input;
 }
 
-PingEchoes Pipeline::echoes_of(std::uint32_t ping, const Workers& workers) const {
-  const OutputSelection& output = info_.output;
-  const bool wants_hidden = has_pictures() && (output.shadow || output.amodal);
-  const Tracer tracer = tracer_.at(object_poses(session_, ping));
-  return ping_echoes({session_, tables_->fan, scattering_, tracer, ping, sonar_pose(session_, ping),
-                      wants_hidden, keys_of(ping).speckle},
-                     workers);
+// [samples]; empty where the grey images show levels as they are.
+std::vector<double> grey_gain_of(const SequenceInfo& info) {
+  const GreySettings& png = info.png;
+  const bool has_gain = png.spreading != 0 || png.absorption || png.gain_db != 0;
+  if (!info.output.png || !has_gain) return {};
+  return shown_gain_db(png, info.water.absorption_db_m, sample_range_m(info.sonar, info.water, 1),
+                       info.record.samples);
 }
 
-std::vector<float> Pipeline::first_return_of(const PingEchoes& echoes) const {
-  const bool by_delay = bends(session_.water) || moves(session_);
-  return first_return_m(echoes.scatterers, session_.sonar.beam_count,
-                        by_delay ? session_.water.sound_speed_m_s : 0);
+std::array<double, 2> db_limits_of(const PingSetup& setup, const LabelledImage& image) {
+  if (setup.grey_gain_db.empty()) return db_limits_from_clean(image.clean_db, image.elevation_rad);
+  return db_limits_from_clean(with_gain(image.clean_db, setup.grey_gain_db), image.elevation_rad);
 }
 
-bool Pipeline::has_pictures() const {
-  return info_.output.polar || info_.output.cartesian || info_.output.png;
+GreyImage grey_of(const PingSetup& setup, const LabelledImage& polar) {
+  const auto grey = [&](std::span<const float> shown_db) {
+    return grey_image(polar.rows, polar.columns, shown_db, setup.info.png.scale,
+                      setup.info.png_db_limits);
+  };
+  return setup.grey_gain_db.empty() ? grey(polar.level_db)
+                                    : grey(with_gain(polar.level_db, setup.grey_gain_db));
 }
 
-bool Pipeline::only_level() const {
-  return has_pictures() && !info_.output.any_timeseries() && !info_.output.layers;
-}
-
-Pipeline::FromPingZero Pipeline::look_at_ping_zero(bool keeps, const Workers& workers) const {
-  auto zero = std::make_unique<PingZero>();
-  if (keeps) {
-    zero->echoes = echoes_of(0, workers);
-  } else {
-    const Tracer tracer = tracer_.at(object_poses(session_, 0));
-    zero->echoes = ping_echoes({session_, tables_->fan, scattering_, tracer, 0,
-                                sonar_pose(session_, 0), false, keys_of(0).speckle},
-                               workers);
-  }
-  // The noise of an snr_db is not known yet, and layers need the series without it.
-  const bool same = keeps && !info_.noise_snr_db && has_pictures();
-  zero->series = series_of(zero->echoes, 0, true, same ? only_level() : true, workers);
+// The mean over the pixels that hear an echo; 0 where none does.
+double mean_clean_pa2(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series) {
+  const Session& session = setup.session;
   const std::vector<std::uint8_t> hears =
-      hears_echo(zero->echoes.scatterers, zero->echoes.volumes, session_.sonar.bandwidth_hz,
-                 session_.sonar.beam_count, session_.record.samples);
-  FromPingZero result;
+      hears_echo(echoes.scatterers, echoes.volumes, session.sonar.bandwidth_hz,
+                 session.sonar.beam_count, session.record.samples);
+  double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < hears.size(); ++i) {
     if (hears[i] == 0) continue;
-    result.mean_clean_pa2 += zero->series->clean_power_pa2[i];
+    sum += series.clean_power_pa2[i];
     ++count;
   }
-  if (count > 0) result.mean_clean_pa2 /= static_cast<double>(count);
-  zero->polar = polar_image(polar_input(zero->echoes, *zero->series), workers);
-  const LabelledImage& image = *zero->polar;
-  result.db_limits =
-      grey_gain_db_.empty()
-          ? db_limits_from_clean(image.clean_db, image.elevation_rad)
-          : db_limits_from_clean(with_gain(image.clean_db, grey_gain_db_), image.elevation_rad);
-  if (!keeps) return result;
-  if (!same) {
-    zero->series.reset();
-    zero->polar.reset();
-  }
-  const std::lock_guard lock(stash_mutex_);
-  stash_ = std::move(zero);
-  return result;
+  return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-// Ping 0 gives what was kept of it away.
-std::unique_ptr<Pipeline::PingZero> Pipeline::ping_zero_of(std::uint32_t ping,
-                                                           const Workers& workers) const {
-  std::unique_ptr<PingZero> kept;
-  if (ping == 0) {
-    const std::lock_guard lock(stash_mutex_);
-    kept = std::move(stash_);
-  }
-  if (kept) return kept;
-  kept = std::make_unique<PingZero>();
-  kept->echoes = echoes_of(ping, workers);
-  return kept;
+Result<double> noise_power_of_snr(const SequenceInfo& info, double clean_pa2) {
+  if (clean_pa2 > 0) return clean_pa2 / std::pow(10.0, *info.noise_snr_db / 10.0);
+  return Error{ErrorKind::usage,
+               "noise.snr_db: ping 0 hears no echo that noise could be measured "
+               "against; accepted "
+               "is a first ping that meets something, or noise.spectrum_level_db"};
 }
 
-Status Pipeline::start_sequence(SequenceInfo info, const Workers& workers, bool runs_ping_zero) {
-  info_ = std::move(info);
-  stash_.reset();
-  // Where scatterers lie on surfaces is drawn for each sequence.
-  if (info_.speckle == SpeckleMode::surface) ping_zero_.reset();
-  layer_of_instance_ = layer_table(info_);
-  if (info_.output.statistics && !shared_echoes_) {
-    shared_echoes_ = echoes_of(info_.first_ping, workers);
-    shared_first_return_m_ = first_return_of(*shared_echoes_);
-  }
-  grey_gain_db_.clear();
-  if (info_.output.png &&
-      (info_.png.spreading != 0 || info_.png.absorption || info_.png.gain_db != 0)) {
-    grey_gain_db_ =
-        shown_gain_db(info_.png, info_.water.absorption_db_m,
-                      sample_range_m(info_.sonar, info_.water, 1), info_.record.samples);
-  }
-  const std::optional<std::array<double, 2>>& given = session_.scenario.output.png_db;
-  const bool needs_limits = info_.output.png && !given;
-  if ((needs_limits || info_.noise_snr_db) && !ping_zero_) {
-    ping_zero_ = look_at_ping_zero(runs_ping_zero && !shared_echoes_, workers);
-  }
-  if (info_.output.png) info_.png_db_limits = given ? *given : ping_zero_->db_limits;
-  if (!info_.noise_snr_db) return {};
-  if (!(ping_zero_->mean_clean_pa2 > 0)) {
-    return Error{
-        ErrorKind::usage,
-        "noise.snr_db: ping 0 hears no echo that noise could be measured against; accepted "
-        "is a first ping that meets something, or noise.spectrum_level_db"};
-  }
-  info_.noise_power_pa2 = ping_zero_->mean_clean_pa2 / std::pow(10.0, *info_.noise_snr_db / 10.0);
-  return {};
-}
-
-GreyImage Pipeline::grey_of(const LabelledImage& polar) const {
-  const auto grey = [&](std::span<const float> shown_db) {
-    return grey_image(polar.rows, polar.columns, shown_db, info_.png.scale, info_.png_db_limits);
-  };
-  return grey_gain_db_.empty() ? grey(polar.level_db)
-                               : grey(with_gain(polar.level_db, grey_gain_db_));
-}
-
-void Pipeline::add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
-                            std::optional<LabelledImage> made, const Workers& workers) const {
-  const OutputSelection& output = info_.output;
-  const PolarInput input = polar_input(echoes, series);
+void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series,
+                  std::optional<LabelledImage> made, const Workers& workers, PingResult& result) {
+  const SequenceInfo& info = setup.info;
+  const OutputSelection& output = info.output;
+  const PipelineTables& tables = *setup.tables;
+  const PolarInput input = polar_input(setup, echoes, series);
   LabelledImage polar = made ? std::move(*made) : polar_image(input, workers);
   HiddenLabels hidden;
   if (output.shadow || output.amodal) {
     hidden = hidden_labels(
-        {input, echoes.hidden, tables_->hidden_power.per_energy, tables_->hidden_power.pulse},
-        polar, workers);
+        {input, echoes.hidden, tables.hidden_power.per_energy, tables.hidden_power.pulse}, polar,
+        workers);
   }
   if (output.shadow) polar.shadow = std::move(hidden.shadow);
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
@@ -228,61 +169,139 @@ void Pipeline::add_pictures(PingResult& result, const PingEchoes& echoes, const 
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
   }
-  if (output.png) result.polar_grey = grey_of(polar);
+  if (output.png) result.polar_grey = grey_of(setup, polar);
   if (output.cartesian) {
-    LabelledImage cartesian = resample(polar, *info_.cartesian, tables_->cartesian_map);
+    const auto cartesian_of = [&](const auto& image) {
+      return resample(image, *info.cartesian, tables.cartesian_map);
+    };
+    LabelledImage cartesian = cartesian_of(polar);
     result.cartesian_annotations = annotations(cartesian);
     if (output.amodal) {
       result.cartesian_hidden =
-          add_amodal(resample(hidden.amodal, *info_.cartesian, tables_->cartesian_map), occlusion,
-                     result.cartesian_annotations);
+          add_amodal(cartesian_of(hidden.amodal), occlusion, result.cartesian_annotations);
     }
-    if (output.png) {
-      result.cartesian_grey =
-          resample(*result.polar_grey, *info_.cartesian, tables_->cartesian_map);
-    }
+    if (output.png) result.cartesian_grey = cartesian_of(*result.polar_grey);
     result.cartesian = std::move(cartesian);
   }
   if (output.polar) result.polar = std::move(polar);
 }
 
-PingResult Pipeline::run(std::uint32_t ping, const Workers& workers) const {
-  const OutputSelection& output = info_.output;
+}  // namespace
+
+PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo info,
+                     std::shared_ptr<const PipelineTables> tables) {
+  std::vector<std::uint8_t> class_of_instance = {0};
+  for (const Instance& instance : info.instances) class_of_instance.push_back(instance.class_id);
+  std::vector<double> grey_gain_db = grey_gain_of(info);
+  return {session,
+          tracer,
+          std::move(info),
+          std::move(tables),
+          make_surface_scattering(session.sonar, session.water, session.world),
+          std::move(class_of_instance),
+          std::move(grey_gain_db)};
+}
+
+Result<Calibrated> calibrate(const PingSetup& setup, bool keeps_ping_zero, const Workers& workers) {
+  const SequenceInfo& info = setup.info;
+  const OutputSelection& output = info.output;
+  const std::optional<std::array<double, 2>>& given = setup.session.scenario.output.png_db;
+  Calibrated made{{info.noise_power_pa2, info.png_db_limits}, {}};
+  auto& [calibration, ping_zero] = made;
+  if (output.png && given) calibration.png_db_limits = *given;
+  const bool needs_limits = output.png && !given;
+  if (!needs_limits && !info.noise_snr_db) return made;
+  PingEchoes echoes = echoes_of(setup, 0, keeps_ping_zero && wants_hidden(output), workers);
+  // Series without the noise of an snr_db, which is not known yet, are not
+  // those of the ping.
+  const bool keeps_series = keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
+  PingSeries series =
+      series_of(setup, echoes, 0, true, keeps_series ? only_level(output) : true, workers);
+  if (info.noise_snr_db) {
+    const Result<double> noise_pa2 =
+        noise_power_of_snr(info, mean_clean_pa2(setup, echoes, series));
+    if (!noise_pa2) return noise_pa2.error();
+    calibration.noise_power_pa2 = *noise_pa2;
+  }
+  if (needs_limits) {
+    LabelledImage polar = polar_image(polar_input(setup, echoes, series), workers);
+    calibration.png_db_limits = db_limits_of(setup, polar);
+    if (keeps_series) ping_zero.polar = std::move(polar);
+  }
+  if (keeps_series) ping_zero.series = std::move(series);
+  if (keeps_ping_zero) ping_zero.echoes = std::move(echoes);
+  return made;
+}
+
+Pipeline::Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene)
+    : setup_(std::move(setup)),
+      scene_(std::move(scene)),
+      layer_of_instance_(layer_table(setup_.info)) {}
+
+PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart start) const {
+  const Session& session = setup_.session;
+  const OutputSelection& output = setup_.info.output;
   PingResult result;
   result.ping = ping;
-  result.time_s = session_.ping_times_s[ping];
-  result.sonar_in_world = sonar_pose(session_, ping);
-  result.object_in_world = object_poses(session_, ping);
-  for (const PointTarget& target : session_.world.point_targets) {
+  result.time_s = session.ping_times_s[ping];
+  result.sonar_in_world = sonar_pose(session, ping);
+  result.object_in_world = object_poses(session, ping);
+  for (const PointTarget& target : session.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  const bool pictures = has_pictures();
-  const auto made = shared_echoes_ ? nullptr : ping_zero_of(ping, workers);
-  PingEchoes* own = made ? &made->echoes : nullptr;
-  const PingEchoes& echoes = own != nullptr ? *own : *shared_echoes_;
-  result.first_return_m = own != nullptr ? first_return_of(*own) : shared_first_return_m_;
+  if (!scene_ && !start.echoes) {
+    start.echoes = echoes_of(setup_, ping, wants_hidden(output), workers);
+  }
+  const PingEchoes& echoes = scene_ ? scene_->echoes : *start.echoes;
+  result.first_return_m = scene_ ? scene_->first_return_m : first_return_of(session, echoes);
   if (output.scatterers) {
-    const RandomKeys keys = keys_of(ping);
+    const RandomKeys keys = keys_of(setup_.info, ping);
     for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
   }
-  PingSeries series = made && made->series
-                          ? std::move(*made->series)
-                          : series_of(echoes, ping, pictures, only_level(), workers);
+  const bool pictures = has_pictures(output);
+  PingSeries series = start.series
+                          ? std::move(*start.series)
+                          : series_of(setup_, echoes, ping, pictures, only_level(output), workers);
   if (output.layers) {
-    result.layers = layers_of_ping(echoes, ping, series, workers);
+    result.layers = layers_of_ping(setup_, layer_of_instance_, echoes, ping, series, workers);
   }
-  if (pictures)
-    add_pictures(result, echoes, series, made ? std::move(made->polar) : std::nullopt, workers);
-  if (own != nullptr) {
-    result.scatterers = std::move(own->scatterers);
+  if (pictures) add_pictures(setup_, echoes, series, std::move(start.polar), workers, result);
+  if (!scene_) {
+    result.scatterers = std::move(start.echoes->scatterers);
   } else if (output.scatterers || output.points) {
     result.scatterers = echoes.scatterers;
   }
   if (output.any_timeseries() || output.statistics) result.series = std::move(series.pressure_pa);
   result.channels = std::move(series.channels_pa);
   return result;
+}
+
+Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
+                                    const Numerics& numerics, const Workers& workers,
+                                    SharedParts& shared, bool keeps_ping_zero) {
+  if (!shared.tables) shared.tables = pipeline_tables(session, numerics);
+  PingSetup setup = ping_setup(session, tracer, std::move(info), shared.tables);
+  if (setup.info.output.statistics && !shared.scene) {
+    PingEchoes echoes =
+        echoes_of(setup, setup.info.first_ping, wants_hidden(setup.info.output), workers);
+    std::vector<float> first_return_m = first_return_of(session, echoes);
+    shared.scene = std::make_shared<const SceneEchoes>(
+        SceneEchoes{std::move(echoes), std::move(first_return_m)});
+  }
+  PingStart ping_zero;
+  std::optional<Calibration> calibration = shared.calibration;
+  if (!calibration) {
+    Result<Calibrated> made = calibrate(setup, keeps_ping_zero && !shared.scene, workers);
+    if (!made) return made.error();
+    calibration = made->calibration;
+    ping_zero = std::move(made->ping_zero);
+    if (setup.info.speckle != SpeckleMode::surface) shared.calibration = calibration;
+  }
+  setup.info.noise_power_pa2 = calibration->noise_power_pa2;
+  setup.info.png_db_limits = calibration->png_db_limits;
+  return ReadyPipeline{Pipeline(std::move(setup), shared.scene), std::move(ping_zero)};
 }
 
 }  // namespace ensonify

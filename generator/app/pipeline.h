@@ -1,20 +1,25 @@
 // One ping from the world to everything that will be written of it.
+//
+//   PingSetup  ping_setup    what the pings of a sequence have in common
+//   PingStart                a ping that is worked out in part
+//   Calibration  calibrate   what ping 0 settles for its sequence
+//   SceneEchoes  SharedParts what the sequences of one world have in common
+//   Pipeline  make_pipeline  the pings of a sequence
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "app/numerics.h"
 #include "app/ping_echoes.h"
 #include "app/session.h"
 #include "app/tables.h"
+#include "core/error.h"
 #include "core/parallel.h"
 #include "core/ping.h"
-#include "core/simd.h"
+#include "core/runtime.h"
 #include "labels/polar.h"
 #include "synthesis/backend.h"
 #include "trace/scatter.h"
@@ -22,70 +27,89 @@
 
 namespace ensonify {
 
+struct PingSetup {
+  const Session& session;
+  const Tracer& tracer;
+  SequenceInfo info;
+  std::shared_ptr<const PipelineTables> tables;
+  SurfaceScattering scattering;
+  std::vector<std::uint8_t> class_of_instance;
+  std::vector<double> grey_gain_db;  // [samples] of the grey images; empty: none
+};
+
+// `session` and `tracer` must outlive the result; `tables` are those of the
+// session.
+PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo info,
+                     std::shared_ptr<const PipelineTables> tables);
+
+// Parts that are there are not worked out again when the ping is made.
+struct PingStart {
+  std::optional<PingEchoes> echoes;
+  std::optional<PingSeries> series;
+  std::optional<LabelledImage> polar;
+};
+
+// Members of SequenceInfo: the noise power, also of noise.snr_db, and black and
+// white of the grey images, also where the scenario does not give them. Both
+// follow from the clean image of ping 0, which holds no draw but the places of
+// scatterers on surfaces (speckle: surface).
+struct Calibration {
+  double noise_power_pa2 = 0;
+  std::array<double, 2> png_db_limits{};
+};
+
+struct Calibrated {
+  Calibration calibration;
+  PingStart ping_zero;  // empty unless it is to be kept and had to be looked at
+};
+
+// `setup.info` is not calibrated yet. Error (usage): noise.snr_db, and ping 0
+// hears nothing.
+Result<Calibrated> calibrate(const PingSetup& setup, bool keeps_ping_zero, const Workers& workers);
+
+// What all pings hear where they are draws of one scene (output.statistics).
+struct SceneEchoes {
+  PingEchoes echoes;
+  std::vector<float> first_return_m;
+};
+
+// The first pipeline of a world fills in what is absent, and later ones take it
+// from here.
+struct SharedParts {
+  std::shared_ptr<const PipelineTables> tables;
+  std::shared_ptr<const SceneEchoes> scene;  // only with output.statistics
+  std::optional<Calibration> calibration;    // not with speckle: surface
+};
+
 class Pipeline {
  public:
-  // `session` and `tracer` must outlive the pipeline; `info` is of the sequence to run.
-  Pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
-           const Numerics& numerics);
+  // `setup.info` is calibrated; `scene` is null unless pings are draws of one
+  // scene.
+  Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene);
 
-  // Everything that the sequence's output selection asks for. May be called from several threads at
-  // once, for different pings. Where all pings are draws of one scene (output.statistics), what
-  // they hear is traced once.
-  PingResult run(std::uint32_t ping, const Workers& workers) const;
+  // Everything that the sequence's output selection asks for. May be called
+  // from several threads at once, for different pings.
+  PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
 
-  // From here on pings are those of this sequence. What follows from the clean image of ping 0,
-  // which holds no draw (but places on surfaces) and so is worked out once, is filled in: the noise
-  // power of noise.snr_db, black and white of the grey pictures where the scenario does not give
-  // them. With `runs_ping_zero` what was worked out for it is kept until ping 0 is run.
-  // Error (usage): noise.snr_db, and ping 0 hears nothing.
-  Status start_sequence(SequenceInfo info, const Workers& workers, bool runs_ping_zero = false);
-
-  const SequenceInfo& info() const { return info_; }
+  const SequenceInfo& info() const { return setup_.info; }
 
  private:
-  struct FromPingZero {
-    std::array<double, 2> db_limits{};
-    double mean_clean_pa2 = 0;  // over the pixels that hear an echo; 0: none does
-  };
-
-  // As far as ping 0 is the same when it is looked at and when it is run.
-  struct PingZero {
-    PingEchoes echoes;
-    std::optional<PingSeries> series;
-    std::optional<LabelledImage> polar;
-  };
-
-  std::unique_ptr<PingZero> ping_zero_of(std::uint32_t ping, const Workers& workers) const;
-  PingEchoes echoes_of(std::uint32_t ping, const Workers& workers) const;
-  std::vector<float> first_return_of(const PingEchoes& echoes) const;
-  FromPingZero look_at_ping_zero(bool keeps, const Workers& workers) const;
-  RandomKeys keys_of(std::uint32_t ping) const;
-  PingSeries series_of(const PingEchoes& echoes, std::uint32_t ping, bool wants_clean,
-                       bool only_level, const Workers& workers) const;
-  std::vector<LayerSeries> layers_of_ping(const PingEchoes& echoes, std::uint32_t ping,
-                                          const PingSeries& whole, const Workers& workers) const;
-  GreyImage grey_of(const LabelledImage& polar) const;
-  bool has_pictures() const;
-  bool only_level() const;
-  void add_pictures(PingResult& result, const PingEchoes& echoes, const PingSeries& series,
-                    std::optional<LabelledImage> made, const Workers& workers) const;
-  PolarInput polar_input(const PingEchoes& echoes, const PingSeries& series) const;
-
-  const Session& session_;
-  const Tracer& tracer_;
-  SequenceInfo info_;
-  std::shared_ptr<const PipelineTables> tables_;
-  SurfaceScattering scattering_;
-  std::vector<std::uint8_t> class_of_instance_;
-  std::vector<double> grey_gain_db_;  // [samples] of the grey pictures; empty: none
+  PingSetup setup_;
+  std::shared_ptr<const SceneEchoes> scene_;
   std::vector<Layer> layer_of_instance_;
-  std::optional<FromPingZero> ping_zero_;
-  // What all pings hear, where they are draws of one scene.
-  std::optional<PingEchoes> shared_echoes_;
-  std::vector<float> shared_first_return_m_;
-  // Ping 0 as it was looked at, for when it is run.
-  mutable std::mutex stash_mutex_;
-  mutable std::unique_ptr<PingZero> stash_;
 };
+
+struct ReadyPipeline {
+  Pipeline pipeline;
+  PingStart ping_zero;  // for its run
+};
+
+// The pipeline of the sequence that `info` describes, which is not calibrated
+// yet. `session` and `tracer` must outlive it. With `keeps_ping_zero` what
+// calibration works out of ping 0 is kept. Errors: those of calibrate. Throws
+// DeviceFailure.
+Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
+                                    const Numerics& numerics, const Workers& workers,
+                                    SharedParts& shared, bool keeps_ping_zero = false);
 
 }  // namespace ensonify

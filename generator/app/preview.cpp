@@ -1,27 +1,27 @@
 #include <fmt/format.h>
+
 #include <stdlib.h>
 
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <system_error>
 
 #include "app/commands.h"
-#include "app/file_watch.h"
-#include "app/interrupt.h"
 #include "app/make_dataset.h"
-#include "app/preview_scenario.h"
-#include "app/print.h"
+#include "app/preview_parts.h"
+#include "app/program.h"
 #include "app/session.h"
-#include "app/starved_cells.h"
-#include "app/version.h"
+#include "app/terminal.h"
+#include "core/counted.h"
 #include "core/parallel.h"
-#include "dataset/files.h"
 #include "dataset/finish.h"
-#include "dataset/sha256.h"
 #include "dataset/work.h"
 #include "dataset/write_ping.h"
+#include "formats/files.h"
+#include "formats/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -33,7 +33,8 @@ struct Preview {
   Scenario scenario;  // as it is, before it is reduced
   Session session;
   std::unique_ptr<Tracer> tracer;
-  std::unique_ptr<Pipeline> pipeline;
+  std::optional<Pipeline> pipeline;
+  PingStart ping_zero;
   Numerics numerics;
   std::vector<std::uint32_t> pings;
 };
@@ -66,7 +67,7 @@ std::string plain_text(const Scenario& scenario) {
   return to_yaml(scenario, [](const fs::path& file) { return file.string(); });
 }
 
-// As drawn for the sequence.
+// The scenario as it is drawn for the sequence.
 Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text) {
   const ScenarioOptions& input = options.input;
   Result<Scenario> scenario =
@@ -83,8 +84,9 @@ void tell_reduction(const PreviewOptions& options, const Preview& preview) {
   if (preview.scenario.sequences > 1) {
     sequence = fmt::format(" of sequence {} of {}", options.sequence, preview.scenario.sequences);
   }
-  tell("preview: {} of {} pings{}, {}\n", preview.pings.size(), preview.session.ping_times_s.size(),
-       sequence, reduction_text(preview.scenario, preview.session.scenario));
+  tell("preview: {} of {}{}, {}\n", preview.pings.size(),
+       counted(preview.session.ping_times_s.size(), "ping"), sequence,
+       reduction_text(preview.scenario, preview.session.scenario));
 }
 
 void warn(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
@@ -128,12 +130,14 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
   warn(options, *preview, workers);
 
   const auto shown = static_cast<std::uint32_t>(preview->pings.size());
-  const SequenceInfo info = sequence_info(preview->session, options.sequence, 0, shown);
-  preview->pipeline =
-      std::make_unique<Pipeline>(preview->session, *preview->tracer, info, preview->numerics);
-  if (Status heard = preview->pipeline->start_sequence(info, workers, true); !heard) {
-    return heard.error();
-  }
+  SharedParts shared;
+  Result<ReadyPipeline> ready =
+      make_pipeline(preview->session, *preview->tracer,
+                    sequence_info(preview->session, options.sequence, 0, shown), preview->numerics,
+                    workers, shared, true);
+  if (!ready) return ready.error();
+  preview->pipeline.emplace(std::move(ready->pipeline));
+  preview->ping_zero = std::move(ready->ping_zero);
   return preview;
 }
 
@@ -153,11 +157,13 @@ WorkIdentity preview_identity(const Preview& preview) {
 
 // Pings stand side by side in a data set, so that they are numbered anew; what is drawn for each,
 // and when and where it is, is that of its number in the run.
-Status make_preview_pings(const Preview& preview, const fs::path& folder, const Workers& workers) {
+Status make_preview_pings(Preview& preview, const fs::path& folder, const Workers& workers) {
   const SequenceInfo& info = preview.pipeline->info();
   for (std::uint32_t i = 0; i < preview.pings.size(); ++i) {
     if (Status go = unless_interrupted(); !go) return go;
-    PingResult result = preview.pipeline->run(preview.pings[i], workers);
+    PingStart start;
+    if (preview.pings[i] == 0) start = std::move(preview.ping_zero);
+    PingResult result = preview.pipeline->run(preview.pings[i], workers, std::move(start));
     result.ping = i;
     if (Status stored = write_ping(folder, info, result, workers); !stored) return stored;
   }
@@ -165,7 +171,7 @@ Status make_preview_pings(const Preview& preview, const fs::path& folder, const 
 }
 
 // Without the input files, which nobody looks for there.
-Status make_data_set(const Preview& preview, const fs::path& folder, const Workers& workers) {
+Status make_data_set(Preview& preview, const fs::path& folder, const Workers& workers) {
   DatasetInfo dataset;
   dataset.identity = preview_identity(preview);
   dataset.scenario_yaml = plain_text(preview.scenario);
@@ -192,7 +198,7 @@ PreviewOf preview_of(const Preview& preview) {
   return of;
 }
 
-Status write_page(const PreviewOptions& options, const Preview& preview, const fs::path& page,
+Status write_page(const PreviewOptions& options, Preview& preview, const fs::path& page,
                   const Workers& workers) {
   if (Status go = unless_interrupted(); !go) return go;
   const Result<FolderName> folder = temporary_folder();
@@ -215,7 +221,7 @@ bool is_of_input(const Error& error) {
   return error.kind == ErrorKind::usage || error.kind == ErrorKind::io;
 }
 
-// Of the scenario alone, before it is put together; empty: none.
+// Errors of the scenario alone, before it is put together; empty: none.
 std::string scenario_faults(const PreviewOptions& options) {
   const Result<std::string> text = read_scenario_text(options.input.scenario);
   if (!text) return text.error().message;

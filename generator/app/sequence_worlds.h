@@ -61,7 +61,7 @@ class SequenceWorlds {
   // May be called from several threads at once.
   Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
 
-  // Of all sequences. The error is that of the first that has one.
+  // The same for all sequences. The error is that of the first that has one.
   Result<std::vector<SequenceInfo>> all_infos(const std::optional<PingRange>& pings,
                                               const Workers& workers) const;
 

@@ -1,12 +1,11 @@
 #include "app/session.h"
 
-#include <fmt/format.h>
 #include <malloc.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
@@ -14,12 +13,12 @@
 #include "app/array_receiver.h"
 #include "app/ensemble.h"
 #include "app/layers.h"
-#include "app/motion.h"
+#include "app/ping_echoes.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
 #include "scenario/tables.h"
-#include "synthesis/array.h"
+#include "synthesis/beamforming.h"
 
 namespace ensonify {
 namespace {
@@ -295,6 +294,54 @@ std::vector<Pose> object_poses(const Session& session, std::uint32_t ping) {
     poses.push_back(object_pose(object, session.ping_times_s[ping]));
   }
   return poses;
+}
+
+namespace {
+
+constexpr double kShare = 0.05;
+
+std::string starved_text(const Session& session, double share, const std::string& begin,
+                         const std::string& advice) {
+  return fmt::format(
+      "ping 0: {}{:.0f} % of the surface in range has fewer than {:.0f} scatterers in a resolution "
+      "cell ({:.2g} deg x {:.2g} m): speckle is not developed there, and gaps may show; {}",
+      begin, 100 * share, kFewScatterers, degrees(session.cell.width_rad), session.cell.range_m,
+      advice);
+}
+
+}  // namespace
+
+std::vector<std::string> starved_warnings(const Session& session, const Tracer& tracer,
+                                          const Workers& workers) {
+  const Fan fan = make_fan(session.sonar);
+  const Pose pose = sonar_pose(session, 0);
+  const std::vector<Hit> hits = trace_fan(tracer.at(object_poses(session, 0)), fan, pose,
+                                          session.sonar, session.water, workers)
+                                    .hits;
+  const auto share_of = [&](const Sonar& sonar) {
+    return undersampled_share(sonar, session.cell, fan, hits, pose, kFewScatterers);
+  };
+  std::vector<std::string> warnings;
+  const bool by_need = session.sonar.rays_per_cell > 0;
+  // Scatterers fixed on surfaces are enough by themselves.
+  const double share = session.surface_tiles ? 0 : share_of(session.sonar);
+  if (share > kShare) {
+    warnings.push_back(
+        starved_text(session, share, "",
+                     by_need ? "raise sonar.rays.elevation or sonar.rays.per_cell"
+                             : "sonar.rays.per_cell: 20 adds rays where they are needed"));
+  }
+  if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
+  Sonar of_fan = session.sonar;
+  of_fan.rays_per_cell = 0;
+  const double bounced = share_of(of_fan);
+  if (bounced > kShare) {
+    warnings.push_back(starved_text(session, bounced,
+                                    "echoes over mirrors come of the rays of the fan alone, with "
+                                    "which ",
+                                    "raise sonar.rays.elevation"));
+  }
+  return warnings;
 }
 
 }  // namespace ensonify

@@ -6,6 +6,7 @@
 //   sequence_info    what one sequence's files say of it
 //   pick_split       train, val or test
 //   reach_of  sdf_size_of
+//   starved_warnings  whether a scene has scatterers enough for speckle
 #pragma once
 
 #include <cstdint>
@@ -14,11 +15,12 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/ping.h"
 #include "scenario/scenario.h"
-#include "trace/by_need.h"
+#include "trace/adaptive.h"
 #include "trace/mirrors.h"
-#include "trace/surface_tiles.h"
+#include "trace/surface_points.h"
 #include "world/path.h"
 #include "world/scene_sdf.h"
 #include "world/world.h"
@@ -46,14 +48,14 @@ struct Session {
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
 
 // The same with a world, or the error of one, that build_world made of an equal scenario; equal but
-// for what worlds do not depend on (world_cache.h).
+// for what worlds do not depend on (world_key, sweep_parts.h).
 Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world);
 
 // Importing a large mesh takes several times what is kept of it; nothing else gives that back.
 void give_back_import(const World& world);
 
-// As prepare_session without building anything: its world holds only ids, names and classes; no
-// cell.
+// prepare_session without building anything: the world holds only ids, names and classes, and there
+// is no cell.
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
 // Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.
@@ -72,5 +74,15 @@ SdfSize sdf_size_of(const Session& session);
 // Where the sonar is at a ping, and each of World::objects.
 Pose sonar_pose(const Session& session, std::uint32_t ping);
 std::vector<Pose> object_poses(const Session& session, std::uint32_t ping);
+
+// Fewer of them in a resolution cell do not make developed speckle.
+inline constexpr double kFewScatterers = 10;
+
+// What to tell the user where more than a twentieth of the range that the rays of the first ping
+// pass over has fewer than kFewScatterers a cell; bounced echoes, which no rays by need reach and
+// no scatterers fixed on surfaces make, are judged by the rays of the fan. `tracer` is of the
+// session's world.
+std::vector<std::string> starved_warnings(const Session& session, const Tracer& tracer,
+                                          const Workers& workers);
 
 }  // namespace ensonify

@@ -6,12 +6,12 @@
 #include <map>
 
 #include "app/cost.h"
-#include "app/print.h"
-#include "app/starved_cells.h"
+#include "app/session.h"
 #include "app/tables.h"
+#include "app/terminal.h"
 #include "core/moments.h"
-#include "dataset/sha256.h"
 #include "dataset/work.h"
+#include "formats/sha256.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
 

@@ -13,8 +13,7 @@
 #include "app/commands.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
-#include "app/run_queue.h"
-#include "app/world_cache.h"
+#include "app/sweep_parts.h"
 #include "sweep/expand.h"
 
 namespace ensonify {
@@ -27,9 +26,9 @@ struct Job {
   std::uint64_t items = 0;
 };
 
-// Those of one world one after another, of them those of equal tables, otherwise in their order:
-// then few of either are kept at once.
-// Errors: a scenario that cannot be made again, since a file of it has gone.
+// Runs of one world come one after another, and among them those of equal tables; otherwise they
+// are in their order. Few worlds and tables are then kept at once. Errors: a scenario that cannot
+// be made again, since a file of it has gone.
 Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const SweepRun*>& runs,
                                  const Workers& workers);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <cstdio>
@@ -9,15 +10,15 @@
 #include <new>
 
 #include "app/commands.h"
-#include "app/interrupt.h"
-#include "app/lanes.h"
-#include "app/print.h"
-#include "app/run_cost.h"
+#include "app/cost.h"
+#include "app/make_sequences.h"
+#include "app/program.h"
 #include "app/sweep_jobs.h"
 #include "app/tables.h"
-#include "app/version.h"
-#include "dataset/files.h"
+#include "app/terminal.h"
+#include "core/counted.h"
 #include "dataset/layout.h"
+#include "formats/files.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
 
@@ -26,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The rest is for others, and for what estimates leave out.
+// The rest is for other programs, and for what estimates leave out.
 constexpr double kMemoryShare = 0.85;
 // A disk that does not take this much is full.
 constexpr std::size_t kProbeBytes = 1 << 20;
@@ -80,8 +81,8 @@ class Outcome {
 
   void tell_failures() const {
     if (failed_ == 0) return;
-    tell("error: {} of {} runs failed; the reasons are in {}\n", failed_, failed_ + done_,
-         (options_.output / "failed").string());
+    tell("error: {} of {} failed; the reasons are in {}\n", failed_,
+         counted(failed_ + done_, "run"), (options_.output / "failed").string());
     for (const auto& [message, runs] : failures_) {
       const std::string more = runs.second > 0 ? fmt::format(" and {} more", runs.second) : "";
       tell("  {} (run {}{})\n", message, runs.first, more);
@@ -198,7 +199,8 @@ Result<Shard> shard_of(const SweepOptions& options, std::size_t runs) {
   const auto shard = slurm_shard([](const char* name) { return std::getenv(name); });
   if (!shard) return shard.error();
   if (!*shard) return Shard{};
-  tell("shard {}/{}, from the Slurm array, of {} runs\n", (*shard)->number, (*shard)->count, runs);
+  tell("shard {}/{}, from the Slurm array, of {}\n", (*shard)->number, (*shard)->count,
+       counted(runs, "run"));
   return **shard;
 }
 
@@ -230,8 +232,8 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
   const Result<std::vector<Job>> jobs = jobs_of(sweep.file, todo.missing, workers);
   if (!jobs) return jobs.error();
   if (!options.quiet) {
-    tell("{}: {} of {} runs to do, {} pings\n", options.output.string(), jobs->size(), todo.runs,
-         todo.pings - todo.pings_found);
+    tell("{}: {} of {} to do, {}\n", options.output.string(), jobs->size(),
+         counted(todo.runs, "run"), counted(todo.pings - todo.pings_found, "ping"));
   }
   Outcome outcome(options);
   Status ran;
@@ -241,8 +243,8 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
   }
   outcome.tell_failures();
   if (!options.quiet) {
-    tell("{}: {} of {} runs done\n", options.output.string(),
-         todo.runs - jobs->size() + outcome.done(), todo.runs);
+    tell("{}: {} of {} done\n", options.output.string(), todo.runs - jobs->size() + outcome.done(),
+         counted(todo.runs, "run"));
   }
   if (!ran) return ran.error();
   const Status result = outcome.result();
@@ -254,7 +256,7 @@ Result<std::size_t> make_missing(const SweepOptions& options, const Sweep& sweep
 
 Result<std::size_t> run_sweep(const SweepOptions& options) {
   expect_interrupts();
-  Result<SweepFile> file = load_sweep_file(options.sweep);
+  Result<SweepFile> file = load_sweep_file(options.sweep, options.overrides);
   if (!file) return file.error();
   const Workers workers(options.threads);
   const Result<Sweep> sweep = expand_sweep(std::move(*file), run_cost, workers);
@@ -262,12 +264,9 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   const Plan plan = plan_of(*sweep);
   const Result<Shard> shard = shard_of(options, plan.size());
   if (!shard) return shard.error();
-  Result<Numerics> numerics = settle_backend(options.backend, options.simd);
+  Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
   numerics->tables = std::make_shared<TableCache>();
-  if (numerics->backend == BackendChoice::cuda && !options.quiet) {
-    tell("backend: {}\n", numerics->backend_name);
-  }
   listen_for_interrupts();
   const Status opened =
       open_sweep_folder(options.output, {sweep->file.name, program_version(), program_commit()},
@@ -278,7 +277,8 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   if (!todo.missing.empty()) {
     made = make_missing(options, *sweep, *numerics, todo, workers);
   } else if (!options.quiet) {
-    tell("{}: all {} runs are done already, nothing to do\n", options.output.string(), todo.runs);
+    tell("{}: nothing to do: {} of {} done already\n", options.output.string(), todo.runs,
+         counted(todo.runs, "run"));
   }
   close_sweep_folder(options.output);
   return made;

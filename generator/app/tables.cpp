@@ -2,10 +2,96 @@
 
 #include <fmt/format.h>
 
-#include "app/motion.h"
+#include <cmath>
+#include <complex>
+#include <cstdlib>
+
+#include "acoustics/pulse.h"
+#include "app/ping_echoes.h"
+#include "core/units.h"
 #include "labels/cartesian.h"
+#include "labels/shadow.h"
+#include "synthesis/beamforming.h"
+#include "synthesis/cuda_backend.h"
 
 namespace ensonify {
+
+Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd) {
+  if (choice == BackendChoice::cpu) return Numerics{choice, simd, "cpu"};
+  if (choice == BackendChoice::reference) return Numerics{choice, simd, "reference"};
+  const Result<std::vector<CudaDeviceInfo>> devices = cuda_devices();
+  if (devices) return Numerics{BackendChoice::cuda, simd, "cuda, " + devices->front().name};
+  if (choice == BackendChoice::cuda) return devices.error();
+  return Numerics{BackendChoice::cpu, simd, "cpu"};
+}
+
+std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup) {
+  ENSONIFY_ASSERT(numerics.backend != BackendChoice::automatic);
+  if (numerics.backend == BackendChoice::reference) return make_reference_backend(setup);
+  if (numerics.backend == BackendChoice::cpu) return make_cpu_backend(setup);
+  Result<std::unique_ptr<Backend>> backend = make_cuda_backend(setup);
+  if (!backend) throw DeviceFailure(backend.error().message);
+  return std::move(*backend);
+}
+
+std::string numerics_name(SimdLevel used) {
+  std::string name(simd_level_name(used));
+  if (used != best_simd_level()) {
+    name += " on " + std::string(simd_level_name(best_simd_level()));
+  }
+  return name;
+}
+
+namespace {
+
+double beam_model_power(const Mixing& mixing, double source_pa_m, int beam) {
+  double sum = 0;
+  for (int i = 0; i < static_cast<int>(mixing.weight.size()); ++i) {
+    sum += mixing.weight[std::abs(i - beam)] * mixing.weight[std::abs(i - beam)];
+  }
+  const double amplitude = source_pa_m * mixing.scale[beam];
+  return amplitude * amplitude * sum;
+}
+
+// Focused, at the carrier: the elements' sum is a polynomial in the turn from one to the next.
+double array_power(const Sonar& sonar, const ArrayGeometry& array, double wavelength_m, int beam) {
+  const double steered = std::sin(beam_azimuth_rad(sonar, beam));
+  double power = 0;
+  for (int i = 0; i < sonar.beam_count; ++i) {
+    const double u = std::sin(beam_azimuth_rad(sonar, i));
+    const std::complex<double> turn =
+        std::polar(1.0, 2 * kPi * sonar.array->spacing_m * (u - steered) / wavelength_m);
+    std::complex<double> sum = 0;
+    for (std::size_t n = array.weight.size(); n-- > 0;) {
+      sum = sum * turn + array.weight[n] * array.response[n];
+    }
+    const double heard = element_pattern(u, sonar.array->element_width_m, wavelength_m);
+    power += heard * heard * std::norm(sum);
+  }
+  return power;
+}
+
+}  // namespace
+
+HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record) {
+  HiddenPower power;
+  const Mixing mixing = make_mixing(sonar);
+  const double source_pa_m = source_pressure_pa_m(sonar);
+  const ArrayGeometry array = sonar.array ? make_array_geometry(sonar) : ArrayGeometry{};
+  const double wavelength_m = water.sound_speed_m_s / sonar.frequency_hz;
+  for (int j = 0; j < sonar.beam_count; ++j) {
+    power.per_energy.push_back(sonar.array ? source_pa_m * source_pa_m *
+                                                 array_power(sonar, array, wavelength_m, j)
+                                           : beam_model_power(mixing, source_pa_m, j));
+  }
+  constexpr int kHalf = kPulseSteps / 2;  // steps of a sample
+  const std::vector<double> square =
+      envelope_squared(pulse_spectrum(sonar, record.transform), kHalf);
+  const int count = static_cast<int>(square.size());
+  for (int k = -kHalf; k <= kHalf; ++k) power.pulse.push_back(square[(k + count) % count]);
+  return power;
+}
+
 namespace {
 
 std::shared_ptr<const PipelineTables> make_tables(const Session& session, const Numerics& numerics,
@@ -27,16 +113,37 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
 }  // namespace
 
 std::string table_key(const Scenario& scenario) {
-  Scenario part;
-  // As drawn, not as a distribution.
-  part.sonar = scenario.sonar;
-  part.water = scenario.water;
-  part.scattering.normalization = scenario.scattering.normalization;
-  part.synthesis_tolerance = scenario.synthesis_tolerance;
-  part.output.selection.cartesian = scenario.output.selection.cartesian;
-  part.output.cartesian_height_px = scenario.output.cartesian_height_px;
-  // An array's errors are drawn from it.
-  if (scenario.sonar.array) part.seed = scenario.seed;
+  Scenario part = scenario;
+  part.drawn_sections.reset();  // as drawn, not as a distribution
+  const Scenario none;
+  part.name = none.name;
+  part.sequences = none.sequences;
+  if (!scenario.sonar.array) part.seed = none.seed;  // an array's errors are drawn from it
+  part.scattering.lambert_exponent = none.scattering.lambert_exponent;
+  part.scattering.speckle = none.scattering.speckle;
+  part.materials = none.materials;
+  part.objects = none.objects;
+  part.point_targets = none.point_targets;
+  part.volumes = none.volumes;
+  part.multipath = none.multipath;
+  // What follows from motion stands in the key of pipeline_tables.
+  part.trajectory = none.trajectory;
+  part.motion_within_ping = none.motion_within_ping;
+  part.noise_spectrum_level_db = none.noise_spectrum_level_db;
+  part.noise_snr_db = none.noise_snr_db;
+  part.output.png_db = none.output.png_db;
+  part.output.png = none.output.png;
+  part.output.layer_targets = none.output.layer_targets;
+  part.output.sdf = none.output.sdf;
+  using Output = OutputSelection;
+  for (bool Output::*unused :
+       {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
+        &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
+        &Output::timeseries_exr, &Output::layers, &Output::channels, &Output::packed,
+        &Output::statistics, &Output::pings}) {
+    part.output.selection.*unused = none.output.selection.*unused;
+  }
+  part.splits = none.splits;
   return to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
 }
 

@@ -1,8 +1,11 @@
-// What follows from the sonar, the water and the record alone, and takes as long as some pings of a
-// small run to work out: runs that have it in common share it.
+// What decides the last bits of a result on this machine, and what follows from the sonar, the
+// water and the record alone. The latter takes as long to work out as some pings of a small run:
+// runs that have it in common share it.
 //
+//   BackendChoice  Numerics  settle_backend  make_backend  numerics_name
+//   HiddenPower  hidden_power        on what scale hidden echoes are weighed against the noise
 //   PipelineTables  pipeline_tables
-//   TableCache      those that are in use, and the last ones
+//   table_key  TableCache            tables that are in use, and the last ones
 #pragma once
 
 #include <cstdint>
@@ -14,13 +17,46 @@
 #include <utility>
 #include <vector>
 
-#include "app/hidden_power.h"
-#include "app/numerics.h"
 #include "app/session.h"
+#include "core/error.h"
+#include "core/runtime.h"
+#include "core/sonar.h"
 #include "synthesis/backend.h"
-#include "trace/fan.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
+
+enum class BackendChoice { automatic, cpu, cuda, reference };
+
+class TableCache;
+
+struct Numerics {
+  BackendChoice backend = BackendChoice::cpu;
+  SimdLevel simd = best_simd_level();
+  std::string backend_name = "cpu";  // as work.json has it; with the device's name behind cuda
+  std::shared_ptr<TableCache> tables = {};  // of several runs
+};
+
+// `automatic` becomes cuda where a device answers, else cpu. Error (device): cuda is asked for, and
+// none answers.
+Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd);
+
+// `numerics` settled. Throws DeviceFailure where the device cannot be had any more.
+std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup);
+
+// The level that the program's own loops use and, where it is another, what the processor offers:
+// FFTW and the mathematical library choose their code by that ("avx512", "sse4 on avx512").
+std::string numerics_name(SimdLevel used);
+
+// labels/shadow.h's power_per_energy and pulse_power.
+struct HiddenPower {
+  std::vector<double> per_energy, pulse;
+};
+
+// The clean power of a pixel whose neighbours in azimuth hold as much energy as it does: S0^2
+// sum_i B(i - j)^2 / N_j^2 in beam j, of an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
+// e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
+HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
 
 struct PipelineTables {
   Fan fan;
@@ -33,12 +69,13 @@ struct PipelineTables {
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
                                                       const Numerics& numerics);
 
-// Equal keys: equal tables, on one machine and as long as input files do not change.
+// Equal keys: equal tables, on one machine and as long as input files do not change. The key is the
+// whole scenario without what is known not to matter, so that what is forgotten keeps tables apart.
 std::string table_key(const Scenario& scenario);
 
 class TableCache {
  public:
-  // From several threads at once; whoever is first makes them.
+  // May be called from several threads at once; whoever is first makes them.
   template <class Make>
   std::shared_ptr<const PipelineTables> of(const std::string& key, Make make) {
     const std::shared_ptr<Entry> entry = entry_of(key);

@@ -1,9 +1,12 @@
 // How fast this machine is, stage by stage, each beside its plain reference, in one run. Whole data
 // sets are measured by app/bench_data_sets and reported with them.
 //
+//   BenchCase  bench_cases   what is timed: fixed sonars over one fixed world that needs no file
+//   make_bench_world         sea floor of 103,000 triangles with boxes, cylinders and spheres on it
+//   bench_pose               where the sonar is
 //   BenchOptions  BenchReport  run_bench
-//   bench_text    the table that people read
-//   bench_json    the same numbers for programs
+//   bench_text               the table that people read
+//   bench_json               the same numbers for programs
 #pragma once
 
 #include <filesystem>
@@ -11,10 +14,30 @@
 #include <string>
 #include <vector>
 
-#include "bench/cases.h"
 #include "core/error.h"
+#include "core/sonar.h"
+#include "world/world.h"
 
 namespace ensonify {
+
+struct BenchCase {
+  std::string name;
+  Sonar sonar;
+  Water water;
+};
+
+//   full     512 beams x 114 rays, 60 m, b = 29.9 kHz, 90 deg: Choi et al. 2021 as released
+//   table1   the same with b = 2.95 kHz: Table 1 as printed
+//   reduced  512 beams x 11 rays, 10 m
+//   dense    512 beams x (912 x 8) rays, 60 m
+//   array    full, heard by 256 elements at half a wavelength and focused at every sample
+std::vector<BenchCase> bench_cases();
+
+// Scaled to the range, so that hits lie in all of the record whatever the case.
+World make_bench_world(double range_max_m);
+
+// Nose down by half a fan of 20 deg: the highest rays are level.
+Pose bench_pose();
 
 struct BenchOptions {
   std::vector<BenchCase> cases = bench_cases();

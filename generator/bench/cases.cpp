@@ -1,4 +1,4 @@
-#include "bench/cases.h"
+#include "bench/bench.h"
 
 #include <algorithm>
 #include <cmath>

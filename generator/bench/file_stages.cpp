@@ -1,18 +1,17 @@
 #include <cstring>
 
+#include "bench/machine.h"
 #include "bench/stages.h"
-#include "bench/timing.h"
-#include "dataset/exr.h"
-#include "dataset/files.h"
-#include "dataset/npy.h"
-#include "dataset/png.h"
-#include "dataset/sha256.h"
+#include "formats/exr.h"
+#include "formats/files.h"
+#include "formats/npy.h"
+#include "formats/png.h"
+#include "formats/sha256.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
-#include "labels/grey.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
-#include "trace/hidden.h"
+#include "trace/scatter.h"
 
 namespace ensonify {
 namespace {

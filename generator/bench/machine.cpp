@@ -11,8 +11,8 @@
 #include <new>
 #include <utility>
 
-#include "bench/timing.h"
-#include "dataset/files.h"
+#include "bench/kernels.h"
+#include "formats/files.h"
 
 namespace ensonify {
 namespace {
@@ -111,5 +111,22 @@ ScratchFolder::~ScratchFolder() {
 
 ScratchFolder::ScratchFolder(ScratchFolder&& other) noexcept
     : path_(std::exchange(other.path_, {})) {}
+
+KernelList supported_kernels() {
+  KernelList list{{&kSse4Kernels, nullptr, nullptr}, 1};
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    list.table[list.count++] = &kAvx2Kernels;
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")) {
+      list.table[list.count++] = &kAvx512Kernels;
+    }
+  }
+  return list;
+}
+
+const KernelTable& best_kernels() {
+  const KernelList list = supported_kernels();
+  return *list.table[list.count - 1];
+}
 
 }  // namespace ensonify

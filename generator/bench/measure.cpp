@@ -1,6 +1,5 @@
-#include "bench/array_case.h"
+#include "bench/machine.h"
 #include "bench/stages.h"
-#include "bench/timing.h"
 #include "core/random.h"
 
 namespace ensonify {

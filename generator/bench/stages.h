@@ -1,5 +1,9 @@
-// The groups of stages that are timed, each in a file of its own. Times of stages and references
-// are of one thread.
+// The groups of stages that are timed. Times of stages and references are of one thread.
+//
+//   Bench                      a case ready to run
+//   trace_ping  trace_behind  scatterers_of  drawn_amplitudes   the first stages of a ping
+//   time_backend_stages  time_plain_methods  check_plain_methods  time_file_stages
+//   check_array  time_plain_array  time_array_stages             of the case of an array
 #pragma once
 
 #include <complex>
@@ -7,12 +11,10 @@
 #include <vector>
 
 #include "bench/bench.h"
-#include "bench/exact.h"
 #include "bench/kernels.h"
 #include "bench/machine.h"
 #include "bench/plain.h"
 #include "synthesis/backend.h"
-#include "trace/fan.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 
@@ -67,5 +69,19 @@ void check_plain_methods(const Bench& bench, const ScattererList& list,
 Status time_file_stages(const Bench& bench, const ScattererList& list, const std::vector<Hit>& hits,
                         const PingSeries& series, const std::filesystem::path& folder,
                         CaseReport& report);
+
+// Of `beams` beams evenly spread over the fan, every element and bin summed.
+SeriesError check_array(const Bench& bench, const ScattererList& list,
+                        const std::vector<std::complex<float>>& amplitude, const PingSeries& series,
+                        int beams, const Workers& workers);
+
+// Spectra of all elements by plain sums: a few elements are timed, over a few of the sectors, and
+// scaled. Their beams are taken to cost nothing.
+PlainTimes time_plain_array(const Bench& bench, const ScattererList& list,
+                            const std::vector<std::complex<float>>& amplitude,
+                            const Workers& workers, CaseReport* report);
+
+// speckle, ray_sum_and_fft, mixing: of the array's own kind.
+void time_array_stages(const Bench& bench, const ScattererList& list, CaseReport& report);
 
 }  // namespace ensonify

@@ -1,7 +1,8 @@
 // What one ping leaves behind, and what a sequence and a data set are: the records that the
 // pipeline fills and the writers of dataset/ put on disk.
 //
-//   LabelledImage  GreyImage  Annotation   one picture and its labels
+//   ImagePlanes  LabelledImage  ImageView   one picture and its labels
+//   GreyImage  PixelMask  Annotation
 //   GreySettings  OutputSelection          how and what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
@@ -16,10 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "core/material.h"
-#include "core/multipath.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "core/surface.h"
 #include "core/vec.h"
 
 namespace ensonify {
@@ -27,11 +27,8 @@ namespace ensonify {
 // The most pings of a sequence: file names count them with six digits.
 inline constexpr int kMaxPings = 1'000'000;
 
-// A picture with its ground truth, row-major [rows x columns].
-// Polar: rows are samples, nearest first; columns are beams, 0 first.
-// Cartesian: the fan seen from above, boresight up, port left.
-struct LabelledImage {
-  int rows = 0, columns = 0;
+// The values of an image's pixels, row-major; core/image_planes.h lists them by name.
+struct ImagePlanes {
   std::vector<float> level_db;           // dB re 1 uPa; kNoEnergyDb where there is none
   std::vector<float> clean_db;           // of the expected power, without noise
   std::vector<float> elevation_rad;      // energy-weighted mean of the pixel's echoes; NaN: none
@@ -44,6 +41,15 @@ struct LabelledImage {
   // 0: none. Empty: not asked for.
   std::vector<std::uint16_t> multipath = {};
 };
+
+// A picture with its ground truth, [rows x columns].
+// Polar: rows are samples, nearest first; columns are beams, 0 first.
+// Cartesian: the fan seen from above, boresight up, port left.
+struct LabelledImage : ImagePlanes {
+  int rows = 0, columns = 0;
+};
+
+enum class ImageView { polar, cartesian };
 
 struct GreyImage {
   int rows = 0, columns = 0;

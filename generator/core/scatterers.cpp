@@ -87,6 +87,17 @@ ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int be
   return sorted_by_beam_and_delay(scatterers, beams, Workers(1));
 }
 
+void append(std::span<std::vector<Scatterer>> parts, std::vector<Scatterer>& all) {
+  std::size_t count = 0;
+  for (const auto& part : parts) count += part.size();
+  // Growth that is asked for again and again must stay geometric.
+  if (all.empty()) all.reserve(count);
+  for (auto& part : parts) {
+    all.insert(all.end(), part.begin(), part.end());
+    part = {};
+  }
+}
+
 ScattererList with_more(ScattererList list, std::span<const Scatterer> more,
                         const Workers& workers) {
   if (more.empty()) return list;

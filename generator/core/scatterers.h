@@ -1,7 +1,12 @@
-// The record between tracing and synthesis: the point scatterers that one ping hears.
+// The record between tracing and synthesis: what one ping hears, and what surfaces keep from it.
 //
 // Made once per ping, read by every backend and by the labels. No ray grid is left in it: an echo
-// from a bent ray, a bounce, a volume or a fixed surface scatterer is one more entry.
+// from a refracted ray, a bounce or a fixed surface scatterer is one more entry.
+//
+//   Scatterer  ScattererList
+//   sorted_by_beam_and_delay  append  with_more  sort_keys
+//   VolumeEcho  total_energy   what a volume of water throws back: too many scatterers to list
+//   HiddenEchoes               what nobody hears, for shadows and amodal masks
 #pragma once
 
 #include <complex>
@@ -64,6 +69,9 @@ ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int be
 ScattererList sorted_by_beam_and_delay(std::span<const Scatterer> scatterers, int beams,
                                        const Workers& workers);
 
+// Puts all parts behind `all`, one after another, and gives back the memory of each on the way.
+void append(std::span<std::vector<Scatterer>> parts, std::vector<Scatterer>& all);
+
 // A list with more scatterers put where they belong.
 ScattererList with_more(ScattererList list, std::span<const Scatterer> more,
                         const Workers& workers);
@@ -76,5 +84,29 @@ struct SortKey {
 };
 // By delay, then key, then index.
 void sort_keys(std::vector<SortKey>& keys);
+
+// Row-major [beams x samples], of the ideal sector's echoes with delays in
+// [(n - 1/2)/b, (n + 1/2)/b).
+struct VolumeEcho {
+  std::uint32_t instance = 0;
+  std::vector<float> energy;            // E|a|^2 gain^2 summed, 1/m^2; without S0
+  std::vector<float> elevation_rad;     // energy-weighted mean of arrival
+  std::vector<float> elevation_square;  // energy-weighted mean of its square, rad^2
+};
+
+// The energy of all volumes in one cell; `cell` indexes [beams x samples].
+inline double total_energy(std::span<const VolumeEcho> volumes, std::size_t cell) {
+  double sum = 0;
+  for (const VolumeEcho& volume : volumes) sum += volume.energy[cell];
+  return sum;
+}
+
+struct HiddenEchoes {
+  ScattererList list;                 // as they would be heard were nothing before them
+  std::vector<std::uint32_t> caster;  // one each: the instance that alone hides it; 0: several do
+  // By instance id: of the rays (point targets, fish) that meet it, the share that meets another
+  // instance first. NaN: none meets it.
+  std::vector<double> occlusion;
+};
 
 }  // namespace ensonify

@@ -22,8 +22,8 @@
 
 #include "core/error.h"
 #include "core/ping.h"
-#include "dataset/files.h"
-#include "dataset/json.h"
+#include "formats/files.h"
+#include "formats/json.h"
 
 namespace ensonify {
 

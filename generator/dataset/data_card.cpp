@@ -1,8 +1,9 @@
-#include "dataset/data_card.h"
+#include "dataset/finish.h"
 
 #include <fmt/format.h>
 
 #include "core/units.h"
+#include "dataset/catalogue.h"
 
 namespace ensonify {
 namespace {
@@ -85,119 +86,39 @@ const char* layer_words(const SequenceInfo& info) {
                         : "noise, volume, target, background and quantisation";
 }
 
-// Arrays of all pings.
-std::string packed_rows(const SequenceInfo& info) {
-  const OutputSelection& output = info.output;
-  std::string text =
-      "\nArrays hold all pings of the sequence, in the order of `poses.csv`; `arrays` in\n"
-      "`sequence.json` has their shapes:\n\n| file | what |\n|---|---|\n";
-  text += row(output.timeseries, "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |");
-  text +=
-      row(output.channels,
-          "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
-          "array hears |");
-  if (output.layers) {
-    text += fmt::format(
-        "| `layers_*.npy` | the same of {}, as far as there are any; their sum is "
-        "the series |\n",
-        layer_words(info));
-  }
-  text += row(output.polar,
-              "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
-              "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
-              "`polar_instance_fraction` |");
-  text +=
-      row(output.polar,
-          "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |");
-  text += row(output.polar && output.multipath,
-              "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
-              "than the direct ones, 0: none; no other mask counts such echoes |");
-  text += row(output.cartesian,
-              "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |");
-  text += row(output.png, "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |");
-  return text + row(output.scatterers,
-                    "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |");
+std::string with_numbers(std::string line, const SequenceInfo& info) {
+  const auto replace = [&](std::string_view mark, const std::string& text) {
+    const auto at = line.find(mark);
+    if (at != std::string::npos) line.replace(at, mark.size(), text);
+  };
+  replace("{layers}", layer_words(info));
+  if (info.sdf) replace("{voxel_m}", fmt::format("{}", info.sdf->voxel_m));
+  return line;
 }
 
-// With a file for each ping.
-std::string ping_rows(const SequenceInfo& first) {
-  const OutputSelection& output = first.output;
-  std::string text =
-      row(output.timeseries, "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |");
-  text += row(output.timeseries_exr,
-              "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
-              "float channels `p.re` and `p.im`, Pa |");
-  text +=
-      row(output.channels,
-          "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
-          "array hears |");
-  if (output.layers) {
-    text += fmt::format(
-        "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {}, as far as "
-        "there are any; their sum is the series |\n",
-        layer_words(first));
+std::string file_rows(const SequenceInfo& info, FileScope scope) {
+  const FileSelection selection = selection_of(info);
+  std::string text;
+  for (const CatalogueRow& entry : catalogue()) {
+    const std::string line = info.output.packed ? entry.packed_card : entry.card;
+    const bool wanted = entry.layer ? info.output.layers : is_wanted(entry, selection);
+    if (entry.scope == scope && wanted)
+      text += row(!line.empty(), with_numbers(line, info).c_str());
   }
-  text += row(output.polar,
-              "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
-              "elevation and its spread, share of the winning instance |");
-  text += row(output.polar,
-              "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
-              "16 and 8 bit, 0: none |");
-  text += row(output.polar && output.shadow,
-              "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
-              "0: none |");
-  text +=
-      row(output.polar && output.multipath,
-          "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
-          "heard there, where they are more than the direct ones, 0: none; no other mask counts "
-          "such echoes |");
-  text += row(output.cartesian, "| `cartesian/PPPPPP*` | the same, seen from above |");
-  text += row(output.png, "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |");
-  text += row(output.scatterers,
-              "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
-              "with `model` in `sequence.json` it gives the series again |");
-  text += row(output.points, "| `points/PPPPPP.ply` | the same as a point cloud in the world |");
   return text;
 }
 
 std::string files_table(const SequenceInfo& first) {
-  std::string text = R"(## Files
-
-| file | what |
-|---|---|
-| `dataset.json` | manifest with the SHA-256 of the files; its own is in `dataset.sha256` |
-| `work.json` | what was generated: scenario, seed, program and numerics |
-| `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; running it again gives the same bytes |
-| `index.csv` | one row a ping: sequence, ping, time_s, split, stem |
-| `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |
-| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with `amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |
-| `provenance.json` | host, wall time, threads: not part of the data |
-
-In each folder `sequences/SSSSSS/`, PPPPPP being the ping:
-
-| file | what |
-|---|---|
-| `sequence.json` | the sequence as drawn: sonar, water, instances, model, every file with its SHA-256 |
-| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |
-| `poses.csv`, `poses.tum` | the sonar's pose at each ping |
-| `objects.csv` | the pose of each object at each ping |
-| `boxes.csv` | the 3-D box of each instance at each ping, in the world and in the sonar's frame |
-| `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there is none |
-| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |
-)";
-  if (first.sdf) {
-    text += fmt::format(
-        "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
-        "metres, voxels of {} m, world coordinates |\n",
-        first.sdf->voxel_m);
-  }
-  text +=
-      row(first.output.statistics,
-          "| `statistics/*.npy` | float64 or complex128 [samples, beams]: mean, variance, "
-          "contrast, fourth moment and covariance of neighbours over all pings, which are draws "
-          "of one scene; `statistics` in `sequence.json` says each |");
-  text += first.output.packed ? packed_rows(first) : ping_rows(first);
-  return text + "\n";
+  const char* head = "| file | what |\n|---|---|\n";
+  return std::string("## Files\n\n") + head + file_rows(first, FileScope::dataset) +
+         "\nIn each folder `sequences/SSSSSS/`, PPPPPP being the ping:\n\n" + head +
+         file_rows(first, FileScope::sequence) +
+         (first.output.packed
+              ? std::string("\nArrays hold all pings of the sequence, in the order of "
+                            "`poses.csv`; `arrays` in\n`sequence.json` has their shapes:\n\n") +
+                    head
+              : "") +
+         file_rows(first, FileScope::ping) + "\n";
 }
 
 constexpr char kPackedLoading[] = R"(Without it:

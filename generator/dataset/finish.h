@@ -2,7 +2,7 @@
 // sequences are. Both may be cut off anywhere and called again, also by two processes at once.
 //
 //   sequence_is_finished  finish_sequence
-//   Asset  DatasetInfo  finish_dataset
+//   Asset  DatasetInfo  data_card  finish_dataset
 #pragma once
 
 #include <cstdint>
@@ -48,6 +48,9 @@ struct DatasetInfo {
   double wall_seconds = 0;
   int threads = 0;
 };
+
+// README.md: what the data set is and how to read it.
+std::string data_card(const DatasetInfo& info);
 
 // Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work; while
 // sequences are missing only what it holds of those that are there, since other processes may be at

@@ -10,15 +10,15 @@
 #include <utility>
 
 #include "dataset/coco.h"
-#include "dataset/data_card.h"
 #include "dataset/finish.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
+#include "dataset/manifest_json.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
-#include "dataset/sequence_json.h"
 #include "dataset/tables.h"
 #include "dataset/work.h"
+#include "dataset/work_folder.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -54,27 +54,23 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
-struct SequenceLine {
-  std::uint64_t bytes = 0;
-  std::string sha256;  // of sequence.json
-};
-
-Result<SequenceLine> read_sequence(const fs::path& dir, const SequenceInfo& info) {
-  const fs::path path = dir / layout::in_sequence(info.sequence, layout::kSequenceJson);
+Result<SequenceEntry> read_sequence(const fs::path& dir, const SequenceInfo& info) {
+  const std::string relative = layout::in_sequence(info.sequence, layout::kSequenceJson);
   const auto unfinished = [&] {
     return Error{ErrorKind::usage,
                  fmt::format("{}: the sequence is not finished; generate all of its pings first",
                              (dir / layout::sequence_folder(info.sequence)).string())};
   };
   if (!sequence_is_finished(dir, info)) return unfinished();
-  auto hash = sha256_of_file(path);
+  auto hash = sha256_of_file(dir / relative);
   if (!hash) return hash.error();
-  const auto own_bytes =
-      listed_file_size(dir, layout::in_sequence(info.sequence, layout::kSequenceJson));
-  const auto head = parse_manifest_file(path, [](const FileEntry&) {});
-  const auto bytes = head ? count_at(*head, "bytes") : std::nullopt;
-  if (!bytes || !own_bytes) return unfinished();
-  return SequenceLine{*bytes + *own_bytes, std::move(*hash)};
+  const auto own_bytes = listed_file_size(dir, relative);
+  const auto head = parse_manifest_file(dir / relative, [](const FileEntry&) {});
+  const auto manifest = head ? read_sequence_head(*head) : std::nullopt;
+  if (!manifest || manifest->bytes == 0 || !own_bytes) return unfinished();
+  return SequenceEntry{info.sequence,   info.first_ping, info.last_ping,
+                       info.seed,       info.split,      manifest->bytes + *own_bytes,
+                       std::move(*hash)};
 }
 
 Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
@@ -147,52 +143,24 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
   return entries;
 }
 
-Json dataset_json(const DatasetInfo& info, const std::vector<SequenceLine>& lines,
-                  const std::vector<FileEntry>& entries) {
-  const WorkIdentity& identity = info.identity;
-  Json splits = Json::object();
-  for (const char* split : kSplits) splits[split] = Json::array();
-  Json sequences = Json::array();
-  std::uint64_t bytes = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const SequenceInfo& sequence = info.sequences[i];
-    splits[sequence.split].push_back(sequence.sequence);
-    sequences.push_back({{"sequence", sequence.sequence},
-                         {"pings", Json::array({sequence.first_ping, sequence.last_ping})},
-                         {"seed", sequence.seed},
-                         {"split", sequence.split},
-                         {"bytes", lines[i].bytes},
-                         {"sha256", lines[i].sha256}});
-    bytes += lines[i].bytes;
-  }
-  Json files = Json::array();
-  for (const FileEntry& entry : entries) {
-    files.push_back(json_of(entry));
-    bytes += entry.bytes;
-  }
-  return {{"ensonify_dataset", 1},
-          {"name", identity.name},
-          {"program", {{"version", identity.program_version}, {"commit", identity.program_commit}}},
-          {"numerics",
-           {{"backend", identity.backend},
-            {"simd", identity.simd},
-            {"embree_isa", identity.embree_isa}}},
-          {"seed", identity.seed},
-          {"scenario_sha256", identity.scenario_sha256},
-          {"classes", info.classes},
-          {"splits", std::move(splits)},
-          {"bytes", bytes},
-          {"sequences", std::move(sequences)},
-          {"files", std::move(files)}};
+DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
+                            const std::vector<FileEntry>& files) {
+  DatasetManifest manifest{1, info.identity, info.classes, 0, std::move(sequences), {}};
+  for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
+  for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
+  return manifest;
+}
+
+std::optional<DatasetManifest> manifest_in(const fs::path& dir) {
+  const auto head = parse_manifest_file(dir / layout::kDatasetJson, [](const FileEntry&) {});
+  return head ? read_dataset_head(*head) : std::nullopt;
 }
 
 // While top-level files are renewed for more sequences, the old seal must not vouch for them.
 Status break_outgrown_seal(const fs::path& dir, const DatasetInfo& info) {
   if (!listed_file_size(dir, layout::kDatasetJson)) return {};
-  const auto text = read_file(dir / layout::kDatasetJson);
-  const auto old = text ? parse_manifest(*text, [](const FileEntry&) {}) : std::nullopt;
-  const Json* sequences = old ? member(*old, "sequences") : nullptr;
-  if (sequences != nullptr && sequences->size() == info.sequences.size()) return {};
+  const auto old = manifest_in(dir);
+  if (old && old->sequences.size() == info.sequences.size()) return {};
   const fs::path seal = dir / layout::kDatasetSha256;
   if (::unlink(seal.c_str()) != 0 && errno != ENOENT) return write_error(seal, errno);
   return {};
@@ -211,11 +179,10 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
 // older.
 bool is_outgrown(const fs::path& dir, const DatasetInfo& info) {
   if (!is_sealed(dir)) return false;
-  const auto manifest = parse_manifest_file(dir / layout::kDatasetJson, [](const FileEntry&) {});
-  const Json* rows = manifest ? member(*manifest, "sequences") : nullptr;
-  if (rows == nullptr || !rows->is_array() || rows->size() <= info.sequences.size()) return false;
-  std::set<std::uint64_t> listed;
-  for (const Json& row : *rows) listed.insert(count_at(row, "sequence").value_or(UINT64_MAX));
+  const auto manifest = manifest_in(dir);
+  if (!manifest || manifest->sequences.size() <= info.sequences.size()) return false;
+  std::set<std::uint32_t> listed;
+  for (const SequenceEntry& entry : manifest->sequences) listed.insert(entry.sequence);
   return std::all_of(info.sequences.begin(), info.sequences.end(),
                      [&](const SequenceInfo& ours) { return listed.contains(ours.sequence); });
 }
@@ -236,11 +203,11 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
     remove_own_work(dir, info);
     return {};
   }
-  std::vector<SequenceLine> lines;
+  std::vector<SequenceEntry> sequences;
   for (const SequenceInfo& sequence : info.sequences) {
-    auto line = read_sequence(dir, sequence);
-    if (!line) return line.error();
-    lines.push_back(std::move(*line));
+    auto entry = read_sequence(dir, sequence);
+    if (!entry) return entry.error();
+    sequences.push_back(std::move(*entry));
     // Those of a finishing that was cut off.
     remove_pieces(dir, sequence.sequence);
   }
@@ -252,8 +219,9 @@ Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const auto entries = write_top_level(dir, info);
   if (!entries) return entries.error();
   if (const Status written = write_provenance(dir, info); !written) return written;
-  const auto manifest = write_file_atomically(dir, layout::kDatasetJson,
-                                              json_text(dataset_json(info, lines, *entries)));
+  const DatasetManifest told = manifest_of(info, std::move(sequences), *entries);
+  const auto manifest =
+      write_file_atomically(dir, layout::kDatasetJson, json_text(dataset_json(told, *entries)));
   if (!manifest) return manifest.error();
   const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
                                           manifest->sha256 + "  " + layout::kDatasetJson + "\n");

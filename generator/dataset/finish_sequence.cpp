@@ -9,13 +9,13 @@
 #include "dataset/coco.h"
 #include "dataset/finish.h"
 #include "dataset/layout.h"
-#include "dataset/npy.h"
+#include "dataset/manifest_json.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
 #include "dataset/ping_record.h"
-#include "dataset/sequence_json.h"
 #include "dataset/statistics.h"
 #include "dataset/tables.h"
+#include "formats/npy.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

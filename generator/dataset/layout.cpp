@@ -5,31 +5,12 @@
 #include <algorithm>
 #include <charconv>
 
-#include "dataset/packed.h"
-#include "dataset/statistics.h"
+#include "dataset/catalogue.h"
 
 namespace ensonify::layout {
 namespace {
 
 constexpr std::string_view kPingMark = "{ping}";
-constexpr std::string_view kPingTemplates[] = {kTimeseries,
-                                               kPolarExr,
-                                               kPolarInstance,
-                                               kPolarSemantic,
-                                               kCartesianExr,
-                                               kCartesianInstance,
-                                               kCartesianSemantic,
-                                               kPolarGrey,
-                                               kCartesianGrey,
-                                               kScatterers,
-                                               kPoints,
-                                               kPolarShadow,
-                                               kCartesianShadow,
-                                               kTimeseriesExr,
-                                               kChannels,
-                                               kPolarMultipath,
-                                               kCartesianMultipath};
-
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // Replaces every run of six or more digits by {ping}.
@@ -56,10 +37,6 @@ bool is_or_holds(std::string_view name, std::string_view candidate) {
 }
 
 }  // namespace
-
-std::string layer_template(std::string_view layer) {
-  return fmt::format("{}{}.npy", kLayerPrefix, layer);
-}
 
 std::string sequence_folder(std::uint32_t sequence) {
   return fmt::format("sequences/{:06}", sequence);
@@ -98,44 +75,19 @@ std::string plan_path(std::uint32_t sequence) {
 }
 std::string top_plan_path() { return fmt::format("{}/plan.json", kWorkFolder); }
 
-std::vector<std::string> top_level_files() {
-  return {"README.md",      kWorkJson,         kDatasetJson,   kDatasetSha256,
-          "scenario.yaml",  "index.csv",       "coco.json",    "splits/train.txt",
-          "splits/val.txt", "splits/test.txt", kProvenanceJson};
-}
-
-std::vector<std::string> sequence_files() {
-  return {"azimuth_rad.npy", "range_m.npy",        "poses.csv",  "poses.tum",  "objects.csv",
-          "boxes.csv",       "first_return_m.npy", kAnnotations, kSequenceJson};
-}
-
 bool is_layout_name(std::string_view relative) {
   if (is_or_holds("assets", relative) || is_or_holds(kWorkFolder, relative)) return true;
-  const auto named = [&](std::string_view candidate) { return is_or_holds(relative, candidate); };
-  const auto top = top_level_files();
-  if (std::any_of(top.begin(), top.end(), named)) return true;
-
   const std::string marked = with_marks(relative);
-  const std::string folder = "sequences/{ping}/";
-  const auto in_folder = [&](std::string_view name) {
-    return is_or_holds(marked, folder + std::string(name));
+  const auto in_sequence_folder = [&](std::string_view name) {
+    return is_or_holds(marked, "sequences/{ping}/" + std::string(name));
   };
-  for (const char* layer :
-       {"noise", "volume", "target", "background", "multipath", "quantisation"}) {
-    if (in_folder(layer_template(layer))) return true;
-  }
-  if (in_folder(kPiece)) return true;
-  const std::size_t slash = marked.rfind('/');
-  if (slash != std::string::npos && in_folder(marked.substr(slash + 1)) &&
-      packed_form(marked.substr(slash + 1))) {
-    return true;
-  }
-  for (const StatisticsArray& array : statistics_arrays()) {
-    if (in_folder(array.name)) return true;
-  }
-  const auto once = sequence_files();
-  return in_folder(kSdf) || std::any_of(once.begin(), once.end(), in_folder) ||
-         std::any_of(std::begin(kPingTemplates), std::end(kPingTemplates), in_folder);
+  const auto rows = catalogue();
+  return in_sequence_folder(kPiece) ||
+         std::any_of(rows.begin(), rows.end(), [&](const CatalogueRow& row) {
+           if (row.scope == FileScope::dataset) return is_or_holds(relative, row.file);
+           return in_sequence_folder(row.file) ||
+                  (!row.array.empty() && in_sequence_folder(row.array));
+         });
 }
 
 }  // namespace ensonify::layout

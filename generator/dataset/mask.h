@@ -1,12 +1,16 @@
-// One instance in one picture, as outlines and boxes want it.
+// One instance in one picture: as outlines and boxes want it, and as COCO compresses it.
 //
 //   mask_of     the pixels, cut to their box
 //   rings_of    the closed polygons around these pixels and their holes
 //   outline_of  one closed polygon that holds exactly these pixels
+//   run_lengths  mask_extent   from COCO's compressed text
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace ensonify {
@@ -33,5 +37,18 @@ std::vector<std::vector<Corner>> rings_of(const Mask& mask);
 // The rings in one: parts and holes joined by bridges of no width that are walked
 // there and back, so that the even-odd rule gives the mask back, pixel by pixel.
 std::vector<Corner> outline_of(const Mask& mask);
+
+// None where the text is not such a code, or its runs do not add to `pixels`.
+std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels);
+
+struct MaskExtent {
+  std::array<std::int64_t, 4> box{};  // x, y, width, height; all 0 of an empty mask
+  std::int64_t area = 0;
+};
+
+// What the pixels of a mask of rows x columns add up to; none where the text is no code of such a
+// mask.
+std::optional<MaskExtent> mask_extent(std::string_view counts, std::int64_t rows,
+                                      std::int64_t columns);
 
 }  // namespace ensonify

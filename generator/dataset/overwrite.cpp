@@ -11,11 +11,11 @@
 #include <set>
 #include <system_error>
 
-#include "dataset/files.h"
-#include "dataset/json.h"
+#include "dataset/catalogue.h"
 #include "dataset/layout.h"
-#include "dataset/packed.h"
-#include "dataset/statistics.h"
+#include "dataset/work_folder.h"
+#include "formats/files.h"
+#include "formats/json.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -91,17 +91,13 @@ void list_planned_sequence(const fs::path& dir, std::uint32_t sequence, Listing&
   const auto last = count_at(*plan, "last_ping");
   const Json* each = member(*plan, "each_ping");
   if (!first || !last || each == nullptr || !each->is_array()) return;
-  for (const std::string& name : layout::sequence_files()) {
-    listing.add(layout::in_sequence(sequence, name));
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope == FileScope::sequence) listing.add(layout::in_sequence(sequence, row.file));
   }
   if (const Json* arrays = member(*plan, "arrays"); arrays != nullptr && arrays->is_array()) {
     for (const Json& name : *arrays) {
       if (name.is_string()) listing.add(layout::in_sequence(sequence, name.get<std::string>()));
     }
-  }
-  listing.add(layout::in_sequence(sequence, layout::kSdf));
-  for (const StatisticsArray& array : statistics_arrays()) {
-    listing.add(layout::in_sequence(sequence, array.name));
   }
   Plan& planned = listing.add_plan(layout::sequence_folder(sequence) + "/");
   planned.first_ping = *first;
@@ -130,7 +126,9 @@ void list_sequences(const fs::path& dir, Listing& listing) {
 }
 
 void list_top_level(const fs::path& dir, Listing& listing) {
-  for (const std::string& name : layout::top_level_files()) listing.add(name);
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope == FileScope::dataset) listing.add(row.file);
+  }
   for (const std::string& manifest : {std::string(layout::kDatasetJson), layout::top_plan_path()}) {
     const auto text = manifest_text(dir, manifest);
     if (text) parse_manifest(*text, [&](const FileEntry& entry) { listing.add(entry.path); });
@@ -160,8 +158,8 @@ Status plan_sequence(const fs::path& dir, const SequenceInfo& info,
                {"first_ping", info.first_ping},
                {"last_ping", info.last_ping},
                {"each_ping", templates}};
-  if (info.output.packed) {
-    for (const PackedArray& array : packed_arrays(info)) plan["arrays"].push_back(array.file);
+  for (const CatalogueRow* row : arrays_of(selection_of(info))) {
+    plan["arrays"].push_back(row->array);
   }
   const auto written = write_file_atomically(dir, path, json_text(plan));
   return written ? Status() : Status(written.error());

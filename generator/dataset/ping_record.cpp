@@ -5,11 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "dataset/catalogue.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
-#include "dataset/packed.h"
-#include "dataset/rle.h"
-#include "dataset/sha256.h"
+#include "formats/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -54,27 +53,13 @@ Json hidden_json(const Annotation& annotation) {
   return json;
 }
 
-// The picture that a detector trains on: the grey one, or the level where there is none. Its file,
-// or, of packed pings, the array that it is in and its place there. Empty where there is no
-// picture.
-Json picture_of(const SequenceInfo& info, std::uint32_t ping, std::string_view view,
-                const std::vector<FileEntry>& files) {
-  if (info.output.packed) {
-    const std::string array = image_array(info, view);
-    if (array.empty()) return {};
-    return {{"array", array}, {"index", ping - info.first_ping}};
-  }
-  const bool polar = view == "polar";
-  const char* const candidates[] = {polar ? layout::kPolarExr : layout::kCartesianExr,
-                                    polar ? layout::kPolarGrey : layout::kCartesianGrey};
-  Json picture;
-  for (const char* name : candidates) {
-    const std::string path = layout::ping_file(name, ping);
-    for (const FileEntry& entry : files) {
-      if (entry.path == path) picture = {{"file", path}};
-    }
-  }
-  return picture;
+// The file of the image that a detector trains on, or, of packed pings, the array that it is in and
+// its place there. Empty where there is no image.
+Json picture_of(const SequenceInfo& info, std::uint32_t ping, ImageView view) {
+  const CatalogueRow* row = picture_row(view, selection_of(info));
+  if (row == nullptr) return {};
+  if (info.output.packed) return {{"array", row->array}, {"index", ping - info.first_ping}};
+  return {{"file", layout::ping_file(row->file, ping)}};
 }
 
 void add_image(Json& images, const char* view, const Json& picture, std::pair<int, int> size,
@@ -151,10 +136,10 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
   const bool polygons = info.output.polygons;
-  add_image(record.images, "polar", picture_of(info, result.ping, "polar", files),
+  add_image(record.images, "polar", picture_of(info, result.ping, ImageView::polar),
             size_of(result.polar_grey, result.polar), result.polar_annotations, result.polar_hidden,
             polygons);
-  add_image(record.images, "cartesian", picture_of(info, result.ping, "cartesian", files),
+  add_image(record.images, "cartesian", picture_of(info, result.ping, ImageView::cartesian),
             size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations,
             result.cartesian_hidden, polygons);
   record.files = std::move(files);

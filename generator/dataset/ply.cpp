@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <cstring>
 #include <fstream>
 
 #include "core/error.h"
 #include "core/units.h"
+#include "formats/bytes.h"
 
 namespace ensonify {
 namespace {
@@ -23,12 +23,6 @@ constexpr char kProperties[] =
     "end_header\n";
 constexpr std::size_t kPointBytes = 3 * 8 + 5 * 4 + 4 + 2 + 1 + 2;
 
-template <class T>
-void put(char*& at, T value) {
-  std::memcpy(at, &value, sizeof value);
-  at += sizeof value;
-}
-
 }  // namespace
 
 std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_world,
@@ -43,19 +37,19 @@ std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_
     const double energy = std::norm(std::complex<double>(s.mean)) +
                           double{s.standard_deviation} * s.standard_deviation;
     ENSONIFY_ASSERT(s.instance < class_of_instance.size());
-    put(at, world.x);
-    put(at, world.y);
-    put(at, world.z);
+    put_value(at, world.x);
+    put_value(at, world.y);
+    put_value(at, world.z);
     const double peak_pa_per_m = source_pressure_pa_m * s.gain;
-    put(at, level_db(peak_pa_per_m * peak_pa_per_m * energy));
-    put(at, static_cast<float>(length(s.position_m)));
-    put(at, s.arrival.azimuth_rad);
-    put(at, s.arrival.elevation_rad);
-    put(at, s.cos_incidence);
-    put(at, static_cast<std::int32_t>(s.beam));
-    put(at, static_cast<std::uint16_t>(s.instance));
-    put(at, class_of_instance[s.instance]);
-    put(at, s.path);
+    put_value(at, level_db(peak_pa_per_m * peak_pa_per_m * energy));
+    put_value(at, static_cast<float>(length(s.position_m)));
+    put_value(at, s.arrival.azimuth_rad);
+    put_value(at, s.arrival.elevation_rad);
+    put_value(at, s.cos_incidence);
+    put_value(at, static_cast<std::int32_t>(s.beam));
+    put_value(at, static_cast<std::uint16_t>(s.instance));
+    put_value(at, class_of_instance[s.instance]);
+    put_value(at, s.path);
   }
   return bytes;
 }

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "dataset/json.h"
 #include "dataset/layout.h"
-#include "dataset/rle.h"
+#include "dataset/manifest_json.h"
+#include "dataset/mask.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -40,69 +40,38 @@ Result<Json> manifest_of(const fs::path& path, std::string_view text) {
   return *json;
 }
 
-std::optional<StoredSequenceRow> row_of(const Json& json) {
-  const auto sequence = count_at(json, "sequence");
-  const auto split = text_at(json, "split");
-  const auto sha256 = text_at(json, "sha256");
-  const Json* pings = member(json, "pings");
-  if (!sequence || *sequence > UINT32_MAX || !split || !sha256 || pings == nullptr) return {};
-  if (std::find(std::begin(kSplits), std::end(kSplits), *split) == std::end(kSplits)) return {};
-  if (!pings->is_array() || pings->size() != 2) return {};
-  if (!(*pings)[0].is_number_unsigned() || !(*pings)[1].is_number_unsigned()) return {};
-  const std::uint64_t first = (*pings)[0], last = (*pings)[1];
-  if (first > last || last > UINT32_MAX) return {};
-  return StoredSequenceRow{static_cast<std::uint32_t>(*sequence), *split,
-                           static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last),
-                           *sha256};
-}
-
-std::optional<std::vector<std::string>> texts_at(const Json& json, std::string_view key) {
-  const Json* list = member(json, key);
-  if (list == nullptr || !list->is_array()) return std::nullopt;
-  std::vector<std::string> texts;
-  for (const Json& item : *list) {
-    if (!item.is_string()) return std::nullopt;
-    texts.push_back(item.get<std::string>());
+// Whether they are those of their places in the list, and of the data set's classes.
+bool are_numbered(const std::vector<Instance>& instances, std::size_t classes) {
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const Instance& instance = instances[i];
+    if (instance.id != i + 1 || instance.class_id < 1 || instance.class_id > classes) return false;
   }
-  return texts;
+  return true;
 }
 
-// The member at a path of keys; null where there is none.
-const Json* at_path(const Json& json, std::initializer_list<std::string_view> keys) {
-  const Json* found = &json;
-  for (const std::string_view key : keys) {
-    if (found == nullptr) return nullptr;
-    found = member(*found, key);
-  }
-  return found;
-}
-
-double number_in(const Json& json, std::initializer_list<std::string_view> keys) {
-  const Json* found = at_path(json, keys);
-  return found != nullptr && found->is_number() ? found->get<double>() : 0;
-}
-
-std::uint64_t count_in(const Json& json, std::initializer_list<std::string_view> keys) {
-  const Json* found = at_path(json, keys);
-  return found != nullptr && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
-}
-
-std::optional<std::vector<StoredInstance>> instances_of(const Json& head, std::size_t classes) {
-  const Json* list = member(head, "instances");
-  if (list == nullptr || !list->is_array()) return std::nullopt;
-  std::vector<StoredInstance> instances;
-  for (const Json& item : *list) {
-    const auto id = count_at(item, "id");
-    const auto class_id = count_at(item, "class_id");
-    const auto name = text_at(item, "name");
-    if (id != instances.size() + 1 || *id > UINT16_MAX || !name) return std::nullopt;
-    if (!class_id || *class_id < 1 || *class_id > classes || *class_id > UINT8_MAX) {
-      return std::nullopt;
-    }
-    instances.push_back(
-        {static_cast<std::uint16_t>(*id), static_cast<std::uint8_t>(*class_id), *name});
-  }
-  return instances;
+StoredSequence stored_sequence(const StoredSequenceRow& row, SequenceManifest manifest) {
+  const SequenceInfo& info = manifest.info;
+  const GridSizes sizes = sizes_of(info);
+  StoredSequence sequence;
+  sequence.row = row;
+  sequence.seed = info.seed;
+  sequence.beams = sizes.beams;
+  sequence.samples = sizes.samples;
+  sequence.elements = sizes.elements;
+  sequence.cartesian_height = sizes.cartesian_height;
+  sequence.cartesian_width = sizes.cartesian_width;
+  sequence.metres_per_pixel = info.cartesian ? info.cartesian->m_per_px : 0;
+  sequence.frequency_hz = info.sonar.frequency_hz;
+  sequence.sound_speed_m_s = info.water.sound_speed_m_s;
+  sequence.range_step_m = sample_range_m(info.sonar, info.water, 1);
+  sequence.beam_width_rad = info.sonar.beam_width_rad;
+  sequence.elevation_width_rad = info.sonar.elevation_width_rad;
+  sequence.instances = info.instances;
+  sequence.each_ping = manifest.each_ping;
+  sequence.packed = info.output.packed;
+  sequence.arrays = manifest.arrays;
+  sequence.manifest = std::move(manifest);
+  return sequence;
 }
 
 bool is_plausible(const StoredSequence& s) {
@@ -184,17 +153,20 @@ std::optional<StoredPicture> picture_of(const Json& json, const StoredSequence& 
 
 }  // namespace
 
-Error damaged(const fs::path& path, const std::string& what) {
-  return {ErrorKind::io,
-          fmt::format("{}: {}; `ensonify verify` tells what else is damaged", path.string(), what)};
-}
-
 bool StoredSequence::has(std::string_view name_template) const {
   return std::find(each_ping.begin(), each_ping.end(), name_template) != each_ping.end();
 }
 
 bool StoredSequence::has_array(std::string_view file) const {
   return packed && std::find(arrays.begin(), arrays.end(), file) != arrays.end();
+}
+
+bool StoredSequence::has(const CatalogueRow& r) const {
+  return packed && !r.array.empty() ? has_array(r.array) : has(r.file);
+}
+
+GridSizes StoredSequence::sizes() const {
+  return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
 }
 
 Result<StoredDataset> open_dataset(const fs::path& dir) {
@@ -225,22 +197,26 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
   if (count_at(*json, "ensonify_dataset") != 1) {
     return usage(dir, "was written by a newer ensonify; use that one");
   }
-  const auto name = text_at(*json, "name");
-  const auto classes = texts_at(*json, "classes");
-  const Json* rows = member(*json, "sequences");
-  if (!name || !classes || rows == nullptr || !rows->is_array()) {
+  auto manifest = read_dataset_head(*json);
+  const auto lacks = [&](const char* key) { return member(*json, key) == nullptr; };
+  if (!manifest || manifest->identity.name.empty() || lacks("classes") || lacks("sequences")) {
     return damaged(path, "lacks its name, classes or sequences");
   }
-  StoredDataset dataset{dir, *name, *classes, {}};
-  for (const Json& item : *rows) {
-    const auto row = row_of(item);
-    if (!row) return damaged(path, "lists a sequence without number, pings, split or hash");
-    if (!dataset.sequences.empty() && row->sequence <= dataset.sequences.back().sequence) {
+  std::optional<std::uint32_t> before;
+  for (const SequenceEntry& row : manifest->sequences) {
+    const bool is_split =
+        std::find(std::begin(kSplits), std::end(kSplits), row.split) != std::end(kSplits);
+    if (!manifest->fault.empty() || !is_split || row.sha256.empty()) {
+      return damaged(path, "lists a sequence without number, pings, split or hash");
+    }
+    if (before && row.sequence <= *before) {
       return damaged(path, "lists its sequences twice, or not in their order");
     }
-    dataset.sequences.push_back(*row);
+    before = row.sequence;
   }
-  return dataset;
+  if (!manifest->fault.empty()) return damaged(path, "has a wrong member " + manifest->fault);
+  const DatasetManifest& m = *manifest;
+  return StoredDataset{dir, m, m.identity.name, m.classes, m.sequences};
 }
 
 Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredSequenceRow& row) {
@@ -253,31 +229,17 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   }
   const auto head = manifest_of(path, *text);
   if (!head) return head.error();
-  StoredSequence sequence;
-  sequence.row = row;
-  sequence.packed = text_at(*head, "pack") == "sequence";
-  sequence.seed = count_in(*head, {"seed"});
-  sequence.beams = count_in(*head, {"sonar", "beams", "count"});
-  sequence.samples = count_in(*head, {"record", "samples"});
-  sequence.cartesian_height = count_in(*head, {"cartesian", "height_px"});
-  sequence.cartesian_width = count_in(*head, {"cartesian", "width_px"});
-  sequence.metres_per_pixel = number_in(*head, {"cartesian", "metres_per_pixel"});
-  sequence.frequency_hz = number_in(*head, {"sonar", "frequency_hz"});
-  sequence.sound_speed_m_s = number_in(*head, {"water", "sound_speed_m_s"});
-  sequence.range_step_m = number_in(*head, {"record", "range_step_m"});
-  sequence.beam_width_rad = number_in(*head, {"sonar", "beams", "width_rad"});
-  sequence.elevation_width_rad = number_in(*head, {"sonar", "elevation", "width_rad"});
-  if (const Json* arrays = member(*head, "arrays"); arrays != nullptr && arrays->is_object()) {
-    for (const auto& array : arrays->items()) sequence.arrays.push_back(array.key());
-  }
-  auto instances = instances_of(*head, dataset.classes.size());
-  auto each_ping = texts_at(*head, "each_ping");
-  if (!instances || !each_ping || !is_plausible(sequence) ||
-      count_at(*head, "sequence") != row.sequence) {
+  auto manifest = read_sequence_head(*head);
+  const bool has_lists =
+      member(*head, "instances") != nullptr && member(*head, "each_ping") != nullptr;
+  if (!manifest || !manifest->fault.empty() || !has_lists ||
+      manifest->info.sequence != row.sequence) {
     return damaged(path, "lacks its geometry, instances or files");
   }
-  sequence.instances = std::move(*instances);
-  sequence.each_ping = std::move(*each_ping);
+  StoredSequence sequence = stored_sequence(row, std::move(*manifest));
+  if (!is_plausible(sequence) || !are_numbered(sequence.instances, dataset.classes.size())) {
+    return damaged(path, "lacks its geometry, instances or files");
+  }
   if (!files_hold_pixels(dataset, sequence)) {
     return damaged(path, "claims more pixels than its pictures have");
   }

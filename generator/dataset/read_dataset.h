@@ -8,7 +8,13 @@
 //   pictures_of      masks of a ping's pictures
 //   stored_file      path of a sequence's file that is there
 //   ping_file        ... of a ping's file
-//   damaged          the Error for a file that is not as it should be
+//
+// Whatever else a person wants to read about it:
+//
+//   read_facts           of the data set
+//   read_sequence_facts  of a sequence: angles, numbers of its sonar, draws, instances
+//   boxes_of             the 3-D boxes of some pings
+//   read_statistics      an array of statistics/, with its real numbers
 //
 // Errors: (usage) not a data set of ensonify, or not finished; (io) a file is missing, cannot be
 // read or is not as the manifests say.
@@ -18,41 +24,37 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/vec.h"
+#include "dataset/catalogue.h"
+#include "dataset/manifest.h"
 
 namespace ensonify {
 
-struct StoredSequenceRow {
-  std::uint32_t sequence = 0;
-  std::string split;                            // train, val or test
-  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
-  std::string sha256;                           // of its sequence.json
-
-  std::uint64_t pings() const { return std::uint64_t{last_ping} - first_ping; }
-};
+using StoredSequenceRow = SequenceEntry;
 
 struct StoredDataset {
   std::filesystem::path dir;
+  DatasetManifest manifest;
   std::string name;
   std::vector<std::string> classes;  // class id k is classes[k - 1]
   std::vector<StoredSequenceRow> sequences;
 };
 
-struct StoredInstance {
-  std::uint16_t id = 0;
-  std::uint8_t class_id = 0;
-  std::string name;
-};
+using StoredInstance = Instance;
 
 struct StoredSequence {
   StoredSequenceRow row;
+  SequenceManifest manifest;
   std::uint64_t seed = 0;
   std::uint64_t beams = 0, samples = 0;
+  std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   double metres_per_pixel = 0;
   double frequency_hz = 0, sound_speed_m_s = 0;
@@ -65,6 +67,9 @@ struct StoredSequence {
 
   bool has(std::string_view name_template) const;
   bool has_array(std::string_view file) const;
+  // Whether it has the row's file of each ping or its array.
+  bool has(const CatalogueRow& row) const;
+  GridSizes sizes() const;
 };
 
 struct StoredObjectPose {
@@ -111,5 +116,51 @@ Result<std::filesystem::path> ping_file(const StoredDataset& dataset, std::uint3
                                         std::string_view name_template, std::uint32_t ping);
 
 Error damaged(const std::filesystem::path& path, const std::string& what);
+
+struct DatasetFacts {
+  std::string program;  // version and commit of the program that made it
+  std::uint64_t seed = 0, bytes = 0;
+  std::string scenario_sha256;
+  std::string scenario;  // the text of scenario.yaml
+};
+
+struct InstanceFacts {
+  std::string kind;  // surface, point_target or volume
+  std::optional<Vec3> size_m;
+  bool rough = false;  // a surface, no part of which throws anything back coherently
+};
+
+struct SequenceFacts {
+  std::vector<double> azimuth_rad;                         // of the beams
+  double noise_power_pa2 = 0;                              // 0: none
+  bool fresh_speckle = true;                               // each ping has draws of its own
+  std::optional<std::pair<double, double>> grey_db;        // black and white of its grey pictures
+  std::vector<std::pair<std::string, double>> numbers;     // of sonar, water and noise, by name
+  std::vector<std::pair<std::string, std::string>> draws;  // key path and value
+  std::vector<InstanceFacts> instances;                    // by id - 1
+  std::uint64_t realisations = 0;                          // of its statistics; 0: none
+};
+
+struct StoredBox {
+  std::uint32_t ping = 0;
+  std::uint16_t instance = 0;
+  Vec3 size_m;
+  Pose in_world;  // of its centre
+};
+
+Result<DatasetFacts> read_facts(const StoredDataset& dataset);
+
+Result<SequenceFacts> read_sequence_facts(const StoredDataset& dataset,
+                                          const StoredSequence& sequence);
+
+// In the order of the table; needs pings in rising order.
+Result<std::vector<StoredBox>> boxes_of(const StoredDataset& dataset,
+                                        const StoredSequence& sequence,
+                                        std::span<const std::uint32_t> pings);
+
+// statistics/NAME.npy of real numbers that has a value for each pixel, [samples x beams].
+Result<std::vector<double>> read_statistics(const StoredDataset& dataset,
+                                            const StoredSequence& sequence,
+                                            const std::string& name);
 
 }  // namespace ensonify

@@ -1,207 +1,150 @@
 #include "dataset/read_pictures.h"
 
-#include <cstring>
 #include <span>
-#include <string>
+#include <utility>
 
-#include "dataset/exr.h"
-#include "dataset/files.h"
-#include "dataset/half_floats.h"
 #include "dataset/layout.h"
-#include "dataset/npy_file.h"
-#include "dataset/read_png.h"
+#include "formats/bytes.h"
+#include "formats/exr.h"
+#include "formats/files.h"
+#include "formats/half_floats.h"
+#include "formats/npy.h"
+#include "formats/png.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-struct ViewFiles {
-  std::string name;  // what packed arrays begin with
-  const char *exr, *instance, *semantic, *shadow;
-};
+constexpr std::pair<std::string_view, std::vector<std::uint16_t> ExrHalves::*> kExrPlanes[] = {
+    {"level_db", &ExrHalves::level_db},
+    {"clean_db", &ExrHalves::clean_db},
+    {"elevation_rad", &ExrHalves::elevation_rad},
+    {"elevation_std_rad", &ExrHalves::elevation_std_rad},
+    {"instance_fraction", &ExrHalves::instance_fraction}};
 
-ViewFiles files_of(StoredView view) {
-  using namespace layout;
-  if (view == StoredView::polar) {
-    return {"polar", kPolarExr, kPolarInstance, kPolarSemantic, kPolarShadow};
-  }
-  return {"cartesian", kCartesianExr, kCartesianInstance, kCartesianSemantic, kCartesianShadow};
+template <class Value>
+std::string bytes_of_values(const std::vector<Value>& values) {
+  std::string bytes(values.size() * sizeof(Value), '\0');
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
 }
 
-// One ping's picture, from either kind of file.
-class PictureReader {
- public:
-  PictureReader(const StoredDataset& dataset, const StoredSequence& sequence, StoredView view,
-                std::uint32_t ping)
-      : dataset_(dataset), sequence_(sequence), files_(files_of(view)), ping_(ping) {
-    const bool polar = view == StoredView::polar;
-    pixels_.rows = polar ? sequence.samples : sequence.cartesian_height;
-    pixels_.columns = polar ? sequence.beams : sequence.cartesian_width;
-  }
+template <class Value>
+Result<std::string> bytes_of_result(const Result<std::vector<Value>>& values) {
+  if (!values) return values.error();
+  return bytes_of_values(*values);
+}
 
-  Result<StoredPixels> read(const PictureChannels& c) {
-    if (pixels_.rows == 0 || pixels_.columns == 0) return std::move(pixels_);
-    Status done = sequence_.packed ? read_arrays(c) : read_files(c);
-    if (!done) return done.error();
-    return std::move(pixels_);
-  }
-
- private:
-  Status read_files(const PictureChannels& c) {
-    Status done;
-    if (c.level || c.clean || c.elevation) done = read_exr(c);
-    if (done && c.instance) done = read_png(files_.instance, read_grey16, pixels_.instance);
-    if (done && c.semantic) done = read_png(files_.semantic, read_grey8, pixels_.semantic);
-    if (done && c.shadow) done = read_png(files_.shadow, read_grey16, pixels_.shadow);
-    return done;
-  }
-
-  Status read_exr(const PictureChannels& c) {
-    if (!sequence_.has(files_.exr)) return {};
-    const auto path = ping_file(dataset_, sequence_.row.sequence, files_.exr, ping_);
-    if (!path) return path.error();
-    std::error_code error;
-    // Levels are stored as they are: a shorter file is not worth asking for memory.
-    if (fs::file_size(*path, error) < pixels_.rows * pixels_.columns * 2 || error) {
-      return damaged(*path, "is cut short");
-    }
-    const auto halves =
-        read_exr_halves(*path, static_cast<int>(pixels_.rows), static_cast<int>(pixels_.columns));
-    if (!halves) return halves.error();
-    if (c.level) take_halves(halves->level_db, pixels_.level_db);
-    if (c.clean) take_halves(halves->clean_db, pixels_.clean_db);
-    if (c.elevation) take_halves(halves->elevation_rad, pixels_.elevation_rad);
-    return {};
-  }
-
-  template <class Read, class Pixel>
-  Status read_png(const char* name_template, Read decode, std::vector<Pixel>& pixels) {
-    if (!sequence_.has(name_template)) return {};
-    const auto path = ping_file(dataset_, sequence_.row.sequence, name_template, ping_);
-    if (!path) return path.error();
-    auto found = decode(*path, pixels_.rows, pixels_.columns);
-    if (!found) return found.error();
-    pixels = std::move(*found);
-    return {};
-  }
-
-  Status read_arrays(const PictureChannels& c) {
-    Status done;
-    if (c.level) done = read_half_row("level_db", pixels_.level_db);
-    if (done && c.clean) done = read_half_row("clean_db", pixels_.clean_db);
-    if (done && c.elevation) done = read_half_row("elevation_rad", pixels_.elevation_rad);
-    if (done && c.instance) done = read_row("instance", kNpyUint16, pixels_.instance);
-    if (done && c.semantic) done = read_row("semantic", kNpyUint8, pixels_.semantic);
-    if (done && c.shadow) done = read_row("shadow", kNpyUint16, pixels_.shadow);
-    return done;
-  }
-
-  template <class Pixel>
-  Status read_row(const char* channel, const char* descr, std::vector<Pixel>& pixels) {
-    const std::string file = files_.name + "_" + channel + ".npy";
-    if (!sequence_.has_array(file)) return {};
-    const auto path = stored_file(dataset_, sequence_.row.sequence, file);
-    if (!path) return path.error();
-    const auto row =
-        read_npy_row(*path, descr, {sequence_.row.pings(), pixels_.rows, pixels_.columns},
-                     ping_ - sequence_.row.first_ping);
-    if (!row) return row.error();
-    pixels.resize(row->size() / sizeof(Pixel));
-    std::memcpy(pixels.data(), row->data(), pixels.size() * sizeof(Pixel));
-    return {};
-  }
-
-  Status read_half_row(const char* channel, std::vector<float>& values) {
-    std::vector<std::uint16_t> halves;
-    const Status done = read_row(channel, kNpyFloat16, halves);
-    if (done) take_halves(halves, values);
-    return done;
-  }
-
-  static void take_halves(std::span<const std::uint16_t> halves, std::vector<float>& values) {
+// Floats are stored as halves.
+template <class Value>
+void take_cells(std::string_view bytes, std::vector<Value>& values) {
+  if constexpr (std::is_floating_point_v<Value>) {
+    const auto halves = values_in<std::uint16_t>(bytes);
     values.resize(halves.size());
     from_halves(halves, values);
+  } else {
+    values = values_in<Value>(bytes);
   }
-
-  const StoredDataset& dataset_;
-  const StoredSequence& sequence_;
-  ViewFiles files_;
-  std::uint32_t ping_;
-  StoredPixels pixels_;
-};
-
-std::vector<std::complex<float>> series_from(std::string_view bytes) {
-  std::vector<std::complex<float>> series(bytes.size() / sizeof(std::complex<float>));
-  std::memcpy(static_cast<void*>(series.data()), bytes.data(), bytes.size());
-  return series;
 }
 
-constexpr char kPackedSeries[] = "timeseries.npy";
-
-Result<std::vector<std::complex<float>>> read_packed_series(const StoredDataset& dataset,
-                                                            const StoredSequence& sequence,
-                                                            std::uint32_t ping) {
-  const auto path = stored_file(dataset, sequence.row.sequence, kPackedSeries);
-  if (!path) return path.error();
-  const auto row =
-      read_npy_row(*path, kNpyComplex64, {sequence.row.pings(), sequence.beams, sequence.samples},
-                   ping - sequence.row.first_ping);
-  if (!row) return row.error();
-  return series_from(*row);
+const CatalogueRow* series_row_of(const StoredSequence& sequence) {
+  for (const char* file : {layout::kTimeseries, layout::kTimeseriesExr}) {
+    const CatalogueRow* row = find_file(FileScope::ping, file);
+    if (row != nullptr && sequence.has(*row)) return row;
+  }
+  return nullptr;
 }
 
 }  // namespace
 
-PictureChannels stored_channels(const StoredSequence& sequence, StoredView view) {
-  const ViewFiles files = files_of(view);
-  const auto has = [&](const char* name_template, const char* channel) {
-    return sequence.packed ? sequence.has_array(files.name + "_" + channel + ".npy")
-                           : sequence.has(name_template);
-  };
-  PictureChannels channels;
-  channels.level = has(files.exr, "level_db");
-  channels.clean = has(files.exr, "clean_db");
-  channels.elevation = has(files.exr, "elevation_rad");
-  channels.instance = has(files.instance, "instance");
-  channels.semantic = has(files.semantic, "semantic");
-  channels.shadow = has(files.shadow, "shadow");
-  return channels;
+CellReader::CellReader(const StoredDataset& dataset, const StoredSequence& sequence,
+                       std::uint32_t ping)
+    : dataset_(dataset), sequence_(sequence), ping_(ping) {
+  ENSONIFY_ASSERT(ping >= sequence.row.first_ping && ping < sequence.row.last_ping);
 }
 
-bool has_series(const StoredSequence& sequence) {
-  return sequence.has_array(kPackedSeries) || sequence.has(layout::kTimeseries) ||
-         sequence.has(layout::kTimeseriesExr);
+Result<std::string> CellReader::read(const CatalogueRow& row) {
+  const GridSizes sizes = sequence_.sizes();
+  const NpyShape shape = grid_shape(row, sizes);
+  const std::uint32_t number = sequence_.row.sequence;
+  if (sequence_.has_array(row.array)) {
+    const auto path = stored_file(dataset_, number, row.array);
+    if (!path) return path.error();
+    return read_npy_row(*path, row.type, array_shape(row, sizes), ping_ - sequence_.row.first_ping);
+  }
+  const auto path = ping_file(dataset_, number, row.file, ping_);
+  if (!path) return path.error();
+  if (row.codec == FileCodec::png) {
+    return row.type == kNpyUint8 ? bytes_of_result(read_grey8(*path, shape[0], shape[1]))
+                                 : bytes_of_result(read_grey16(*path, shape[0], shape[1]));
+  }
+  std::error_code error;
+  // Levels and series are stored as they are: a shorter file is not worth asking for memory.
+  if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
+    return damaged(*path, "is cut short");
+  }
+  if (row.codec == FileCodec::exr) return read_exr_plane(row, *path);
+  if (row.codec == FileCodec::series_exr) {
+    return bytes_of_result(
+        read_series_exr(*path, static_cast<int>(shape[1]), static_cast<int>(shape[0])));
+  }
+  const auto array = read_npy(*path, row.type, shape);
+  if (!array) return array.error();
+  return std::string(array->data());
+}
+
+Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs::path& path) {
+  const NpyShape shape = grid_shape(row, sequence_.sizes());
+  const auto [image, is_new] = images_.try_emplace(row.file);
+  if (is_new) {
+    auto halves = read_exr_halves(path, static_cast<int>(shape[0]), static_cast<int>(shape[1]));
+    if (!halves) return halves.error();
+    image->second = std::move(*halves);
+  }
+  for (const auto& [name, values] : kExrPlanes) {
+    if (name == row.plane->name) return bytes_of_values(image->second.*values);
+  }
+  ENSONIFY_ASSERT(false);
+  return std::string();
+}
+
+PlaneNames stored_planes(const StoredSequence& sequence, ImageView view) {
+  PlaneNames names;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (sequence.has(plane_row(view, plane.name))) names.insert(plane.name);
+  }
+  return names;
 }
 
 Result<StoredPixels> read_picture(const StoredDataset& dataset, const StoredSequence& sequence,
-                                  StoredView view, std::uint32_t ping,
-                                  const PictureChannels& channels) {
-  ENSONIFY_ASSERT(ping >= sequence.row.first_ping && ping < sequence.row.last_ping);
-  return PictureReader(dataset, sequence, view, ping).read(channels);
+                                  ImageView view, std::uint32_t ping, const PlaneNames& planes) {
+  CellReader reader(dataset, sequence, ping);
+  const NpyShape shape = grid_shape(plane_row(view, "level_db"), sequence.sizes());
+  StoredPixels pixels;
+  pixels.rows = shape[0];
+  pixels.columns = shape[1];
+  if (pixels.rows == 0 || pixels.columns == 0) return pixels;
+  for (const ImagePlane& plane : kImagePlanes) {
+    const CatalogueRow& row = plane_row(view, plane.name);
+    if (!planes.contains(plane.name) || !sequence.has(row)) continue;
+    const auto bytes = reader.read(row);
+    if (!bytes) return bytes.error();
+    with_plane(pixels, plane, [&](auto& values) { take_cells(*bytes, values); });
+  }
+  return pixels;
 }
+
+bool has_series(const StoredSequence& sequence) { return series_row_of(sequence) != nullptr; }
 
 Result<std::vector<std::complex<float>>> read_series(const StoredDataset& dataset,
                                                      const StoredSequence& sequence,
                                                      std::uint32_t ping) {
-  ENSONIFY_ASSERT(ping >= sequence.row.first_ping && ping < sequence.row.last_ping);
-  if (sequence.has_array(kPackedSeries)) return read_packed_series(dataset, sequence, ping);
-  const bool as_npy = sequence.has(layout::kTimeseries);
-  if (!as_npy && !sequence.has(layout::kTimeseriesExr)) {
-    return std::vector<std::complex<float>>{};
-  }
-  const auto path = ping_file(dataset, sequence.row.sequence,
-                              as_npy ? layout::kTimeseries : layout::kTimeseriesExr, ping);
-  if (!path) return path.error();
-  std::error_code error;
-  const std::uint64_t bytes = sequence.beams * sequence.samples * sizeof(std::complex<float>);
-  if (fs::file_size(*path, error) < bytes || error) return damaged(*path, "is cut short");
-  if (!as_npy) {
-    return read_series_exr(*path, static_cast<int>(sequence.samples),
-                           static_cast<int>(sequence.beams));
-  }
-  const auto array = read_npy(*path, kNpyComplex64, {sequence.beams, sequence.samples});
-  if (!array) return array.error();
-  return series_from(array->data());
+  CellReader reader(dataset, sequence, ping);
+  const CatalogueRow* row = series_row_of(sequence);
+  if (row == nullptr) return std::vector<std::complex<float>>{};
+  const auto bytes = reader.read(*row);
+  if (!bytes) return bytes.error();
+  return values_in<std::complex<float>>(*bytes);
 }
 
 }  // namespace ensonify

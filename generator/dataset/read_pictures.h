@@ -1,45 +1,59 @@
-// Pictures of a finished data set, read again, from files of a ping or from packed arrays.
+// Images and series of a finished data set, read again, from files of a ping or from packed arrays.
 //
-//   stored_channels  has_series   what a sequence has
-//   read_picture                  the channels of one ping's picture that are asked for
-//   read_series                   one ping's series
+//   CellReader                    the cells of any row of the catalogue, as they are stored
+//   PlaneNames  stored_planes     which planes a sequence has
+//   read_picture                  the planes of one ping's image that are asked for
+//   has_series  read_series       one ping's series
 #pragma once
 
 #include <complex>
 #include <cstdint>
+#include <map>
+#include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "dataset/read_dataset.h"
+#include "formats/exr.h"
 
 namespace ensonify {
 
-enum class StoredView { polar, cartesian };
+using StoredView = ImageView;
 
-struct PictureChannels {
-  bool level = false, clean = false, elevation = false;
-  bool instance = false, semantic = false, shadow = false;
+// Of one ping of the sequence. It keeps the image that it has read last, for its other planes.
+class CellReader {
+ public:
+  // The data set and the sequence must outlive it.
+  CellReader(const StoredDataset& dataset, const StoredSequence& sequence, std::uint32_t ping);
+
+  // The bytes of grid_shape(row, sequence.sizes()) cells of row.type. Needs a row that the sequence
+  // has. Error (io): a file is missing, damaged or of another size than the manifest says.
+  Result<std::string> read(const CatalogueRow& row);
+
+ private:
+  Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path);
+
+  const StoredDataset& dataset_;
+  const StoredSequence& sequence_;
+  std::uint32_t ping_;
+  std::map<std::string, ExrHalves> images_;  // by file
 };
 
-// Row-major, row 0 on top: of a polar picture rows are samples and columns beams. What was not
-// asked for, or what the data set has not got, is empty.
-struct StoredPixels {
+// Of kImagePlanes.
+using PlaneNames = std::set<std::string_view>;
+PlaneNames stored_planes(const StoredSequence& sequence, ImageView view);
+
+// Row 0 on top. What was not asked for, or what the data set has not got, is empty.
+struct StoredPixels : ImagePlanes {
   std::uint64_t rows = 0, columns = 0;
-  std::vector<float> level_db, clean_db;        // dB re 1 uPa; -99 without energy
-  std::vector<float> elevation_rad;             // NaN without echo
-  std::vector<std::uint16_t> instance, shadow;  // ids, 0 for none
-  std::vector<std::uint8_t> semantic;
 };
 
-PictureChannels stored_channels(const StoredSequence& sequence, StoredView view);
-bool has_series(const StoredSequence& sequence);
-
-// Needs a ping of the sequence. Error (io): a file is missing, damaged or of another size than the
-// manifest says.
+// Needs a ping of the sequence. Error (io): as above.
 Result<StoredPixels> read_picture(const StoredDataset& dataset, const StoredSequence& sequence,
-                                  StoredView view, std::uint32_t ping,
-                                  const PictureChannels& channels);
+                                  ImageView view, std::uint32_t ping, const PlaneNames& planes);
 
+bool has_series(const StoredSequence& sequence);
 // [beams x samples], Pa; empty where the data set has no series. Error (io): as above.
 Result<std::vector<std::complex<float>>> read_series(const StoredDataset& dataset,
                                                      const StoredSequence& sequence,

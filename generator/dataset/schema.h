@@ -1,14 +1,19 @@
-// JSON against the schemas of output_schema, which are built into the program. Private to dataset/.
+// JSON and the CSV tables against the schemas of output_schema, which are built into the program.
+// Private to dataset/.
 //
-//   schema_text      the text of a schema or of tables.json
-//   SchemaCheck      a schema, or a part of one, made once and used for many values
+//   schema_text                the text of a schema or of tables.json
+//   SchemaCheck                a schema, or a part of one, made once and used for many values
+//   table_schema               of a table, by its file's name
+//   header_fault  row_fault    a line against it
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "dataset/json.h"
+#include "formats/json.h"
 
 namespace ensonify {
 
@@ -32,5 +37,23 @@ class SchemaCheck {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+enum class ColumnType { integer, number, text };
+
+struct Column {
+  std::string name;
+  ColumnType type = ColumnType::text;
+  std::optional<double> minimum;
+  std::vector<std::string> words;  // accepted ones; empty: any text
+};
+
+using TableSchema = std::vector<Column>;
+
+// None where tables.json does not describe it.
+std::optional<TableSchema> table_schema(std::string_view file_name);
+
+// Empty where the line is as it should be, else what is wrong.
+std::string header_fault(const TableSchema& table, std::string_view line);
+std::string row_fault(const TableSchema& table, std::string_view line);
 
 }  // namespace ensonify

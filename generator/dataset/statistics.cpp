@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "dataset/layout.h"
-#include "dataset/npy.h"
+#include "formats/npy.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -143,14 +143,6 @@ std::vector<StatisticsArray> statistics_arrays() {
   std::vector<StatisticsArray> arrays;
   for_each_array([&](const StatisticsArray& array, auto) { arrays.push_back(array); });
   return arrays;
-}
-
-std::optional<StatisticsArray> statistics_form(std::string_view name) {
-  std::optional<StatisticsArray> form;
-  for_each_array([&](const StatisticsArray& array, auto) {
-    if (array.name == name) form = array;
-  });
-  return form;
 }
 
 Json statistics_json(const SequenceInfo& info) {

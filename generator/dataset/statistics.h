@@ -1,6 +1,6 @@
 // Statistics of a sequence on disk: the arrays, and the moments of a run that was cut off.
 //
-//   statistics_arrays  statistics_form   what there is, and what an array of that name is
+//   statistics_arrays                    what there is; catalogue.h lists them too
 //   statistics_json                      what sequence.json says of them
 //   write_statistics                     moments -> arrays
 //   MomentsFile  load_moments  remove_moments   a checkpoint in .work
@@ -16,8 +16,8 @@
 #include "core/error.h"
 #include "core/moments.h"
 #include "core/ping.h"
-#include "dataset/files.h"
-#include "dataset/json.h"
+#include "formats/files.h"
+#include "formats/json.h"
 
 namespace ensonify {
 
@@ -31,8 +31,6 @@ struct StatisticsArray {
   int fewer_rows = 0, fewer_columns = 0;
 };
 std::vector<StatisticsArray> statistics_arrays();
-// None if no sequence has an array of this name.
-std::optional<StatisticsArray> statistics_form(std::string_view name);
 
 Json statistics_json(const SequenceInfo& info);
 

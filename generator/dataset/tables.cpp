@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "dataset/layout.h"
 
 namespace ensonify {
@@ -58,18 +56,6 @@ std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,
                       const std::string& split) {
   return fmt::format("{},{},{},{},{}\n", sequence, ping, time_s, split,
                      layout::index_stem(sequence, ping));
-}
-
-bool read_numbers(const std::string& line, std::span<double> values) {
-  const char* at = line.data();
-  const char* const end = at + line.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0 && (at == end || *at++ != ',')) return false;
-    const auto [after, error] = std::from_chars(at, end, values[i]);
-    if (error != std::errc()) return false;
-    at = after;
-  }
-  return at == end;
 }
 
 }  // namespace ensonify

@@ -2,11 +2,9 @@
 // Private to dataset/.
 //
 //   poses.csv  poses.tum  objects.csv  boxes.csv  index.csv
-//   read_numbers   a row of numbers, back again
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -38,8 +36,5 @@ std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
 
 std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,
                       const std::string& split);
-
-// Fills all of `values` from comma-separated numbers; false where there are others, or more.
-bool read_numbers(const std::string& line, std::span<double> values);
 
 }  // namespace ensonify

@@ -3,19 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include "dataset/files.h"
-#include "dataset/json.h"
+#include "dataset/catalogue.h"
 #include "dataset/layout.h"
+#include "dataset/manifest_json.h"
 #include "dataset/schema.h"
-#include "dataset/statistics.h"
-#include "dataset/verify_files.h"
-#include "dataset/verify_masks.h"
+#include "dataset/verify_parts.h"
+#include "formats/files.h"
+#include "formats/json.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -40,15 +39,6 @@ struct Verification {
   }
 };
 
-std::optional<std::pair<std::uint64_t, std::uint64_t>> ping_range(const Json& json) {
-  const Json* pings = member(json, "pings");
-  if (pings == nullptr || !pings->is_array() || pings->size() != 2) return std::nullopt;
-  if (!(*pings)[0].is_number_unsigned() || !(*pings)[1].is_number_unsigned()) return std::nullopt;
-  const std::pair<std::uint64_t, std::uint64_t> range{(*pings)[0], (*pings)[1]};
-  if (range.first > range.second || range.second > UINT32_MAX) return std::nullopt;
-  return range;
-}
-
 struct Manifest {
   Json head;  // all but its list of files
   std::vector<FileEntry> entries;
@@ -72,95 +62,55 @@ std::optional<Manifest> read_manifest(std::string_view text, const ManifestSchem
   return manifest;
 }
 
-std::optional<SequenceShape> shape_of(const Json& head) {
-  const Json* sonar = member(head, "sonar");
-  const Json* beams = sonar != nullptr ? member(*sonar, "beams") : nullptr;
-  const Json* record = member(head, "record");
-  const Json* instances = member(head, "instances");
-  const Json* cartesian = member(head, "cartesian");
-  const auto pings = ping_range(head);
-  const auto sequence = count_at(head, "sequence");
-  const auto split = text_at(head, "split");
-  const auto beam_count = beams != nullptr ? count_at(*beams, "count") : std::nullopt;
-  const auto samples = record != nullptr ? count_at(*record, "samples") : std::nullopt;
-  if (!pings || !sequence || *sequence > UINT32_MAX || !split || !beam_count || !samples ||
-      instances == nullptr || !instances->is_array()) {
-    return std::nullopt;
-  }
-  SequenceShape shape;
-  shape.sequence = static_cast<std::uint32_t>(*sequence);
-  shape.split = *split;
-  std::tie(shape.first_ping, shape.last_ping) = *pings;
-  shape.beams = *beam_count;
-  shape.samples = *samples;
-  shape.instances = instances->size();
+std::optional<SequenceShape> shape_of(const std::optional<SequenceManifest>& manifest) {
+  if (!manifest) return std::nullopt;
+  const SequenceInfo& info = manifest->info;
+  SequenceShape shape{info.sequence,         info.split, info.first_ping, info.last_ping,
+                      info.instances.size(), 0,          sizes_of(info)};
+  if (info.split.empty() || shape.sizes.beams < 1 || shape.sizes.samples < 1) return std::nullopt;
   shape.boxes = static_cast<std::uint64_t>(
-      std::count_if(instances->begin(), instances->end(), [](const Json& instance) {
-        const Json* box = member(instance, "box");
-        return box != nullptr && box->is_object();
-      }));
-  const Json* receiver = member(*sonar, "receiver");
-  if (receiver != nullptr) shape.elements = count_at(*receiver, "elements").value_or(0);
-  if (cartesian != nullptr) {
-    shape.cartesian_height = count_at(*cartesian, "height_px").value_or(0);
-    shape.cartesian_width = count_at(*cartesian, "width_px").value_or(0);
-  }
+      std::count_if(info.instances.begin(), info.instances.end(),
+                    [](const Instance& instance) { return instance.box.has_value(); }));
   return shape;
 }
 
 constexpr std::size_t kLongestTemplate = 64;
 
 // Names a sequence has to list, with the template of each.
-std::vector<std::pair<std::string, std::string>> expected_files(const SequenceShape& shape,
-                                                                const Json& head) {
+std::vector<std::pair<std::string, std::string>> expected_files(const SequenceManifest& manifest) {
+  const SequenceInfo& info = manifest.info;
   std::vector<std::pair<std::string, std::string>> names;
-  for (const std::string& name : layout::sequence_files()) {
-    if (name != layout::kSequenceJson) names.emplace_back(name, name);
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope != FileScope::sequence || row.file == layout::kSequenceJson) continue;
+    if (is_wanted(row, selection_of(info))) names.emplace_back(row.file, row.file);
   }
-  if (const Json* arrays = member(head, "arrays"); arrays != nullptr && arrays->is_object()) {
-    for (const auto& [name, about] : arrays->items()) names.emplace_back(name, name);
-  }
-  const Json* sdf = member(head, "sdf");
-  if (sdf != nullptr && sdf->is_object()) names.emplace_back(layout::kSdf, layout::kSdf);
-  if (member(head, "statistics") != nullptr) {
-    for (const StatisticsArray& array : statistics_arrays()) {
-      names.emplace_back(array.name, array.name);
-    }
-  }
-  const Json* each = member(head, "each_ping");
-  if (each == nullptr || !each->is_array()) return names;
-  for (const Json& item : *each) {
-    if (!item.is_string()) continue;
-    const auto name_template = item.get<std::string>();
+  for (const std::string& name : manifest.arrays) names.emplace_back(name, name);
+  for (const std::string& name_template : manifest.each_ping) {
     // None of ours, and as many copies of it as pings are a way to fill the memory.
     if (name_template.size() > kLongestTemplate) continue;
-    for (auto ping = shape.first_ping; ping < shape.last_ping; ++ping) {
-      names.emplace_back(layout::ping_file(name_template, static_cast<std::uint32_t>(ping)),
-                         name_template);
+    for (auto ping = info.first_ping; ping < info.last_ping; ++ping) {
+      names.emplace_back(layout::ping_file(name_template, ping), name_template);
     }
   }
   return names;
 }
 
-void check_listed_files(Verification& v, const SequenceShape& shape, const Json& head,
-                        std::vector<FileEntry> entries) {
+void check_listed_files(Verification& v, const SequenceShape& shape,
+                        const SequenceManifest& manifest, const std::vector<FileEntry>& entries) {
   const std::string folder = layout::sequence_folder(shape.sequence) + "/";
-  const Json* arrays = member(head, "arrays");
-  if ((text_at(head, "pack") == "sequence") != (arrays != nullptr && arrays->is_object())) {
+  if (manifest.info.output.packed != manifest.has_arrays) {
     v.fault(folder + layout::kSequenceJson, "its keys pack and arrays contradict each other");
   }
-  const Json* each = member(head, "each_ping");
-  const Json* statistics = member(head, "statistics");
-  if (statistics != nullptr && count_at(*statistics, "realisations") != shape.pings()) {
+  if (manifest.info.output.statistics && manifest.realisations != shape.pings()) {
     v.fault(folder + layout::kSequenceJson, "its statistics are not of all its pings");
   }
-  if (each != nullptr && shape.pings() * each->size() > entries.size()) {
+  if (shape.pings() * manifest.each_ping.size() > entries.size()) {
     // Also keeps a manifest that claims billions of pings from filling the memory.
     v.fault(folder + layout::kSequenceJson, "lists fewer files than its pings have");
     return;
   }
   std::map<std::string, std::string> templates;
-  for (auto& [name, name_template] : expected_files(shape, head)) templates[name] = name_template;
+  for (auto& [name, name_template] : expected_files(manifest)) templates[name] = name_template;
 
   std::vector<std::string> faults(entries.size());
   v.workers.for_each(entries.size(), [&](std::size_t i) {
@@ -183,24 +133,22 @@ void check_listed_files(Verification& v, const SequenceShape& shape, const Json&
   for (const auto& [name, name_template] : templates) {
     v.fault(folder + name, "belongs to this sequence, but sequence.json does not list it");
   }
-  if (count_at(head, "bytes") != bytes) {
+  if (manifest.bytes != bytes) {
     v.fault(folder + layout::kSequenceJson, "its number of bytes is not the sum over its files");
   }
   v.report.files += entries.size();
   v.report.bytes += bytes;
 }
 
-void check_sequence(Verification& v, const Json& row) {
-  const auto number = count_at(row, "sequence");
-  const auto hash = text_at(row, "sha256");
-  if (!number || *number > UINT32_MAX || !hash) {
+void check_sequence(Verification& v, const SequenceEntry& row) {
+  if (row.sha256.empty()) {
     return v.fault(layout::kDatasetJson, "a sequence lacks its number or hash");
   }
-  const auto sequence = static_cast<std::uint32_t>(*number);
+  const std::uint32_t sequence = row.sequence;
   const std::string path = layout::in_sequence(sequence, layout::kSequenceJson);
   if (!v.known.insert(path).second) return v.fault(path, "the sequence is listed twice");
   const auto size = listed_file_size(v.dir, path);
-  v.fault(path, content_fault(v.dir, path, size.value_or(0), *hash));
+  v.fault(path, content_fault(v.dir, path, size.value_or(0), row.sha256));
   if (!size) return;
   ++v.report.files;
   v.report.bytes += *size;
@@ -209,23 +157,23 @@ void check_sequence(Verification& v, const Json& row) {
   auto manifest = text ? read_manifest(*text, v.sequence_schema) : std::nullopt;
   if (!manifest) return v.fault(path, "is not JSON");
   v.fault(path, manifest->schema_fault);
-  const Json& head = manifest->head;
+  const auto head = read_sequence_head(manifest->head);
   const auto shape = shape_of(head);
   if (!shape) return v.fault(path, "lacks its pings, beams, samples, split or instances");
-  if (shape->sequence != sequence || ping_range(row) != ping_range(head) ||
-      text_at(row, "split") != shape->split || count_at(row, "seed") != count_at(head, "seed")) {
+  const SequenceInfo& info = head->info;
+  if (info.sequence != sequence || info.first_ping != row.first_ping ||
+      info.last_ping != row.last_ping || row.split != info.split || row.seed != info.seed) {
     return v.fault(path, "says something else than dataset.json");
   }
   v.shapes.push_back(*shape);
-  check_listed_files(v, *shape, head, std::move(manifest->entries));
+  check_listed_files(v, *shape, *head, manifest->entries);
 }
 
 void check_top_level_files(Verification& v, const std::vector<FileEntry>& entries) {
   for (const FileEntry& entry : entries) {
     const bool asset = entry.path.starts_with("assets/");
-    const auto names = layout::top_level_files();
     v.fault(entry.path, content_fault(v.dir, entry.path, entry.bytes, entry.sha256));
-    if (!asset && std::find(names.begin(), names.end(), entry.path) == names.end()) {
+    if (!asset && find_file(FileScope::dataset, entry.path) == nullptr) {
       v.fault(entry.path, "is listed, but not a file of a data set");
     }
     if (asset && !entry.path.starts_with("assets/" + entry.sha256)) {
@@ -235,7 +183,9 @@ void check_top_level_files(Verification& v, const std::vector<FileEntry>& entrie
     ++v.report.files;
     v.report.bytes += entry.bytes;
   }
-  for (const std::string& name : layout::top_level_files()) {
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope != FileScope::dataset) continue;
+    const std::string& name = row.file;
     const bool own = name == layout::kDatasetJson || name == layout::kDatasetSha256 ||
                      name == layout::kProvenanceJson;
     if (own) {
@@ -314,8 +264,8 @@ void check_manifest(Verification& v) {
   if (!manifest) return v.fault(layout::kDatasetJson, "is not JSON");
   v.fault(layout::kDatasetJson, manifest->schema_fault);
   check_top_level_files(v, manifest->entries);
-  if (const Json* sequences = member(manifest->head, "sequences")) {
-    for (const Json& row : *sequences) check_sequence(v, row);
+  if (const auto head = read_dataset_head(manifest->head)) {
+    for (const SequenceEntry& row : head->sequences) check_sequence(v, row);
   }
   check_tables(v, manifest->head);
   check_unlisted(v);

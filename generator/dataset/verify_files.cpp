@@ -1,4 +1,4 @@
-#include "dataset/verify_files.h"
+#include "dataset/verify_parts.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,17 +6,13 @@
 #include <algorithm>
 #include <fstream>
 
-#include "dataset/exr.h"
-#include "dataset/json.h"
 #include "dataset/layout.h"
-#include "dataset/npy.h"
-#include "dataset/packed.h"
 #include "dataset/ply.h"
-#include "dataset/png.h"
 #include "dataset/schema.h"
-#include "dataset/statistics.h"
-#include "dataset/table_schema.h"
-#include "dataset/verify_masks.h"
+#include "formats/csv.h"
+#include "formats/exr.h"
+#include "formats/npy.h"
+#include "formats/png.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -63,11 +59,13 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
                      header->height, header->bit_depth, columns, rows, bits);
 }
 
-std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+std::string exr_fault(const fs::path& path, const CatalogueRow& row, const NpyShape& shape) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
-  const std::vector<std::string> labels = {"clean_db", "elevation_rad", "elevation_std_rad",
-                                           "instance_fraction"};
+  std::vector<std::string> labels;
+  for (const CatalogueRow& part : catalogue()) {
+    if (part.file == row.file && part.shares_file) labels.emplace_back(part.plane->name);
+  }
   if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
     return "does not have the parts level and labels, in this order";
   }
@@ -78,8 +76,9 @@ std::string exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
     return "does not have the channels Y, and " + fmt::format("{}", fmt::join(labels, ", "));
   }
   for (const ExrPart& part : *parts) {
-    if (std::cmp_not_equal(part.height, rows) || std::cmp_not_equal(part.width, columns)) {
-      return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
+    if (std::cmp_not_equal(part.height, shape[0]) || std::cmp_not_equal(part.width, shape[1])) {
+      return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, shape[1],
+                         shape[0]);
     }
   }
   return {};
@@ -121,7 +120,8 @@ std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
 }
 
 bool are_numbers(const std::vector<std::string_view>& columns, std::size_t count) {
-  return columns.size() == count && std::all_of(columns.begin(), columns.end(), is_number);
+  return columns.size() == count &&
+         std::all_of(columns.begin(), columns.end(), parse_number<double>);
 }
 
 std::string poses_fault(const fs::path& path, const SequenceShape& shape) {
@@ -178,87 +178,37 @@ std::string vdb_fault(const fs::path& path) {
   return {};
 }
 
-std::string statistics_fault(const fs::path& path, const StatisticsArray& array,
-                             const SequenceShape& shape) {
-  const auto less = [](std::uint64_t size, int fewer) {
-    return size - std::min<std::uint64_t>(size, static_cast<std::uint64_t>(fewer));
-  };
-  return npy_fault(path, array.descr,
-                   {less(shape.samples, array.fewer_rows), less(shape.beams, array.fewer_columns)});
+using TableCheck = std::string (*)(const fs::path& path, const SequenceShape&);
+constexpr std::pair<std::string_view, TableCheck> kTableChecks[] = {
+    {"poses.csv", poses_fault},
+    {"poses.tum", tum_fault},
+    {"objects.csv", objects_fault},
+    {"boxes.csv", boxes_fault},
+    {layout::kAnnotations, annotations_fault}};
+
+std::string file_fault(const fs::path& path, const CatalogueRow& row, const SequenceShape& shape) {
+  const NpyShape grid = grid_shape(row, shape.sizes);
+  switch (row.codec) {
+    case FileCodec::npy:
+      return npy_fault(path, row.type, grid);
+    case FileCodec::png:
+      return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
+    case FileCodec::exr:
+      return exr_fault(path, row, grid);
+    case FileCodec::series_exr:
+      return series_exr_fault(path, grid[1], grid[0]);
+    case FileCodec::ply:
+      return ply_fault(path);
+    case FileCodec::vdb:
+      return vdb_fault(path);
+    default:
+      break;
+  }
+  for (const auto& [name, check] : kTableChecks) {
+    if (name == row.file) return check(path, shape);
+  }
+  return {};
 }
-
-using Checker = std::string (*)(const fs::path& dir, const fs::path& path, const SequenceShape&);
-
-struct KnownFile {
-  std::string_view name_template;
-  Checker check;
-};
-
-const KnownFile kKnownFiles[] = {
-    {layout::kTimeseries,
-     [](auto&, auto& path, auto& s) {
-       return npy_fault(path, kNpyComplex64, {s.beams, s.samples});
-     }},
-    {layout::kTimeseriesExr,
-     [](auto&, auto& path, auto& s) { return series_exr_fault(path, s.samples, s.beams); }},
-    {layout::kChannels,
-     [](auto&, auto& path, auto& s) {
-       return npy_fault(path, kNpyComplex64, {s.elements, s.samples});
-     }},
-    {layout::kScatterers,
-     [](auto&, auto& path, auto&) { return npy_fault(path, kNpyScatterer, {0}); }},
-    {layout::kPoints, [](auto&, auto& path, auto&) { return ply_fault(path); }},
-    {layout::kPolarExr,
-     [](auto&, auto& path, auto& s) { return exr_fault(path, s.samples, s.beams); }},
-    {layout::kPolarInstance,
-     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
-    {layout::kPolarSemantic,
-     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
-    {layout::kPolarShadow,
-     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
-    {layout::kPolarMultipath,
-     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 16); }},
-    {layout::kPolarGrey,
-     [](auto&, auto& path, auto& s) { return png_fault(path, s.samples, s.beams, 8); }},
-    {layout::kCartesianExr,
-     [](auto&, auto& path, auto& s) {
-       return exr_fault(path, s.cartesian_height, s.cartesian_width);
-     }},
-    {layout::kCartesianInstance,
-     [](auto&, auto& path, auto& s) {
-       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
-     }},
-    {layout::kCartesianSemantic,
-     [](auto&, auto& path, auto& s) {
-       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
-     }},
-    {layout::kCartesianShadow,
-     [](auto&, auto& path, auto& s) {
-       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
-     }},
-    {layout::kCartesianMultipath,
-     [](auto&, auto& path, auto& s) {
-       return png_fault(path, s.cartesian_height, s.cartesian_width, 16);
-     }},
-    {layout::kCartesianGrey,
-     [](auto&, auto& path, auto& s) {
-       return png_fault(path, s.cartesian_height, s.cartesian_width, 8);
-     }},
-    {"azimuth_rad.npy",
-     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.beams}); }},
-    {"range_m.npy",
-     [](auto&, auto& path, auto& s) { return npy_fault(path, kNpyFloat64, {s.samples}); }},
-    {"first_return_m.npy",
-     [](auto&, auto& path, auto& s) {
-       return npy_fault(path, kNpyFloat32, {s.pings(), s.beams});
-     }},
-    {"poses.csv", [](auto&, auto& path, auto& s) { return poses_fault(path, s); }},
-    {"poses.tum", [](auto&, auto& path, auto& s) { return tum_fault(path, s); }},
-    {"objects.csv", [](auto&, auto& path, auto& s) { return objects_fault(path, s); }},
-    {layout::kSdf, [](auto&, auto& path, auto&) { return vdb_fault(path); }},
-    {"boxes.csv", [](auto&, auto& path, auto& s) { return boxes_fault(path, s); }},
-    {layout::kAnnotations, [](auto&, auto& path, auto& s) { return annotations_fault(path, s); }},
-};
 
 }  // namespace
 
@@ -281,25 +231,13 @@ std::string content_fault(const fs::path& dir, const std::string& relative, std:
 std::string format_fault(const fs::path& dir, const SequenceShape& shape, const std::string& name,
                          const std::string& name_template) {
   const fs::path path = dir / layout::in_sequence(shape.sequence, name);
-  if (name_template.starts_with(layout::kLayerPrefix)) {
-    return npy_fault(path, kNpyComplex64, {shape.beams, shape.samples});
+  if (const CatalogueRow* row = find_array(name_template)) {
+    return npy_fault(path, row->type, array_shape(*row, shape.sizes));
   }
-  if (const auto form = packed_form(name_template)) {
-    NpyShape expected = {shape.pings()};
-    const NpyShape grids[] = {{shape.beams, shape.samples},
-                              {shape.elements, shape.samples},
-                              {shape.samples, shape.beams},
-                              {shape.cartesian_height, shape.cartesian_width}};
-    const NpyShape& grid = grids[static_cast<int>(form->grid)];
-    expected.insert(expected.end(), grid.begin(), grid.end());
-    return npy_fault(path, form->descr, expected);
-  }
-  if (const auto form = statistics_form(name_template)) {
-    return statistics_fault(path, *form, shape);
-  }
-  for (const KnownFile& known : kKnownFiles) {
-    if (known.name_template != name_template) continue;
-    return known.check(dir, path, shape);
+  for (const FileScope scope : {FileScope::ping, FileScope::sequence}) {
+    if (const CatalogueRow* row = find_file(scope, name_template)) {
+      return file_fault(path, *row, shape);
+    }
   }
   return {};
 }

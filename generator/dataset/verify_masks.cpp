@@ -1,4 +1,4 @@
-#include "dataset/verify_masks.h"
+#include "dataset/verify_parts.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "dataset/rle.h"
+#include "dataset/mask.h"
 #include "dataset/schema.h"
-#include "dataset/shallow_json.h"
+#include "formats/json.h"
 
 namespace ensonify {
 namespace {

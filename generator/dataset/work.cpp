@@ -9,13 +9,15 @@
 #include <optional>
 #include <vector>
 
-#include "dataset/files.h"
 #include "dataset/folder_lock.h"
-#include "dataset/json.h"
 #include "dataset/layout.h"
+#include "dataset/manifest_json.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
-#include "dataset/sequence_json.h"
+#include "dataset/work_folder.h"
+#include "formats/files.h"
+#include "formats/json.h"
+#include "formats/sha256.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -25,9 +27,9 @@ namespace {
 struct Folder {
   bool empty = true;  // but for temporary files of a start that was cut off
   std::optional<std::string> work_text;
-  std::optional<Json> work;     // valid
-  std::optional<Json> dataset;  // valid
-  bool sealed = false;          // dataset.sha256 agrees with dataset.json
+  std::optional<Json> work;  // valid
+  std::optional<DatasetManifest> dataset;
+  bool sealed = false;  // dataset.sha256 agrees with dataset.json
   std::uint64_t sequences_sealed = 0;
   std::uint64_t sequences_begun = 0;  // highest number of a sequence's folder, plus one
 };
@@ -111,13 +113,12 @@ Result<Folder> look_at(const fs::path& dir) {
   if (folder.work && !count_at(*folder.work, "ensonify_work")) folder.work.reset();
 
   const auto manifest = text_of(dir, layout::kDatasetJson);
-  if (manifest) folder.dataset = parse_manifest(*manifest, [](const FileEntry&) {});
-  if (folder.dataset && !count_at(*folder.dataset, "ensonify_dataset")) folder.dataset.reset();
+  const auto head = manifest ? parse_manifest(*manifest, [](const FileEntry&) {}) : std::nullopt;
+  if (head) folder.dataset = read_dataset_head(*head);
   if (folder.dataset) {
     const auto seal = text_of(dir, layout::kDatasetSha256);
     folder.sealed = seal == sha256_hex(*manifest) + "  " + layout::kDatasetJson + "\n";
-    const Json* sequences = member(*folder.dataset, "sequences");
-    folder.sequences_sealed = sequences != nullptr ? sequences->size() : 0;
+    folder.sequences_sealed = folder.dataset->sequences.size();
   }
   folder.sequences_begun = std::max(folder.sequences_sealed, begun_sequences(dir));
   return folder;
@@ -244,19 +245,7 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
 
 }  // namespace
 
-std::string to_json(const WorkIdentity& identity) {
-  return json_text(
-      {{"ensonify_work", 1},
-       {"name", identity.name},
-       {"scenario_sha256", identity.scenario_sha256},
-       {"seed", identity.seed},
-       {"pings", Json::array({identity.first_ping, identity.last_ping})},
-       {"program", {{"version", identity.program_version}, {"commit", identity.program_commit}}},
-       {"numerics",
-        {{"backend", identity.backend},
-         {"simd", identity.simd},
-         {"embree_isa", identity.embree_isa}}}});
-}
+std::string to_json(const WorkIdentity& identity) { return json_text(work_json(identity)); }
 
 bool is_sealed(const fs::path& dir) {
   const auto manifest = text_of(dir, layout::kDatasetJson);

@@ -1,6 +1,6 @@
 // The identity of a piece of work and the folder it is done in.
 //
-//   WorkIdentity  to_json  what must be equal for a folder to be continued
+//   to_json                what must be equal for a folder to be continued
 //   open_work  is_sealed   new, continued, complete, or refused
 #pragma once
 
@@ -10,17 +10,9 @@
 
 #include "core/error.h"
 #include "dataset/folder_lock.h"
+#include "dataset/manifest.h"
 
 namespace ensonify {
-
-struct WorkIdentity {
-  std::string name;             // of the scenario
-  std::string scenario_sha256;  // of the resolved scenario without `sequences`, which may grow
-  std::uint64_t seed = 0;
-  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
-  std::string program_version, program_commit;
-  std::string backend, simd, embree_isa;
-};
 
 // The bytes of work.json: the same for equal identities, different for different ones.
 std::string to_json(const WorkIdentity& identity);

@@ -6,17 +6,19 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "dataset/exr.h"
+#include "dataset/catalogue.h"
 #include "dataset/layout.h"
-#include "dataset/npy.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/ply.h"
-#include "dataset/png.h"
-#include "dataset/sha256.h"
+#include "formats/exr.h"
+#include "formats/npy.h"
+#include "formats/png.h"
+#include "formats/sha256.h"
 
 namespace ensonify {
 namespace {
@@ -27,64 +29,33 @@ struct FileJob {
   std::function<Result<std::string>()> encode;
 };
 
-std::size_t area(int rows, int columns) {
-  return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
-}
-
-bool fits(const std::optional<LabelledImage>& image, int rows, int columns,
-          const OutputSelection& output) {
-  if (!image || image->rows != rows || image->columns != columns || rows < 1 || columns < 1) {
-    return false;
-  }
-  const std::size_t pixels = area(rows, columns);
-  return image->level_db.size() == pixels && image->clean_db.size() == pixels &&
-         image->elevation_rad.size() == pixels && image->elevation_std_rad.size() == pixels &&
-         image->instance_fraction.size() == pixels && image->instance.size() == pixels &&
-         image->semantic.size() == pixels && (!output.shadow || image->shadow.size() == pixels) &&
-         (!output.multipath || image->multipath.size() == pixels);
-}
-
-bool fits(const std::optional<GreyImage>& image, int rows, int columns) {
-  return !image || (rows > 0 && columns > 0 && image->rows == rows && image->columns == columns &&
-                    image->pixels.size() == area(rows, columns));
-}
-
-bool fit(const std::vector<Layer>& asked, const std::vector<LayerSeries>& layers,
-         std::size_t pixels) {
-  return std::equal(asked.begin(), asked.end(), layers.begin(), layers.end(),
-                    [&](Layer layer, const LayerSeries& series) {
-                      return series.layer == layer && series.pressure_pa.size() == pixels;
-                    });
+// Whether the cells of a row are there, and in an image of its size.
+bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& result) {
+  const GridSizes sizes = sizes_of(info);
+  const auto count = std::visit([](const auto& cells) { return cells.size(); }, row.cells(result));
+  if (count == 0 || count != cell_count(row, sizes)) return false;
+  const auto has_shape = [&](const auto& image) {
+    return grid_shape(row, sizes) == NpyShape{static_cast<std::uint64_t>(image->rows),
+                                              static_cast<std::uint64_t>(image->columns)};
+  };
+  if (!row.view) return true;
+  const bool polar = row.view == ImageView::polar;
+  return row.plane != nullptr ? has_shape(polar ? result.polar : result.cartesian)
+                              : has_shape(polar ? result.polar_grey : result.cartesian_grey);
 }
 
 // What of the result does not fit the sequence; empty if all does.
 std::string misfit(const SequenceInfo& info, const PingResult& result) {
-  const int beams = info.sonar.beam_count;
-  const int samples = info.record.samples;
-  const CartesianGrid grid = info.cartesian.value_or(CartesianGrid{});
-  const auto is_bad = [](bool asked, bool fitting) { return asked && !fitting; };
-  if (is_bad(info.output.any_timeseries(), result.series.size() == area(beams, samples))) {
-    return "series";
+  const FileSelection selection = selection_of(info);
+  for (const CatalogueRow& row : catalogue()) {
+    if (!row.cells || !is_wanted(row, selection) || fits(row, info, result)) continue;
+    return row.array.empty() ? row.file : row.array;
   }
-  if (is_bad(info.output.polar, fits(result.polar, samples, beams, info.output))) return "polar";
-  if (is_bad(info.output.cartesian,
-             fits(result.cartesian, grid.height_px, grid.width_px, info.output))) {
-    return "cartesian";
-  }
-  if (!fits(result.polar_grey, samples, beams)) return "polar_grey";
-  if (!fits(result.cartesian_grey, grid.height_px, grid.width_px)) return "cartesian_grey";
-  if (is_bad(info.output.png, result.polar_grey || result.cartesian_grey)) return "png";
-  const bool all_grey = result.polar_grey && (result.cartesian_grey || !info.output.cartesian);
-  if (is_bad(info.output.png && info.output.packed, all_grey)) return "png";
-  if (is_bad(info.output.scatterers, result.amplitudes.size() == result.scatterers.size())) {
+  const auto beams = static_cast<std::size_t>(info.sonar.beam_count);
+  if (info.output.scatterers && result.amplitudes.size() != result.scatterers.size()) {
     return "scatterers";
   }
-  if (is_bad(info.output.channels,
-             result.channels.size() == info.element_y_m.size() * info.record.samples)) {
-    return "channels";
-  }
-  if (!fit(info.layers, result.layers, area(beams, samples))) return "layers";
-  if (result.first_return_m.size() != static_cast<std::size_t>(beams)) return "first_return_m";
+  if (result.first_return_m.size() != beams) return "first_return_m";
   if (result.object_in_world.size() > info.instances.size()) return "object_in_world";
   if (result.ping < info.first_ping || result.ping >= info.last_ping) return "ping";
   return {};
@@ -115,36 +86,6 @@ ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
            {"y_left_m", grid.y_left_m}}};
 }
 
-// Names of the files of one picture; no shadow or multipath: not asked for.
-struct ImageNames {
-  const char *exr, *instance, *semantic, *shadow, *multipath;
-};
-
-void add_image_jobs(std::vector<FileJob>& jobs, const LabelledImage& image,
-                    const ExrAttributes& attributes, const ImageNames& names) {
-  jobs.push_back({names.exr, [&image, attributes] { return encode_exr(image, attributes); }});
-  const auto add_ids = [&](const char* name, const std::vector<std::uint16_t>& ids) {
-    if (name == nullptr) return;
-    jobs.push_back({name, [&image, &ids] {
-                      return encode_png(ids, image.rows, image.columns, Content::runs);
-                    }});
-  };
-  add_ids(names.instance, image.instance);
-  jobs.push_back({names.semantic, [&image] {
-                    return encode_png(image.semantic, image.rows, image.columns, Content::runs);
-                  }});
-  add_ids(names.shadow, image.shadow);
-  add_ids(names.multipath, image.multipath);
-}
-
-void add_grey_job(std::vector<FileJob>& jobs, const std::optional<GreyImage>& grey,
-                  const char* name) {
-  if (!grey) return;
-  jobs.push_back({name, [&image = *grey] {
-                    return encode_png(image.pixels, image.rows, image.columns, Content::noise);
-                  }});
-}
-
 // By instance id; none has id 0.
 std::vector<std::uint8_t> class_of_instance(const SequenceInfo& info) {
   std::vector<std::uint8_t> classes{0};
@@ -152,65 +93,67 @@ std::vector<std::uint8_t> class_of_instance(const SequenceInfo& info) {
   return classes;
 }
 
-// What stays one file a ping in packed sequences too: their lengths differ.
-void add_list_jobs(std::vector<FileJob>& jobs, const SequenceInfo& info, const PingResult& result) {
-  if (info.output.scatterers) {
-    jobs.push_back({layout::kScatterers, [&result]() -> Result<std::string> {
-                      return encode_scatterers(result.scatterers, result.amplitudes,
-                                               result.sonar_in_world);
-                    }});
-  }
-  if (info.output.points) {
-    jobs.push_back({layout::kPoints, [&]() -> Result<std::string> {
-                      return encode_points(result.scatterers, result.sonar_in_world,
-                                           source_pressure_pa_m(info.sonar),
-                                           class_of_instance(info));
-                    }});
+Result<std::string> encode_cells(const CatalogueRow& row, const SequenceInfo& info,
+                                 const PingResult& result) {
+  const NpyShape shape = grid_shape(row, sizes_of(info));
+  return std::visit(
+      [&](auto cells) -> Result<std::string> {
+        using Value = std::remove_const_t<typename decltype(cells)::element_type>;
+        if constexpr (std::is_same_v<Value, std::complex<float>>) {
+          return encode_npy(cells, shape);
+        } else if constexpr (std::is_integral_v<Value>) {
+          return encode_png(cells, static_cast<int>(shape[0]), static_cast<int>(shape[1]),
+                            row.plane != nullptr ? Content::runs : Content::noise);
+        }
+        ENSONIFY_ASSERT(false);
+        return std::string();
+      },
+      row.cells(result));
+}
+
+Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& info,
+                                const PingResult& result) {
+  switch (row.codec) {
+    case FileCodec::exr:
+      return row.view == ImageView::polar
+                 ? encode_exr(*result.polar, polar_attributes(info))
+                 : encode_exr(*result.cartesian, cartesian_attributes(*info.cartesian));
+    case FileCodec::series_exr:
+      return encode_series_exr(result.series, info.record.samples, info.sonar.beam_count,
+                               series_attributes(info));
+    case FileCodec::ply:
+      return encode_points(result.scatterers, result.sonar_in_world,
+                           source_pressure_pa_m(info.sonar), class_of_instance(info));
+    default:
+      if (row.grid != FileGrid::list) return encode_cells(row, info, result);
+      return encode_scatterers(result.scatterers, result.amplitudes, result.sonar_in_world);
   }
 }
 
-// Long jobs first, so that no worker starts one when the others are done.
+// Files that take long to encode come first, so that no worker starts one when the others are done.
+int encoding_rank(const CatalogueRow& row) {
+  if (row.plane != nullptr) return 0;
+  if (row.grid == FileGrid::list) return 3;
+  if (row.codec == FileCodec::series_exr) return 2;
+  return row.codec == FileCodec::npy ? 1 : 4;
+}
+
 std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result) {
-  using namespace layout;
+  const FileSelection selection = selection_of(info);
+  std::vector<const CatalogueRow*> rows;
+  for (const CatalogueRow& row : catalogue()) {
+    if (is_ping_file(row, selection)) rows.push_back(&row);
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const CatalogueRow* a, const CatalogueRow* b) {
+    return encoding_rank(*a) < encoding_rank(*b);
+  });
   std::vector<FileJob> jobs;
   if (info.output.packed) {
-    jobs.push_back({kPiece, [&]() -> Result<std::string> { return encode_piece(info, result); }});
-    add_list_jobs(jobs, info, result);
-    return jobs;
+    jobs.push_back(
+        {layout::kPiece, [&]() -> Result<std::string> { return encode_piece(info, result); }});
   }
-  if (info.output.polar) {
-    add_image_jobs(
-        jobs, *result.polar, polar_attributes(info),
-        {kPolarExr, kPolarInstance, kPolarSemantic, info.output.shadow ? kPolarShadow : nullptr,
-         info.output.multipath ? kPolarMultipath : nullptr});
-  }
-  if (info.output.cartesian) {
-    add_image_jobs(jobs, *result.cartesian, cartesian_attributes(*info.cartesian),
-                   {kCartesianExr, kCartesianInstance, kCartesianSemantic,
-                    info.output.shadow ? kCartesianShadow : nullptr,
-                    info.output.multipath ? kCartesianMultipath : nullptr});
-  }
-  const auto add_series = [&](std::string name, const std::vector<std::complex<float>>& series) {
-    const auto samples = static_cast<std::uint64_t>(info.record.samples);
-    jobs.push_back({std::move(name), [&series, samples]() -> Result<std::string> {
-                      return encode_npy(series, {series.size() / samples, samples});
-                    }});
-  };
-  if (info.output.timeseries) add_series(kTimeseries, result.series);
-  if (info.output.channels) add_series(kChannels, result.channels);
-  for (const LayerSeries& layer : result.layers) {
-    add_series(layer_template(layer_name(layer.layer)), layer.pressure_pa);
-  }
-  if (info.output.timeseries_exr) {
-    jobs.push_back({kTimeseriesExr, [&] {
-                      return encode_series_exr(result.series, info.record.samples,
-                                               info.sonar.beam_count, series_attributes(info));
-                    }});
-  }
-  add_list_jobs(jobs, info, result);
-  if (info.output.png) {
-    add_grey_job(jobs, result.polar_grey, kPolarGrey);
-    add_grey_job(jobs, result.cartesian_grey, kCartesianGrey);
+  for (const CatalogueRow* row : rows) {
+    jobs.push_back({row->file, [&info, &result, row] { return encode_file(*row, info, result); }});
   }
   return jobs;
 }

@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/ping.h"
-#include "dataset/files.h"
+#include "formats/files.h"
 
 namespace ensonify {
 

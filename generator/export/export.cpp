@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "dataset/files.h"
-#include "dataset/output.h"
 #include "export/job.h"
+#include "formats/files.h"
+#include "formats/output.h"
 
 namespace ensonify {
 namespace {

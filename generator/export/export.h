@@ -17,10 +17,11 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/ping.h"
 
 namespace ensonify {
 
-enum class PictureView { polar, cartesian };
+using PictureView = ImageView;
 enum class YoloLabels { segments, boxes };
 
 // What is not given has the default that docs/export.md states. An option that a format does not

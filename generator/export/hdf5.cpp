@@ -7,60 +7,76 @@
 #include <optional>
 #include <utility>
 
-#include "dataset/exr.h"
-#include "dataset/layout.h"
-#include "dataset/npy.h"
-#include "dataset/npy_file.h"
-#include "dataset/read_png.h"
+#include "dataset/read_pictures.h"
 #include "export/hdf5_file.h"
 #include "export/job.h"
+#include "formats/exr.h"
+#include "formats/npy.h"
+#include "formats/png.h"
 
 namespace ensonify {
 namespace {
 
 // Extents of the arrays of a sequence, or of the largest ones of several.
 struct Extents {
-  std::uint64_t beams = 0, samples = 0, cartesian_height = 0, cartesian_width = 0, instances = 0;
+  std::uint64_t beams = 0, samples = 0, elements = 0, cartesian_height = 0, cartesian_width = 0,
+                instances = 0;
   friend bool operator==(const Extents&, const Extents&) = default;
+
+  GridSizes sizes() const {
+    return {beams, samples, elements, cartesian_height, cartesian_width, 0};
+  }
 };
 
 Extents extents_of(const StoredSequence& s) {
-  return {s.beams, s.samples, s.cartesian_height, s.cartesian_width, s.instances.size()};
+  return {s.beams,           s.samples,         s.elements, s.cartesian_height,
+          s.cartesian_width, s.instances.size()};
 }
 
 Extents larger(const Extents& a, const Extents& b) {
-  return {std::max(a.beams, b.beams), std::max(a.samples, b.samples),
+  return {std::max(a.beams, b.beams),
+          std::max(a.samples, b.samples),
+          std::max(a.elements, b.elements),
           std::max(a.cartesian_height, b.cartesian_height),
-          std::max(a.cartesian_width, b.cartesian_width), std::max(a.instances, b.instances)};
+          std::max(a.cartesian_width, b.cartesian_width),
+          std::max(a.instances, b.instances)};
 }
 
-// A picture's kinds of files; polar and Cartesian ones are the same but for names and extents.
-struct View {
-  const char* group;
-  const char *exr, *instance, *semantic, *grey;
-  std::uint64_t rows, columns;
-};
+// Cells of each ping but lists, whose length differs, and series as pictures, which come as arrays.
+bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty(); }
 
-std::vector<View> views_of(const Extents& e) {
-  using namespace layout;
-  return {{"polar", kPolarExr, kPolarInstance, kPolarSemantic, kPolarGrey, e.samples, e.beams},
-          {"cartesian", kCartesianExr, kCartesianInstance, kCartesianSemantic, kCartesianGrey,
-           e.cartesian_height, e.cartesian_width}};
+// timeseries, channels, layers/noise, polar/level_db, polar/grey
+std::string array_name(const CatalogueRow& row) {
+  if (row.layer) return std::string("layers/") + layer_name(*row.layer);
+  if (!row.view) return row.array.substr(0, row.array.find('.'));
+  return std::string(view_name(*row.view)) + "/" +
+         (row.plane != nullptr ? row.plane->name : "grey");
 }
 
-struct FloatLayer {
-  const char* name;
-  const char* units;
-  Hdf5Fill fill;
-  std::vector<std::uint16_t> ExrHalves::*values;
-};
+Hdf5Type array_type(const CatalogueRow& row) {
+  if (row.type == kNpyComplex64) return Hdf5Type::complex64;
+  if (row.type == kNpyFloat16) return Hdf5Type::f16;
+  return row.type == kNpyUint16 ? Hdf5Type::u16 : Hdf5Type::u8;
+}
 
-constexpr FloatLayer kFloatLayers[] = {
-    {"level_db", "dB re 1 uPa", Hdf5Fill::no_energy, &ExrHalves::level_db},
-    {"clean_db", "dB re 1 uPa", Hdf5Fill::no_energy, &ExrHalves::clean_db},
-    {"elevation_rad", "rad", Hdf5Fill::nan, &ExrHalves::elevation_rad},
-    {"elevation_std_rad", "rad", Hdf5Fill::nan, &ExrHalves::elevation_std_rad},
-    {"instance_fraction", "1", Hdf5Fill::zero, &ExrHalves::instance_fraction}};
+Hdf5Fill array_fill(const CatalogueRow& row) {
+  const PlaneBlank blank = row.plane != nullptr ? row.plane->blank : PlaneBlank::zero;
+  if (blank == PlaneBlank::no_energy) return Hdf5Fill::no_energy;
+  return blank == PlaneBlank::nan ? Hdf5Fill::nan : Hdf5Fill::zero;
+}
+
+std::vector<std::string> array_axes(const CatalogueRow& row) {
+  switch (row.grid) {
+    case FileGrid::series:
+      return {"", "azimuth_rad", "range_m"};
+    case FileGrid::channels:
+      return {"", "", "range_m"};
+    case FileGrid::polar:
+      return {"", "range_m", "azimuth_rad"};
+    default:
+      return {};
+  }
+}
 
 // Where a sequence's own group lies.
 std::string group_of(const StoredSequenceRow& row) {
@@ -86,11 +102,15 @@ class Stack {
     add("object_quaternion_wxyz", Hdf5Type::f64, {n, 4}, "object to world; row k is instance k + 1",
         Hdf5Fill::nan);
     add("first_return_m", Hdf5Type::f32, {extents_.beams}, "m", Hdf5Fill::nan, {"", "azimuth_rad"});
-    if (sequence.has(layout::kTimeseries)) {
-      add("timeseries", Hdf5Type::complex64, {extents_.beams, extents_.samples}, "Pa (rms)",
-          Hdf5Fill::zero, {"", "azimuth_rad", "range_m"});
+    for (const CatalogueRow& row : catalogue()) {
+      if (!is_exported(row) || !sequence.has(row)) continue;
+      const char* unit = row.plane != nullptr ? row.plane->unit
+                         : row.grid == FileGrid::series || row.grid == FileGrid::channels
+                             ? "Pa (rms)"
+                             : "";
+      add(array_name(row), array_type(row), grid_shape(row, extents_.sizes()), unit,
+          array_fill(row), array_axes(row));
     }
-    for (const View& view : views_of(extents_)) make_pictures(sequence, view);
   }
 
   Status write(const ExportJob& job, const StoredSequence& sequence, const StoredPing& ping,
@@ -103,17 +123,12 @@ class Stack {
                      ping.ping - sequence.row.first_ping);
     if (!returns) return returns.error();
     put("first_return_m", row, returns->data(), {sequence.beams});
-    if (sequence.has(layout::kTimeseries)) {
-      const auto path =
-          ping_file(job.dataset, sequence.row.sequence, layout::kTimeseries, ping.ping);
-      if (!path) return path.error();
-      const auto series = read_npy(*path, kNpyComplex64, {sequence.beams, sequence.samples});
-      if (!series) return series.error();
-      put("timeseries", row, series->data().data(), {sequence.beams, sequence.samples});
-    }
-    for (const View& view : views_of(extents_of(sequence))) {
-      const Status written = write_pictures(job, sequence, ping, row, view);
-      if (!written) return written;
+    CellReader reader(job.dataset, sequence, ping.ping);
+    for (const CatalogueRow& cells : catalogue()) {
+      if (!is_exported(cells) || !sequence.has(cells)) continue;
+      const auto bytes = reader.read(cells);
+      if (!bytes) return bytes.error();
+      put(array_name(cells), row, bytes->data(), grid_shape(cells, sequence.sizes()));
     }
     return {};
   }
@@ -133,60 +148,6 @@ class Stack {
   void put(const std::string& name, std::uint64_t row, const void* data,
            const std::vector<std::uint64_t>& shape) {
     file_.write_row(base_ + "/" + name, row, data, shape);
-  }
-
-  void make_pictures(const StoredSequence& sequence, const View& view) {
-    const std::string group = std::string(view.group) + "/";
-    const std::vector<std::uint64_t> shape = {view.rows, view.columns};
-    std::vector<std::string> axes;
-    if (group == "polar/") axes = {"", "range_m", "azimuth_rad"};
-    if (sequence.has(view.exr)) {
-      for (const FloatLayer& layer : kFloatLayers) {
-        add(group + layer.name, Hdf5Type::f16, shape, layer.units, layer.fill, axes);
-      }
-    }
-    if (sequence.has(view.instance)) {
-      add(group + "instance", Hdf5Type::u16, shape, "", Hdf5Fill::zero, axes);
-    }
-    if (sequence.has(view.semantic)) {
-      add(group + "semantic", Hdf5Type::u8, shape, "", Hdf5Fill::zero, axes);
-    }
-    if (sequence.has(view.grey)) {
-      add(group + "grey", Hdf5Type::u8, shape, "", Hdf5Fill::zero, axes);
-    }
-  }
-
-  Status write_pictures(const ExportJob& job, const StoredSequence& sequence,
-                        const StoredPing& ping, std::uint64_t row, const View& view) {
-    const std::string group = std::string(view.group) + "/";
-    const std::vector<std::uint64_t> shape = {view.rows, view.columns};
-    const auto path_of = [&](const char* name_template) {
-      return ping_file(job.dataset, sequence.row.sequence, name_template, ping.ping);
-    };
-    if (sequence.has(view.exr)) {
-      const auto path = path_of(view.exr);
-      if (!path) return path.error();
-      const auto halves =
-          read_exr_halves(*path, static_cast<int>(view.rows), static_cast<int>(view.columns));
-      if (!halves) return halves.error();
-      for (const FloatLayer& layer : kFloatLayers) {
-        put(group + layer.name, row, ((*halves).*layer.values).data(), shape);
-      }
-    }
-    const auto put_grey = [&](const char* name_template, const char* name,
-                              const auto& read) -> Status {
-      if (!sequence.has(name_template)) return {};
-      const auto path = path_of(name_template);
-      if (!path) return path.error();
-      const auto pixels = read(*path, view.rows, view.columns);
-      if (!pixels) return pixels.error();
-      put(group + name, row, pixels->data(), shape);
-      return {};
-    };
-    Status done = put_grey(view.instance, "instance", read_grey16);
-    if (done) done = put_grey(view.semantic, "semantic", read_grey8);
-    if (done) done = put_grey(view.grey, "grey", read_grey8);
-    return done;
   }
 
   void write_poses(const StoredSequence& sequence, const StoredPing& ping, std::uint64_t row) {

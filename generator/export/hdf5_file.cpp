@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/units.h"
-#include "dataset/files.h"
+#include "formats/files.h"
 
 namespace ensonify {
 

@@ -2,34 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "dataset/layout.h"
 
 namespace ensonify {
-namespace {
-
-// What in a scenario (or on the command line) makes a kind of file.
-const char* advice_for(std::string_view name_template) {
-  const std::pair<const char*, const char*> makers[] = {
-      {layout::kTimeseries, "`output.timeseries: npy`"},
-      {layout::kPolarExr, "`output.polar: true`"},
-      {layout::kPolarInstance, "`output.polar: true`"},
-      {layout::kPolarSemantic, "`output.polar: true`"},
-      {layout::kCartesianExr, "`output.cartesian`"},
-      {layout::kCartesianInstance, "`output.cartesian`"},
-      {layout::kCartesianSemantic, "`output.cartesian`"},
-      {layout::kPolarGrey, "`output.png: true`"},
-      {layout::kCartesianGrey, "`output.png: true` and `output.cartesian`, or give --view polar"},
-      {layout::kScatterers, "--export-scatterers"}};
-  for (const auto& [name, maker] : makers) {
-    if (name == name_template) return maker;
-  }
-  return "another `output`";
-}
-
-}  // namespace
-
 Status for_each_sequence(const ExportJob& job,
                          const std::function<Status(const StoredSequence&)>& use) {
   for (const StoredSequenceRow& row : job.dataset.sequences) {
@@ -60,27 +35,24 @@ std::string item_name(const StoredSequence& sequence, const StoredPing& ping) {
   return fmt::format("{:06}_{:06}", sequence.row.sequence, ping.ping);
 }
 
-Status need(const ExportJob& job, const StoredSequence& sequence, const char* name_template) {
-  if (sequence.has(name_template)) return {};
+Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row) {
+  if (sequence.has(row)) return {};
   return Error{
       ErrorKind::usage,
       fmt::format(
           "{}: its pings have no {}, which this format needs; generate the data set with {}",
-          (job.dataset.dir / layout::sequence_folder(sequence.row.sequence)).string(),
-          name_template, advice_for(name_template))};
+          (job.dataset.dir / layout::sequence_folder(sequence.row.sequence)).string(), row.file,
+          row.maker)};
 }
 
-const char* view_name(PictureView view) {
-  return view == PictureView::polar ? "polar" : "cartesian";
+Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
+                                      const StoredPing& ping, const CatalogueRow& row) {
+  return ping_file(job.dataset, sequence.row.sequence, row.file, ping.ping);
 }
-const char* grey_template(PictureView view) {
-  return view == PictureView::polar ? layout::kPolarGrey : layout::kCartesianGrey;
-}
-const char* instance_template(PictureView view) {
-  return view == PictureView::polar ? layout::kPolarInstance : layout::kCartesianInstance;
-}
-const char* semantic_template(PictureView view) {
-  return view == PictureView::polar ? layout::kPolarSemantic : layout::kCartesianSemantic;
+
+const CatalogueRow& grey_of(const ExportJob& job) { return grey_row(job.view()); }
+const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane) {
+  return plane_row(job.view(), plane);
 }
 
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,

@@ -4,7 +4,8 @@
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
 //   item_name            000000_000003, for flat folders
 //   need                 the Error for a kind of file that the data set has not
-//   grey_template  instance_template  semantic_template   files of a view, in layout.h's terms
+//   grey_of  mask_of_view   rows of the catalogue of the view that the user wants
+//   path_of              the file of a row and a ping
 #pragma once
 
 #include <functional>
@@ -32,12 +33,13 @@ std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
 // No error where every ping of the sequence has this file; else usage, with the key of the scenario
 // that makes it.
-Status need(const ExportJob& job, const StoredSequence& sequence, const char* name_template);
+Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row);
 
-const char* view_name(PictureView view);
-const char* grey_template(PictureView view);
-const char* instance_template(PictureView view);
-const char* semantic_template(PictureView view);
+Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
+                                      const StoredPing& ping, const CatalogueRow& row);
+
+const CatalogueRow& grey_of(const ExportJob& job);
+const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
 // The annotations of this ping's picture of the view.
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "dataset/layout.h"
-#include "dataset/npy_file.h"
-#include "dataset/read_png.h"
 #include "export/job.h"
 #include "export/mcap_file.h"
 #include "export/ros_messages.h"
+#include "formats/bytes.h"
+#include "formats/npy.h"
+#include "formats/png.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -30,9 +30,7 @@ Result<std::vector<double>> axis(const ExportJob& job, const StoredSequence& seq
   if (!path) return path.error();
   const auto array = read_npy(*path, kNpyFloat64, {count});
   if (!array) return array.error();
-  std::vector<double> values(count);
-  std::memcpy(values.data(), array->data().data(), array->data().size());
-  return values;
+  return values_in<double>(array->data());
 }
 
 // What all images of a sequence have in common.
@@ -87,7 +85,7 @@ Status write_sequence(const ExportJob& job, const fs::path& path, const StoredSe
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
           fmt::format("the time of ping {} lies before that of the one before", ping.ping));
     }
-    const auto grey = ping_file(job.dataset, sequence.row.sequence, layout::kPolarGrey, ping.ping);
+    const auto grey = path_of(job, sequence, ping, grey_row(ImageView::polar));
     if (!grey) return grey.error();
     auto pixels = read_grey8(*grey, sequence.samples, sequence.beams);
     if (!pixels) return pixels.error();
@@ -106,7 +104,7 @@ Status write_sequence(const ExportJob& job, const fs::path& path, const StoredSe
 
 Status write_mcap(const ExportJob& job, const fs::path& target) {
   return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
-    if (const Status there = need(job, sequence, layout::kPolarGrey); !there) return there;
+    if (const Status there = need(job, sequence, grey_row(ImageView::polar)); !there) return there;
     return write_sequence(job, target / fmt::format("{:06}.mcap", sequence.row.sequence), sequence);
   });
 }

@@ -1,8 +1,7 @@
 #include "export/mcap_file.h"
 
-#include <libdeflate.h>
-
-#include <cstring>
+#include "formats/bytes.h"
+#include "formats/deflate.h"
 
 namespace ensonify {
 namespace {
@@ -29,9 +28,7 @@ class Fields {
  public:
   template <class T>
   Fields& number(T value) {
-    char bytes[sizeof value];
-    std::memcpy(bytes, &value, sizeof value);
-    text_.append(bytes, sizeof bytes);
+    put_value(text_, value);
     return *this;
   }
   Fields& string(std::string_view text) {
@@ -58,10 +55,6 @@ std::string record(std::uint8_t opcode, std::string_view content) {
   return Fields().number(opcode).number(std::uint64_t{content.size()}).raw(content).text();
 }
 
-std::uint32_t crc_of(std::uint32_t start, std::string_view bytes) {
-  return libdeflate_crc32(start, bytes.data(), bytes.size());
-}
-
 }  // namespace
 
 McapFile::McapFile(const std::filesystem::path& path, std::string_view profile,
@@ -72,7 +65,7 @@ McapFile::McapFile(const std::filesystem::path& path, std::string_view profile,
 }
 
 void McapFile::put(std::string_view bytes) {
-  crc_ = crc_of(crc_, bytes);
+  crc_ = crc32_of(bytes, crc_);
   file_.append(bytes);
 }
 
@@ -130,7 +123,7 @@ void McapFile::end_chunk() {
                          .number(chunk_first_ns_)
                          .number(chunk_last_ns_)
                          .number(std::uint64_t{chunk_.size()})
-                         .number(crc_of(0, chunk_))
+                         .number(crc32_of(chunk_))
                          .string("")
                          .number(std::uint64_t{chunk_.size()})
                          .raw(chunk_)

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "dataset/output.h"
+#include "formats/files.h"
 
 namespace ensonify {
 
@@ -44,7 +44,7 @@ class McapFile {
   std::string chunk_index_records() const;
   std::string statistics_record() const;
 
-  OutputFile file_;
+  StreamedFile file_;
   std::uint32_t crc_ = 0;           // of all that was put
   std::string schemas_, channels_;  // records, for the summary
   std::uint16_t schema_count_ = 0, channel_count_ = 0;

@@ -4,9 +4,10 @@
 #include <cstring>
 
 #include "dataset/layout.h"
-#include "dataset/npy_file.h"
-#include "dataset/output.h"
 #include "export/job.h"
+#include "formats/bytes.h"
+#include "formats/files.h"
+#include "formats/npy.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -31,13 +32,6 @@ constexpr char kPlyHeader[] =
     "property uchar class\n"
     "end_header\n";
 
-template <class T>
-T value_at(std::string_view bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
-
 float intensity_of(std::string_view scatterer) {
   const double re = value_at<float>(scatterer, kAmplitude);
   const double im = value_at<float>(scatterer, kAmplitude + sizeof(float));
@@ -45,13 +39,15 @@ float intensity_of(std::string_view scatterer) {
   return static_cast<float>((re * re + im * im) * gain * gain);
 }
 
+const CatalogueRow& scatterers_row() { return *find_file(FileScope::ping, layout::kScatterers); }
+
 Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
                    const StoredPing& ping) {
-  const auto path = ping_file(job.dataset, sequence.row.sequence, layout::kScatterers, ping.ping);
+  const auto path = path_of(job, sequence, ping, scatterers_row());
   if (!path) return path.error();
   const auto array = read_npy(*path, kNpyScatterer, {0});
   if (!array) return array.error();
-  OutputFile file(target / fmt::format("{:06}/{:06}.ply", sequence.row.sequence, ping.ping));
+  StreamedFile file(target / fmt::format("{:06}/{:06}.ply", sequence.row.sequence, ping.ping));
   file.append(fmt::format(kPlyHeader, sequence.row.sequence, ping.ping, array->shape[0]));
   std::string_view rest = array->data();
   for (; !rest.empty(); rest.remove_prefix(kScattererBytes)) {
@@ -75,7 +71,7 @@ Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSeq
 
 Status write_ply(const ExportJob& job, const fs::path& target) {
   return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
-    if (const Status there = need(job, sequence, layout::kScatterers); !there) return there;
+    if (const Status there = need(job, sequence, scatterers_row()); !there) return there;
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
       return write_cloud(job, target, sequence, ping);
     });

@@ -1,7 +1,8 @@
 #include "export/ros_messages.h"
 
-#include <cstring>
 #include <string_view>
+
+#include "formats/bytes.h"
 
 namespace ensonify {
 
@@ -85,9 +86,7 @@ class Cdr {
   template <class T>
   void number(T value) {
     while ((bytes_.size() - kHeaderBytes) % sizeof value != 0) bytes_ += '\0';
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    bytes_.append(raw, sizeof raw);
+    put_value(bytes_, value);
   }
   void text(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size() + 1));

@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "dataset/output.h"
 #include "export/job.h"
+#include "formats/output.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

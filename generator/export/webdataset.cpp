@@ -9,13 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "dataset/files.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
-#include "dataset/npy.h"
-#include "dataset/npy_file.h"
-#include "dataset/output.h"
 #include "export/job.h"
+#include "formats/files.h"
+#include "formats/npy.h"
+#include "formats/output.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -143,24 +142,25 @@ Result<std::string> json_of_ping(const ExportJob& job, const StoredSequence& seq
 Result<std::vector<Member>> members_of(const ExportJob& job, const StoredSequence& sequence,
                                        const StoredPing& ping) {
   std::vector<Member> members;
-  const std::pair<const char*, const char*> files[] = {
-      {"png", grey_template(job.view())},
-      {"instance.png", instance_template(job.view())},
-      {"semantic.png", semantic_template(job.view())}};
-  for (const auto& [suffix, name_template] : files) {
-    if (!sequence.has(name_template)) continue;
-    const auto path = ping_file(job.dataset, sequence.row.sequence, name_template, ping.ping);
+  std::vector<std::pair<std::string, const CatalogueRow*>> files = {{"png", &grey_of(job)}};
+  for (const ImagePlane& plane : kImagePlanes) {
+    const CatalogueRow& row = mask_of_view(job, plane.name);
+    if (row.codec == FileCodec::png) files.emplace_back(std::string(plane.name) + ".png", &row);
+  }
+  files.emplace_back("npy", find_file(FileScope::ping, layout::kTimeseries));
+  for (const auto& [suffix, row] : files) {
+    if (!sequence.has(*row)) continue;
+    const auto path = path_of(job, sequence, ping, *row);
     if (!path) return path.error();
+    if (row->codec == FileCodec::npy) {
+      auto array = read_npy(*path, row->type, grid_shape(*row, sequence.sizes()));
+      if (!array) return array.error();
+      members.push_back({suffix, std::move(array->file)});
+      continue;
+    }
     auto bytes = read_file(*path);
     if (!bytes) return bytes.error();
     members.push_back({suffix, std::move(*bytes)});
-  }
-  if (sequence.has(layout::kTimeseries)) {
-    const auto path = ping_file(job.dataset, sequence.row.sequence, layout::kTimeseries, ping.ping);
-    if (!path) return path.error();
-    auto array = read_npy(*path, kNpyComplex64, {sequence.beams, sequence.samples});
-    if (!array) return array.error();
-    members.push_back({"npy", std::move(array->file)});
   }
   auto json = json_of_ping(job, sequence, ping);
   if (!json) return json.error();
@@ -177,7 +177,7 @@ Status write_webdataset(const ExportJob& job, const fs::path& target) {
     shards.emplace(split, Shards(target, split, most));
   }
   const Status written = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
-    if (const Status there = need(job, sequence, grey_template(job.view())); !there) return there;
+    if (const Status there = need(job, sequence, grey_of(job)); !there) return there;
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
       const auto members = members_of(job, sequence, ping);
       if (!members) return members.error();

@@ -1,8 +1,9 @@
-// A picture with its axes, rings, title, colour bar and legend.
+// An image with its axes, rings, title, colour bar and legend.
 //
 //   Layout     where things stand; the same for all frames of an animation
 //   layout_of  from the width and what is to be shown
 //   compose    one frame
+//   tick_step  ticks_in  tick_text   round numbers along an axis
 #pragma once
 
 #include <optional>
@@ -11,7 +12,6 @@
 
 #include "dataset/read_pictures.h"
 #include "figure/drawing.h"
-#include "figure/fan.h"
 #include "figure/paint.h"
 
 namespace ensonify {
@@ -53,5 +53,14 @@ Layout layout_of(const Surroundings& around, int width_px);
 // `image` has the size of the layout's picture.
 Drawing compose(const Layout& layout, const Surroundings& around, RgbImage image,
                 const std::string& title);
+
+// The smallest that gives at most `most` steps. Needs span > 0, most >= 1.
+double tick_step(double span, int most);
+
+// In rising order, whichever end is larger.
+std::vector<double> ticks_in(double end, double other_end, double step);
+
+// With as many decimals as the step has, and a true minus sign.
+std::string tick_text(double value, double step);
 
 }  // namespace ensonify

@@ -1,20 +1,48 @@
-// A figure before it is pixels or SVG: boxes, lines, texts and pictures in the order in which they
-// are painted. Lengths are pixels, x to the right and y down.
+// Colours, and a figure before it is pixels or SVG: boxes, lines, texts and images in the order in
+// which they are painted. Lengths are pixels, x to the right and y down.
 //
+//   colour_maps  find_colour_map   maps of even lightness, dark to light
+//   colour_at                      colour of a value between 0 and 1
+//   id_colour                      colour of an instance or class
 //   RgbImage   Drawing and its items
-//   draw_raster   encode_png   pixels
-//   encode_svg                 text stays text, pictures are embedded
+//   draw_raster   encode_png       pixels
+//   encode_svg                     text stays text, images are embedded
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 #include "core/error.h"
-#include "figure/colour_map.h"
 
 namespace ensonify {
+
+struct Rgb {
+  std::uint8_t red = 0, green = 0, blue = 0;
+  friend bool operator==(const Rgb&, const Rgb&) = default;
+};
+
+inline constexpr Rgb kWhite{255, 255, 255};
+inline constexpr Rgb kNoIdColour{0xe4, 0xe4, 0xe4};
+
+struct ColourMap {
+  const char* name;
+  std::array<std::uint32_t, 33> stops;  // 0xrrggbb, evenly spaced
+};
+
+std::span<const ColourMap> colour_maps();
+// Null where there is none.
+const ColourMap* find_colour_map(std::string_view name);
+
+// Below 0 and above 1 the map's ends.
+Rgb colour_at(const ColourMap& map, double value);
+
+// The same for the same id always; 0 is kNoIdColour.
+Rgb id_colour(std::uint32_t id);
 
 struct RgbImage {
   int width = 0, height = 0;

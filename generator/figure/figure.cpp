@@ -1,9 +1,15 @@
 #include "figure/figure.h"
 
-#include "dataset/files.h"
-#include "dataset/output.h"
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
 #include "figure/animation.h"
 #include "figure/frames.h"
+#include "formats/files.h"
+#include "formats/output.h"
 
 namespace ensonify {
 namespace {
@@ -34,6 +40,147 @@ Status animate(const FrameMaker& maker, const FigureJob& job, const FigureOption
   return (*sink)->finish();
 }
 
+constexpr int kMinWidth = 200, kMaxWidth = 8000;
+
+Error usage(const std::string& what) { return {ErrorKind::usage, what}; }
+
+bool is_level(FigureChannel channel) {
+  return channel == FigureChannel::level || channel == FigureChannel::clean;
+}
+
+std::optional<FigureFormat> format_of(const std::filesystem::path& output) {
+  constexpr std::pair<const char*, FigureFormat> kFormats[] = {{".png", FigureFormat::png},
+                                                               {".svg", FigureFormat::svg},
+                                                               {".webp", FigureFormat::webp},
+                                                               {".mp4", FigureFormat::mp4}};
+  std::string extension = output.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (const auto& [name, format] : kFormats) {
+    if (extension == name) return format;
+  }
+  return std::nullopt;
+}
+
+// Options that contradict each other, whatever the data set is.
+Status check_options(const FigureOptions& o, FigureFormat format) {
+  const bool animated = is_animated(format);
+  if (animated && o.ping) return usage("--ping is of PNG and SVG; an animation takes --pings A:B");
+  if (!animated && o.pings) return usage("--pings is of .webp and .mp4; a still takes --ping P");
+  if (!animated && o.fps) return usage("--fps is of .webp and .mp4");
+  if (o.fps && !(*o.fps >= 0.1 && *o.fps <= 60)) {
+    return usage(fmt::format("--fps {}: accepted is 0.1 to 60 frames a second", *o.fps));
+  }
+  if (o.db && !is_level(o.channel)) return usage("--db is of the channels level and clean");
+  if (o.db &&
+      !(std::isfinite((*o.db)[0]) && std::isfinite((*o.db)[1]) && (*o.db)[0] < (*o.db)[1])) {
+    return usage(fmt::format("--db {}:{}: accepted is MIN:MAX in dB, the lower one first",
+                             (*o.db)[0], (*o.db)[1]));
+  }
+  if (o.bilinear && !is_level(o.channel)) {
+    return usage("--interpolation bilinear is of the channels level and clean");
+  }
+  if (is_mask(o.channel) && !o.colour_map.empty()) {
+    return usage("--colour-map is of level, clean and elevation; ids have colours of their own");
+  }
+  if (is_mask(o.channel) && o.outlines) {
+    return usage("--outlines is of level, clean and elevation; a mask shows the same");
+  }
+  const bool by_instance =
+      o.outlines || (is_mask(o.channel) && o.channel != FigureChannel::semantic);
+  if (!o.instances.empty() && !by_instance) {
+    return usage("--instances needs --outlines, or --channel instance, shadow or multipath");
+  }
+  if (o.width_px != 0 && (o.width_px < kMinWidth || o.width_px > kMaxWidth)) {
+    return usage(
+        fmt::format("--width-px {}: accepted is {} to {}", o.width_px, kMinWidth, kMaxWidth));
+  }
+  return {};
+}
+
+Result<StoredSequenceRow> row_of(const FigureOptions& o, const StoredDataset& dataset) {
+  if (dataset.sequences.empty()) return usage(o.dataset.string() + ": has no sequences");
+  if (!o.sequence) return dataset.sequences.front();
+  for (const StoredSequenceRow& row : dataset.sequences) {
+    if (row.sequence == *o.sequence) return row;
+  }
+  const std::uint32_t first = dataset.sequences.front().sequence;
+  const std::uint32_t last = dataset.sequences.back().sequence;
+  return usage(fmt::format("--sequence {}: {} has {}", *o.sequence, o.dataset.string(),
+                           first == last ? fmt::format("sequence {} alone", first)
+                                         : fmt::format("sequences {} to {}", first, last)));
+}
+
+Status choose_pings(const FigureOptions& o, FigureJob& job) {
+  const StoredSequenceRow& row = job.sequence.row;
+  const auto there = fmt::format("sequence {} has pings {} to {}", row.sequence, row.first_ping,
+                                 std::int64_t{row.last_ping} - 1);
+  if (row.pings() == 0) return usage(fmt::format("sequence {} has no pings", row.sequence));
+  job.first_ping = row.first_ping;
+  job.last_ping = is_animated(job.format) ? row.last_ping : row.first_ping + 1;
+  if (o.ping) {
+    if (*o.ping < row.first_ping || *o.ping >= row.last_ping) {
+      return usage(fmt::format("--ping {}: {}", *o.ping, there));
+    }
+    job.first_ping = *o.ping;
+    job.last_ping = *o.ping + 1;
+  }
+  if (o.pings) {
+    const auto [first, last] = *o.pings;
+    if (first < row.first_ping || last > row.last_ping || first >= last) {
+      return usage(
+          fmt::format("--pings {}:{}: {}; accepted is A:B, the first and the one after "
+                      "the last",
+                      first, last, there));
+    }
+    job.first_ping = first;
+    job.last_ping = last;
+  }
+  return {};
+}
+
+// What is read of each picture; the clean levels and elevations of a level tell its limits.
+Status choose_channels(const FigureOptions& o, FigureJob& job) {
+  const PlaneNames there = stored_planes(job.sequence, ImageView::polar);
+  if (!there.contains("level_db")) {
+    return usage(fmt::format(
+        "{}: sequence {} has no polar pictures of its pings, which figures are drawn from; "
+        "generate the data set with `output.polar: true` and `output.pings: true`",
+        o.dataset.string(), job.sequence.row.sequence));
+  }
+  const std::string_view plane = plane_of(o.channel);
+  if (!there.contains(plane)) {
+    return usage(
+        fmt::format("{}: its pings have no {} masks; generate the data set with "
+                    "`output.{}: true`",
+                    o.dataset.string(), plane, plane));
+  }
+  job.planes = {plane};
+  if (is_level(o.channel)) job.planes.insert("clean_db");
+  if (!is_mask(o.channel)) job.planes.insert("elevation_rad");
+  if (o.outlines) job.planes.insert("instance");
+  return {};
+}
+
+Status choose_instances(const FigureOptions& o, FigureJob& job) {
+  const auto& all = job.sequence.instances;
+  job.chosen.assign(all.size() + 1, o.instances.empty());
+  for (const std::string& name : o.instances) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const StoredInstance& instance) {
+      return instance.name == name;
+    });
+    if (found == all.end()) {
+      std::string names;
+      for (std::size_t i = 0; i < all.size() && i < 20; ++i) {
+        names += fmt::format("{}{}", i > 0 ? ", " : "", all[i].name);
+      }
+      return usage(fmt::format("--instances {}: no such instance; there are {}{}", name, names,
+                               all.size() > 20 ? ", ..." : ""));
+    }
+    job.chosen[found->id] = true;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<FigureReport> write_figure(const FigureOptions& options) {
@@ -55,6 +202,56 @@ Result<FigureReport> write_figure(const FigureOptions& options) {
     if (!written) return written.error();
     return FigureReport{job->last_ping - job->first_ping, maker->limits()};
   });
+}
+
+bool is_animated(FigureFormat format) {
+  return format == FigureFormat::webp || format == FigureFormat::mp4;
+}
+
+std::string_view plane_of(FigureChannel channel) {
+  constexpr std::string_view kPlanes[] = {"level_db", "clean_db", "elevation_rad", "instance",
+                                          "semantic", "shadow",   "multipath"};
+  return kPlanes[static_cast<std::size_t>(channel)];
+}
+
+bool is_mask(FigureChannel channel) { return channel >= FigureChannel::instance; }
+
+std::string colour_map_list() {
+  std::string names;
+  for (const ColourMap& map : colour_maps())
+    names += (names.empty() ? "" : ", ") + std::string(map.name);
+  return names;
+}
+
+Result<FigureJob> choose(const FigureOptions& o) {
+  FigureJob job;
+  const auto format = format_of(o.output);
+  if (!format) {
+    return usage(o.output.string() + ": accepted is a name that ends in .png, .svg, .webp or .mp4");
+  }
+  job.format = *format;
+  if (const Status fits = check_options(o, *format); !fits) return fits.error();
+  if (!is_mask(o.channel)) {
+    const char* own = o.channel == FigureChannel::elevation ? "viridis" : "inferno";
+    job.map = find_colour_map(o.colour_map.empty() ? own : o.colour_map);
+    if (job.map == nullptr) {
+      return usage(
+          fmt::format("--colour-map {}: unknown; accepted is {}", o.colour_map, colour_map_list()));
+    }
+  }
+  auto dataset = open_dataset(o.dataset);
+  if (!dataset) return dataset.error();
+  job.dataset = std::move(*dataset);
+  const auto row = row_of(o, job.dataset);
+  if (!row) return row.error();
+  auto sequence = read_sequence(job.dataset, *row);
+  if (!sequence) return sequence.error();
+  job.sequence = std::move(*sequence);
+  Status chosen = choose_pings(o, job);
+  if (chosen) chosen = choose_channels(o, job);
+  if (chosen) chosen = choose_instances(o, job);
+  if (!chosen) return chosen.error();
+  return job;
 }
 
 }  // namespace ensonify

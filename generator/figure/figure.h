@@ -17,7 +17,7 @@
 namespace ensonify {
 
 enum class FigureView { cartesian, polar };
-enum class FigureChannel { level, clean, elevation, instance, semantic, shadow };
+enum class FigureChannel { level, clean, elevation, instance, semantic, shadow, multipath };
 
 // What is not given has the default that docs/figures.md states.
 struct FigureOptions {

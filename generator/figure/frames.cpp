@@ -8,8 +8,8 @@
 
 #include "core/units.h"
 #include "dataset/layout.h"
-#include "dataset/npy_file.h"
-#include "labels/grey.h"
+#include "formats/npy.h"
+#include "labels/cartesian.h"
 
 namespace ensonify {
 namespace {
@@ -143,10 +143,17 @@ void FrameMaker::set_legend(const StoredPixels& first) {
   }
   if (!is_mask(options_.channel) && !options_.outlines) return;
   const bool shadow = options_.channel == FigureChannel::shadow;
+  const bool ghosts = options_.channel == FigureChannel::multipath;
   for (const StoredInstance& instance : job_.sequence.instances) {
     if (!drawn_[instance.id]) continue;
-    add(shadow ? first.shadow : first.instance, instance.id,
-        shadow ? "behind " + instance.name : instance.name);
+    add(shadow   ? first.shadow
+        : ghosts ? first.multipath
+                 : first.instance,
+        instance.id,
+        (shadow   ? "behind "
+         : ghosts ? "mirrored "
+                  : "") +
+            instance.name);
   }
 }
 
@@ -185,7 +192,7 @@ double FrameMaker::fps() const {
 }
 
 Result<StoredPixels> FrameMaker::pixels_of(std::uint32_t ping) const {
-  return read_picture(job_.dataset, job_.sequence, StoredView::polar, ping, job_.channels);
+  return read_picture(job_.dataset, job_.sequence, ImageView::polar, ping, job_.planes);
 }
 
 RgbImage FrameMaker::paint(const StoredPixels& pixels) const {
@@ -198,6 +205,7 @@ RgbImage FrameMaker::paint(const StoredPixels& pixels) const {
   }
   if (options_.channel == FigureChannel::instance) return mask(only(pixels.instance, drawn_));
   if (options_.channel == FigureChannel::shadow) return mask(only(pixels.shadow, drawn_));
+  if (options_.channel == FigureChannel::multipath) return mask(only(pixels.multipath, drawn_));
   const std::vector<float> values = options_.channel == FigureChannel::level ? pixels.level_db
                                     : options_.channel == FigureChannel::clean
                                         ? pixels.clean_db

@@ -1,14 +1,41 @@
 // Frames of a figure, ping by ping.
+//
+//   FigureJob  choose         what is to be drawn: options held against the data set
+//   is_animated  plane_of  is_mask
+//   FrameMaker                draws the frames
 #pragma once
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "figure/choose.h"
+#include "dataset/read_pictures.h"
 #include "figure/compose.h"
+#include "figure/drawing.h"
+#include "figure/figure.h"
 
 namespace ensonify {
+
+enum class FigureFormat { png, svg, webp, mp4 };
+
+struct FigureJob {
+  FigureFormat format = FigureFormat::png;
+  StoredDataset dataset;
+  StoredSequence sequence;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  PlaneNames planes;                            // to be read
+  const ColourMap* map = nullptr;               // null for masks
+  std::vector<bool> chosen;                     // [id]: drawn; of all instances, and none
+};
+
+bool is_animated(FigureFormat format);
+// The plane that it shows (core/image_planes.h).
+std::string_view plane_of(FigureChannel channel);
+bool is_mask(FigureChannel channel);
+
+// Error (usage): not a finished data set, or it has not got what was asked for; (io) it is damaged.
+Result<FigureJob> choose(const FigureOptions& options);
 
 // Limits, legend and layout come from the first ping, so that all frames are alike.
 class FrameMaker {

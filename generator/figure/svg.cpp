@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "figure/drawing.h"
+#include "formats/bytes.h"
 
 namespace ensonify {
 namespace {
@@ -42,23 +43,6 @@ std::string escaped(std::string_view text) {
   for (const char* bad : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
     for (auto at = out.find(bad); at != std::string::npos; at = out.find(bad, at)) {
       out.replace(at, 3, "\xef\xbf\xbd");
-    }
-  }
-  return out;
-}
-
-std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 |
-              (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : std::uint32_t{0});
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      out += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
     }
   }
   return out;

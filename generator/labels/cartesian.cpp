@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "core/image_planes.h"
 #include "core/units.h"
 #include "labels/shadow.h"
 
@@ -22,27 +23,21 @@ struct Pixel {
   std::int32_t to = 0, from = 0;
 };
 
-// Adds `count` pixels outside the fan.
-void add_blank(std::size_t count, LabelledImage& image) {
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::size_t size = image.level_db.size() + count;
-  image.level_db.resize(size, kNoEnergyDb);
-  image.clean_db.resize(size, kNoEnergyDb);
-  image.elevation_rad.resize(size, nan);
-  image.elevation_std_rad.resize(size, nan);
-  image.instance_fraction.resize(size);
-  image.instance.resize(size);
-  image.semantic.resize(size);
+// Calls use(from, to, plane) for every plane that all images have.
+template <class Use>
+void for_each_plane(const LabelledImage& from, LabelledImage& to, Use use) {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted != nullptr) continue;
+    std::visit([&](auto member) { use(from.*member, to.*member, plane); }, plane.values);
+  }
 }
 
-void reserve(std::size_t count, LabelledImage& image) {
-  image.level_db.reserve(count);
-  image.clean_db.reserve(count);
-  image.elevation_rad.reserve(count);
-  image.elevation_std_rad.reserve(count);
-  image.instance_fraction.reserve(count);
-  image.instance.reserve(count);
-  image.semantic.reserve(count);
+// Adds `count` pixels outside the fan.
+void add_blank(std::size_t count, LabelledImage& image) {
+  for_each_plane(image, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+    using Value = typename std::decay_t<decltype(to)>::value_type;
+    to.resize(from.size() + count, blank_value<Value>(plane.blank));
+  });
 }
 
 // The pixels of a tile that lie in the fan.
@@ -68,19 +63,19 @@ void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std:
 // Copies `pixels` into a blank image and leaves those of them in the list that hold an echo.
 void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
                  std::vector<Pixel>& pixels, LabelledImage& image) {
-  copy_pixels(pixels, polar.level_db, image.level_db);
-  copy_pixels(pixels, polar.clean_db, image.clean_db);
+  const auto copy = [&](bool is_level) {
+    for_each_plane(polar, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+      if ((plane.blank == PlaneBlank::no_energy) == is_level) copy_pixels(pixels, from, to);
+    });
+  };
+  copy(true);
   std::size_t count = 0;
   for (const Pixel pixel : pixels) {
     pixels[count] = pixel;
     count += holds_echo[pixel.from];
   }
   pixels.resize(count);
-  copy_pixels(pixels, polar.elevation_rad, image.elevation_rad);
-  copy_pixels(pixels, polar.elevation_std_rad, image.elevation_std_rad);
-  copy_pixels(pixels, polar.instance_fraction, image.instance_fraction);
-  copy_pixels(pixels, polar.instance, image.instance);
-  copy_pixels(pixels, polar.semantic, image.semantic);
+  copy(false);
 }
 
 // Far under a pixel, far over what rounding does.
@@ -176,7 +171,8 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;
-  reserve(map.size(), image);
+  for_each_plane(polar, image,
+                 [&](const auto&, auto& to, const ImagePlane&) { to.reserve(map.size()); });
   // Most pixels hold none, and a map of bytes is looked up faster than an image of floats.
   std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
   std::transform(polar.elevation_rad.begin(), polar.elevation_rad.end(), holds_echo.begin(),
@@ -191,8 +187,12 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
       copy_pixels(polar, holds_echo, pixels, image);
     }
   }
-  if (!polar.shadow.empty()) image.shadow = resample(polar.shadow, grid, map);
-  if (!polar.multipath.empty()) image.multipath = resample(polar.multipath, grid, map);
+  // These have values where no echo is heard.
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted == nullptr) continue;
+    const auto ids = std::get<std::vector<std::uint16_t> ImagePlanes::*>(plane.values);
+    if (!(polar.*ids).empty()) image.*ids = resample(polar.*ids, grid, map);
+  }
   return image;
 }
 
@@ -203,6 +203,70 @@ GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,
     if (map[i] >= 0) grey.pixels[i] = polar.pixels[static_cast<std::size_t>(map[i])];
   }
   return grey;
+}
+
+std::vector<double> shown_gain_db(const GreySettings& settings, double absorption_db_m,
+                                  double step_m, int samples) {
+  std::vector<double> gain_db;
+  for (int n = 0; n < samples; ++n) {
+    const double range_m = std::max(n, 1) * step_m;
+    const double absorbed_db = settings.absorption ? 2 * absorption_db_m * range_m : 0;
+    gain_db.push_back(settings.gain_db + settings.spreading * std::log10(range_m) + absorbed_db);
+  }
+  return gain_db;
+}
+
+std::vector<float> with_gain(std::span<const float> level_db, std::span<const double> gain_db) {
+  std::vector<float> shown(level_db.begin(), level_db.end());
+  const std::size_t columns = level_db.size() / gain_db.size();
+  for (std::size_t n = 0; n < gain_db.size(); ++n) {
+    for (float& level : std::span(shown).subspan(n * columns, columns)) {
+      if (level > kNoEnergyDb) level = static_cast<float>(level + gain_db[n]);
+    }
+  }
+  return shown;
+}
+
+GreyImage grey_image(int rows, int columns, std::span<const float> level_db, GreyScale scale,
+                     const std::array<double, 2>& db_limits) {
+  GreyImage grey{rows, columns, {}};
+  grey.pixels.resize(level_db.size());
+  const double black = db_limits[0], white = db_limits[1];
+  const double slope = 255.0 / (white - black);
+  const float* level = level_db.data();
+  std::uint8_t* pixel = grey.pixels.data();
+  const auto fill = [&](auto value_of) {
+    for (std::size_t i = 0, count = grey.pixels.size(); i < count; ++i) {
+      const double heard = level[i] > kNoEnergyDb ? value_of(level[i]) : 0.0;
+      const double value = std::min(std::max(0.0, heard), 255.0);
+      pixel[i] = static_cast<std::uint8_t>(static_cast<int>(value + 0.5));
+    }
+  };
+  if (scale == GreyScale::db) {
+    fill([=](float db) { return (db - black) * slope; });
+  } else {
+    fill([=](float db) { return 255 * std::pow(10.0, (db - white) / 20); });
+  }
+  return grey;
+}
+
+std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
+                                           std::span<const float> elevation_rad) {
+  std::vector<float> levels;
+  for (std::size_t i = 0; i < clean_db.size(); ++i) {
+    if (!std::isnan(elevation_rad[i]) && clean_db[i] > kNoEnergyDb) {
+      levels.push_back(clean_db[i]);
+    }
+  }
+  if (levels.empty()) return {60, 120};
+  const auto percentile = [&](double p) {
+    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(p * (levels.size() - 1));
+    std::nth_element(levels.begin(), nth, levels.end());
+    return *nth;
+  };
+  const double white = std::ceil(percentile(0.99) + 6.0);
+  const double black = std::floor(percentile(0.05) - 10.0);
+  return {std::clamp(black, white - 80.0, white - 40.0), white};
 }
 
 }  // namespace ensonify

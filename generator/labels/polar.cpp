@@ -6,53 +6,23 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/levels.h"
 #include "core/units.h"
-#include "labels/energy.h"
+#include "labels/sector_echoes.h"
 
 namespace ensonify {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-// One source of a pixel's energy: a scatterer, or a volume in one of its cells.
-struct Echo {
-  std::uint32_t instance;
-  double energy, elevation_rad, elevation_variance_rad2;
-  bool bounced = false;
-};
-
-// The echoes of one sector's scatterers that have any energy, by delay.
-struct SectorEchoes {
-  std::vector<Echo> echoes;
-  std::vector<double> samples;  // their delays in samples
-};
-
-void gather_sector(const PolarInput& input, std::size_t beam, SectorEchoes& sector) {
-  const ScattererList& list = *input.scatterers;
-  sector.echoes.clear();
-  sector.samples.clear();
-  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-    const Scatterer& s = list.items[i];
-    const double energy = expected_energy(s);
-    if (!(energy > 0)) continue;
-    sector.echoes.push_back({s.instance, energy, s.arrival.elevation_rad, 0, s.path != 0});
-    sector.samples.push_back(s.delay_s * input.bandwidth_hz);
-  }
-}
-
-// Echoes of the volumes in one pixel: its own cell and half of the two beside it, since a cell
-// reaches c/4b and the pixel c/2b to either side.
-void add_volumes(const PolarInput& input, int beam, int sample, std::vector<Echo>& echoes) {
+void add_volumes(const PolarInput& input, int beam, int sample, std::vector<SectorEcho>& echoes) {
   for (const VolumeEcho& volume : input.volumes) {
-    for (int n = std::max(0, sample - 1); n <= std::min(input.samples - 1, sample + 1); ++n) {
-      const std::size_t cell = std::size_t(beam) * input.samples + n;
-      const double energy = volume.energy[cell] * (n == sample ? 1.0 : 0.5);
-      if (!(energy > 0)) continue;
+    for_each_cell_beside(beam, sample, input.samples, [&](std::size_t cell, double weight) {
+      const double energy = volume.energy[cell] * weight;
+      if (!(energy > 0)) return;
       const double elevation = volume.elevation_rad[cell];
       const double variance = volume.elevation_square[cell] - elevation * elevation;
-      echoes.push_back({volume.instance, energy, elevation, std::max(0.0, variance)});
-    }
+      echoes.push_back({0, energy, elevation, std::max(0.0, variance), volume.instance});
+    });
   }
 }
 
@@ -63,35 +33,24 @@ struct Samples {
 // Calls visit(sample, echoes) for every one of the samples in which a beam hears an echo of its own
 // sector within c/2b.
 template <class Visit>
-void for_each_hearing_pixel(const PolarInput& input, int beam, const SectorEchoes& sector,
-                            const Samples& samples, Visit&& visit) {
-  const std::vector<double>& at = sector.samples;
-  const std::size_t count = at.size();
-  std::vector<Echo> with_volumes;
-  std::size_t low = std::lower_bound(at.begin(), at.end(), samples.first - 1.0) - at.begin();
-  std::size_t high = low;
+void for_each_hearing_pixel(const PolarInput& input, int beam,
+                            const std::vector<SectorEcho>& sector, const Samples& samples,
+                            Visit&& visit) {
+  std::vector<SectorEcho> with_volumes;
+  EchoWindow window(sector, samples.first);
   for (int n = samples.first; n < samples.end; ++n) {
-    while (high < count && at[high] <= n + 1.0) ++high;
-    while (low < high && at[low] < n - 1.0) ++low;
-    std::span<const Echo> heard(sector.echoes.data() + low, high - low);
+    std::span<const SectorEcho> heard = window.at(n);
     if (!input.volumes.empty()) {
       with_volumes.assign(heard.begin(), heard.end());
       add_volumes(input, beam, n, with_volumes);
       heard = with_volumes;
     } else if (heard.empty()) {
-      // Silence lasts until a sample before the next echo.
-      if (high == count || at[high] > samples.end) return;
-      n = std::max(n, static_cast<int>(at[high]) - 2);
+      n = std::max(n, window.silent_until(samples.end));
       continue;
     }
     if (!heard.empty()) visit(n, heard);
   }
 }
-
-struct Share {
-  std::uint32_t instance;
-  double energy;
-};
 
 // What the echoes of one pixel amount to.
 struct PixelLabel {
@@ -102,44 +61,34 @@ struct PixelLabel {
 
 // Kept from pixel to pixel.
 struct Scratch {
-  std::vector<Share> shares;
-  std::vector<Echo> direct, bounced;
+  std::vector<EnergyShare> shares;
+  std::vector<SectorEcho> direct, bounced;
 };
 
 // The instance with the most energy, and that energy.
-Share winner_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
+const EnergyShare& winner_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>& shares) {
   shares.clear();
-  for (const Echo& echo : echoes) {
-    const auto same = std::find_if(shares.begin(), shares.end(),
-                                   [&](const Share& x) { return x.instance == echo.instance; });
-    if (same != shares.end()) {
-      same->energy += echo.energy;
-    } else {
-      shares.push_back({echo.instance, echo.energy});
-    }
-  }
-  return *std::min_element(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
-    return a.energy != b.energy ? a.energy > b.energy : a.instance < b.instance;
-  });
+  for (const SectorEcho& echo : echoes) add_share(echo.instance, echo.energy, 0, shares);
+  return strongest(shares);
 }
 
 // `echoes` holds at least one, each with energy.
-PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
+PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>& shares) {
   double energy = 0, first_moment = 0;
   bool alone = true;
-  for (const Echo& echo : echoes) {
+  for (const SectorEcho& echo : echoes) {
     energy += echo.energy;
     first_moment += echo.energy * echo.elevation_rad;
     alone = alone && echo.instance == echoes[0].instance;
   }
   PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0, energy};
   if (!alone) {
-    const Share winner = winner_of(echoes, shares);
+    const EnergyShare& winner = winner_of(echoes, shares);
     label.instance = winner.instance;
     label.fraction = winner.energy / energy;
   }
   double second_moment = 0;
-  for (const Echo& echo : echoes) {
+  for (const SectorEcho& echo : echoes) {
     const double off = echo.elevation_rad - label.elevation_rad;
     second_moment += echo.energy * (off * off + echo.elevation_variance_rad2);
   }
@@ -147,12 +96,13 @@ PixelLabel label_of(std::span<const Echo> echoes, std::vector<Share>& shares) {
   return label;
 }
 
-// Of echoes some of which bounced: the others alone, their winner's fraction of all.
-PixelLabel mixed_label_of(std::span<const Echo> echoes, Scratch& scratch) {
+// Some of the echoes bounced: the label is that of the others alone, with their winner's fraction
+// of all.
+PixelLabel mixed_label_of(std::span<const SectorEcho> echoes, Scratch& scratch) {
   scratch.direct.clear();
   scratch.bounced.clear();
   double bounced_energy = 0;
-  for (const Echo& echo : echoes) {
+  for (const SectorEcho& echo : echoes) {
     (echo.bounced ? scratch.bounced : scratch.direct).push_back(echo);
     if (echo.bounced) bounced_energy += echo.energy;
   }
@@ -167,7 +117,9 @@ PixelLabel mixed_label_of(std::span<const Echo> echoes, Scratch& scratch) {
 }
 
 LabelledImage blank_image(int rows, int columns, bool multipath) {
-  LabelledImage image{rows, columns, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  LabelledImage image;
+  image.rows = rows;
+  image.columns = columns;
   const std::size_t count = std::size_t(rows) * columns;
   image.level_db.resize(count);
   image.clean_db.resize(count);
@@ -211,28 +163,29 @@ void write_levels(const PolarInput& input, const Block& block, Power&& power,
   }
 }
 
-void write_labels(const PolarInput& input, int beam, const SectorEchoes& sector,
+void write_labels(const PolarInput& input, int beam, const std::vector<SectorEcho>& sector,
                   const Samples& samples, Scratch& scratch, LabelledImage& image) {
-  for_each_hearing_pixel(input, beam, sector, samples, [&](int n, std::span<const Echo> echoes) {
-    const bool mixed = std::ranges::any_of(echoes, &Echo::bounced);
-    const PixelLabel label =
-        mixed ? mixed_label_of(echoes, scratch) : label_of(echoes, scratch.shares);
-    const std::size_t at = std::size_t(n) * input.beams + beam;
-    image.elevation_rad[at] = static_cast<float>(label.elevation_rad);
-    image.elevation_std_rad[at] = static_cast<float>(label.elevation_std_rad);
-    if (input.clean_power_pa2[std::size_t(beam) * input.samples + n] < input.noise_power_pa2) {
-      return;
-    }
-    if (input.multipath) image.multipath[at] = static_cast<std::uint16_t>(label.ghost);
-    image.instance[at] = static_cast<std::uint16_t>(label.instance);
-    image.instance_fraction[at] = static_cast<float>(label.fraction);
-    ENSONIFY_ASSERT(label.instance < input.class_of_instance.size());
-    image.semantic[at] = input.class_of_instance[label.instance];
-  });
+  for_each_hearing_pixel(
+      input, beam, sector, samples, [&](int n, std::span<const SectorEcho> echoes) {
+        const bool mixed = std::ranges::any_of(echoes, &SectorEcho::bounced);
+        const PixelLabel label =
+            mixed ? mixed_label_of(echoes, scratch) : label_of(echoes, scratch.shares);
+        const std::size_t at = std::size_t(n) * input.beams + beam;
+        image.elevation_rad[at] = static_cast<float>(label.elevation_rad);
+        image.elevation_std_rad[at] = static_cast<float>(label.elevation_std_rad);
+        if (input.clean_power_pa2[std::size_t(beam) * input.samples + n] < input.noise_power_pa2) {
+          return;
+        }
+        if (input.multipath) image.multipath[at] = static_cast<std::uint16_t>(label.ghost);
+        image.instance[at] = static_cast<std::uint16_t>(label.instance);
+        image.instance_fraction[at] = static_cast<float>(label.fraction);
+        ENSONIFY_ASSERT(label.instance < input.class_of_instance.size());
+        image.semantic[at] = input.class_of_instance[label.instance];
+      });
 }
 
 // Rows of the image, whose memory is one piece.
-void write_rows(const PolarInput& input, const std::vector<SectorEchoes>& sectors,
+void write_rows(const PolarInput& input, const std::vector<std::vector<SectorEcho>>& sectors,
                 const Samples& samples, LabelledImage& image) {
   const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
   const float* clean = input.clean_power_pa2.data();
@@ -270,9 +223,10 @@ LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   check_volumes(input);
   LabelledImage image = blank_image(input.samples, input.beams, input.multipath);
   std::ranges::copy(input.level_db, image.level_db.begin());
-  std::vector<SectorEchoes> sectors(input.beams);
-  workers.for_each(input.beams,
-                   [&](std::size_t beam) { gather_sector(input, beam, sectors[beam]); });
+  std::vector<std::vector<SectorEcho>> sectors(input.beams);
+  workers.for_each(input.beams, [&](std::size_t beam) {
+    gather_sector(*input.scatterers, {}, beam, input.bandwidth_hz, sectors[beam]);
+  });
   const int bands = (input.samples + kBlockSamples - 1) / kBlockSamples;
   workers.for_each(bands, [&](std::size_t band) {
     const int first = static_cast<int>(band) * kBlockSamples;
@@ -292,12 +246,12 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
   input.samples = samples;
   check_volumes(input);
   std::vector<std::uint8_t> hears(std::size_t(beams) * samples, 0);
-  SectorEchoes sector;
+  std::vector<SectorEcho> sector;
   for (int beam = 0; beam < beams; ++beam) {
-    gather_sector(input, beam, sector);
+    gather_sector(scatterers, {}, beam, bandwidth_hz, sector);
     const std::size_t row = std::size_t(beam) * samples;
     for_each_hearing_pixel(input, beam, sector, {0, samples},
-                           [&](int n, std::span<const Echo>) { hears[row + n] = 1; });
+                           [&](int n, std::span<const SectorEcho>) { hears[row + n] = 1; });
   }
   return hears;
 }

@@ -12,7 +12,7 @@
 
 #include "core/parallel.h"
 #include "core/ping.h"
-#include "core/volume_echo.h"
+#include "core/scatterers.h"
 
 namespace ensonify {
 
@@ -38,7 +38,7 @@ struct PolarInput {
 // is of, and in `multipath`, where `input` asks for it: the instance with most bounced energy where
 // this is more than the direct energy and noise does not forbid a label; ties go to the lower id. A
 // volume counts with its energy of the pixel's own sample and half that of the two beside it.
-// Levels are those of core/levels.h.
+// Levels are those of core/units.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // [beams x samples]: 1 where the pixel hears an echo, as above; noise does not matter.
@@ -47,8 +47,8 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
                                      int beams, int samples);
 
 // Slant range of the nearest direct scatterer of each sector, [beams]; NaN where there is none.
-// Volumes are no return. Where rays are bent or the sonar moves within the ping, what the range
-// axis says: `instrument_speed_m_s` times half the delay; 0: the distance itself.
+// Volumes are no return. Where rays are refracted or the sonar moves within the ping, what the
+// range axis says: `instrument_speed_m_s` times half the delay; 0: the distance itself.
 std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
                                   double instrument_speed_m_s = 0);
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "labels/energy.h"
+#include "labels/sector_echoes.h"
 
 namespace ensonify {
 namespace {
@@ -13,63 +13,7 @@ namespace {
 // Beams side by side, so that whole stretches of an image's rows are written.
 constexpr int kShadowBlockBeams = 32;
 
-struct ShadowEcho {
-  double sample = 0;
-  double energy = 0;
-  std::uint32_t instance = 0, caster = 0;  // caster 0: it is heard, or several hide it
-};
-
-// Of one sector, by delay, the direct ones with any energy. `caster` is empty for what is heard.
-void gather(const ScattererList& list, std::span<const std::uint32_t> caster, int beam,
-            double bandwidth_hz, std::vector<ShadowEcho>& echoes) {
-  echoes.clear();
-  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
-    const Scatterer& s = list.items[i];
-    if (s.path != 0) continue;
-    const double energy = expected_energy(s);
-    if (!(energy > 0)) continue;
-    echoes.push_back(
-        {s.delay_s * bandwidth_hz, energy, s.instance, caster.empty() ? 0 : caster[i]});
-  }
-}
-
-// The echoes within one sample of a sample that only grows.
-class Window {
- public:
-  explicit Window(const std::vector<ShadowEcho>& echoes) : echoes_(echoes) {}
-
-  std::span<const ShadowEcho> at(int sample) {
-    while (high_ < echoes_.size() && echoes_[high_].sample <= sample + 1.0) ++high_;
-    while (low_ < high_ && echoes_[low_].sample < sample - 1.0) ++low_;
-    return std::span(echoes_).subspan(low_, high_ - low_);
-  }
-  // A sample before the next echo, where at() found none.
-  int silent_until(int samples) const {
-    if (high_ == echoes_.size() || echoes_[high_].sample > samples) return samples;
-    return static_cast<int>(echoes_[high_].sample) - 2;
-  }
-
- private:
-  const std::vector<ShadowEcho>& echoes_;
-  std::size_t low_ = 0, high_ = 0;
-};
-
-struct ShadowShare {
-  std::uint32_t instance = 0;
-  double energy = 0, power = 0;  // power: weighted by the pulse
-};
-
-void add_share(std::uint32_t instance, double energy, double power,
-               std::vector<ShadowShare>& shares) {
-  // Most often the same as the last.
-  for (std::size_t i = shares.size(); i-- > 0;) {
-    if (shares[i].instance != instance) continue;
-    shares[i].energy += energy;
-    shares[i].power += power;
-    return;
-  }
-  shares.push_back({instance, energy, power});
-}
+bool is_bounced(const SectorEcho& echo) { return echo.bounced; }
 
 // The sets of a block by their numbers, 0 being empty.
 class SetTable {
@@ -105,9 +49,11 @@ class BeamLabeller {
 
   void label(int beam, std::uint16_t* shadow, std::uint32_t* set, SetTable& sets) {
     const PolarInput& heard_input = input_.heard;
-    gather(*heard_input.scatterers, {}, beam, heard_input.bandwidth_hz, heard_);
-    gather(input_.hidden.list, input_.hidden.caster, beam, heard_input.bandwidth_hz, hidden_);
-    Window heard_window(heard_), hidden_window(hidden_);
+    const HiddenEchoes& hidden_input = input_.hidden;
+    gather_sector(*heard_input.scatterers, {}, beam, heard_input.bandwidth_hz, heard_);
+    gather_sector(hidden_input.list, hidden_input.caster, beam, heard_input.bandwidth_hz, hidden_);
+    for (auto* echoes : {&heard_, &hidden_}) std::erase_if(*echoes, is_bounced);
+    EchoWindow heard_window(heard_), hidden_window(hidden_);
     for (int n = 0; n < heard_input.samples; ++n) {
       const auto heard = heard_window.at(n), hidden = hidden_window.at(n);
       if (heard.empty() && hidden.empty() && heard_input.volumes.empty()) {
@@ -121,7 +67,7 @@ class BeamLabeller {
   }
 
  private:
-  double power_of(const ShadowEcho& echo, int sample) const {
+  double power_of(const SectorEcho& echo, int sample) const {
     if (!has_noise_) return 0;
     const double step = (sample - echo.sample + 1.0) * (kPulseSteps / 2.0);
     return echo.energy *
@@ -134,19 +80,17 @@ class BeamLabeller {
 
   double volume_energy(int beam, int sample) const {
     double sum = 0;
-    for (int n = std::max(0, sample - 1); n <= std::min(input_.heard.samples - 1, sample + 1);
-         ++n) {
-      const std::size_t cell = std::size_t(beam) * input_.heard.samples + n;
-      sum += total_energy(input_.heard.volumes, cell) * (n == sample ? 1.0 : 0.5);
-    }
+    for_each_cell_beside(beam, sample, input_.heard.samples, [&](std::size_t cell, double weight) {
+      sum += total_energy(input_.heard.volumes, cell) * weight;
+    });
     return sum;
   }
 
-  std::uint32_t caster_of(int beam, int sample, std::span<const ShadowEcho> heard,
-                          std::span<const ShadowEcho> hidden) {
+  std::uint32_t caster_of(int beam, int sample, std::span<const SectorEcho> heard,
+                          std::span<const SectorEcho> hidden) {
     shares_.clear();
     double energy = 0, power = 0;
-    for (const ShadowEcho& echo : hidden) {
+    for (const SectorEcho& echo : hidden) {
       if (echo.caster == 0) continue;
       energy += echo.energy;
       power += power_of(echo, sample);
@@ -154,28 +98,23 @@ class BeamLabeller {
     }
     if (shares_.empty() || is_under_noise(beam, power)) return 0;
     double heard_energy = input_.heard.volumes.empty() ? 0 : volume_energy(beam, sample);
-    for (const ShadowEcho& echo : heard) heard_energy += echo.energy;
+    for (const SectorEcho& echo : heard) heard_energy += echo.energy;
     if (!(energy > heard_energy)) return 0;
-    return std::min_element(shares_.begin(), shares_.end(),
-                            [](const ShadowShare& a, const ShadowShare& b) {
-                              return a.energy != b.energy ? a.energy > b.energy
-                                                          : a.instance < b.instance;
-                            })
-        ->instance;
+    return strongest(shares_).instance;
   }
 
-  std::uint32_t amodal_set(int beam, int sample, std::span<const ShadowEcho> heard,
-                           std::span<const ShadowEcho> hidden, SetTable& sets) {
+  std::uint32_t amodal_set(int beam, int sample, std::span<const SectorEcho> heard,
+                           std::span<const SectorEcho> hidden, SetTable& sets) {
     shares_.clear();
     for (const auto& echoes : {heard, hidden}) {
-      for (const ShadowEcho& echo : echoes) {
+      for (const SectorEcho& echo : echoes) {
         add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
       }
     }
     instances_.clear();
     const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
     if (own != 0) instances_.push_back(own);
-    for (const ShadowShare& share : shares_) {
+    for (const EnergyShare& share : shares_) {
       if (share.instance == own || is_under_noise(beam, share.power)) continue;
       instances_.push_back(static_cast<std::uint16_t>(share.instance));
     }
@@ -186,8 +125,8 @@ class BeamLabeller {
   const HiddenInput& input_;
   const LabelledImage& image_;
   bool has_noise_;
-  std::vector<ShadowEcho> heard_, hidden_;
-  std::vector<ShadowShare> shares_;
+  std::vector<SectorEcho> heard_, hidden_;
+  std::vector<EnergyShare> shares_;
   std::vector<std::uint16_t> instances_;
 };
 
@@ -211,8 +150,6 @@ std::vector<T> resampled(const std::vector<T>& polar, const CartesianGrid& grid,
   }
   return image;
 }
-
-}  // namespace
 
 // Puts blocks of beams into images whose rows are samples.
 class HiddenLabeller {
@@ -267,6 +204,8 @@ class HiddenLabeller {
   HiddenLabels labels_;
   InstanceSets::Tables sets_;
 };
+
+}  // namespace
 
 HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
                            const Workers& workers) {

@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "core/hidden.h"
 #include "core/parallel.h"
 #include "core/ping.h"
+#include "core/scatterers.h"
 #include "labels/polar.h"
 
 namespace ensonify {
@@ -26,7 +26,7 @@ struct InstanceSets {
   std::uint32_t stride = 1;
   std::shared_ptr<const Tables> of_block;
 
-  // Of one pixel's set, by id.
+  // The instances of one pixel's set, by id.
   std::span<const std::uint16_t> instances(std::uint32_t set_number) const {
     return (*of_block)[set_number / stride][set_number % stride];
   }

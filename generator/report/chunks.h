@@ -1,20 +1,15 @@
 // The binary pieces of a page. Private to report/.
 //
 //   Chunks  equal pieces are held once
-//   base64
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 
 namespace ensonify {
-
-std::string base64(std::string_view bytes);
-constexpr std::uint64_t base64_bytes(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
 
 class Chunks {
  public:

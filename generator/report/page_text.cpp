@@ -1,10 +1,13 @@
 #include "report/page_text.h"
 
 #include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/error.h"
-#include "report/page_files.h"
+#include "dataset/layout.h"
+#include "figure/drawing.h"
 
 namespace ensonify {
 namespace {
@@ -40,6 +43,247 @@ Cut cut_at(std::string_view text, std::string_view mark) {
   return {text.substr(0, at), text.substr(at + mark.size())};
 }
 
+using Json = nlohmann::ordered_json;
+
+// A hostile data set has no more to say than what fits.
+constexpr std::size_t kScenarioBytes = std::size_t{1} << 20;
+
+// Digits beyond what a page shows would be a tenth of it.
+Json short_number(double value, int digits) {
+  if (!std::isfinite(value)) return nullptr;
+  const double scale = std::pow(10.0, digits);
+  const double scaled = std::round(value * scale) / scale;
+  return std::isfinite(scaled) ? scaled : value;
+}
+
+constexpr int kMetreDigits = 4, kRadianDigits = 7, kQuaternionDigits = 7;
+
+Json vector_json(Vec3 v) {
+  return {short_number(v.x, kMetreDigits), short_number(v.y, kMetreDigits),
+          short_number(v.z, kMetreDigits)};
+}
+
+void append_pose(const Pose& pose, Json& list) {
+  for (const Json& x : vector_json(pose.position_m)) list.push_back(x);
+  const Quat& q = pose.rotation;
+  for (const double x : {q.w, q.x, q.y, q.z}) list.push_back(short_number(x, kQuaternionDigits));
+}
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json instances_json(const ShownSequence& sequence, const std::vector<std::string>& classes) {
+  Json list = Json::array();
+  for (const StoredInstance& instance : sequence.stored.instances) {
+    const InstanceFacts& facts = sequence.facts.instances[instance.id - 1];
+    list.push_back({{"id", instance.id},
+                    {"name", instance.name},
+                    {"class", classes[instance.class_id - 1]},
+                    {"class_id", instance.class_id},
+                    {"kind", facts.kind},
+                    {"size_m", facts.size_m ? vector_json(*facts.size_m) : Json(nullptr)}});
+  }
+  return list;
+}
+
+Json sequence_json(const ShownSequence& sequence, const std::vector<std::string>& classes) {
+  const StoredSequence& stored = sequence.stored;
+  Json azimuth = Json::array(), path = Json::array(), sonar = Json::object();
+  for (const double a : sequence.facts.azimuth_rad) {
+    azimuth.push_back(short_number(a, kRadianDigits));
+  }
+  for (const Vec3 p : sequence.path) path.push_back(vector_json(p));
+  for (const auto& [name, value] : sequence.facts.numbers) sonar[name] = value;
+  Json draws = nullptr;
+  for (const auto& [key, value] : sequence.facts.draws) {
+    const Json number = Json::parse(value, nullptr, false);
+    draws[key] = number.is_number() ? number : Json(value);
+  }
+  return {{"sequence", stored.row.sequence},
+          {"seed", stored.seed},
+          {"split", stored.row.split},
+          {"pings", stored.row.pings()},
+          {"beams", stored.beams},
+          {"samples", stored.samples},
+          {"azimuth_rad", std::move(azimuth)},
+          {"range_step_m", stored.range_step_m},
+          {"first_range_m", 0},
+          {"sonar", std::move(sonar)},
+          {"instances", instances_json(sequence, classes)},
+          {"path", std::move(path)},
+          {"draws", std::move(draws)}};
+}
+
+Json ping_json(const ShownPing& ping, const CodedPing& coded, const StoredSequence& sequence) {
+  Json pose = Json::array(), boxes = Json::array(), seen = Json::array();
+  append_pose(ping.sonar_in_world, pose);
+  for (const StoredBox& box : ping.boxes) {
+    Json row = {box.instance};
+    for (const Json& x : vector_json(box.size_m)) row.push_back(x);
+    append_pose(box.in_world, row);
+    boxes.push_back(std::move(row));
+  }
+  for (const SeenInstance& instance : ping.seen) {
+    seen.push_back({instance.instance, instance.pixels,
+                    instance.occlusion ? short_number(*instance.occlusion, 4) : Json(nullptr)});
+  }
+  Json beam = nullptr;
+  if (coded.beam_level) {
+    beam = {{"beam", coded.beam},
+            {"level_db", *coded.beam_level},
+            {"clean_db", or_null(coded.beam_clean)}};
+  }
+  return {{"sequence", ping.sequence},
+          {"ping", ping.ping},
+          {"time_s", ping.time_s},
+          {"stem", layout::index_stem(sequence.row.sequence, ping.ping)},
+          {"split", sequence.row.split},
+          {"pose", std::move(pose)},
+          {"boxes", std::move(boxes)},
+          {"seen", std::move(seen)},
+          {"pictures",
+           {{"level", or_null(coded.level)},
+            {"clean", or_null(coded.clean)},
+            {"elevation", or_null(coded.elevation)},
+            {"labels", or_null(coded.labels)},
+            {"shadow", or_null(coded.shadow)},
+            {"multipath", or_null(coded.multipath)}}},
+          {"beam", std::move(beam)}};
+}
+
+Json counts_json(const PageContents& page) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < page.survey.classes.size(); ++i) {
+    const ClassCount& count = page.survey.classes[i];
+    list.push_back({{"class", page.dataset.classes[i]},
+                    {"instances", count.instances},
+                    {"pictures", count.pictures},
+                    {"pixels", count.pixels},
+                    {"hidden", count.hidden}});
+  }
+  return list;
+}
+
+Json ranges_json(const PageContents& page) {
+  if (page.survey.view != "polar") return nullptr;
+  Json edges = Json::array(), counts = Json::object();
+  for (const double edge : page.survey.range_edges_m) {
+    edges.push_back(short_number(edge, kMetreDigits));
+  }
+  for (std::size_t i = 0; i < page.survey.classes.size(); ++i) {
+    counts[page.dataset.classes[i]] = page.survey.classes[i].ranges;
+  }
+  return {{"edges_m", std::move(edges)}, {"counts", std::move(counts)}};
+}
+
+Json speckle_json(const PageContents& page) {
+  if (!page.look.speckle) return nullptr;
+  const Speckle& speckle = *page.look.speckle;
+  Json edges = Json::array();
+  for (int i = 0; i <= kSpeckleSteps; ++i) {
+    edges.push_back(short_number(i * kSpeckleEnd / kSpeckleSteps, 6));
+  }
+  return {{"edges", std::move(edges)},
+          {"counts", speckle.counts},
+          {"over", speckle.over},
+          {"pixels", speckle.pixels},
+          {"pings", speckle.pings},
+          {"mean", speckle.mean},
+          {"contrast", speckle.contrast},
+          {"contrast_standard_error", speckle.contrast_standard_error},
+          {"what",
+           "intensity over what the clean level and the noise let expect, of the shown pings: "
+           "pixels of surfaces without a coherent part, in no row where something steady may have "
+           "a side lobe, 15 dB above the noise and at most 40 dB under the ping's strongest"}};
+}
+
+Json statistics_json(const PageContents& page) {
+  if (page.statistics.empty()) return nullptr;
+  Json list = Json::array();
+  for (const CodedStatistics& statistics : page.statistics) {
+    Json arrays = Json::array();
+    for (const CodedArray& array : statistics.arrays) {
+      arrays.push_back({{"name", array.name},
+                        {"min", array.min},
+                        {"max", array.max},
+                        {"unit", array.unit},
+                        {"what", array.what},
+                        {"chunk", array.chunk}});
+    }
+    list.push_back({{"sequence", statistics.sequence},
+                    {"realisations", statistics.realisations},
+                    {"arrays", std::move(arrays)}});
+  }
+  return list;
+}
+
+Json colour_maps_json() {
+  Json maps = Json::object();
+  for (const ColourMap& map : colour_maps()) maps[map.name] = map.stops;
+  return maps;
+}
+
+Json head_json(const PageContents& page) {
+  const PictureScale& scale = page.look.scale;
+  std::uint64_t split_sequences = 0;
+  Json splits = Json::array();
+  for (const SplitCount& split : page.survey.splits) {
+    splits.push_back(
+        {{"name", split.name}, {"sequences", split.sequences}, {"pings", split.pings}});
+    split_sequences += split.sequences;
+  }
+  Json elevation = nullptr;
+  if (scale.min_rad) elevation = {{"min_rad", *scale.min_rad}, {"max_rad", *scale.max_rad}};
+  return {{"page", 1},
+          {"preview", page.preview != nullptr},
+          {"program", page.facts.program},
+          {"name", page.dataset.name},
+          {"seed", page.facts.seed},
+          {"scenario_sha256", page.facts.scenario_sha256},
+          {"scenario_yaml", page.facts.scenario.substr(0, kScenarioBytes)},
+          {"bytes", page.facts.bytes},
+          {"totals", {{"sequences", split_sequences}, {"pings", page.survey.pings}}},
+          {"shown", {{"pings", page.survey.shown.size()}}},
+          {"classes", page.dataset.classes},
+          {"splits", std::move(splits)},
+          {"scale",
+           {{"min_db", scale.min_db},
+            {"max_db", scale.max_db},
+            {"show_min_db", scale.show_min_db},
+            {"show_max_db", scale.show_max_db}}},
+          {"elevation", std::move(elevation)},
+          {"colour_maps", colour_maps_json()},
+          {"counts_view", page.survey.view.empty() ? Json(nullptr) : Json(page.survey.view)},
+          {"counts", counts_json(page)},
+          {"ranges", ranges_json(page)}};
+}
+
+// A preview's pings have numbers of their own in its data set; people know those of the scenario.
+void number_as_in_sequence(const PreviewOf& preview, Json& json) {
+  Json& pings = json["pings"];
+  if (json["sequences"].empty() || pings.size() != preview.pings.size()) return;
+  Json& sequence = json["sequences"].front();
+  for (std::size_t i = 0; i < pings.size(); ++i) {
+    pings[i]["ping"] = preview.pings[i];
+    pings[i]["stem"] =
+        layout::index_stem(sequence["sequence"].get<std::uint32_t>(), preview.pings[i]);
+  }
+  for (Json& split : json["splits"]) split["pings"] = preview.all_pings;
+  json["totals"]["pings"] = sequence["pings"] = preview.all_pings;
+  Json& path = sequence["path"] = Json::array();
+  for (const Vec3 p : preview.path_m) path.push_back(vector_json(p));
+}
+
+// Inside a <script> the text ends at "</script" and nowhere else, and "<!--" changes what ends it.
+std::string without_angles(const std::string& text) {
+  std::string safe;
+  safe.reserve(text.size());
+  for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
+  return safe;
+}
+
 }  // namespace
 
 PageFrame page_frame() {
@@ -55,6 +299,25 @@ PageFrame page_frame() {
   frame.after += files_with(".js");
   frame.after += scripts.after;
   return frame;
+}
+
+std::string page_json(const PageContents& page) {
+  Json json = head_json(page);
+  Json& sequences = json["sequences"] = Json::array();
+  for (const ShownSequence& sequence : page.survey.sequences) {
+    sequences.push_back(sequence_json(sequence, page.dataset.classes));
+  }
+  Json& pings = json["pings"] = Json::array();
+  for (std::size_t i = 0; i < page.survey.shown.size(); ++i) {
+    const ShownPing& ping = page.survey.shown[i];
+    pings.push_back(
+        ping_json(ping, page.pictures.pings[i], page.survey.sequences[ping.sequence].stored));
+  }
+  if (page.preview != nullptr) number_as_in_sequence(*page.preview, json);
+  json["speckle"] = speckle_json(page);
+  json["statistics"] = statistics_json(page);
+  // What is not UTF-8 is replaced: names are not ours.
+  return without_angles(json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace ensonify

@@ -1,14 +1,29 @@
-// The page around its data. Private to report/.
+// The texts that a page consists of. Private to report/.
 //
-//   PageFrame  page_frame   what stands before and behind the data
+//   PageFile  page_files     the files of report/page as the build embeds them
+//   PageFrame  page_frame    what stands before and behind the data
+//   PageContents  page_json  the data, ready for a <script>, which no text of a data set ends
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "report/pictures.h"
+#include "report/report.h"
 
 namespace ensonify {
 
-// First line of every page: what tells it from a stranger's file.
+struct PageFile {
+  const char* name;  // of the file, without extension
+  const char* text;
+};
+
+// Sorted by name. Defined in a source that scripts/cmake/EmbedFiles.cmake writes.
+std::span<const PageFile> page_files();
+
+// First line of every page: what tells it from any other file.
 inline constexpr std::string_view kPageMark = "<!-- a page of ensonify report -->\n";
 
 struct PageFrame {
@@ -17,5 +32,17 @@ struct PageFrame {
 
 // page.html with styles and scripts put in, in the order of page/order.txt.
 PageFrame page_frame();
+
+struct PageContents {
+  const StoredDataset& dataset;
+  const DatasetFacts& facts;
+  const Survey& survey;
+  const Look& look;
+  const PictureBook& pictures;
+  const std::vector<CodedStatistics>& statistics;
+  const PreviewOf* preview = nullptr;  // absent: not one
+};
+
+std::string page_json(const PageContents& contents);
 
 }  // namespace ensonify

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/units.h"
-#include "report/webp.h"
+#include "formats/bytes.h"
+#include "formats/webp.h"
 
 namespace ensonify {
 namespace {
@@ -26,46 +26,49 @@ struct Quality {
 
 // The chunks of a ping, empty where there is none.
 struct PingBytes {
-  std::string level, clean, elevation, labels, shadow, beam_level, beam_clean;
+  std::string level, clean, elevation, labels, shadow, multipath, beam_level, beam_clean;
   std::size_t beam = 0;
 
   std::uint64_t bytes() const {
     std::uint64_t sum = 0;
     for (const std::string* s :
-         {&level, &clean, &elevation, &labels, &shadow, &beam_level, &beam_clean}) {
+         {&level, &clean, &elevation, &labels, &shadow, &multipath, &beam_level, &beam_clean}) {
       sum += base64_bytes(s->size());
     }
     return sum;
   }
 };
 
-// Every so manieth row and column.
-struct Grid {
-  std::size_t rows = 0, columns = 0, step = 1;
-
-  Grid(const StoredPixels& pixels, std::size_t wanted) : step(wanted) {
-    const std::uint64_t side = std::max(pixels.rows, pixels.columns);
-    step = std::max<std::size_t>(step, (side + kWebpMostPixels - 1) / kWebpMostPixels);
-    rows = (pixels.rows + step - 1) / step;
-    columns = (pixels.columns + step - 1) / step;
+// Every so manieth row and column of a picture, no more of them than an image may have.
+class Grid {
+ public:
+  Grid(std::uint64_t rows, std::uint64_t columns, std::size_t step) : all_(rows), across_(columns) {
+    const std::size_t side = std::max(all_, across_);
+    step_ = std::max<std::size_t>(step, (side + kWebpMostPixels - 1) / kWebpMostPixels);
+    rows_ = (all_ + step_ - 1) / step_;
+    columns_ = (across_ + step_ - 1) / step_;
   }
-  int width() const { return static_cast<int>(columns); }
-  int height() const { return static_cast<int>(rows); }
+  int width() const { return static_cast<int>(columns_); }
+  int height() const { return static_cast<int>(rows_); }
 
   // code(i) of the pixels that stay, i their places in the picture.
   template <class Code, class Make>
-  std::vector<Code> codes(const StoredPixels& pixels, Make code) const {
-    std::vector<Code> made(rows * columns);
-    for (std::size_t row = 0; row < rows; ++row) {
-      for (std::size_t column = 0; column < columns; ++column) {
+  std::vector<Code> codes(Make code) const {
+    std::vector<Code> made(rows_ * columns_);
+    for (std::size_t row = 0; row < rows_; ++row) {
+      for (std::size_t column = 0; column < columns_; ++column) {
         // The middle one of those that it stands for.
-        const std::size_t r = std::min<std::size_t>(row * step + step / 2, pixels.rows - 1);
-        const std::size_t c = std::min<std::size_t>(column * step + step / 2, pixels.columns - 1);
-        made[row * columns + column] = code(r * pixels.columns + c);
+        const std::size_t r = std::min(row * step_ + step_ / 2, all_ - 1);
+        const std::size_t c = std::min(column * step_ + step_ / 2, across_ - 1);
+        made[row * columns_ + column] = code(r * across_ + c);
       }
     }
     return made;
   }
+
+ private:
+  std::size_t all_, across_;  // rows and columns of the picture
+  std::size_t rows_ = 0, columns_ = 0, step_ = 1;
 };
 
 Status put(Result<std::string> made, std::string& bytes) {
@@ -77,8 +80,8 @@ Status put(Result<std::string> made, std::string& bytes) {
 Status encode_level(const StoredPixels& pixels, const std::vector<float>& level_db,
                     const PictureScale& scale, int quality, std::string& bytes) {
   if (level_db.empty()) return {};
-  const Grid grid(pixels, 1);
-  const auto grey = grid.codes<std::uint8_t>(pixels, [&](std::size_t i) -> std::uint8_t {
+  const Grid grid(pixels.rows, pixels.columns, 1);
+  const auto grey = grid.codes<std::uint8_t>([&](std::size_t i) -> std::uint8_t {
     if (!(level_db[i] > kNoEnergyDb)) return 0;
     return grey_code(level_db[i], scale.min_db, scale.max_db);
   });
@@ -88,10 +91,10 @@ Status encode_level(const StoredPixels& pixels, const std::vector<float>& level_
 Status encode_elevation(const StoredPixels& pixels, const PictureScale& scale, int step,
                         std::string& bytes) {
   if (pixels.elevation_rad.empty() || !scale.min_rad) return {};
-  const Grid grid(pixels, static_cast<std::size_t>(step));
+  const Grid grid(pixels.rows, pixels.columns, static_cast<std::size_t>(step));
   // Fewer codes take fewer bytes; they lie among the 255 so that first and last stay.
   constexpr double kStep = 254.0 / kElevationCodes;
-  const auto grey = grid.codes<std::uint8_t>(pixels, [&](std::size_t i) -> std::uint8_t {
+  const auto grey = grid.codes<std::uint8_t>([&](std::size_t i) -> std::uint8_t {
     const int code = grey_code(pixels.elevation_rad[i], *scale.min_rad, *scale.max_rad);
     if (code == 0) return 0;
     return static_cast<std::uint8_t>(1 + std::lround(std::lround((code - 1) / kStep) * kStep));
@@ -104,21 +107,23 @@ std::uint32_t rgb(std::uint16_t id, std::uint8_t blue) {
 }
 
 Status encode_ids(const StoredPixels& pixels, PingBytes& ping) {
-  const Grid grid(pixels, 1);
+  const Grid grid(pixels.rows, pixels.columns, 1);
   const bool instances = !pixels.instance.empty(), classes = !pixels.semantic.empty();
   Status done;
   if (instances || classes) {
-    const auto labels = grid.codes<std::uint32_t>(pixels, [&](std::size_t i) {
+    const auto labels = grid.codes<std::uint32_t>([&](std::size_t i) {
       return rgb(instances ? pixels.instance[i] : std::uint16_t{0},
                  classes ? pixels.semantic[i] : std::uint8_t{0});
     });
     done = put(lossless_rgb(labels, grid.width(), grid.height()), ping.labels);
   }
-  if (done && !pixels.shadow.empty()) {
-    const auto shadow =
-        grid.codes<std::uint32_t>(pixels, [&](std::size_t i) { return rgb(pixels.shadow[i], 0); });
-    done = put(lossless_rgb(shadow, grid.width(), grid.height()), ping.shadow);
-  }
+  const auto put_mask = [&](const std::vector<std::uint16_t>& ids, std::string& bytes) {
+    if (!done || ids.empty()) return;
+    const auto mask = grid.codes<std::uint32_t>([&](std::size_t i) { return rgb(ids[i], 0); });
+    done = put(lossless_rgb(mask, grid.width(), grid.height()), bytes);
+  };
+  put_mask(pixels.shadow, ping.shadow);
+  put_mask(pixels.multipath, ping.multipath);
   return done;
 }
 
@@ -293,10 +298,49 @@ CodedPing code_of(PingBytes& ping, Chunks& chunks) {
   coded.elevation = add(ping.elevation);
   coded.labels = add(ping.labels);
   coded.shadow = add(ping.shadow);
+  coded.multipath = add(ping.multipath);
   coded.beam = ping.beam;
   coded.beam_level = add(ping.beam_level);
   coded.beam_clean = add(ping.beam_clean);
   return coded;
+}
+
+constexpr double kMeanSpan_db = 80;  // of mean levels, below the highest
+
+// An array of statistics: its values [samples x beams], NaN for none, as codes from `min` to `max`;
+// what lies beyond them has theirs.
+Result<CodedArray> code_of(CodedArray array, const std::vector<double>& values,
+                           const StoredSequence& sequence, Chunks& chunks) {
+  const Grid grid(sequence.samples, sequence.beams, 1);
+  const auto grey = grid.codes<std::uint8_t>(
+      [&](std::size_t i) { return grey_code(values[i], array.min, array.max); });
+  auto picture = lossless_grey(grey, grid.width(), grid.height());
+  if (!picture) return picture.error();
+  array.chunk = chunks.add(std::move(*picture));
+  return array;
+}
+
+Result<CodedArray> contrast_of(const PictureJob& job, const StoredSequence& sequence,
+                               Chunks& chunks) {
+  const auto values = read_statistics(job.dataset, sequence, "contrast");
+  if (!values) return values.error();
+  return code_of({"contrast", "", "standard deviation of the intensity over its mean", 0, 2, 0},
+                 *values, sequence, chunks);
+}
+
+Result<CodedArray> level_of(const PictureJob& job, const StoredSequence& sequence, Chunks& chunks) {
+  auto values = read_statistics(job.dataset, sequence, "mean_intensity");
+  if (!values) return values.error();
+  double highest_db = kNoEnergyDb;
+  for (double& value : *values) {
+    const double db = level_db(value);
+    value = db > kNoEnergyDb ? db : std::nan("");
+    highest_db = std::max(highest_db, db);
+  }
+  const double most_db = std::ceil(highest_db);
+  return code_of({"mean_intensity", "dB", "level of the mean intensity, dB re 1 uPa",
+                  most_db - kMeanSpan_db, most_db, 0},
+                 *values, sequence, chunks);
 }
 
 }  // namespace
@@ -320,6 +364,22 @@ Result<PictureBook> encode_pictures(const PictureJob& job, const PictureScale& s
   PictureBook book{{}, quality->lossy, quality->elevation_step};
   for (PingBytes& ping : *pings) book.pings.push_back(code_of(ping, chunks));
   return book;
+}
+
+Result<std::vector<CodedStatistics>> encode_statistics(const PictureJob& job, Chunks& chunks) {
+  std::vector<CodedStatistics> all;
+  for (std::size_t i = 0; i < job.survey.sequences.size(); ++i) {
+    const ShownSequence& sequence = job.survey.sequences[i];
+    if (sequence.facts.realisations == 0) continue;
+    CodedStatistics statistics{i, sequence.facts.realisations, {}};
+    for (const auto make : {level_of, contrast_of}) {
+      auto array = make(job, sequence.stored, chunks);
+      if (!array) return array.error();
+      statistics.arrays.push_back(std::move(*array));
+    }
+    all.push_back(std::move(statistics));
+  }
+  return all;
 }
 
 }  // namespace ensonify

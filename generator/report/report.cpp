@@ -1,17 +1,66 @@
 #include "report/report.h"
 
 #include <algorithm>
+#include <fstream>
 
-#include "dataset/files.h"
-#include "report/page_json.h"
-#include "report/page_output.h"
+#include "formats/bytes.h"
+#include "formats/files.h"
+#include "formats/output.h"
 #include "report/page_text.h"
 
 namespace ensonify {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of pictures are made to fit
 constexpr std::uint64_t kLeastPictureBytes = 4'000'000;
+
+Error refused(const fs::path& path, const std::string& what) {
+  return {ErrorKind::usage, path.string() + ": " + what};
+}
+
+// The folder as it was called, unless that says nothing: then by its own name.
+fs::path named(const fs::path& folder) {
+  fs::path plain = folder.lexically_normal();
+  if (!plain.has_filename()) plain = plain.parent_path();
+  const fs::path name = plain.filename();
+  return name.empty() || name == "." || name == ".." ? fs::weakly_canonical(folder) : plain;
+}
+
+bool is_page(const fs::path& path) {
+  std::string head(kPageMark.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return file.gcount() == static_cast<std::streamsize>(head.size()) && head == kPageMark;
+}
+
+// Where the page goes. `output` empty: DIR_report.html beside the data set. A page of ours is
+// replaced, another file only with `overwrite`. Error (usage): another file stands there, or the
+// place would damage the data set.
+Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool overwrite) {
+  const fs::path folder = named(dataset);
+  const fs::path path = output.empty()
+                            ? folder.parent_path() / (folder.filename().string() + "_report.html")
+                            : output.lexically_normal();
+  std::error_code error;
+  if (!path.has_filename() || fs::is_directory(path, error)) {
+    return refused(path, "is a folder; name the file to write");
+  }
+  if (lies_in(path, folder)) {
+    return refused(path,
+                   "lies in the data set, where `ensonify verify` would find a file that no "
+                   "manifest lists; name a place outside of it");
+  }
+  const auto there = fs::status(path, error);
+  if (fs::exists(there) && !overwrite) {
+    if (!fs::is_regular_file(there) || !is_page(path)) {
+      return refused(path,
+                     "is there already and no page of ensonify; name another file, or give "
+                     "--overwrite to replace it");
+    }
+  }
+  return path;
+}
 
 // JSON and the page's own files, roughly.
 std::uint64_t other_bytes(const Survey& survey, const DatasetFacts& facts, const PageFrame& frame) {
@@ -27,7 +76,7 @@ std::uint64_t other_bytes(const Survey& survey, const DatasetFacts& facts, const
   return sum;
 }
 
-void append_data(const std::string& json, const Chunks& chunks, PageOutput& output) {
+void append_data(const std::string& json, const Chunks& chunks, StreamedFile& output) {
   output.append("<script type=\"application/json\" id=\"report\">");
   output.append(json);
   output.append("</script>\n");
@@ -40,8 +89,8 @@ void append_data(const std::string& json, const Chunks& chunks, PageOutput& outp
 Result<ReportSummary> make_page(const ReportOptions& options) {
   const auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
-  auto output = PageOutput::open(options.output, options.dataset, options.overwrite);
-  if (!output) return output.error();
+  const auto path = page_path(options.output, options.dataset, options.overwrite);
+  if (!path) return path.error();
   const auto facts = read_facts(*dataset);
   if (!facts) return facts.error();
   const Workers workers(options.threads);
@@ -59,13 +108,14 @@ Result<ReportSummary> make_page(const ReportOptions& options) {
       others + kLeastPictureBytes < kPageBytes ? kPageBytes - others : kLeastPictureBytes;
   const auto pictures = encode_pictures(job, look->scale, budget, chunks);
   if (!pictures) return pictures.error();
-  output->append(frame.before);
+  StreamedFile output(*path);
+  output.append(frame.before);
   append_data(page_json({*dataset, *facts, *tables, *look, *pictures, *statistics,
                          options.preview ? &options.preview_of : nullptr}),
-              chunks, *output);
-  output->append(frame.after);
-  if (const Status written = output->commit(); !written) return written.error();
-  return ReportSummary{output->path(), tables->pings, tables->shown.size(), output->bytes()};
+              chunks, output);
+  output.append(frame.after);
+  if (const Status written = output.close(); !written) return written.error();
+  return ReportSummary{*path, tables->pings, tables->shown.size(), output.bytes()};
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "dataset/read_dataset.h"
-#include "dataset/read_facts.h"
 #include "report/report.h"
 
 namespace ensonify {

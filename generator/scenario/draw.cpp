@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
-#include "scenario/drawn_sections.h"
-#include "scenario/parse.h"
+#include "scenario/key_catalogue.h"
+#include "scenario/sections.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -323,23 +323,6 @@ class Drawer {
 };
 
 }  // namespace
-
-// Those that the sections read by read_integer.
-bool reads_whole_numbers(std::string_view path) {
-  const auto segment_before = [&](std::size_t end) {
-    const std::size_t dot = path.substr(0, end).rfind('.');
-    return path.substr(dot == std::string_view::npos ? 0 : dot + 1,
-                       end - (dot == std::string_view::npos ? 0 : dot + 1));
-  };
-  const std::string_view last = segment_before(path.size());
-  for (const char* key :
-       {"count", "pings", "fish", "height_px", "bits", "nbar", "band_voxels", "elements"}) {
-    if (last == key) return true;
-  }
-  const std::size_t parent_end = path.size() - std::min(path.size(), last.size() + 1);
-  const std::string_view parent = segment_before(parent_end);
-  return parent == "rays" || parent == "dead";
-}
 
 bool is_distribution(const Node& node) {
   if (node.kind != NodeKind::map || node.keys.size() != 1) return false;

@@ -5,15 +5,25 @@
 //   is_distribution     {uniform: [a, b]}, {log_uniform: ...}, {normal: ...}, {choice: [...]}
 //   holds_distribution  anywhere in a tree
 //   has_counts          entries of objects or point_targets that stand for several
-//   reads_whole_numbers keys whose values are whole numbers
 //   draw_values         the tree of one sequence
+//
+// Sections that hold distributions or counts stay in the resolved text as they were before drawing,
+// so that it draws the same again.
+//
+//   keep_drawn_sections   from the merged tree, presets laid under, input files resolved
+//   drawn_section  section_text
+//   flow_text             a tree as YAML on one line
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "scenario/faults.h"
+#include "scenario/field_reader.h"
+#include "scenario/field_writer.h"
 #include "scenario/scenario.h"
 #include "scenario/yaml_tree.h"
 
@@ -23,12 +33,31 @@ bool is_distribution(const Node& node);
 bool holds_distribution(const Node& node);
 bool has_counts(std::string_view section, const Node& node);
 
-// Of a key path.
-bool reads_whole_numbers(std::string_view path);
-
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its
 // places are added to `wrong`, so that what is said about it later can be left out.
 void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
                  std::vector<Place>& wrong, std::vector<DrawnValue>& draws);
+
+struct DrawnSection {
+  std::string key;  // of the top level
+  Node tree;        // values of file keys are whole paths
+};
+
+struct DrawnSections {
+  std::vector<DrawnSection> list;
+};
+
+// Null where nothing is drawn or counted. Faults: input files of any alternative that are not
+// there.
+std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
+                                                         const InputFolder& input);
+
+// The tree of a section; null if it is not drawn.
+const Node* drawn_section(const Scenario& scenario, std::string_view key);
+
+std::string section_text(std::string_view key, const Node& tree, const NameFile& name_file);
+
+// Reads back to the same tree.
+std::string flow_text(const Node& node);
 
 }  // namespace ensonify

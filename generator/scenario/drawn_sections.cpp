@@ -1,12 +1,13 @@
-#include "scenario/drawn_sections.h"
+#include "scenario/draw.h"
 
 #include <algorithm>
 #include <system_error>
 
 #include <fmt/format.h>
 
-#include "scenario/draw.h"
+#include "scenario/key_catalogue.h"
 #include "scenario/merge.h"
+#include "scenario/sections.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -78,8 +79,6 @@ std::string scalar_text(const std::string& text, bool in_quotes) {
 
 }  // namespace
 
-bool names_file(std::string_view key) { return key == "file" || key == "reflectivity_map"; }
-
 std::string flow_text(const Node& node) {
   if (node.kind == NodeKind::null) return "~";
   if (node.kind == NodeKind::scalar) return scalar_text(node.text, node.quoted);
@@ -141,13 +140,6 @@ std::string section_text(std::string_view key, const Node& tree, const NameFile&
     text += fmt::format("  {} {}\n", head, flow_text(named.items[i]));
   }
   return text;
-}
-
-std::vector<std::filesystem::path> section_files(const Node& tree) {
-  std::vector<std::filesystem::path> files;
-  for_each_file(tree, "", "",
-                [&](const Node& file, const std::string&) { files.emplace_back(file.text); });
-  return files;
 }
 
 }  // namespace ensonify

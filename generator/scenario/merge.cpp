@@ -1,6 +1,7 @@
 #include "scenario/merge.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "scenario/draw.h"
+#include "scenario/key_catalogue.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -17,55 +19,23 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-// Groups of keys of which a map holds one alternative only.
-const std::vector<std::vector<Words>>& exclusive_groups() {
-  static const std::vector<std::vector<Words>> groups = {
-      {{"spacing_deg"}, {"fov_deg"}},
-      {{"rotation_deg"}, {"quaternion_wxyz"}},
-      {{"fixed_db_m"}, {"model", "temperature_c", "salinity_psu", "ph", "depth_m"}},
-      {{"poses"}, {"file"}},
-      {{"depth_m", "sound_speed_m_s"}, {"file"}},
-      {{"box"},
-       {"sphere"},
-       {"cylinder"},
-       {"plane"},
-       {"mesh"},
-       {"heightfield"},
-       {"model"},
-       {"level_set"}},
-      {{"size_m", "roughness", "ripples"}, {"file", "height_scale", "height_offset_m"}},
-      {{"uniform"}, {"vdb"}, {"plume"}, {"school"}},
-      {{"gaussian"}, {"flat"}, {"lfm"}, {"cw"}, {"table"}},
-      {{"uniform"}, {"hann"}, {"taylor"}, {"chebyshev"}},
-      {{"lambert"}, {"lommel_seeliger"}, {"table"}},
-      {{"spectrum_level_db"}, {"snr_db"}},
-      {{"uniform"}, {"log_uniform"}, {"normal"}, {"choice"}},
-      {{"pose"}, {"place"}},
-  };
-  return groups;
-}
-
-bool contains(const Words& words, std::string_view word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
-}
-
-// The keys that cannot stand beside `key`.
-Words excluded_by(std::string_view key) {
-  Words excluded;
-  for (const auto& group : exclusive_groups()) {
-    const bool concerns_key = std::any_of(group.begin(), group.end(),
-                                          [&](const Words& words) { return contains(words, key); });
-    if (!concerns_key) continue;
-    for (const Words& words : group) {
-      if (!contains(words, key)) excluded.insert(excluded.end(), words.begin(), words.end());
-    }
+// The keys that cannot stand beside `key`, distributions among them.
+Words excluded_beside(std::string_view key) {
+  Words excluded = excluded_by(key);
+  constexpr std::array<std::string_view, 4> kDistributions = {"uniform", "log_uniform", "normal",
+                                                              "choice"};
+  if (std::find(kDistributions.begin(), kDistributions.end(), key) == kDistributions.end()) {
+    return excluded;
+  }
+  for (const std::string_view other : kDistributions) {
+    if (other != key) excluded.push_back(other);
   }
   return excluded;
 }
 
 void remove_keys(Node& map, const Words& unwanted) {
   for (std::size_t i = map.keys.size(); i-- > 0;) {
-    if (!contains(unwanted, map.keys[i].text)) continue;
+    if (std::find(unwanted.begin(), unwanted.end(), map.keys[i].text) == unwanted.end()) continue;
     map.keys.erase(map.keys.begin() + static_cast<std::ptrdiff_t>(i));
     map.items.erase(map.items.begin() + static_cast<std::ptrdiff_t>(i));
   }
@@ -75,32 +45,10 @@ void remove_keys(Node& map, const Words& unwanted) {
 void remove_excluded_by_value(Node& map, std::string_view key) {
   const Node* value = find(map, key);
   if (value == nullptr) return;
-  const bool table = value->text == "table" || find(*value, "table") != nullptr;
-  if (key == "law" && table) remove_keys(map, {"reflectivity"});
-  if (key == "model" && value->text == "rician")
-    remove_keys(map, {"reflection", "roughness_rms_m"});
-  if (key == "mode" && value->text == "beams") {
-    remove_keys(map, {"elements", "spacing_m", "element_width_m", "shading", "focus", "steering",
-                      "gain_error_db", "phase_error_deg", "dead"});
-  }
-  if (key == "model" && value->text == "kirchhoff") remove_keys(map, {"k"});
+  remove_keys(map, excluded_by_value(key, *value));
 }
 
 using Segments = std::vector<std::string_view>;
-
-// Whether the keys of the map at this path are names of the user's, of which none excludes another.
-bool holds_names(std::span<const std::string_view> path) {
-  if (path.size() == 1) return path[0] == "materials";
-  return path.size() == 5 && path[0] == "objects" && path[3] == "mesh" && path[4] == "parts";
-}
-
-// Whether at this path a word stands for a map of it: `flat` for {flat: {}}.
-bool holds_kind(std::span<const std::string_view> path) {
-  if (path.size() == 2) return path[0] == "sonar" && path[1] == "pulse";
-  if (path.size() != 3) return false;
-  const bool receives = path[0] == "sonar" && (path[1] == "beams" || path[1] == "receiver");
-  return (receives && path[2] == "shading") || (path[0] == "materials" && path[2] == "law");
-}
 
 void expand_word(Node& node) {
   Node map;
@@ -170,7 +118,7 @@ Node* enter(Node& node, std::span<const std::string_view> path, std::string_view
     node.kind = NodeKind::map;
     node.place = place;
   }
-  if (!holds_names(path)) remove_keys(node, excluded_by(segment));
+  if (!holds_names(path)) remove_keys(node, excluded_beside(segment));
   if (Node* found = find(node, segment)) return found;
   node.keys.push_back({std::string(segment), false, place});
   node.items.emplace_back();
@@ -188,7 +136,7 @@ Node merge_over(Node lower, const Node& upper) {
     return merged;
   }
   if (lower.kind != NodeKind::map || upper.kind != NodeKind::map) return upper;
-  for (const Key& key : upper.keys) remove_keys(lower, excluded_by(key.text));
+  for (const Key& key : upper.keys) remove_keys(lower, excluded_beside(key.text));
   for (std::size_t i = 0; i < upper.keys.size(); ++i) {
     const Key& key = upper.keys[i];
     if (Node* below = find(lower, key.text)) {

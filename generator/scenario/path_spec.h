@@ -1,12 +1,14 @@
 // Where things stand and how they move, as scenarios give it.
 //
 //   PoseSpec        position and rotation
+//   PlaceSpec       somewhere on an object, left to be placed
 //   TrajectorySpec  poses, a file, or one of the ways below; jitter; when the pings go out
 #pragma once
 
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -76,6 +78,17 @@ struct TrajectorySpec {
   std::optional<JitterSpec> jitter;
   double ping_rate_hz = 1;   // of the sonar's
   std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
+};
+
+// Somewhere in an area, standing on an object. `on` and `area_m` must be given.
+struct PlaceSpec {
+  std::string on;                                 // name of an object
+  std::array<std::array<double, 2>, 2> area_m{};  // corners [x, y] in the world
+  double clearance_m = 0.2;                       // between bounding circles, seen from above
+  double sink_m = 0;                              // straight down into the ground
+  bool any_yaw = true;         // turned by a drawn angle; else as `rotation` says
+  bool along_surface = false;  // its z along the ground's normal; else up
+  RotationSpec rotation = std::array<double, 3>{};  // before it is turned and aligned
 };
 
 }  // namespace ensonify

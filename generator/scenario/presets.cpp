@@ -1,9 +1,9 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "scenario/parse.h"
 #include "scenario/preset_files.h"
 #include "scenario/scenario.h"
+#include "scenario/sections.h"
 
 namespace ensonify {
 namespace {

@@ -29,11 +29,6 @@ void fault(Faults& faults, const Value& value, std::string text) {
   add_fault(faults, value.place, value.path, std::move(text));
 }
 
-void wrong_kind(Faults& faults, const Value& value, std::string_view accepted) {
-  fault(faults, value,
-        fmt::format("{} stands here, accepted is {}", kind_in_words(*value.node), accepted));
-}
-
 // The child, or a fault if it is needed and absent.
 // `accepted` makes the words: most values are there and need none.
 template <class Words>
@@ -142,6 +137,11 @@ std::string integer_in_words(int low, int high) {
 
 }  // namespace
 
+void wrong_kind(Faults& faults, const Value& value, std::string_view accepted) {
+  fault(faults, value,
+        fmt::format("{} stands here, accepted is {}", kind_in_words(*value.node), accepted));
+}
+
 // Every value that is read has its path made: fmt would be a third of the time of reading.
 std::string joined_path(std::string_view map, std::string_view key) {
   std::string path;
@@ -155,9 +155,28 @@ std::string joined_path(std::string_view map, std::string_view key) {
 std::string path_of(const Value& map, std::string_view key) { return joined_path(map.path, key); }
 
 std::optional<Value> child(const Value& map, std::string_view key) {
+  if (map.node->kind == NodeKind::list) {
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
+    const bool is_index = error == std::errc{} && end == key.data() + key.size();
+    if (!is_index || index >= map.node->items.size()) return std::nullopt;
+    return item(map, index);
+  }
   const Node* node = find(*map.node, key);
   if (node == nullptr) return std::nullopt;
   return Value{node, node->place, path_of(map, key)};
+}
+
+std::optional<Place> place_in(const Node& tree, std::string_view path) {
+  Value deepest{&tree, tree.place, ""};
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    auto next = child(deepest, path.substr(begin, end - begin));
+    if (!next) break;
+    deepest = std::move(*next);
+    begin = end + 1;
+  }
+  return deepest.node == &tree ? std::nullopt : std::optional(deepest.place);
 }
 
 Value child_or_empty(const Value& map, std::string_view key) {
@@ -258,31 +277,37 @@ bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& rang
   return true;
 }
 
-bool read_integer_of(Faults& faults, const Value& value, int low, int high, int& out) {
-  std::string trouble = number_trouble(*value.node);
+bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
+                  int& out, Need need) {
+  const auto value = wanted(
+      faults, map, key, [&] { return integer_in_words(low, high); }, need);
+  if (!value) return false;
+  std::string trouble = number_trouble(*value->node);
   if (trouble.empty()) {
-    const std::string_view text = without_plus(value.node->text);
+    const std::string_view text = without_plus(value->node->text);
     const std::string_view digits = text.starts_with('-') ? text.substr(1) : text;
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (!only_digits(digits)) {
-      trouble = shown(value.node->text) + " is no integer";
+      trouble = shown(value->node->text) + " is no integer";
     } else if (error != std::errc{} || number < low || number > high) {
-      trouble = shown(value.node->text) + " is out of range";
+      trouble = shown(value->node->text) + " is out of range";
     } else {
       out = number;
       return true;
     }
   }
-  fault(faults, value, trouble + ", accepted is " + integer_in_words(low, high));
+  fault(faults, *value, trouble + ", accepted is " + integer_in_words(low, high));
   return false;
 }
 
-bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
-                  int& out, Need need) {
-  const auto value = wanted(
-      faults, map, key, [&] { return integer_in_words(low, high); }, need);
-  return value && read_integer_of(faults, *value, low, high, out);
+void refuse_useless(Faults& faults, const Value& map, const std::vector<std::string_view>& keys,
+                    std::string_view why) {
+  for (const std::string_view key : keys) {
+    const auto useless = child(map, key);
+    if (!useless) continue;
+    add_fault(faults, useless->place, useless->path, fmt::format("of no effect {}", why));
+  }
 }
 
 bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint64_t& out) {
@@ -316,26 +341,6 @@ bool read_boolean(Faults& faults, const Value& map, std::string_view key, bool& 
   }
   wrong_kind(faults, *value, "true or false");
   return false;
-}
-
-std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_view key,
-                                 bool& out) {
-  const auto value = child(map, key);
-  if (!value) return std::nullopt;
-  const Node& node = *value->node;
-  if (node.kind == NodeKind::map) {
-    out = true;
-    return value;
-  }
-  const bool plain = node.kind == NodeKind::scalar && !node.quoted;
-  if (plain && (node.text == "true" || node.text == "on")) {
-    out = true;
-  } else if (plain && (node.text == "false" || node.text == "off")) {
-    out = false;
-  } else {
-    wrong_kind(faults, *value, "true (on), false (off) or a map of options");
-  }
-  return std::nullopt;
 }
 
 std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::string_view key,

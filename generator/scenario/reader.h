@@ -1,12 +1,11 @@
 // Typed reading of a tree. A value that is absent leaves `out` as it is, a wrong one too and adds
 // a fault; the returned bool says whether `out` was set.
 //
-//   Value  child  child_or_empty  item      a node with its key path
-//   open_map  open_list  only_key_of        what kind of node it must be
+//   Value  child  child_or_empty  item  place_in   a node with its key path
+//   open_map  open_list  only_key_of  wrong_kind   what kind of node it must be
 //   NumberRange and its makers              what is accepted, also in words
-//   read_number  read_numbers  read_integer  read_seed  read_boolean  read_switch  read_choice
+//   read_number  read_numbers  read_integer  read_seed  read_boolean  read_word
 //   read_text  is_name
-//   Kind  read_kind                         a word, or a map of it and its options
 //   refuse_useless                          keys that change nothing where they stand
 #pragma once
 
@@ -33,7 +32,12 @@ struct Value {
 // "map.key"; "key" where the map is the whole text.
 std::string joined_path(std::string_view map, std::string_view key);
 std::string path_of(const Value& map, std::string_view key);
+// The value of a key; of a list the item of this index.
 std::optional<Value> child(const Value& map, std::string_view key);
+
+// Where the value of a key path stands, or what stands around it in the tree. Nothing where the
+// tree has nothing of the path.
+std::optional<Place> place_in(const Node& tree, std::string_view path);
 
 // An absent child as an empty map in its parent's place, so that each key it lacks is named.
 Value child_or_empty(const Value& map, std::string_view key);
@@ -50,6 +54,9 @@ bool open_list(Faults& faults, const Value& value);
 std::optional<std::string_view> only_key_of(Faults& faults, const Value& map,
                                             const std::vector<std::string_view>& keys,
                                             std::string_view what);
+
+// A fault: what stands there is of another kind.
+void wrong_kind(Faults& faults, const Value& value, std::string_view accepted);
 
 enum class Need { optional, required };
 
@@ -70,7 +77,7 @@ bool read_number(Faults& faults, const Value& map, std::string_view key, const N
 bool read_numbers(Faults& faults, const Value& map, std::string_view key, const NumberRange& range,
                   double* out, std::size_t count, Need need = Need::optional);
 
-// The same of a list's item.
+// The same of the value itself.
 bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& range, double* out,
                      std::size_t count);
 
@@ -83,33 +90,15 @@ bool read_numbers(Faults& faults, const Value& map, std::string_view key, const 
 bool read_integer(Faults& faults, const Value& map, std::string_view key, int low, int high,
                   int& out, Need need = Need::optional);
 
-// The same of a list's item.
-bool read_integer_of(Faults& faults, const Value& value, int low, int high, int& out);
-
 // Any unsigned 64-bit integer, to the last digit.
 bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint64_t& out);
 
 // true or false and nothing else.
 bool read_boolean(Faults& faults, const Value& map, std::string_view key, bool& out);
 
-// An output that is off, on, or on with options: false or off, true or on, or a map, which is
-// returned for its options to be read.
-std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_view key, bool& out);
-
 // Index of one of the words.
 std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::string_view key,
                                      const std::vector<std::string_view>& words, Need need);
-
-template <class T>
-bool read_choice(Faults& faults, const Value& map, std::string_view key,
-                 const std::vector<std::pair<std::string_view, T>>& choices, T& out,
-                 Need need = Need::optional) {
-  std::vector<std::string_view> words;
-  for (const auto& choice : choices) words.push_back(choice.first);
-  const std::optional<std::size_t> index = read_word(faults, map, key, words, need);
-  if (index) out = choices[*index].second;
-  return index.has_value();
-}
 
 inline constexpr std::size_t kMaxNameBytes = 128;
 inline constexpr std::size_t kMaxFileNameBytes = 4096;
@@ -120,17 +109,6 @@ bool read_text(Faults& faults, const Value& map, std::string_view key, std::stri
 
 // The same for a key that is itself a name.
 bool is_name(Faults& faults, const Key& key, const std::string& path);
-
-// One of several kinds of a thing, each with options of its own.
-struct Kind {
-  std::string_view word;
-  Value options;  // any node: whoever opens it says which keys are known
-};
-
-// A map of exactly one of `words`, as in {lfm: {duration_s: 1e-3}}; a word alone stands for a map
-// of it without options.
-std::optional<Kind> read_kind(Faults& faults, const Value& map, std::string_view key,
-                              const std::vector<std::string_view>& words);
 
 // A fault for each of `keys` that the map holds: "of no effect " + `why`.
 void refuse_useless(Faults& faults, const Value& map, const std::vector<std::string_view>& keys,

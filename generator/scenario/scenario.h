@@ -20,16 +20,13 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/material.h"
-#include "core/multipath.h"
 #include "core/ping.h"
 #include "core/sonar.h"
+#include "core/surface.h"
 #include "core/vec.h"
 #include "scenario/faults.h"
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
-#include "scenario/place_spec.h"
-#include "scenario/receiver_spec.h"
 #include "scenario/terrain_spec.h"
 #include "scenario/volume_spec.h"
 
@@ -42,6 +39,24 @@ struct PulseSpec {
   double taper = 0.1;          // of lfm
   std::filesystem::path file;  // of table: CSV, frequency_hz, amplitude, phase_deg
 };
+
+// What is absent follows from the rest of the sonar and the water: app/array_receiver.h.
+struct ArraySpec {
+  std::optional<int> elements;
+  std::optional<double> spacing_m;
+  double element_width_m = 0;
+  std::optional<BeamShading> shading;
+  Focus focus = Focus::dynamic;
+  Steering steering = Steering::true_delay;
+  double gain_error_db = 0;    // standard deviation over elements
+  double phase_error_deg = 0;  // likewise
+  std::vector<int> dead;       // indices
+};
+
+inline constexpr int kMaxElements = 4096;
+
+// What is wrong with the indices of dead elements, and what is accepted; empty: nothing.
+std::string dead_trouble(const std::vector<int>& dead, int elements);
 
 // Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
 // window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.fan_deg, rays.azimuth,
@@ -264,6 +279,14 @@ Result<Scenario> parse_scenario(const std::string& text, const std::string& labe
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides = {},
                                 std::uint32_t sequence = 0, const ReadLimits& limits = {});
+
+// The second step of parse_scenario, after the overrides, for who makes many scenarios of one text.
+// Nothing where `faults` holds any, older ones too. `label` names the scenario where it has no
+// name.
+struct Node;
+std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
+                                            const std::filesystem::path& folder, Faults& faults,
+                                            std::uint32_t sequence = 0);
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
 // the shortest form that reads back to the same double. `name_file` says how an input file is

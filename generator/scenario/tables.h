@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/material.h"
 #include "core/sonar.h"
+#include "core/surface.h"
 
 namespace ensonify {
 

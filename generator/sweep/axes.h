@@ -4,6 +4,7 @@
 //   parse_axes                     the list `axes` of a sweep file
 //   linear_values  log_values  uniform_values  log_uniform_values
 //   is_axis_name                   letters, digits and _
+//   json_of_node  plain_text       a value as JSON on one line; a scalar as it is written
 #pragma once
 
 #include <cstddef>
@@ -56,5 +57,8 @@ std::vector<double> uniform_values(double a, double b, int count, std::uint64_t 
 std::vector<double> log_uniform_values(double a, double b, int count, std::uint64_t key);
 
 bool is_axis_name(std::string_view name);
+
+std::string json_of_node(const Node& node);
+std::string plain_text(const Node& node);
 
 }  // namespace ensonify

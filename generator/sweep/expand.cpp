@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "dataset/sha256.h"
-#include "scenario/scenario_tree.h"
+#include "formats/sha256.h"
+#include "scenario/scenario.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -57,9 +57,12 @@ std::vector<std::string> lines_of(const std::string& text) {
 // blame.
 std::string placed(const SweepFile& file, const Node& tree, const std::string& line) {
   const auto place = place_in(tree, std::string_view(line).substr(0, line.find(": ")));
-  if (!place || place->line == 0) return fmt::format("{}: {}", file.sources[1], line);
-  return fmt::format("{}:{}:{}: {}", file.sources[static_cast<std::size_t>(place->source)],
-                     place->line, place->column, line);
+  const auto label = [&](int source) { return file.sources[static_cast<std::size_t>(source)]; };
+  if (place && place->line > 0) {
+    return fmt::format("{}:{}:{}: {}", label(place->source), place->line, place->column, line);
+  }
+  // --set has a source of its own, without lines; nothing else stands behind sweep and base.
+  return fmt::format("{}: {}", label(place && place->source > 1 ? place->source : 1), line);
 }
 
 Error all_placed(const Error& error, const SweepFile& file, const Node& tree) {
@@ -175,10 +178,8 @@ Plan plan_of(const Sweep& sweep) {
   Plan plan;
   for (const SweepRun& run : sweep.runs) {
     PlannedRun planned{run.id, run.name, {}, run.seed, run.cost.pings, run.cost.core_s};
-    for (std::size_t g = 0; g < sweep.file.axes.size(); ++g) {
-      for (const Axis& axis : sweep.file.axes[g].axes) {
-        planned.values.emplace_back(axis.name, value_of(run.point, g, axis).json);
-      }
+    for (const auto& [axis, value] : values_of(sweep.file, run.point)) {
+      planned.values.emplace_back(axis.name, value.json);
     }
     plan.push_back(std::move(planned));
   }

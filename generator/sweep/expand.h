@@ -15,7 +15,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "scenario/scenario.h"
-#include "sweep/plan.h"
+#include "sweep/folder.h"
 #include "sweep/sweep_file.h"
 
 namespace ensonify {

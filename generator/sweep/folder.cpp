@@ -1,55 +1,95 @@
 #include "sweep/folder.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <unordered_set>
 
-#include <fmt/format.h>
-
-#include "dataset/files.h"
+#include "core/counted.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
-#include "dataset/shallow_json.h"
 #include "dataset/work.h"
+#include "dataset/work_folder.h"
+#include "formats/files.h"
+#include "formats/json.h"
+#include "scenario/text.h"
 
 namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kSweepFile = "sweep.json";
-
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string failure_file(const std::string& id) { return "failed/" + id + ".json"; }
+constexpr std::size_t kMaxFaultLines = 100;
 
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::symlink_status(path, error).type() != fs::file_type::not_found;
 }
 
-std::optional<std::string> word(const Json& json, const char* key) {
-  const auto found = json.is_object() ? json.find(key) : json.end();
-  if (found == json.end() || !found->is_string()) return std::nullopt;
-  return found->get<std::string>();
-}
-
 Error usage(const fs::path& path, const std::string& what) {
   return {ErrorKind::usage, fmt::format("{}: {}", path.string(), what)};
 }
+
+Status write_text(const fs::path& dir, const std::string& relative, const std::string& text) {
+  const auto written = write_file_atomically(dir, relative, text);
+  return written ? Status() : Status(written.error());
+}
+
+bool is_id(const std::string& text) {
+  return text.size() == kRunIdDigits &&
+         text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::string line_of(const PlannedRun& run) {
+  Json values = Json::object();
+  for (const auto& [axis, value] : run.values) values[axis] = Json::parse(value);
+  const Json line = {{"run", run.id},    {"name", run.name},   {"values", std::move(values)},
+                     {"seed", run.seed}, {"pings", run.pings}, {"cost", run.cost}};
+  return line.dump();
+}
+
+// What is wrong with a line; empty: nothing, and `run` is set.
+std::string read_line(std::string_view text, PlannedRun& run) {
+  const Json json = parse_shallow<Json>(text.begin(), text.end());
+  if (!json.is_object()) return "is no JSON object";
+  for (const auto& [key, value] : json.items()) {
+    const bool text_wanted = key == "run" || key == "name";
+    const bool whole_wanted = key == "seed" || key == "pings";
+    const bool fits = text_wanted     ? value.is_string()
+                      : whole_wanted  ? value.is_number_unsigned()
+                      : key == "cost" ? value.is_number() && std::isfinite(value.get<double>())
+                                      : key == "values" && value.is_object();
+    if (!fits) return fmt::format("its {} is not as a plan's", shown(key));
+  }
+  for (const char* key : {"run", "name", "values", "seed", "pings", "cost"}) {
+    if (!json.contains(key)) return fmt::format("lacks {}", key);
+  }
+  run.id = json["run"].get<std::string>();
+  run.name = json["name"].get<std::string>();
+  for (const auto& [axis, value] : json["values"].items()) {
+    run.values.emplace_back(axis, value.dump());
+  }
+  run.seed = json["seed"].get<std::uint64_t>();
+  run.pings = json["pings"].get<std::uint64_t>();
+  run.cost = json["cost"].get<double>();
+  if (!is_id(run.id)) return fmt::format("{} is no id of a run", shown(run.id));
+  return run.cost >= 0 ? "" : "its cost is below zero";
+}
+
+std::string failure_file(const std::string& id) { return "failed/" + id + ".json"; }
 
 Status write_head(const fs::path& dir, const SweepHead& head) {
   const Json json = {
       {"ensonify_sweep_folder", 1},
       {"name", head.name},
       {"program", {{"version", head.program_version}, {"commit", head.program_commit}}}};
-  const auto written = write_file_atomically(dir, kSweepFile, text_of(json));
-  return written ? Status() : Status(written.error());
+  return write_text(dir, kSweepFile, json_text(json));
 }
 
 Status check_head(const fs::path& dir, const std::optional<SweepHead>& old, const SweepHead& head) {
@@ -107,15 +147,96 @@ Result<Held> look_at(const fs::path& dir, const SweepHead& head, const Plan& pla
 
 }  // namespace
 
+std::string to_jsonl(const Plan& plan) {
+  std::string text;
+  for (const PlannedRun& run : plan) text += line_of(run) + "\n";
+  return text;
+}
+
+Result<Plan> parse_plan(std::string_view text, const std::string& label) {
+  Plan plan;
+  std::vector<std::string> faults;
+  std::map<std::string, std::size_t> seen;
+  std::size_t number = 0;
+  while (!text.empty() && faults.size() < kMaxFaultLines) {
+    ++number;
+    const std::size_t end = text.find('\n');
+    PlannedRun run;
+    std::string trouble = read_line(text.substr(0, end), run);
+    if (trouble.empty() && end == std::string_view::npos) trouble = "is cut off";
+    if (const auto [first, fresh] = seen.emplace(run.id, number); trouble.empty() && !fresh) {
+      trouble = fmt::format("has the id of line {}", first->second);
+    }
+    if (!trouble.empty()) faults.push_back(fmt::format("{}:{}: {}", label, number, trouble));
+    plan.push_back(std::move(run));
+    if (end == std::string_view::npos) break;
+    text.remove_prefix(end + 1);
+  }
+  if (faults.empty()) return plan;
+  faults.push_back(fmt::format(
+      "{}: accepted is the plan that `ensonify sweep` wrote; remove it to have it made anew",
+      label));
+  return Error{ErrorKind::usage, fmt::format("{}", fmt::join(faults, "\n"))};
+}
+
+Result<std::optional<Plan>> read_plan(const fs::path& dir) {
+  const fs::path file = dir / kPlanFile;
+  if (!is_there(file)) return std::optional<Plan>();
+  const Result<std::string> text = read_file(file);
+  if (!text) return text.error();
+  Result<Plan> plan = parse_plan(*text, file.string());
+  if (!plan) return plan.error();
+  if (plan->empty()) {
+    return usage(file, "holds no run; remove it, and give the sweep's command again");
+  }
+  return std::optional(std::move(*plan));
+}
+
+Status write_plan(const fs::path& dir, const Plan& plan) {
+  return write_text(dir, kPlanFile, to_jsonl(plan));
+}
+
+PlanChange compare_plans(const Plan& old, const Plan& now) {
+  std::unordered_set<std::string_view> ids;
+  for (const PlannedRun& run : now) ids.insert(run.id);
+  PlanChange change;
+  for (const PlannedRun& run : old) {
+    if (ids.contains(run.id)) {
+      ++change.kept;
+    } else {
+      change.dropped.push_back(&run);
+    }
+  }
+  change.added = now.size() - change.kept;
+  return change;
+}
+
+Status refuse_dropped(const fs::path& dir, const PlanChange& change) {
+  if (change.dropped.empty()) return {};
+  constexpr std::size_t kMaxNamed = 5;
+  std::string named;
+  for (std::size_t i = 0; i < change.dropped.size() && i < kMaxNamed; ++i) {
+    named += fmt::format("\n  {} {}", change.dropped[i]->id, one_line(change.dropped[i]->name));
+  }
+  if (change.dropped.size() > kMaxNamed) named += "\n  ...";
+  const std::size_t dropped = change.dropped.size();
+  return usage(
+      dir, fmt::format("holds the plan of another sweep: {} of its {} {} not in this "
+                       "one. A sweep may grow; name another folder, or give --overwrite to "
+                       "take the new plan (what the old runs wrote stays){}",
+                       dropped, counted(dropped + change.kept, "run"), dropped == 1 ? "is" : "are",
+                       named));
+}
+
 Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
   const fs::path file = dir / kSweepFile;
   if (!is_there(file)) return std::optional<SweepHead>();
   const Result<std::string> text = read_file(file);
   if (!text) return text.error();
   const Json json = parse_shallow<Json>(*text);
-  const auto name = word(json, "name");
+  const auto name = text_at(json, "name");
   const Json program = json.is_object() ? json.value("program", Json()) : Json();
-  const auto version = word(program, "version"), commit = word(program, "commit");
+  const auto version = text_at(program, "version"), commit = text_at(program, "commit");
   if (!name || !version || !commit || json.value("ensonify_sweep_folder", Json()) != 1) {
     return usage(file, "is not as this program writes it; remove it, or name another folder");
   }
@@ -161,29 +282,15 @@ bool run_is_done(const fs::path& dir, const std::string& id) {
 }
 
 std::string kind_name(ErrorKind kind) {
-  switch (kind) {
-    case ErrorKind::usage:
-      return "usage";
-    case ErrorKind::io:
-      return "io";
-    case ErrorKind::device:
-      return "device";
-    case ErrorKind::damage:
-      return "damage";
-    case ErrorKind::interrupted:
-      return "interrupted";
-    case ErrorKind::bug:
-      break;
-  }
-  return "bug";
+  constexpr const char* kNames[] = {"bug", "damage", "usage", "io", "device", "interrupted"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 Status write_failure(const fs::path& dir, const RunFailure& failure) {
   const Json json = {{"run", failure.run},   {"name", failure.name},
                      {"kind", failure.kind}, {"message", failure.message},
                      {"host", failure.host}, {"time_utc", failure.time_utc}};
-  const auto written = write_file_atomically(dir, failure_file(failure.run), text_of(json));
-  return written ? Status() : Status(written.error());
+  return write_text(dir, failure_file(failure.run), json_text(json));
 }
 
 std::optional<RunFailure> read_failure(const fs::path& dir, const std::string& id) {
@@ -192,7 +299,7 @@ std::optional<RunFailure> read_failure(const fs::path& dir, const std::string& i
   const Result<std::string> text = read_file(file);
   if (!text) return std::nullopt;
   const Json json = parse_shallow<Json>(*text);
-  const auto of = [&](const char* key) { return word(json, key).value_or(""); };
+  const auto of = [&](const char* key) { return text_at(json, key).value_or(""); };
   if (of("kind").empty()) return std::nullopt;
   return RunFailure{id, of("name"), of("kind"), of("message"), of("host"), of("time_utc")};
 }

@@ -8,10 +8,9 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
-#include "scenario/draw.h"
+#include "scenario/key_catalogue.h"
 #include "scenario/text.h"
 #include "sweep/axes.h"
-#include "sweep/node_json.h"
 
 namespace ensonify {
 namespace {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "sweep/plan.h"
+#include "sweep/folder.h"
 
 namespace ensonify {
 

@@ -9,9 +9,10 @@
 
 #include <fmt/format.h>
 
-#include "dataset/files.h"
+#include "core/counted.h"
 #include "dataset/layout.h"
-#include "dataset/shallow_json.h"
+#include "formats/files.h"
+#include "formats/json.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -77,19 +78,8 @@ std::string duration_text(double seconds) {
 }  // namespace
 
 std::string state_name(RunState state) {
-  switch (state) {
-    case RunState::begun:
-      return "running";
-    case RunState::failed:
-      return "failed";
-    case RunState::done:
-      return "done";
-    case RunState::damaged:
-      return "damaged";
-    case RunState::missing:
-      break;
-  }
-  return "missing";
+  constexpr const char* kNames[] = {"missing", "running", "failed", "done", "damaged"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 RunStatus run_status(const fs::path& dir, const PlannedRun& run, double now_s) {
@@ -145,14 +135,14 @@ SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double 
 
 std::string status_text(const std::string& name, const Plan& plan,
                         const std::vector<RunStatus>& runs, const SweepStatus& status) {
-  std::string text =
-      fmt::format("{}: {} runs: {} done, {} running, {} failed, {} missing\n", name, status.runs,
-                  status.done, status.begun, status.failed, status.missing);
+  std::string text = fmt::format("{}: {}: {} done, {} running, {} failed, {} missing\n", name,
+                                 counted(status.runs, "run"), status.done, status.begun,
+                                 status.failed, status.missing);
   if (status.silent > 0) {
     text += fmt::format("{} of the running wrote nothing for {} and may have been cut off\n",
                         status.silent, duration_text(kSilentSeconds));
   }
-  text += fmt::format("{} of {} pings", status.pings_done, status.pings);
+  text += fmt::format("{} of {}", status.pings_done, counted(status.pings, "ping"));
   if (status.pings_to_come > 0 && status.pings_per_s) {
     text += fmt::format(", {:.3g} pings/s, {} left", *status.pings_per_s,
                         duration_text(*status.seconds_left));

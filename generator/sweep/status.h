@@ -12,14 +12,13 @@
 #include <vector>
 
 #include "sweep/folder.h"
-#include "sweep/plan.h"
 
 namespace ensonify {
 
-enum class RunState {
-  missing,  // nobody has begun it
-  begun,    // under way, or cut off
-  failed,   // and not done since
+enum class RunState {  // state_name has their names in this order
+  missing,             // nobody has begun it
+  begun,               // under way, or cut off
+  failed,              // and not done since
   done,
   damaged  // done, and files of it are gone or not as they should be: finalizing alone reads them
 };

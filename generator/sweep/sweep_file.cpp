@@ -8,7 +8,6 @@
 
 #include "scenario/scenario.h"
 #include "scenario/text.h"
-#include "sweep/conditions.h"
 
 namespace ensonify {
 namespace {
@@ -43,7 +42,8 @@ class SweepParser {
  public:
   SweepParser(const fs::path& folder, Faults& faults) : folder_(folder), faults_(faults) {}
 
-  SweepFile parse(const Value& root, const std::string& label) {
+  SweepFile parse(const Value& root, const std::string& label,
+                  const std::vector<Override>& overrides) {
     const auto scenario = child(root, "ensonify");
     if (scenario && !child(root, "ensonify_sweep")) {
       add_fault(faults_, scenario->place, scenario->path,
@@ -64,6 +64,7 @@ class SweepParser {
     axes_are_whole_ = faults_.found() == before;
     read_base(root);
     if (const auto set = child(root, "set")) put_in(*set);
+    put_in(overrides);
     if (sweep_.tree) {
       Faults told_later;
       read_seed(told_later, {&*sweep_.tree, {}, ""}, "seed", sweep_.base_seed);
@@ -101,13 +102,27 @@ class SweepParser {
     Node tree = *sweep_.tree;
     for (std::size_t i = 0; i < set.node->keys.size(); ++i) {
       const Key& key = set.node->keys[i];
-      if (const Axis* axis = axis_of(sweep_, key.text, true)) {
-        add_fault(faults_, key.place, path_of(set, key.text),
-                  fmt::format("of no effect beside the axis {}", shown(axis->name)));
-      }
+      refuse_axis(key.text, key.place, path_of(set, key.text));
       apply_setting(tree, {key.text, key.place, set.node->items[i]}, faults_);
     }
     sweep_.tree = std::make_shared<const Node>(std::move(tree));
+  }
+
+  void put_in(const std::vector<Override>& overrides) {
+    if (!sweep_.tree || overrides.empty()) return;
+    Node tree = *sweep_.tree;
+    for (const Override& given : overrides) {
+      refuse_axis(given.path, {add_source(faults_, "--set " + given.path), 0, 0}, given.path);
+    }
+    apply_overrides(tree, overrides, faults_);
+    sweep_.tree = std::make_shared<const Node>(std::move(tree));
+  }
+
+  void refuse_axis(std::string_view key, const Place& place, const std::string& path) {
+    const Axis* axis = axis_of(sweep_, key, true);
+    if (axis == nullptr) return;
+    add_fault(faults_, place, path,
+              fmt::format("of no effect beside the axis {}", shown(axis->name)));
   }
 
   void read_seeds(const Value& seeds, const Value& root) {
@@ -231,23 +246,24 @@ class SweepParser {
 }  // namespace
 
 Result<SweepFile> parse_sweep_file(const std::string& text, const std::string& label,
-                                   const fs::path& folder, const ReadLimits& limits) {
+                                   const fs::path& folder, const ReadLimits& limits,
+                                   const std::vector<Override>& overrides) {
   Faults faults;
   faults.limits = limits;
   add_source(faults, label);
   add_source(faults, "");  // the base, once its name is known
   const auto tree = read_yaml_map(text, 0, faults);
   if (!tree) return to_error(faults);
-  SweepFile sweep = SweepParser(folder, faults).parse({&*tree, tree->place, ""}, label);
+  SweepFile sweep = SweepParser(folder, faults).parse({&*tree, tree->place, ""}, label, overrides);
   if (!faults.empty()) return to_error(faults);
   sweep.sources = faults.sources;
   return sweep;
 }
 
-Result<SweepFile> load_sweep_file(const fs::path& file) {
+Result<SweepFile> load_sweep_file(const fs::path& file, const std::vector<Override>& overrides) {
   const Result<std::string> text = read_scenario_text(file, "a sweep");
   if (!text) return text.error();
-  return parse_sweep_file(*text, file.string(), file.parent_path());
+  return parse_sweep_file(*text, file.string(), file.parent_path(), {}, overrides);
 }
 
 }  // namespace ensonify

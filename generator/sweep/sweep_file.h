@@ -2,19 +2,24 @@
 //
 //   SweepFile  load_sweep_file  parse_sweep_file
 //   Point  points_of            one combination of values; all of a sweep, in order
-//   value_of  name_of           a point's value of an axis; its name
+//   PointValue  values_of  name_of   a point's value of each axis; its name
 //   settings_of                 what a point puts into the base
 //   variable_names              what conditions and names of runs may use
+//   Conditions                  over the values of the axes, read by muparser: made once, asked for
+//                               many points
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
+#include "scenario/faults.h"
 #include "sweep/axes.h"
 
 namespace ensonify {
@@ -34,7 +39,7 @@ struct Condition {
 struct SweepFile {
   std::string name;                  // absent: the file's, without its ending
   std::filesystem::path base;        // as found from the sweep file's folder
-  std::shared_ptr<const Node> tree;  // of the base, with `set` in it
+  std::shared_ptr<const Node> tree;  // of the base, with all that is laid over it
   std::uint64_t base_seed = 0;       // of that tree
   std::vector<AxisGroup> axes;       // in order; the last one varies fastest
   std::vector<std::uint64_t> seeds;  // of each point; empty: the base's own
@@ -47,12 +52,15 @@ struct SweepFile {
 
 // Errors (usage): all faults of the sweep file and of the base as text at once, one line each,
 // `file:line:column: key.path: what is wrong, what is accepted`. A file that cannot be read: io.
-Result<SweepFile> load_sweep_file(const std::filesystem::path& file);
+// `overrides` are laid over the base, after `set`.
+Result<SweepFile> load_sweep_file(const std::filesystem::path& file,
+                                  const std::vector<Override>& overrides = {});
 
 // The same from text; `label` stands for the file's name in messages, `folder` is where it stands.
 Result<SweepFile> parse_sweep_file(const std::string& text, const std::string& label,
                                    const std::filesystem::path& folder,
-                                   const ReadLimits& limits = {});
+                                   const ReadLimits& limits = {},
+                                   const std::vector<Override>& overrides = {});
 
 struct Point {
   std::vector<std::size_t> at;  // which value of each group of axes
@@ -66,8 +74,39 @@ Result<std::vector<Point>> points_of(const SweepFile& sweep);
 // The axes in order, then seed.
 std::vector<std::string> variable_names(const SweepFile& sweep);
 
-const AxisValue& value_of(const Point& point, std::size_t group, const Axis& axis);
+struct PointValue {
+  const Axis& axis;
+  const AxisValue& value;
+};
+// Of all axes, in order.
+std::vector<PointValue> values_of(const SweepFile& sweep, const Point& point);
 std::string name_of(const SweepFile& sweep, const Point& point);
 std::vector<Setting> settings_of(const SweepFile& sweep, const Point& point);
+
+class Conditions {
+ public:
+  // The variables.
+  explicit Conditions(std::vector<std::string> names);
+  ~Conditions();
+  Conditions(const Conditions&) = delete;
+  Conditions& operator=(const Conditions&) = delete;
+
+  // What is wrong with it; nothing: it was added. Comparisons and &&, ||, !, arithmetic and
+  // functions; no assignment, one value.
+  std::optional<std::string> add(const std::string& text);
+
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  struct Answer {
+    std::size_t holds = none;     // index of the first condition that holds
+    std::size_t no_value = none;  // of the first, if it comes before, that divides by zero, has a
+                                  // root of what is below zero, or is not finite
+  };
+  // Values of the variables, in their order.
+  Answer at(std::span<const double> values);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace ensonify

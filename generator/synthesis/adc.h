@@ -8,6 +8,7 @@
 #include <complex>
 #include <span>
 
+#include "core/error.h"
 #include "core/host_device.h"
 #include "core/sonar.h"
 
@@ -16,7 +17,12 @@ namespace ensonify {
 struct Converter {
   double step_pa, steps;  // steps from zero to full scale
 };
-Converter converter_of(const Adc& adc);
+
+inline Converter converter_of(const Adc& adc) {
+  ENSONIFY_ASSERT(adc.bits >= 1);
+  const double steps = std::ldexp(1.0, adc.bits - 1);
+  return {std::pow(10.0, (adc.full_scale_db - 120.0) / 20.0) / steps, steps};
+}
 
 // Ties to even.
 ENSONIFY_HD inline float converted(const Converter& converter, float part_pa) {
@@ -27,6 +33,11 @@ ENSONIFY_HD inline float converted(const Converter& converter, float part_pa) {
 
 // Real and imaginary part of each sample, each on its own: rounded to the nearest step (ties to
 // even) of full scale / 2^(bits-1) and clipped to [-2^(bits-1), 2^(bits-1) - 1] steps.
-void quantise(const Adc& adc, std::span<std::complex<float>> pressure_pa);
+inline void quantise(const Adc& adc, std::span<std::complex<float>> pressure_pa) {
+  const Converter converter = converter_of(adc);
+  for (std::complex<float>& p : pressure_pa) {
+    p = {converted(converter, p.real()), converted(converter, p.imag())};
+  }
+}
 
 }  // namespace ensonify

@@ -20,10 +20,9 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/runtime.h"
 #include "core/scatterers.h"
-#include "core/simd.h"
 #include "core/sonar.h"
-#include "core/volume_echo.h"
 
 namespace ensonify {
 
@@ -95,11 +94,10 @@ class Backend {
   //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes
   //              included; the first with shifts, the second without: |s| is stretched by
   //              1 + doppler, nothing else.
-  // With sonar.array both are what synthesis/array.h says, summed over all elements: a volume's
-  // scatterer is at the sector's azimuth, elevation 0 and range c t_n / 2, and noise is drawn for
-  // every element and every sample of the record's period. channels_pa are the elements' p_n(t),
-  // noise included, before any delay.
-  // Throws std::bad_alloc where memory does not suffice.
+  // With sonar.array both are what synthesis/beamforming.h says, summed over all elements: a
+  // volume's scatterer is at the sector's azimuth, elevation 0 and range c t_n / 2, and noise is
+  // drawn for every element and every sample of the record's period. channels_pa are the elements'
+  // p_n(t), noise included, before any delay. Throws std::bad_alloc where memory does not suffice.
   virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                           const Workers& workers) const = 0;
 };

@@ -6,8 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "core/companion.h"
-#include "synthesis/cuda/module_api.h"
+#include "core/runtime.h"
 
 namespace ensonify {
 namespace {

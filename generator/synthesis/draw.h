@@ -1,23 +1,64 @@
-// The random draws of a ping: amplitudes of scatterers and of volumes, noise of samples.
+// The random draws of a ping, stated once for every backend, on host and device.
+//
+//   amplitude_part  drawn_amplitude  draw_amplitude   of a scatterer
+//   cell_draw  draw_volume  draw_noise                of a beam's (or an element's) sample
 #pragma once
 
+#include <cmath>
 #include <complex>
 #include <cstdint>
 
+#include "core/host_device.h"
 #include "core/random.h"
 #include "core/scatterers.h"
 #include "synthesis/backend.h"
 
 namespace ensonify {
 
-// a = mean + standard_deviation xi, rounded to float as it is exported (Eq 14).
-std::complex<float> draw_amplitude(const Scatterer& scatterer, const RandomKeys& keys);
+// One part of a = mean + standard_deviation xi (Eq 14), rounded to float as it is exported.
+template <class Real>
+ENSONIFY_HD inline float amplitude_part(float mean, float standard_deviation, Real normal) {
+  return static_cast<float>(mean + standard_deviation * normal);
+}
 
-// What the volumes throw back from one cell: circular complex normal with E|a|^2 = energy, keyed by
-// (beam, sample).
-std::complex<double> draw_volume(const RandomKeys& keys, int beam, int sample, double energy);
+// `Complex` is any type made of two floats.
+template <class Complex>
+ENSONIFY_HD inline Complex drawn_amplitude(float mean_re, float mean_im, float standard_deviation,
+                                           std::uint64_t speckle_key, std::uint32_t ping,
+                                           std::uint64_t key) {
+  if (standard_deviation == 0) return {mean_re, mean_im};
+  const ComplexDraw xi = complex_normal(speckle_key, ping, key, 0);
+  return {amplitude_part(mean_re, standard_deviation, xi.re),
+          amplitude_part(mean_im, standard_deviation, xi.im)};
+}
 
-// Noise of one sample: circular complex normal with E|p|^2 = power, keyed by (beam, sample).
-std::complex<double> draw_noise(const RandomKeys& keys, int beam, int sample, double power_pa2);
+inline std::complex<float> draw_amplitude(const Scatterer& s, const RandomKeys& keys) {
+  return drawn_amplitude<std::complex<float>>(s.mean.real(), s.mean.imag(), s.standard_deviation,
+                                              keys.speckle, keys.speckle_ping, s.key);
+}
+
+// Circular complex normal with E|a|^2 = rms^2, keyed by (row, sample), where a row is a beam or an
+// element.
+ENSONIFY_HD inline ComplexDraw cell_draw(std::uint64_t key, std::uint32_t ping, std::int64_t row,
+                                         int sample, double rms) {
+  const auto item = (static_cast<std::uint64_t>(row) << 32) | static_cast<std::uint32_t>(sample);
+  const ComplexDraw xi = complex_normal(key, ping, item, 0);
+  return {rms * xi.re, rms * xi.im};
+}
+
+// What the volumes throw back from one cell, E|a|^2 = energy.
+inline std::complex<double> draw_volume(const RandomKeys& keys, int beam, int sample,
+                                        double energy) {
+  if (energy == 0) return 0;
+  const ComplexDraw a = cell_draw(keys.volume, keys.speckle_ping, beam, sample, std::sqrt(energy));
+  return {a.re, a.im};
+}
+
+// Noise of one sample, E|p|^2 = power.
+inline std::complex<double> draw_noise(const RandomKeys& keys, int beam, int sample,
+                                       double power_pa2) {
+  const ComplexDraw p = cell_draw(keys.noise, keys.noise_ping, beam, sample, std::sqrt(power_pa2));
+  return {p.re, p.im};
+}
 
 }  // namespace ensonify

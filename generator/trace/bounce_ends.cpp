@@ -1,4 +1,4 @@
-#include "trace/bounce_ends.h"
+#include "trace/multipath.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "trace/echo.h"
-#include "trace/march.h"
 #include "trace/tracer.h"
+#include "trace/volume.h"
 
 namespace ensonify {
 namespace {

@@ -1,4 +1,7 @@
 // Embree 3 or 4: the few calls that changed between them.
+//
+//   EmbreeContext  init_context
+//   intersect_one  intersect_packet   of 4, 8 or 16 rays
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -9,6 +12,12 @@
 
 namespace ensonify {
 
+inline auto intersect_of(const RTCRayHit4&) { return rtcIntersect4; }
+inline auto intersect_of(const RTCRayHit8&) { return rtcIntersect8; }
+inline auto intersect_of(const RTCRayHit16&) { return rtcIntersect16; }
+
+// The rays of intersect_packet start at one place and have about the same direction; valid[i] is
+// -1, or 0 for no ray.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 inline void init_context(EmbreeContext& context) { rtcInitRayQueryContext(&context); }
@@ -23,21 +32,10 @@ inline void intersect_one(RTCScene scene, EmbreeContext& context, RTCRayHit& ray
   RTCIntersectArguments how = embree_arguments(context, RTC_RAY_QUERY_FLAG_INCOHERENT);
   rtcIntersect1(scene, &ray, &how);
 }
-// Of rays that start at one place and go about the same way; valid[i]: -1, or 0 for no ray.
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit4& rays) {
+template <class RayHits>
+void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid, RayHits& rays) {
   RTCIntersectArguments how = embree_arguments(context, RTC_RAY_QUERY_FLAG_COHERENT);
-  rtcIntersect4(valid, scene, &rays, &how);
-}
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit8& rays) {
-  RTCIntersectArguments how = embree_arguments(context, RTC_RAY_QUERY_FLAG_COHERENT);
-  rtcIntersect8(valid, scene, &rays, &how);
-}
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit16& rays) {
-  RTCIntersectArguments how = embree_arguments(context, RTC_RAY_QUERY_FLAG_COHERENT);
-  rtcIntersect16(valid, scene, &rays, &how);
+  intersect_of(rays)(valid, scene, &rays, &how);
 }
 #else
 using EmbreeContext = RTCIntersectContext;
@@ -45,21 +43,10 @@ inline void init_context(EmbreeContext& context) { rtcInitIntersectContext(&cont
 inline void intersect_one(RTCScene scene, EmbreeContext& context, RTCRayHit& ray) {
   rtcIntersect1(scene, &context, &ray);
 }
-// Of rays that start at one place and go about the same way; valid[i]: -1, or 0 for no ray.
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit4& rays) {
+template <class RayHits>
+void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid, RayHits& rays) {
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect4(valid, scene, &context, &rays);
-}
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit8& rays) {
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect8(valid, scene, &context, &rays);
-}
-inline void intersect_packet(RTCScene scene, EmbreeContext& context, const int* valid,
-                             RTCRayHit16& rays) {
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(valid, scene, &context, &rays);
+  intersect_of(rays)(valid, scene, &context, &rays);
 }
 #endif
 

@@ -1,4 +1,4 @@
-#include "trace/kirchhoff.h"
+#include "trace/scatter.h"
 
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@ constexpr double kBend_rad = 0.2;
 constexpr double kSmallestSide_wavelengths = 0.25;
 constexpr double kSmallestEdge_wavelengths = 1.0 / 8;
 constexpr double kSmallestStraightEdge_wavelengths = 1.0 / 32;
-// Of c/b. A part is heard at one delay, with the sinc of the carrier: longer ones leave echoes in
-// the middle of an oblique plate.
+// In units of c/b. A part is heard at one delay, with the sinc of the carrier: longer ones leave
+// echoes in the middle of an oblique plate.
 constexpr double kLongestRange_pulses = 1.0 / 24;
 
 // A cell of the fan or a part of one, with rays through its corners, the middles of its sides and
@@ -323,9 +323,7 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
     by_beam[beam] = std::move(sector.scatterers);
   });
   std::vector<Scatterer> scatterers;
-  for (const std::vector<Scatterer>& part : by_beam) {
-    scatterers.insert(scatterers.end(), part.begin(), part.end());
-  }
+  append(by_beam, scatterers);
   return scatterers;
 }
 

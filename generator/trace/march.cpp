@@ -1,4 +1,4 @@
-#include "trace/march.h"
+#include "trace/volume.h"
 
 #include <algorithm>
 #include <array>

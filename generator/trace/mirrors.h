@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/multipath.h"
+#include "core/surface.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/world.h"
@@ -31,7 +31,7 @@ struct Mirror {
   double reflection = 0, roughness_rms_m = 0;
 };
 
-// A leg is the mirrors that sound meets on its way from the sonar; number 0 is the straight way.
+// A leg is the mirrors that sound meets on its path from the sonar; number 0 is the straight path.
 using Leg = std::vector<std::uint16_t>;
 
 // Two legs that make a path each way; first <= second.
@@ -68,7 +68,7 @@ struct PlacedMirror {
 std::vector<PlacedMirror> place_mirrors(const BouncePlan& plan, const World& world,
                                         std::span<const Pose> object_in_world, Vec3 sonar_m);
 
-// Where the sonar sees a point over a leg: in its direction, at the length of the way.
+// Where the sonar sees a point over a leg: in its direction, at the length of the path.
 Vec3 image_seen_over(std::span<const PlacedMirror> mirrors, const Leg& leg, Vec3 point_m);
 
 // How a ray from the sonar goes over a leg.

@@ -197,11 +197,7 @@ MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, con
     }
   });
   std::vector<Scatterer> all;
-  all.reserve(count);
-  for (auto& part : heard) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = {};
-  }
+  append(heard, all);
   MovedEchoes moved{sorted_by_beam_and_delay(all, sonar.beam_count, workers), {}};
   moved.origin.reserve(moved.list.size());
   for (Scatterer& s : moved.list.items) {

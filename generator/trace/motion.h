@@ -1,4 +1,4 @@
-// What moves while the sound of one ping is under way.
+// What moves while the sound of one ping travels.
 //
 // Rays find what is hit with everything where it is at transmission. Then each echo is heard where
 // the sonar is when it comes in, and thrown back where its object is when the sound gets there.
@@ -33,7 +33,7 @@ Movement movement_of(const World& world, const Path& body, const Pose& mount, do
                      const Sonar& sonar, const Water& water, const Workers& workers);
 bool rests(const Movement& movement);
 
-// Distances and unit vectors are those of the way of the sound in the world.
+// Distances and unit vectors are those of the path of the sound in the world.
 struct Flight {
   double delay_s = 0;
   double out_m = 0, in_m = 0;
@@ -42,7 +42,7 @@ struct Flight {
   double doppler = 0;       // d(sent)/d(heard) - 1, closing above 0
 };
 
-// Of a point given in the sonar's frame at transmission; `object` carries it, null: it rests.
+// The point is given in the sonar's frame at transmission; `object` carries it, null: it rests.
 // tau_out = |X(tau_out) - p(0)|/c and tau = tau_out + |X(tau_out) - p(tau)|/c, by iteration to
 // 1e-15 s; with u and w towards X from where it is sent and heard, V its velocity then, v that of
 // the sonar,
@@ -51,7 +51,7 @@ struct Flight {
 Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 point_m,
                      double sound_speed_m_s);
 
-// Of an echo by way of mirrors: its apparent source, received_path_m along its arrival, rests.
+// The echo comes over mirrors: its apparent source, received_path_m along its arrival, rests.
 Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound_speed_m_s);
 
 // Delay, arrival, sector, received path, gain and shift of every echo become those of its flight,

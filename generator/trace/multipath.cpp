@@ -7,8 +7,7 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
-#include "trace/bounce_ends.h"
-#include "trace/surface_echoes.h"
+#include "trace/echo.h"
 
 namespace ensonify {
 namespace {
@@ -165,7 +164,7 @@ void add_targets(const Bounces& b, const World& world, const Workers& workers,
                    fish_key(school.instance, i), found[block]);
       }
     });
-    for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+    append(found, all);
   }
 }
 
@@ -182,7 +181,7 @@ std::vector<Scatterer> bounced_echoes(const BouncedMoment& moment, const Fan& fa
     workers.for_each(fan.beams, [&](std::size_t beam) {
       add_beam(bounces, fan, hits, static_cast<std::uint16_t>(leg), beam, of_beam[beam]);
     });
-    for (const auto& part : of_beam) all.insert(all.end(), part.begin(), part.end());
+    append(of_beam, all);
   }
   add_targets(bounces, moment.world, workers, all);
   return all;

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
+#include "acoustics/pattern.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
-#include "trace/surface_echoes.h"
+#include "trace/echo.h"
 
 namespace ensonify {
 namespace {
@@ -50,13 +52,13 @@ struct PointEchoes {
   const Water& water;
   const std::vector<HiddenTarget>* hidden = nullptr;  // where hidden ones are asked for
 
-  std::optional<BentRays> bent;  // where the water bends rays
+  std::optional<RefractedRays> refracted;  // where the water bends rays
 
   // None where the point is outside the fan and its ranges. With what hides it told, where it does.
   std::optional<Scatterer> at(Vec3 position_m, double target_strength_db,
                               std::optional<std::uint32_t>& hidden_by) const {
     std::optional<Scatterer> s =
-        bent ? bent_to(position_m, hidden_by) : straight_to(position_m, hidden_by);
+        refracted ? refracted_to(position_m, hidden_by) : straight_to(position_m, hidden_by);
     if (!s) return std::nullopt;
     s->mean = static_cast<float>(target_amplitude_m(target_strength_db));
     s->cos_incidence = 1;
@@ -77,11 +79,12 @@ struct PointEchoes {
     return echo_from(range, azimuth, elevation, *beam, sonar, water);
   }
 
-  std::optional<Scatterer> bent_to(Vec3 position_m, std::optional<std::uint32_t>& hidden_by) const {
+  std::optional<Scatterer> refracted_to(Vec3 position_m,
+                                        std::optional<std::uint32_t>& hidden_by) const {
     const Vec3 way = position_m - pose.position_m;
     const double level = std::hypot(way.x, way.y);
     if (level == 0 && way.z == 0) return std::nullopt;
-    const auto ray = find_eigenray(bent->layers, pose.position_m.z, level, position_m.z);
+    const auto ray = find_eigenray(refracted->layers, pose.position_m.z, level, position_m.z);
     if (!ray) return std::nullopt;
     const double range = water.sound_speed_m_s * ray->end.time_s;
     if (!in_range(range, sonar)) return std::nullopt;
@@ -93,17 +96,17 @@ struct PointEchoes {
     if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
     hidden_by = what_hides_bent(direction, ray->end);
     Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, water);
-    set_bent(path_to(*bent, direction, ray->end), echo_direction(azimuth, elevation, sonar), water,
-             s);
+    set_refracted(path_to(*refracted, direction, ray->end),
+                  echo_direction(azimuth, elevation, sonar), water, s);
     return s;
   }
 
   std::optional<std::uint32_t> what_hides_bent(Vec3 direction, const RayPoint& end) const {
     const double before_m = end.path_m * (1 - kOnSurface);
-    const auto first = first_bent_hit(*bent, direction, end.time_s);
+    const auto first = first_refracted_hit(*refracted, direction, end.time_s);
     if (!first || first->path.length_m >= before_m) return std::nullopt;
     if (hidden == nullptr) return 0;
-    for (const BentHit& hit : bent_hits_along(*bent, direction, end.time_s)) {
+    for (const RefractedHit& hit : refracted_hits_along(*refracted, direction, end.time_s)) {
       if (hit.hit.instance != first->hit.instance && hit.path.length_m < before_m) return 0;
     }
     return first->hit.instance;
@@ -135,11 +138,85 @@ struct PointEchoes {
 PointEchoes point_echoes(const Tracer& tracer, const Pose& pose, const Sonar& sonar,
                          const Water& water, const std::vector<HiddenTarget>* hidden) {
   PointEchoes echoes{tracer, pose, sonar, water, hidden, {}};
-  if (bends(water)) echoes.bent.emplace(bent_rays(tracer, pose, sonar, water));
+  if (bends(water)) echoes.refracted.emplace(refracted_rays(tracer, pose, sonar, water));
   return echoes;
 }
 
+// Keys of hidden echoes: a ray's hits one after the other, then the targets.
+constexpr std::uint64_t kTargetKey = std::uint64_t{1} << 63;
+
+// How many rays, targets and fish meet an instance, and before how many another one stands.
+struct Meetings {
+  std::uint64_t all = 0, behind = 0;
+};
+
+std::vector<double> occlusion_of(std::span<const Hit> hits, const HitsBehind& behind,
+                                 const PointScatterers& points, const Sonar& sonar,
+                                 std::size_t instances) {
+  std::vector<Meetings> met(instances + 1);
+  for (const Hit& hit : hits) {
+    if (hit.instance != 0 && in_range(hit.range_m, sonar)) ++met[hit.instance].all;
+  }
+  const auto add_hidden = [&](std::uint32_t instance) {
+    ++met[instance].all;
+    ++met[instance].behind;
+  };
+  for (const Hit& hit : behind.hits) {
+    if (in_range(hit.range_m, sonar)) add_hidden(hit.instance);
+  }
+  for (const Scatterer& s : points.heard) ++met[s.instance].all;
+  for (const HiddenTarget& target : points.hidden) add_hidden(target.scatterer.instance);
+  std::vector<double> occlusion;
+  for (const Meetings& m : met) {
+    occlusion.push_back(m.all == 0 ? std::numeric_limits<double>::quiet_NaN()
+                                   : static_cast<double>(m.behind) / static_cast<double>(m.all));
+  }
+  return occlusion;
+}
+
+std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& all_behind,
+                                         const SurfaceScattering& scattering,
+                                         const Workers& workers) {
+  const SurfaceEchoes echoes{fan, scattering};
+  const HitsBehind& behind = all_behind.behind;
+  const std::vector<RayPath>& paths = all_behind.paths;
+  const std::size_t rays = fan.rays_per_beam();
+  std::vector<std::vector<Scatterer>> of_beam(fan.beams);
+  workers.for_each(fan.beams, [&](std::size_t beam) {
+    ScattererMoments moments;
+    for (std::uint32_t i = 0; i < rays; ++i) {
+      std::uint64_t layer = 0;
+      const std::uint32_t first = behind.offset[beam * rays + i];
+      for (const Hit& hit : behind.of_ray(beam * rays + i)) {
+        const RayPath* path = paths.empty() ? nullptr : &paths[first + layer];
+        const std::uint64_t key = (beam * rays + i) * kMostLayers + layer++;
+        if (!echoes.moments(hit, i % fan.rays_elevation, moments, path)) continue;
+        Scatterer& s = of_beam[beam].emplace_back();
+        echoes.set(static_cast<std::uint32_t>(beam), i, hit, moments, s, path);
+        s.key = key;
+      }
+    }
+  });
+  std::vector<Scatterer> all;
+  append(of_beam, all);
+  return all;
+}
+
 }  // namespace
+
+EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar) {
+  return {azimuth_rad, elevation_rad, unit_vector(azimuth_rad, elevation_rad),
+          line_pattern(elevation_rad, sonar.elevation_width_rad),
+          transmit_pattern(azimuth_rad, sonar.transmit_width_rad)};
+}
+
+Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
+                    const Sonar& sonar, const Water& water) {
+  Scatterer s;
+  set_echo(range_m, echo_direction(azimuth_rad, elevation_rad, sonar),
+           static_cast<std::uint32_t>(beam), water, s);
+  return s;
+}
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
@@ -250,11 +327,33 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
         echoes.sort_out(*s, hidden_by, found[block], hidden ? &not_heard[block] : nullptr);
       }
     });
-    for (const auto& part : found) scatterers.insert(scatterers.end(), part.begin(), part.end());
+    append(found, scatterers);
     if (hidden == nullptr) continue;
     for (const auto& part : not_heard) hidden->insert(hidden->end(), part.begin(), part.end());
   }
   return scatterers;
+}
+
+HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanHitsBehind& behind,
+                           const PointScatterers& points, const SurfaceScattering& scattering,
+                           std::size_t instances, const Workers& workers) {
+  std::vector<Scatterer> all = scatterers_behind(fan, behind, scattering, workers);
+  for (std::size_t i = 0; i < points.hidden.size(); ++i) {
+    all.push_back(points.hidden[i].scatterer);
+    all.back().key = kTargetKey | i;
+  }
+  HiddenEchoes hidden;
+  hidden.list = sorted_by_beam_and_delay(all, fan.beams, workers);
+  for (const Scatterer& s : hidden.list.items) {
+    if ((s.key & kTargetKey) != 0) {
+      hidden.caster.push_back(points.hidden[s.key & ~kTargetKey].caster);
+    } else {
+      const bool next = s.key % kMostLayers == 0;
+      hidden.caster.push_back(next ? hits[s.key / kMostLayers].instance : 0);
+    }
+  }
+  hidden.occlusion = occlusion_of(hits, behind.behind, points, scattering.sonar, instances);
+  return hidden;
 }
 
 }  // namespace ensonify

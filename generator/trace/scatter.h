@@ -4,6 +4,8 @@
 //   surface_scatterers     one scatterer for each ray that found something
 //   surface_scatterer_list the same, sorted
 //   point_target_scatterers  school_scatterers  HiddenTarget
+//   kirchhoff_scatterers   mirrors: the coherent echo of smooth surfaces
+//   PointScatterers  hidden_echoes   hits behind others
 #pragma once
 
 #include <span>
@@ -12,8 +14,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
-#include "trace/bent.h"
-#include "trace/fan.h"
+#include "trace/refracted.h"
 #include "trace/tracer.h"
 #include "world/world.h"
 
@@ -43,7 +44,7 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
                                           const SurfaceScattering& scattering);
 
 // The same as a list, as sorted_by_beam_and_delay would make it; beams are shared out. `paths`: of
-// bent rays, else empty. Then dA = A/dOmega of the ray's tube, and the gain is
+// refracted rays, else empty. Then dA = A/dOmega of the ray's tube, and the gain is
 // 10^(-absorption 2s/20) B_el B_tx / two_way_spreading_m2 with the path's length s.
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
                                      const SurfaceScattering& scattering, const Workers& workers,
@@ -68,5 +69,34 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
                                          const Pose& sonar_in_world, const Sonar& sonar,
                                          const Water& water, const Workers& workers,
                                          std::vector<HiddenTarget>* hidden = nullptr);
+
+// The coherent scatterers of all surfaces whose material says kirchhoff, without variance; the
+// random part of the same surfaces is in surface_scatterers. Each cell of the fan whose ray, or a
+// neighbour's, meets such a surface gets rays through its corners and the middles of its sides. It
+// is taken on its own where the range is linear in both angles to 0.2 rad of two-way phase (the
+// bend enters the amplitude to first order) and changes by no more than c/24b along either side.
+// Otherwise it is cut in two across the side that asks for it, and so are the halves, down to a
+// quarter of a wavelength. A part that a body's edge runs through is cut down to an eighth, to a
+// thirty-second where the edge runs along its sides; then its middle decides. A body that all rays
+// of the fan miss is not found.
+// In a fixed order, whatever the workers. `hits` in the order of ray_index.
+std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit> hits,
+                                            const Tracer& tracer, const Pose& sonar_in_world,
+                                            const SurfaceScattering& scattering,
+                                            const Workers& workers);
+
+// Point targets and fish.
+struct PointScatterers {
+  std::vector<Scatterer> heard;
+  std::vector<HiddenTarget> hidden;
+};
+
+// Every hit behind a ray's first gives the scatterer that surface_scatterers would make of it,
+// without coherent echoes of mirrors. The first behind it is hidden by the ray's own instance
+// alone. `instances`: how many the world has. Whether volumes weaken them is the caller's
+// (attenuate).
+HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanHitsBehind& behind,
+                           const PointScatterers& points, const SurfaceScattering& scattering,
+                           std::size_t instances, const Workers& workers);
 
 }  // namespace ensonify

@@ -1,9 +1,11 @@
-// The world as Embree sees it.
+// The world as Embree sees it, and from what Embree says back to double precision.
 //
 //   MeshHierarchies  build_hierarchies   what stays, whatever moves
 //   Scene            build_scene         all objects at one moment
 //   bounds_of  new_scene  commit         parts of building it
-//   Query            rays under way
+//   Query            rays in work
+//   Found  refine                        of the nearest surface of all
+//   refine_on_mesh  hit_of  plane_hit    of one object
 #pragma once
 
 #include <array>
@@ -110,9 +112,9 @@ struct ClosedFormHit {
   Vec3 local_direction;
 };
 
-struct Layers;  // trace/continue.h
+struct Layers;  // trace/packets.h
 
-// Rays from one place, under way. It carries them in double to the callbacks of the closed forms;
+// Rays from one place, in work. It carries them in double to the callbacks of the closed forms;
 // RTCRay::id is a ray's place here.
 struct Query {
   EmbreeContext context;                  // first: Embree hands back a pointer to it
@@ -132,5 +134,30 @@ Ray local_ray(const Scene& scene, const Query& query, unsigned ray, unsigned geo
 
 // The nearest hit of a closed form, given in its frame; a mesh has none.
 std::optional<SurfaceHit> intersect_closed_form(const Shape& shape, const Ray& local);
+
+// What Embree says of one ray.
+struct Found {
+  unsigned geometry = RTC_INVALID_GEOMETRY_ID;  // none: it met nothing
+  unsigned instance = RTC_INVALID_GEOMETRY_ID;  // of a mesh: its geometry in the top scene
+  unsigned triangle = 0;
+  float range_m = 0;
+  float u = 0, v = 0;
+};
+
+// Range and incidence of the query's rays, one a `found`, in double. Planes, of which Embree knows
+// nothing, are looked at here. A ray's hit does not depend on what goes with it.
+void refine(const Scene& scene, const Query& query, std::span<const Found> found,
+            double range_max_m, Hit* hits);
+
+// The hits of those rays whose `found` is of the mesh at geometry `instance`; others stay.
+void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
+                    unsigned instance, Hit* hits);
+
+// The closed form was met in its own frame.
+Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed);
+
+// The hit on the scene's plane of that number; none where the ray does not meet it.
+std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ray,
+                             std::size_t plane);
 
 }  // namespace ensonify

@@ -1,5 +1,5 @@
 // How a fan is cut into packets of rays: tiles of neighbouring columns and elevations. Private to
-// packets.cpp and continue.cpp.
+// packets.cpp.
 //
 //   Tile     tile_of
 //   FanRays  fan_rays   what all tiles of a fan share
@@ -12,9 +12,8 @@
 #include <cmath>
 #include <vector>
 
-#include "trace/fan.h"
-#include "trace/refine.h"
 #include "trace/scene.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
 

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "trace/surface_echoes.h"
+#include "trace/echo.h"
 
 namespace ensonify {
 namespace {
@@ -185,14 +185,8 @@ ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer
     if (!bundle.candidates.empty()) listener.trace(bundle);
     heard[block] = std::move(bundle.heard);
   });
-  std::size_t count = 0;
-  for (const auto& part : heard) count += part.size();
   std::vector<Scatterer> all;
-  all.reserve(count);
-  for (auto& part : heard) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = {};
-  }
+  append(heard, all);
   return sorted_by_beam_and_delay(all, scattering.sonar.beam_count, workers);
 }
 

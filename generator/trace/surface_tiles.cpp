@@ -1,4 +1,4 @@
-#include "trace/surface_tiles.h"
+#include "trace/surface_points.h"
 
 #include <algorithm>
 #include <atomic>
@@ -257,7 +257,7 @@ void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>
   for (auto& part : made) tiles.insert(tiles.end(), part.begin(), part.end());
 }
 
-// Of objects without a name, which only tests have, by how many came before.
+// Objects without a name, which only tests have, are told apart by how many came before.
 std::uint64_t key_of(const World& world, const WorldObject& object,
                      std::map<std::string, std::uint64_t>& seen) {
   const std::size_t i = object.instance - 1;

@@ -1,22 +1,205 @@
 #include "trace/tracer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <utility>
 
-#include "trace/continue.h"
+#include "acoustics/scattering.h"
 #include "trace/packets.h"
-#include "trace/refine.h"
+#include "trace/scene.h"
 
 namespace ensonify {
-
 namespace {
+
+using Lanes = std::array<double, kMostRays>;
+using FloatLanes = std::array<float, kMostRays>;
+
+// Hits on triangles of one mesh, in its frame, side by side.
+struct TriangleHits {
+  int count = 0;
+  std::array<int, kMostRays> ray;
+  alignas(64) std::array<std::array<FloatLanes, 3>, 3> corner;  // [corner][x, y, z]
+  FloatLanes embree_range_m;
+  Lanes direction_x, direction_y, direction_z;                 // in the world
+  Lanes range_m, cos_incidence, normal_x, normal_y, normal_z;  // found; the normal is the world's
+};
+
+Vec3 as_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+double cos_incidence(Vec3 direction, Vec3 normal) {
+  // In this order a NaN stays one, for surface_scatterers to leave out.
+  return std::min(std::abs(dot(direction, normal)), 1.0);
+}
+
+// All rays of a query that met one mesh.
+void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, unsigned instance,
+            TriangleHits& t) {
+  t.count = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i].instance != instance) continue;
+    const int lane = t.count++;
+    t.ray[lane] = static_cast<int>(i);
+    const auto& corners = mesh.triangles[found[i].triangle];
+    for (int k = 0; k < 3; ++k) {
+      for (int x = 0; x < 3; ++x) t.corner[k][x][lane] = mesh.vertices[corners[k]][x];
+    }
+    t.embree_range_m[lane] = found[i].range_m;
+    t.direction_x[lane] = query.directions.x[i];
+    t.direction_y[lane] = query.directions.y[i];
+    t.direction_z[lane] = query.directions.z[i];
+  }
+}
+
+// Ranges and normals on the triangles that Embree named, in double. Embree's own range where the
+// ray lies in the triangle's plane and the quotient says nothing.
+void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
+  for (int i = 0; i < t.count; ++i) {
+    const auto at = [&](int k) {
+      return Vec3{t.corner[k][0][i], t.corner[k][1][i], t.corner[k][2][i]};
+    };
+    const Vec3 direction =
+        rotate(conjugate(rotation), {t.direction_x[i], t.direction_y[i], t.direction_z[i]});
+    const Vec3 a = at(0);
+    const Vec3 normal = cross(at(1) - a, at(2) - a);
+    const double embree_range = t.embree_range_m[i];
+    const double range = dot(a - local_origin_m, normal) / dot(direction, normal);
+    const bool sound = std::abs(range - embree_range) < 0.01 * embree_range + 1e-3;
+    t.range_m[i] = sound ? range : embree_range;
+    const Vec3 unit = normalized(normal);
+    t.cos_incidence[i] = cos_incidence(direction, unit);
+    const Vec3 in_world = rotate(rotation, unit);
+    t.normal_x[i] = in_world.x;
+    t.normal_y[i] = in_world.y;
+    t.normal_z[i] = in_world.z;
+  }
+}
+
+// What a mesh says of its surface between the corners of a triangle.
+void interpolate(const Mesh& mesh, const Found& found, Vec3 local_direction, Quat rotation,
+                 Hit& hit) {
+  const auto& corner = mesh.triangles[found.triangle];
+  const double u = found.u;
+  const double v = found.v;
+  const std::array<double, 3> weight{1 - u - v, u, v};
+  if (!mesh.normals.empty()) {
+    const Vec3 smooth = weight[0] * as_vec3(mesh.normals[corner[0]]) +
+                        weight[1] * as_vec3(mesh.normals[corner[1]]) +
+                        weight[2] * as_vec3(mesh.normals[corner[2]]);
+    // Missing normals, or ones that cancel, say nothing: the face's own stays.
+    if (length(smooth) > 1e-6) {
+      const Vec3 unit = normalized(smooth);
+      hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, unit));
+      hit.normal = rotate(rotation, unit);
+    }
+  }
+  if (!mesh.reflectivity.empty()) {
+    double factor = 0;
+    for (int i = 0; i < 3; ++i) factor += weight[i] * mesh.reflectivity[corner[i]];
+    hit.reflectivity = static_cast<float>(factor);
+  }
+}
+
+// Where a plane is nearer than what was found so far.
+void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
+  for (std::size_t i = 0; i < scene.planes.size(); ++i) {
+    const std::optional<Hit> hit = plane_hit(scene, query, ray, i);
+    if (!hit || (nearest.instance != 0 && hit->range_m >= nearest.range_m)) continue;
+    nearest = *hit;
+  }
+}
 
 bool same(const Pose& a, const Pose& b) {
   return a.position_m == b.position_m && a.rotation == b.rotation;
 }
 
 }  // namespace
+
+Fan make_fan(const Sonar& sonar) {
+  Fan fan{sonar.beam_count, sonar.rays_azimuth, sonar.rays_elevation, {}, {}, {}};
+  const double azimuth_step = sonar.beam_spacing_rad / sonar.rays_azimuth;
+  for (int j = 0; j < sonar.beam_count; ++j) {
+    for (int a = 0; a < sonar.rays_azimuth; ++a) {
+      fan.azimuth_rad.push_back(beam_azimuth_rad(sonar, j) +
+                                (a - (sonar.rays_azimuth - 1) / 2.0) * azimuth_step);
+    }
+  }
+  const double elevation_step = sonar.elevation_fan_rad / sonar.rays_elevation;
+  for (int e = 0; e < sonar.rays_elevation; ++e) {
+    const double low = -sonar.elevation_fan_rad / 2 + e * elevation_step;
+    fan.elevation_rad.push_back(low + elevation_step / 2);
+    fan.solid_angle_sr.push_back(cell_solid_angle_sr(azimuth_step, low, low + elevation_step));
+  }
+  return fan;
+}
+
+Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed) {
+  Hit hit;
+  hit.range_m = surface.range_m;
+  hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, surface.normal));
+  hit.instance = placed.object->instance;
+  hit.normal = rotate(placed.pose.rotation, surface.normal);
+  return hit;
+}
+
+void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
+                    unsigned instance, Hit* hits) {
+  const auto& [object, pose] = scene.by_geometry[instance];
+  const Mesh& mesh = *std::get<MeshShape>(object->shape).mesh;
+  TriangleHits t;
+  gather(mesh, query, found, instance, t);
+  meet_triangles(local_origin(scene, query, instance), pose.rotation, t);
+  const bool plain = mesh.normals.empty() && mesh.reflectivity.empty();
+  const std::vector<std::uint16_t>& of_part = object->parts.of_part;
+  for (int i = 0; i < t.count; ++i) {
+    Hit& hit = hits[t.ray[i]];
+    hit = {t.range_m[i],
+           static_cast<float>(t.cos_incidence[i]),
+           object->instance,
+           1,
+           0,
+           {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
+    if (!of_part.empty()) hit.part = of_part[mesh.part[found[t.ray[i]].triangle]];
+    if (plain) continue;
+    const Vec3 direction = local_ray(scene, query, t.ray[i], instance).direction;
+    interpolate(mesh, found[t.ray[i]], direction, pose.rotation, hit);
+  }
+}
+
+std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ray,
+                             std::size_t plane) {
+  const PlacedObject& placed = scene.planes[plane];
+  const Ray local{query.origins != nullptr ? query.origins->planes_m[plane]
+                                           : inverse_transform_point(placed.pose, query.origin_m),
+                  rotate(conjugate(placed.pose.rotation), query.directions[ray])};
+  const std::optional<SurfaceHit> hit = intersect_closed_form(placed.object->shape, local);
+  if (!hit) return std::nullopt;
+  return hit_of(*hit, local.direction, placed);
+}
+
+void refine(const Scene& scene, const Query& query, std::span<const Found> found,
+            double range_max_m, Hit* hits) {
+  const auto count = static_cast<unsigned>(found.size());
+  for (unsigned i = 0; i < count; ++i) {
+    const Found& f = found[i];
+    if (f.geometry == RTC_INVALID_GEOMETRY_ID) {
+      hits[i] = {};
+    } else if (f.instance == RTC_INVALID_GEOMETRY_ID) {
+      const ClosedFormHit& form = query.closed_form[i];
+      hits[i] = hit_of(form.surface, form.local_direction, scene.by_geometry[f.geometry]);
+    } else {
+      const auto same = [&](const Found& other) { return other.instance == f.instance; };
+      // The first ray on a mesh takes the others along.
+      if (std::none_of(found.begin(), found.begin() + i, same)) {
+        refine_on_mesh(scene, query, found, f.instance, hits);
+      }
+    }
+  }
+  for (unsigned i = 0; i < count; ++i) {
+    refine_on_planes(scene, query, i, hits[i]);
+    if (!(hits[i].range_m <= range_max_m)) hits[i] = {};
+  }
+}
 
 struct Tracer::Impl {
   const World& world;

@@ -1,5 +1,7 @@
 // Rays against the world: first hits, in double precision, and what is behind them.
 //
+//   Fan         make_fan  ray_index   every sector cut into cells of azimuth and elevation, a ray
+//               through the middle of each
 //   Tracer      at first_hit first_hits trace_fan hits_along trace_behind
 //   Hit         what one ray found
 //   HitsBehind  what the rays of a fan would find farther on
@@ -13,10 +15,26 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "trace/fan.h"
+#include "core/sonar.h"
 #include "world/world.h"
 
 namespace ensonify {
+
+struct Fan {
+  int beams = 0, rays_azimuth = 0, rays_elevation = 0;
+  std::vector<double> azimuth_rad;     // [beams x rays_azimuth], middles of the cells
+  std::vector<double> elevation_rad;   // [rays_elevation], lowest first
+  std::vector<double> solid_angle_sr;  // [rays_elevation], exact, the same for every azimuth
+
+  std::size_t size() const { return azimuth_rad.size() * elevation_rad.size(); }
+  std::size_t rays_per_beam() const { return std::size_t(rays_azimuth) * rays_elevation; }
+};
+
+Fan make_fan(const Sonar& sonar);
+
+inline std::size_t ray_index(const Fan& fan, int beam, int azimuth, int elevation) {
+  return (std::size_t(beam) * fan.rays_azimuth + azimuth) * fan.rays_elevation + elevation;
+}
 
 struct Hit {
   double range_m = 0;
@@ -61,7 +79,8 @@ class Tracer {
   // and incidence are worked out again in double.
   Hit first_hit(const Ray& ray, double range_max_m) const;
 
-  // The same for many rays from one place, in packets: neighbours should go about the same way.
+  // The same for many rays from one place, in packets: neighbours should have about the same
+  // direction.
   void first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
                   std::span<Hit> hits) const;
 

@@ -8,7 +8,6 @@
 #include "acoustics/propagation.h"
 #include "core/error.h"
 #include "trace/echo.h"
-#include "trace/march.h"
 
 namespace ensonify {
 namespace {

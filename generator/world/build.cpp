@@ -8,12 +8,11 @@
 #include "core/random.h"
 #include "scenario/tables.h"
 #include "scenario/text.h"
-#include "world/boxes.h"
-#include "world/heightfield.h"
-#include "world/level_set_vdb.h"
+#include "world/mesh.h"
 #include "world/models/models.h"
+#include "world/outline.h"
 #include "world/place.h"
-#include "world/seabed.h"
+#include "world/terrain.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -36,7 +35,23 @@ struct WorldFaults {
   }
 };
 
-// `warnings`: of a mesh that was not read before.
+Normals normals_of(bool smooth) { return smooth ? Normals::smooth : Normals::face; }
+
+// The mesh of that key, loaded by load() where it is not there. `warnings`: of a mesh that was not
+// read before.
+template <class Load>
+Result<Shape> mesh_shape(const MeshKey& key, MeshCache& meshes, std::vector<std::string>& warnings,
+                         Load load) {
+  std::shared_ptr<const Mesh>& cached = meshes[key];
+  if (!cached) {
+    Result<Mesh> loaded = load();
+    if (!loaded) return loaded.error();
+    cached = std::make_shared<const Mesh>(std::move(*loaded));
+    warnings = cached->warnings;
+  }
+  return Shape(MeshShape{cached});
+}
+
 Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
                        std::vector<std::string>& warnings) {
   if (const auto* box = std::get_if<BoxSpec>(&spec)) {
@@ -50,35 +65,26 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
     return Shape(CylinderShape{cylinder->radius_m, cylinder->height_m / 2});
   }
   if (const auto* mesh = std::get_if<MeshSpec>(&spec)) {
-    auto& cached =
-        meshes[{mesh->file.string(), mesh->scale, mesh->smooth_normals, mesh->vertex_reflectivity}];
-    if (!cached) {
-      Result<Mesh> loaded = load_mesh(
-          mesh->file, mesh->scale, mesh->smooth_normals ? Normals::smooth : Normals::face,
+    const MeshKey key{mesh->file.string(), mesh->scale, mesh->smooth_normals,
+                      mesh->vertex_reflectivity};
+    return mesh_shape(key, meshes, warnings, [&] {
+      return load_mesh(
+          mesh->file, mesh->scale, normals_of(mesh->smooth_normals),
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
-      if (!loaded) return loaded.error();
-      cached = std::make_shared<const Mesh>(std::move(*loaded));
-      warnings = cached->warnings;
-    }
-    return Shape(MeshShape{cached});
+    });
   }
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
     // A mesh file does not end in .vdb; no name of a grid holds a line feed.
-    auto& cached =
-        meshes[{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false}];
-    if (!cached) {
-      Result<Mesh> loaded = load_level_set_vdb(
-          solid->file, solid->grid, solid->smooth_normals ? Normals::smooth : Normals::face);
-      if (!loaded) return loaded.error();
-      cached = std::make_shared<const Mesh>(std::move(*loaded));
-    }
-    return Shape(MeshShape{cached});
+    const MeshKey key{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false};
+    return mesh_shape(key, meshes, warnings, [&] {
+      return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
+    });
   }
   if (const auto* model = std::get_if<ModelSpec>(&spec)) {
     // No file is called so: mesh files have an ending.
-    auto& cached = meshes[{std::string(word_of(model->kind)), model->size_m, false, false}];
-    if (!cached) cached = std::make_shared<const Mesh>(model_mesh(model->kind, model->size_m));
-    return Shape(MeshShape{cached});
+    const MeshKey key{std::string(word_of(model->kind)), model->size_m, false, false};
+    return mesh_shape(key, meshes, warnings,
+                      [&]() -> Result<Mesh> { return model_mesh(model->kind, model->size_m); });
   }
   return Shape(PlaneShape{});
 }
@@ -107,8 +113,8 @@ std::shared_ptr<const Mesh> terrain_of(const HeightfieldSpec& spec, std::uint64_
     }
     reflectivity = std::move(*loaded);
   }
-  const Normals normals = spec.smooth_normals ? Normals::smooth : Normals::face;
-  auto mesh = std::make_shared<const Mesh>(heightfield_mesh(*grid, normals, reflectivity));
+  auto mesh = std::make_shared<const Mesh>(
+      heightfield_mesh(*grid, normals_of(spec.smooth_normals), reflectivity));
   cache.emplace_back(spec, mesh);
   return mesh;
 }

@@ -3,13 +3,16 @@
 //
 //   DensityEverywhere  DensityBox   closed forms
 //   DensityGrid                     sparse grid of samples   make_density_grid  density_at
+//   load_density_vdb                a grid from an OpenVDB file
 //   DensityField                    one of them
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -75,5 +78,12 @@ float density_in_brick(const float* brick, Vec3 from_corner);
 
 // Anywhere; the plain way.
 float density_at(const DensityGrid& grid, Vec3 index);
+
+// Reads the active voxels of one grid of floats, linear between their middles, zero outside; the
+// grid's own transform is the volume's frame, in metres.
+// Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is
+// no fog volume of floats, is not placed by a linear transform, has another background than zero,
+// is empty or larger than make_density_grid takes, or holds a density that is not from 0 to 1e6.
+Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid);
 
 }  // namespace ensonify

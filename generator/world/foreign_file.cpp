@@ -15,9 +15,8 @@
 #include <optional>
 #include <thread>
 
-#include "core/companion.h"
-#include "world/density_vdb.h"
-#include "world/level_set_vdb.h"
+#include "core/runtime.h"
+#include "world/density.h"
 #include "world/mesh.h"
 
 namespace ensonify {

@@ -3,7 +3,7 @@
 // it is refused like any other wrong input.
 //
 //   ImportLimits  import_limits   what reading a file may take
-//   ImportRequest run_import      for the loaders of mesh.h, density_vdb.h, level_set_vdb.h
+//   ImportRequest run_import      for the loaders of mesh.h and density.h
 #pragma once
 
 #include <cstdint>

@@ -1,13 +1,17 @@
-// The surface of an object as it is seen from straight above, in double precision.
+// The surface of an object as it is seen from straight above, and terrain as a closed solid.
 //
-//   Ground   at: height and normal under a point
+//   Ground   at                   height and normal under a point, in double precision
+//   PlacedTriangles  placed       a mesh in the world
+//   ground_block                  terrain with walls and a floor
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "core/vec.h"
+#include "world/mesh.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -18,7 +22,7 @@ struct GroundPoint {
 };
 
 // Closed forms by their own intersection, rooms from within (their floor); meshes triangle by
-// triangle, found through a grid over x and y. `shape` must outlive it.
+// triangle, found through a grid over x and y.
 class Ground {
  public:
   // `shape` must outlive it.
@@ -37,10 +41,23 @@ class Ground {
   Pose pose_;
   std::vector<Vec3> vertices_;  // of a mesh, in the world
   std::vector<std::array<std::uint32_t, 3>> triangles_;
-  double west_m_ = 0, south_m_ = 0, east_m_ = 0, north_m_ = 0;
+  Bounds bounds_;  // of the vertices
   std::size_t columns_ = 1, rows_ = 1;
   std::vector<std::uint32_t> first_;  // of each cell's triangles in `listed_`, one more at the end
   std::vector<std::uint32_t> listed_;
 };
+
+// Triangles in the world, in double precision.
+struct PlacedTriangles {
+  std::vector<Vec3> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+PlacedTriangles placed(const Mesh& mesh, const Pose& pose);
+double area_m2(const PlacedTriangles& surface);
+
+// The triangles that reach into the box, walls below their rims, and a floor below all of the box;
+// "below" is along -z of the pose. Empty where no triangle reaches the box.
+PlacedTriangles ground_block(const Mesh& mesh, const Pose& pose, Vec3 low_m, Vec3 high_m);
 
 }  // namespace ensonify

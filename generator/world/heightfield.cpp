@@ -1,5 +1,3 @@
-#include "world/heightfield.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,9 +6,39 @@
 
 #include "core/vec.h"
 #include "world/grid_file.h"
-#include "world/seabed.h"
+#include "world/terrain.h"
 
 namespace ensonify {
+
+Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double cell_m, double scale,
+                                    double offset_m) {
+  constexpr double kMaxLength_m = 1e7;  // as of lengths in a scenario
+  Result<GridFile> read = load_grid_file(file);
+  if (!read) return read.error();
+  HeightGrid grid{read->rows, read->columns, read->cell_m > 0 ? read->cell_m : cell_m,
+                  std::move(read->values)};
+  const auto wrong = [&](const std::string& why) {
+    return Error{ErrorKind::usage, fmt::format("{}: {}", file.string(), why)};
+  };
+  const double side_m = (std::max(grid.rows, grid.columns) - 1) * grid.cell_m;
+  if (!(side_m <= kMaxLength_m)) {
+    return wrong(
+        fmt::format("its longer side is {} m, accepted are {} m at most", side_m, kMaxLength_m));
+  }
+  bool all_holes = true;
+  for (std::size_t i = 0; i < grid.heights_m.size(); ++i) {
+    double& height = grid.heights_m[i];
+    if (std::isnan(height)) continue;
+    all_holes = false;
+    height = scale * height + offset_m;
+    if (std::abs(height) <= kMaxLength_m) continue;
+    return wrong(fmt::format("the height in row {}, column {} is {} m, accepted are {} m at most",
+                             i / grid.columns, i % grid.columns, height, kMaxLength_m));
+  }
+  if (all_holes) return wrong("holds no height at all");
+  return grid;
+}
+
 namespace {
 
 constexpr std::uint32_t kHole = std::numeric_limits<std::uint32_t>::max();
@@ -36,7 +64,7 @@ std::array<float, 3> smooth_normal(const HeightGrid& grid, int row, int column) 
   const double east = slope(height(row, column - 1), here, height(row, column + 1), grid.cell_m);
   const double north = slope(height(row + 1, column), here, height(row - 1, column), grid.cell_m);
   const Vec3 n = normalized(Vec3{-east, -north, 1});
-  return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  return to_floats(n);
 }
 
 // The points that are no holes; returns the vertex of each point.
@@ -49,8 +77,7 @@ std::vector<std::uint32_t> add_vertices(const HeightGrid& grid, Normals normals,
       const double height = grid.heights_m[point];
       if (std::isnan(height)) continue;
       vertex_of[point] = static_cast<std::uint32_t>(mesh.vertices.size());
-      mesh.vertices.push_back({static_cast<float>(column_x_m(grid, column)),
-                               static_cast<float>(row_y_m(grid, row)), static_cast<float>(height)});
+      mesh.vertices.push_back(to_floats({column_x_m(grid, column), row_y_m(grid, row), height}));
       if (normals == Normals::smooth) mesh.normals.push_back(smooth_normal(grid, row, column));
       if (!reflectivity.empty()) mesh.reflectivity.push_back(reflectivity[point]);
     }
@@ -125,7 +152,7 @@ Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
       const std::size_t nw = row * columns + column, sw = nw + columns;
       const double first = std::abs(grid.heights_m[nw] - grid.heights_m[sw + 1]);
       const double second = std::abs(grid.heights_m[nw + 1] - grid.heights_m[sw]);
-      // Of a diagonal that ends in a hole no triangle would be left but one.
+      // Only one triangle would be left of a diagonal that ends in a hole.
       const bool along_first = !std::isnan(first) && !(second < first);
       add_cell({vertex_of[nw], vertex_of[sw], vertex_of[sw + 1], vertex_of[nw + 1]}, along_first,
                mesh);

@@ -1,9 +1,15 @@
-// Triangle meshes from files.
+// Triangle meshes, and where they come from.
+//
+//   Mesh  to_vec3  to_floats  Bounds
+//   load_mesh             from OBJ, STL, PLY, glTF and DAE
+//   load_level_set_vdb    the surface of an OpenVDB level set
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,6 +29,26 @@ struct Mesh {
   std::vector<std::string> warnings;    // what was put right in the file, each behind its name
 };
 
+inline Vec3 to_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+inline std::array<float, 3> to_floats(Vec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+// The box around the points that were added, along the axes.
+struct Bounds {
+  Vec3 low{kEmpty, kEmpty, kEmpty}, high = -low;
+
+  void add(Vec3 p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  bool empty() const { return !(low.x <= high.x); }
+  Vec3 middle() const { return 0.5 * (low + high); }
+  Vec3 size() const { return high - low; }
+
+  static constexpr double kEmpty = std::numeric_limits<double>::infinity();
+};
+
 enum class Normals { face, smooth };
 
 // material: the object's material alone. vertex_color: its reflectivity times the colour of the
@@ -40,5 +66,15 @@ enum class MeshReflectivity { material, vertex_color };
 // with its buffers in a second file, vertex colours asked for where there are none.
 Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
+
+// The zero surface of one grid of floats as triangles, seen counter-clockwise from where the
+// distance is positive, two to each voxel that it passes through; in metres, by the grid's own
+// transform. Smooth normals are the means of the faces around a vertex, weighted by area. `grid`
+// may be empty where the file holds one.
+// Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is
+// no level set of floats, is not placed by a linear transform, has a background that is not above
+// zero (inside out), holds a distance that is no finite number, or has no surface.
+Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
+                                Normals normals);
 
 }  // namespace ensonify

@@ -2,14 +2,87 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/units.h"
 
 namespace ensonify {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+std::optional<OrientedBox> box_of(const Bounds& bounds) {
+  if (bounds.empty()) return std::nullopt;
+  return OrientedBox{{bounds.middle(), {}}, bounds.size()};
+}
+
+// The inverse of p -> (rows . p) + offset.
+Vec3 mapped_back(const Affine& a, Vec3 p) {
+  const Vec3 q = p - a.offset;
+  const auto& [r0, r1, r2] = a.rows;
+  const double determinant = dot(r0, cross(r1, r2));
+  return (1 / determinant) * (q.x * cross(r1, r2) + q.y * cross(r2, r0) + q.z * cross(r0, r1));
+}
+
+std::optional<OrientedBox> grid_box(const DensityGrid& grid) {
+  Bounds bounds;
+  std::size_t cell = 0;
+  for (int z = 0; z < grid.bricks[2]; ++z) {
+    for (int y = 0; y < grid.bricks[1]; ++y) {
+      for (int x = 0; x < grid.bricks[0]; ++x, ++cell) {
+        if (grid.top[cell] < 0) continue;
+        const int first[3] = {x, y, z};
+        for (int corner = 0; corner < 8; ++corner) {
+          const auto index = [&](int axis) {
+            return static_cast<double>(grid.origin[axis] +
+                                       DensityGrid::kCells * (first[axis] + (corner >> axis & 1)));
+          };
+          bounds.add(mapped_back(grid.index_from_local, {index(0), index(1), index(2)}));
+        }
+      }
+    }
+  }
+  return box_of(bounds);
+}
+
+struct BoxOfShape {
+  std::optional<OrientedBox> operator()(const PlaneShape&) const { return std::nullopt; }
+  std::optional<OrientedBox> operator()(const MeshShape& shape) const {
+    Bounds bounds;
+    for (const auto& v : shape.mesh->vertices) bounds.add(to_vec3(v));
+    return box_of(bounds);
+  }
+  template <class Closed>
+  std::optional<OrientedBox> operator()(const Closed& shape) const {
+    return OrientedBox{{}, 2.0 * half_extents(shape)};
+  }
+};
+
+struct BoxOfDensity {
+  std::optional<OrientedBox> operator()(const DensityEverywhere&) const { return std::nullopt; }
+  std::optional<OrientedBox> operator()(const DensityBox& box) const {
+    return OrientedBox{{}, 2.0 * box.half_extents_m};
+  }
+  std::optional<OrientedBox> operator()(const std::shared_ptr<const DensityGrid>& grid) const {
+    return grid_box(*grid);
+  }
+};
+
+}  // namespace
+
+std::optional<OrientedBox> box_of(const Shape& shape) { return std::visit(BoxOfShape{}, shape); }
+
+std::optional<OrientedBox> box_of(const Volume& volume) {
+  std::optional<OrientedBox> box = std::visit(BoxOfDensity{}, volume.density);
+  if (box) box->pose = compose(volume.pose, box->pose);
+  return box;
+}
+
+std::optional<OrientedBox> box_of(const School& school) {
+  Bounds bounds;
+  for (const Vec3& fish : school.fish_m) bounds.add(fish);
+  return box_of(bounds);
+}
+
+namespace {
+
 constexpr int kOnFace = 5;  // points along each side of a box's face
 constexpr int kOnRim = 32;  // around a cylinder
 constexpr int kOnSphere = 200;
@@ -25,15 +98,11 @@ std::vector<Vec3> corners_of(const BoxShape& box) {
 }
 
 // The circle is around the middle of the bounding rectangle.
-template <class Points>
-Outline around(const Points& points, const Quat& rotation) {
-  Vec3 low{kInfinity, kInfinity, kInfinity}, high = -low;
-  for (const Vec3& point : points) {
-    const Vec3 p = rotate(rotation, point);
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  Outline outline{(low.x + high.x) / 2, (low.y + high.y) / 2, 0, low.z, high.z};
+Outline around(const std::vector<Vec3>& points, const Quat& rotation) {
+  Bounds bounds;
+  for (const Vec3& point : points) bounds.add(rotate(rotation, point));
+  const Vec3 middle = bounds.middle();
+  Outline outline{middle.x, middle.y, 0, bounds.low.z, bounds.high.z};
   for (const Vec3& point : points) {
     const Vec3 p = rotate(rotation, point);
     outline.radius_m = std::max(outline.radius_m, std::hypot(p.x - outline.x_m, p.y - outline.y_m));
@@ -104,9 +173,11 @@ std::vector<Vec3> points_on(const SphereShape& sphere) {
   return points;
 }
 
+std::vector<Vec3> points_on(const PlaneShape&) { return {}; }
+
 std::vector<Vec3> points_on(const MeshShape& shape) {
   std::vector<Vec3> points;
-  for (const auto& v : shape.mesh->vertices) points.push_back({v[0], v[1], v[2]});
+  for (const auto& v : shape.mesh->vertices) points.push_back(to_vec3(v));
   return points;
 }
 
@@ -125,15 +196,7 @@ Outline outline_of(const Shape& shape, const Quat& rotation) {
 }
 
 std::vector<Vec3> contact_points(const Shape& shape) {
-  return std::visit(
-      [](const auto& s) -> std::vector<Vec3> {
-        if constexpr (std::is_same_v<std::decay_t<decltype(s)>, PlaneShape>) {
-          return {};
-        } else {
-          return points_on(s);
-        }
-      },
-      shape);
+  return std::visit([](const auto& s) { return points_on(s); }, shape);
 }
 
 std::optional<Vec3> support_point(const Shape& shape, Vec3 direction) {

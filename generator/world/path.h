@@ -1,9 +1,14 @@
-// The way of a body through the world: anything that has a pose at each instant.
+// The path of a body through the world: anything that has a pose at each instant.
 //
-//   Path        load_path pose_at span_of
-//   ping_times  when the pings of a trajectory go out
+//   SampledPath  SplinePath  make_path                  nominal paths; others are their specs
+//   load_path_file                                      a sampled path from a file
+//   Jitter  make_jitter  jittered                       what the sea adds to a nominal path
+//   Path    load_path                                   a nominal path with its jitter
+//   pose_at  span_of                                    of any of them
+//   ping_times                                          when the pings of a trajectory go out
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <variant>
@@ -11,24 +16,96 @@
 
 #include "core/error.h"
 #include "core/vec.h"
+#include "scenario/path_spec.h"
 #include "scenario/scenario.h"
-#include "world/path_jitter.h"
-#include "world/path_ways.h"
 
 namespace ensonify {
 
+struct PathPoint {
+  double time_s = 0;
+  Pose pose;
+};
+
+// At least one point, in strictly increasing time. Straight lines and spherical interpolation.
+struct SampledPath {
+  std::vector<PathPoint> points;
+};
+
+// One cubic a + u (b + u (c + u d)), u from 0 to 1, with its arc length at kParts + 1 even steps.
+struct SplineSegment {
+  static constexpr int kParts = 32;
+  Vec3 a, b, c, d;
+  std::array<double, kParts + 1> arc_m{};  // from the start of the whole spline
+};
+
+// Centripetal Catmull-Rom through all points, first and last one continued straight.
+struct SplinePath {
+  std::vector<SplineSegment> segments;
+  double speed_m_s = 0;
+  std::optional<Vec3> look_at_m;
+  double start_time_s = 0;
+};
+
+SampledPath make_path(const std::vector<TimedPoseSpec>& poses);
+SplinePath make_path(const SplineSpec& spec);
+
+// From a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or a CSV file with a
+// header that names time_s, x, y, z, qw, qx, qy, qz in any order (poses.csv of a data set is one;
+// other columns are passed over, but they must hold numbers).
+// Errors (usage): file:line and what is wrong there.
+Result<SampledPath> load_path_file(const std::filesystem::path& file);
+
+// Line k of a lawnmower's path starts at k spacings to port; half circles of half a spacing join
+// the lines, so that heading and speed never jump.
+double line_count(const LawnmowerSpec& path);
+
+// Before the start and after the end the body rests where the path begins and ends.
+Pose pose_at(const SampledPath& path, double time_s);
+Pose pose_at(const LawnmowerSpec& path, double time_s);
+Pose pose_at(const OrbitSpec& path, double time_s);
+Pose pose_at(const SplinePath& path, double time_s);
+
+struct TimeSpan {
+  double start_s = 0, end_s = 0;  // equal for a path of a single pose
+};
+TimeSpan span_of(const SampledPath& path);
+TimeSpan span_of(const LawnmowerSpec& path);
+TimeSpan span_of(const OrbitSpec& path);
+TimeSpan span_of(const SplinePath& path);
+
+// Attitude and heave that the sea adds: a sum of sinusoids, known at every instant, whose equal
+// amplitudes are sqrt(2 / kTerms) rms, so that the mean square over time tends to rms^2.
+struct Jitter {
+  static constexpr int kTerms = 32;
+  struct Sinusoid {
+    double rad_s = 0, phase_rad = 0;
+  };
+  struct Axis {
+    double rms = 0;  // radians or metres
+    std::array<Sinusoid, kTerms> terms;
+  };
+  double start_time_s = 0;  // where the phases count from
+  Axis roll, pitch, yaw, heave;
+};
+
+// Frequencies drawn from a normal density about 1 / period, of standard deviation
+// bandwidth / period, cut at three of them: one in each of kTerms strata of equal probability, so
+// that each key has the whole spectrum and no two terms fall together.
+Jitter make_jitter(const JitterSpec& spec, std::uint64_t key, double start_time_s);
+
+// Roll, pitch and yaw as a further rotation in the body's frame, heave along the world's z.
+Pose jittered(const Jitter& jitter, double time_s, const Pose& pose);
+
 struct Path {
-  std::variant<SampledWay, LawnmowerWay, OrbitWay, SplineWay> way;
+  std::variant<SampledPath, LawnmowerSpec, OrbitSpec, SplinePath> nominal;
   std::optional<Jitter> jitter;
 };
 
 // Errors (usage): those of load_path_file.
 Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t jitter_key);
 
-// At the start and the end of its way the body rests, but for the jitter.
+// Beyond its ends the body rests, but for the jitter.
 Pose pose_at(const Path& path, double time_s);
-
-// Both the same for a path of a single pose.
 TimeSpan span_of(const Path& path);
 
 // The path's start + k / rate, as many as asked for, or as the path's length holds (both ends

@@ -17,7 +17,7 @@
 #include <sstream>
 #include <vector>
 
-#include "world/ground_block.h"
+#include "world/ground.h"
 
 namespace ensonify {
 namespace {

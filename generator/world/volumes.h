@@ -1,4 +1,8 @@
 // From the volumes of a scenario to what the tracer knows of them.
+//
+//   Volume  School  VolumeParts  make_volume
+//   fish_of                                        where the fish of a school are
+//   plume_radius_m  plume_mean_density  make_plume a bubble plume as a density grid
 #pragma once
 
 #include <cstdint>
@@ -49,5 +53,17 @@ std::string faulty_key(const VolumeSpec& spec);
 
 // Uniformly in the ellipsoid, fish i by itself whatever their number.
 std::vector<Vec3> fish_of(const SchoolSpec& school, const Pose& pose, std::uint64_t key);
+
+// R(z) = radius + z tan(spread).
+double plume_radius_m(const PlumeSpec& plume, double z_m);
+
+// (radius/R)^2 (1 - s^2/R^2)^2 at distance s from the axis, falling to zero over the uppermost
+// fifth; zero outside. 1 on the axis at the foot.
+double plume_mean_density(const PlumeSpec& plume, Vec3 p);
+
+// The mean times turbulence: exp(sigma g - sigma^2/2), g a normal field of unit variance
+// everywhere, three octaves of eddies that grow with R. The mean over keys is plume_mean_density.
+// Error (usage): a plume so wide above a foot so narrow that the grid does not resolve it.
+Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key);
 
 }  // namespace ensonify

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/material.h"
 #include "core/ping.h"
+#include "core/surface.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/mesh.h"

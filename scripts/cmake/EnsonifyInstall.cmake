@@ -7,7 +7,7 @@ endif()
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
 set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS  # whatever the umask is
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(companions lib/ensonify)  # as core/companion.cpp has it
+set(companions lib/ensonify)  # as core/runtime.cpp has it
 set(data share/ensonify)
 
 install(TARGETS ensonify RUNTIME DESTINATION bin)

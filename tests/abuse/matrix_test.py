@@ -11,7 +11,7 @@ import random
 import signal
 import time
 
-from program import Case, contents, run, start
+from program import FULL, Case, contents, run, start
 
 FLAGS = {"sse4": "sse4_1", "avx2": "avx2", "avx512": "avx512f"}
 
@@ -23,6 +23,8 @@ def levels():
 
 
 class Matrix(Case):
+    text = FULL.replace("pings: 12", "pings: 5")  # enough to be interrupted in, dealt out and finished
+
     def make(self, output, words, shards, interrupted, draw):
         parts = [[]] if shards == 1 else [["--shard", f"{number}/{shards}"] for number in range(shards)]
         for part in draw.sample(parts, len(parts)):

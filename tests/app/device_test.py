@@ -10,7 +10,7 @@ import pathlib
 import unittest
 
 import numpy as np
-from program_test import SCENES, Case, hashes, run
+from program import SCENES, Case, hashes, run
 
 MODULE = os.environ["HOST_DEVICE"]
 

@@ -6,6 +6,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "run_scene.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
@@ -43,9 +44,7 @@ objects:
   Seen seen{std::move(*session), {}, {}};
   const Tracer tracer(seen.session.world);
   seen.info = sequence_info(seen.session, 0, 0, 1);
-  Pipeline pipeline(seen.session, tracer, seen.info, Numerics{});
-  REQUIRE(pipeline.start_sequence(seen.info, Workers(2)).ok());
-  seen.ping = pipeline.run(0, Workers(2));
+  seen.ping = pipeline_of(seen.session, tracer, seen.info).run(0, Workers(2));
   return seen;
 }
 
@@ -53,7 +52,7 @@ constexpr const char* kLevelSonar = R"(  beams: {count: 32, fov_deg: 30}
   rays: {elevation: 60, azimuth: 2}
 )";
 
-constexpr const char* kBall =
+constexpr const char* kBallScene =
     "  - {name: ball, material: m, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [6, 0, "
     "0]}}\n";
 
@@ -106,7 +105,7 @@ TEST_CASE("a ball's shadow on the floor lies between its tangents") {
 // Protects "were everything else transparent": behind a wall a ball's amodal mask is, run for run,
 // its visible mask without the wall; it is seen nowhere, and is wholly hidden.
 TEST_CASE("behind a wall a ball's amodal mask is what it is without the wall") {
-  const Seen behind = look(kBall + wall(0), kLevelSonar), free = look(kBall, kLevelSonar);
+  const Seen behind = look(kBallScene + wall(0), kLevelSonar), free = look(kBallScene, kLevelSonar);
   const auto compare = [&](const std::vector<Annotation>& hidden_list,
                            const std::vector<Annotation>& seen_list,
                            const std::vector<Annotation>& annotations) {
@@ -137,7 +136,7 @@ TEST_CASE("behind a wall a ball's amodal mask is what it is without the wall") {
 // Protects the share of rays: a wall whose edge runs through the boresight hides one of two
 // symmetric halves.
 TEST_CASE("a wall before half of a ball hides half of its rays") {
-  const Seen seen = look(kBall + wall(2), kLevelSonar);
+  const Seen seen = look(kBallScene + wall(2), kLevelSonar);
   const Annotation* ball = seen.find("ball", seen.ping.polar_annotations);
   REQUIRE(ball != nullptr);
   CHECK(ball->occlusion == 0.5);
@@ -171,8 +170,9 @@ TEST_CASE("a point target behind a wall is hidden and in its shadow") {
 
 // Protects what is switched off: no masks, no shadows, and everything else as it was.
 TEST_CASE("without shadow and amodal a ping is as it was") {
-  const Seen on = look(kBall + wall(2), kLevelSonar);
-  const Seen off = look(kBall + wall(2), kLevelSonar, "output: {shadow: false, amodal: false}\n");
+  const Seen on = look(kBallScene + wall(2), kLevelSonar);
+  const Seen off =
+      look(kBallScene + wall(2), kLevelSonar, "output: {shadow: false, amodal: false}\n");
   CHECK(off.ping.polar->shadow.empty());
   CHECK(off.ping.cartesian->shadow.empty());
   CHECK_FALSE(off.ping.polar_annotations[0].amodal);
@@ -180,4 +180,52 @@ TEST_CASE("without shadow and amodal a ping is as it was") {
   CHECK(off.ping.series == on.ping.series);
   CHECK(off.ping.polar->instance == on.ping.polar->instance);
   CHECK(off.ping.polar_annotations[0].rle_counts == on.ping.polar_annotations[0].rle_counts);
+}
+
+namespace {
+
+// A wall across the view on a floor 2 m below the sonar: its far edge is 4.1 m away, its top 0.6 m
+// high.
+constexpr const char* kWall = R"(ensonify: 1
+name: shadow
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 9
+  beams: {count: 65, fov_deg: 32.5}
+  rays: {elevation: 1200}
+  elevation: {fan_deg: 50}
+  mount: {rotation_deg: [0, 25, 0]}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: floor, class: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}
+  - {name: wall, class: wall, material: m, shape: {box: {size_m: [0.2, 8, 0.6]}}, pose: {position_m: [4, 0, -1.7]}}
+)";
+
+}  // namespace
+
+// Protects what lies behind an object: on the middle beam no floor is heard from the wall's front
+// to where the ray over its far edge meets the floor, h d / (h - a) = 5.857 m away on the ground;
+// rays of 0.04 degrees there are 0.02 m apart, a sample is 0.025 m.
+TEST_CASE("the shadow of a wall ends where the ray over its edge meets the floor") {
+  const SceneRun run = SceneRun::of_text(kWall);
+  const PingResult ping = run.ping(0);
+  REQUIRE(ping.polar.has_value());
+
+  const double step_m = sample_range_m(run.session().sonar, run.session().water, 1);
+  const double height_m = 2, top_m = 0.6, far_edge_m = 4.1;
+  const double ground_m = height_m * far_edge_m / (height_m - top_m);
+  const double end_m = std::hypot(ground_m, height_m);
+  const double front_m = std::hypot(3.9, height_m - top_m);  // the wall's nearest: its front's top
+  const std::uint16_t floor = 1;
+  double last_before = 0, first_behind = 0;
+  for (int row = 0; row < ping.polar->rows; ++row) {
+    if (ping.polar->instance[static_cast<std::size_t>(row) * 65 + 32] != floor) continue;
+    const double range_m = row * step_m;
+    if (range_m < end_m - 0.3) last_before = range_m;
+    if (range_m > end_m - 0.3 && first_behind == 0) first_behind = range_m;
+  }
+  // In front of the wall the floor is heard up to its foot, which lies beyond the wall's top.
+  CHECK(last_before > front_m - 2 * step_m);
+  CHECK(last_before < std::hypot(3.9, height_m) + 2 * step_m);
+  CHECK(first_behind == Approx(end_m).margin(2 * step_m));
 }

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <complex>
 #include <memory>
+#include <optional>
 
 #include "app/pipeline.h"
 #include "app/session.h"
 #include "catch.h"
+#include "run_scene.h"
 #include "small_data_set.h"
 
 using namespace ensonify;
@@ -52,17 +54,14 @@ struct Scene {
     if (!prepared) FAIL(prepared.error().message);
     session = std::make_unique<Session>(std::move(*prepared));
     tracer = std::make_unique<Tracer>(session->world);
-    const SequenceInfo info = sequence_info(*session, 0, 0, 1);
-    pipeline =
-        std::make_unique<Pipeline>(*session, *tracer, info, Numerics{backend, best_simd_level(), "test"});
-    const Status started = pipeline->start_sequence(info, Workers(2));
-    if (!started) FAIL(started.error().message);
+    pipeline.emplace(test::pipeline_of(*session, *tracer, sequence_info(*session, 0, 0, 1),
+                                       {backend, best_simd_level(), "test"}));
   }
   PingResult ping() const { return pipeline->run(0, Workers(2)); }
 
   std::unique_ptr<Session> session;
   std::unique_ptr<Tracer> tracer;
-  std::unique_ptr<Pipeline> pipeline;
+  std::optional<Pipeline> pipeline;
 };
 
 std::vector<std::string> names_of(const PingResult& ping) {

@@ -43,4 +43,4 @@ seeds: 2
         self.assertIn(-signal.SIGKILL, codes)
         self.go("--finalize", "--quiet")
         self.assertEqual(sweep_test.contents(self.out), expected)
-        self.assertIn("all 200 runs are done already", self.go().stderr)
+        self.assertIn("nothing to do: 200 of 200 runs done already", self.go().stderr)

@@ -1,5 +1,5 @@
 // motion_within_ping through the whole chain.
-#include "app/motion.h"
+#include "app/ping_echoes.h"
 
 #include <algorithm>
 #include <cmath>

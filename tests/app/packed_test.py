@@ -1,4 +1,5 @@
 """Arrays by sequence against the files by ping that they replace, read by readers of another hand."""
+import fnmatch
 import json
 import os
 import re
@@ -29,7 +30,7 @@ objects:
   - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
 trajectory: {ping_rate_hz: 5, pings: 4}
 noise: {spectrum_level_db: 40}
-output: {cartesian: {height_px: 60}, layers: true, scatterers: true}
+output: {cartesian: {height_px: 60}, layers: true, scatterers: true, points: true}
 """
 CHANNELS = {"level_db": (0, "Y"), "clean_db": (1, "clean_db"),
             "elevation_rad": (1, "elevation_rad"), "elevation_std_rad": (1, "elevation_std_rad"),
@@ -106,13 +107,23 @@ class Packed(unittest.TestCase):
             self.assertEqual((place["height"], place["width"]), held.shape)
             self.assertEqual(place["ping"], 1 + place["index"])
 
+    def test_the_data_card_names_every_file_of_a_sequence(self):
+        for pack, folder in self.made.items():
+            words = re.findall(r"`([^`\n]+)`", (folder / "README.md").read_text())
+            globs = [word.replace("PPPPPP", "[0-9]" * 6) for word in words]
+            globs += [word + ".npy" for word in words if "." not in word]
+            sequence = folder / "sequences/000000"
+            files = [path.relative_to(sequence).as_posix() for path in sequence.rglob("*") if path.is_file()]
+            unnamed = [name for name in files if not any(fnmatch.fnmatchcase(name, glob) for glob in globs)]
+            self.assertEqual(unnamed, [], pack)
+
     def test_check_tells_the_number_of_files(self):
         for pack, folder in self.made.items():
             # `check` is asked for all pings, of which one was left out.
             told = run("check", self.scenario, "--set", f"output.pack={pack}").stdout
             files = int(re.search(r"# files: (\d+)", told).group(1))
             found = sum(path.is_file() for path in folder.rglob("*"))
-            self.assertEqual(files - found, 2 * (1 if pack == "sequence" else 16), pack)
+            self.assertEqual(files - found, 2 * (2 if pack == "sequence" else 17), pack)
 
     def test_interrupted_work_goes_on(self):
         whole = self.made["sequence"]

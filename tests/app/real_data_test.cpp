@@ -23,12 +23,12 @@ std::optional<fs::path> real_data(const std::string& name) {
   return std::nullopt;
 }
 
-struct Extent {
+struct MeshExtent {
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
 };
 
-Extent extent_of(const Mesh& mesh) {
-  Extent e;
+MeshExtent extent_of(const Mesh& mesh) {
+  MeshExtent e;
   for (const auto& v : mesh.vertices) {
     e.low = {std::min<double>(e.low.x, v[0]), std::min<double>(e.low.y, v[1]),
              std::min<double>(e.low.z, v[2])};
@@ -82,7 +82,7 @@ TEST_CASE("real: a torpedo, DAE, z up and in metres") {
   if (const auto file = real_data("torpedo_mk46.dae")) {
     const auto mesh = load_mesh(*file, 1, Normals::face);
     REQUIRE(mesh.ok());
-    const Extent e = extent_of(*mesh);
+    const MeshExtent e = extent_of(*mesh);
     // 2.64 m long, 0.32 m thick, lying along x, as its vertices say.
     CHECK(e.high.x - e.low.x == Approx(2.636).margin(1e-3));
     CHECK(e.high.z == Approx(0.162).margin(1e-3));
@@ -95,7 +95,7 @@ TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
   if (const auto file = real_data("herkules_seabed.dae")) {
     const auto mesh = load_mesh(*file, 1, Normals::face);
     REQUIRE(mesh.ok());
-    const Extent e = extent_of(*mesh);
+    const MeshExtent e = extent_of(*mesh);
     // A plate of 2 x 2 x 0.186 in its file, placed by a matrix that scales by 50, 49.93 and 20.
     CHECK(e.high.x - e.low.x == Approx(100).margin(1e-3));
     CHECK(e.low.z == Approx(0).margin(1e-3));

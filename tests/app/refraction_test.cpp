@@ -11,7 +11,7 @@ using namespace ensonify::test;
 
 namespace {
 
-const std::string kSonar =
+const std::string kProfiledWater =
     "ensonify: 1\nname: t\n"
     "sonar: {preset: blueview_p900_90, range_max_m: 30, beams: {count: 15, fov_deg: 15},\n"
     "        rays: {elevation: 24}}\n"
@@ -51,7 +51,7 @@ Peak peak_of(std::span<const std::complex<float>> p) {
 TEST_CASE("a target's echo stands at the travel time of its circle and at its level") {
   const double g = -1.5, x = 20, z = -2.5, source = 1500, c = source + g * z;
   const SceneRun run = SceneRun::of_text(
-      kSonar +
+      kProfiledWater +
       "water: {sound_speed_m_s: 1480, absorption: {fixed_db_m: 0.2},\n"
       "        profile: {depth_m: [-100, 100], sound_speed_m_s: [1350, 1650]}}\n"
       "point_targets: [{name: p, target_strength_db: -30, position_m: [20, 0, -2.5]}]\n");
@@ -85,8 +85,8 @@ TEST_CASE("in faster water things look nearer") {
       "  - {name: ball, material: m, shape: {sphere: {radius_m: 1}}, pose: {position_m: [11, 0, "
       "0]}}\n";
   const SceneRun fast = SceneRun::of_text(
-      kSonar + ball + "water: {profile: {depth_m: [0], sound_speed_m_s: [1560]}}\n");
-  const SceneRun plain = SceneRun::of_text(kSonar + ball);
+      kProfiledWater + ball + "water: {profile: {depth_m: [0], sound_speed_m_s: [1560]}}\n");
+  const SceneRun plain = SceneRun::of_text(kProfiledWater + ball);
   const float near = fast.ping(0).first_return_m[7], far = plain.ping(0).first_return_m[7];
   CHECK(far == Approx(10).margin(0.01));
   CHECK(near == Approx(far * 1500 / 1560).epsilon(1e-6));

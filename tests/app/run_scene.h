@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,6 +11,14 @@
 #include "temporary_folder.h"
 
 namespace ensonify::test {
+
+inline Pipeline pipeline_of(const Session& session, const Tracer& tracer, const SequenceInfo& info,
+                            const Numerics& numerics = {}) {
+  SharedParts shared;
+  auto ready = make_pipeline(session, tracer, info, numerics, Workers(2), shared);
+  if (!ready) throw std::runtime_error(ready.error().message);
+  return std::move(ready->pipeline);
+}
 
 class SceneRun {
  public:
@@ -24,19 +31,16 @@ class SceneRun {
   }
 
   const Session& session() const { return session_; }
-  const SequenceInfo& info() const { return pipeline_->info(); }
+  const SequenceInfo& info() const { return pipeline_.info(); }
   PingResult ping(std::uint32_t number, int threads = 2) const {
-    return pipeline_->run(number, Workers(threads));
+    return pipeline_.run(number, Workers(threads));
   }
 
  private:
-  explicit SceneRun(Session session) : session_(std::move(session)), tracer_(session_.world) {
-    pipeline_ =
-        std::make_unique<Pipeline>(session_, tracer_, sequence_info(session_, 0, 0, 1), Numerics{});
-    if (Status s = pipeline_->start_sequence(sequence_info(session_, 0, 0, 1), Workers(2)); !s) {
-      throw std::runtime_error(s.error().message);
-    }
-  }
+  explicit SceneRun(Session session)
+      : session_(std::move(session)),
+        tracer_(session_.world),
+        pipeline_(pipeline_of(session_, tracer_, sequence_info(session_, 0, 0, 1))) {}
   static Session load(const std::filesystem::path& file, const std::vector<Override>& overrides) {
     auto scenario = load_scenario(file, overrides);
     if (!scenario) throw std::runtime_error(scenario.error().message);
@@ -46,7 +50,7 @@ class SceneRun {
   }
   Session session_;
   Tracer tracer_;
-  std::unique_ptr<Pipeline> pipeline_;
+  Pipeline pipeline_;
 };
 
 }  // namespace ensonify::test

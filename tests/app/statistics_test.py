@@ -72,7 +72,7 @@ class Statistics(unittest.TestCase):
         self.assertGreater(kept, 0)
         last = run(*generate(output)[1:])
         self.assertEqual(last.returncode, 0, last.stderr)
-        self.assertIn(f"continuing: {kept} of 400 pings are there", last.stderr)
+        self.assertIn(f"continuing: {kept} of 400 pings there already", last.stderr)
         self.assertEqual(contents(output), expected)
 
     @staticmethod

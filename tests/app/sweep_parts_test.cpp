@@ -1,12 +1,16 @@
-// What decides which run of a sweep starts when, and what runs share.
+// What decides which run of a sweep starts when, what runs share, and how lanes take turns.
 #include <chrono>
 #include <fstream>
 #include <future>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
 
-#include "app/memory_gate.h"
-#include "app/run_queue.h"
+#include "app/make_sequences.h"
+#include "app/sweep_parts.h"
 #include "app/tables.h"
-#include "app/world_cache.h"
+#include "app/terminal.h"
 #include "catch.h"
 #include "temporary_folder.h"
 
@@ -16,43 +20,83 @@ namespace {
 using namespace std::chrono_literals;
 using test::TemporaryFolder;
 
-Scenario scenario_with(const std::string& more) {
+Scenario scenario_with(const std::string& more, const std::vector<Override>& overrides = {}) {
   const std::string text =
       "ensonify: 1\nseed: 3\nsonar: {preset: blueview_p900_90}\n"
       "materials: {m: {reflectivity: 1e-3}}\n" +
       more;
-  return *parse_scenario(text, "test.yaml", ".");
+  return *parse_scenario(text, "test.yaml", ".", overrides);
 }
 
-const std::string kBall =
+const std::string kSweptBall =
     "objects: [{name: ball, material: m, shape: {sphere: {radius_m: 1}}}]\ntrajectory: {pings: "
     "2}\n";
 
 Scenario changed(const std::string& more, const std::string& path, const std::string& value) {
-  const std::string text =
-      "ensonify: 1\nseed: 3\nsonar: {preset: blueview_p900_90}\n"
-      "materials: {m: {reflectivity: 1e-3}}\n" +
-      more;
-  return *parse_scenario(text, "test.yaml", ".", {{path, value}});
+  return scenario_with(more, {{path, value}});
+}
+
+// One change of each part of a scenario.
+const std::vector<Override> kChanges = {
+    {"name", "other"},
+    {"seed", "4"},
+    {"sequences", "2"},
+    {"sonar.range_max_m", "3"},
+    {"sonar.source_level_db", "190"},
+    {"water.sound_speed_m_s", "1480"},
+    {"scattering.lambert_exponent", "2"},
+    {"scattering.normalization", "mean_square"},
+    {"scattering.speckle", "surface"},
+    {"materials.m.reflectivity", "2e-3"},
+    {"objects.ball.name", "sphere"},
+    {"objects.ball.class", "target"},
+    {"objects.ball.shape.sphere.radius_m", "2"},
+    {"objects.ball.pose.position_m", "[3, 0, 0]"},
+    {"point_targets", "[{name: p, target_strength_db: -40, position_m: [1, 0, 0]}]"},
+    {"volumes", "[{name: w, uniform: {strength_db: -50}}]"},
+    {"multipath", "{surface: {z_m: 1, reflection: -1}}"},
+    {"trajectory.pings", "7"},
+    {"motion_within_ping", "true"},
+    {"noise.spectrum_level_db", "30"},
+    {"noise.snr_db", "30"},
+    {"synthesis.tolerance", "1e-4"},
+    {"output.timeseries", "exr"},
+    {"output.png", "false"},
+    {"output.png", "{db: [-10, 60]}"},
+    {"output.shadow", "false"},
+    {"output.pack", "sequence"},
+    {"output.layers", "true"},
+    {"output.cartesian", "false"},
+    {"output.cartesian", "{height_px: 100}"},
+    {"splits", "{train: 1, val: 1}"}};
+
+std::set<std::string> paths_that_change(std::string (*key_of)(const Scenario&)) {
+  const std::string key = key_of(scenario_with(kSweptBall));
+  std::set<std::string> paths;
+  for (const Override& change : kChanges) {
+    INFO(change.path);
+    if (key_of(scenario_with(kSweptBall, {change})) != key) paths.insert(change.path);
+  }
+  return paths;
 }
 
 }  // namespace
 
-TEST_CASE("sweep: worlds are shared by runs that differ in the sonar alone") {
-  const std::string key = world_key(scenario_with(kBall));
-  const auto after = [&](const char* path, const char* value) {
-    return world_key(changed(kBall, path, value));
-  };
-  CHECK(after("sonar.range_max_m", "3") == key);
-  CHECK(after("noise.spectrum_level_db", "30") == key);
-  CHECK(after("water.sound_speed_m_s", "1480") == key);
-  CHECK(after("trajectory.pings", "7") == key);
-  CHECK(after("output.png", "false") == key);
-  CHECK(after("scattering.speckle", "surface") == key);
-  CHECK(after("seed", "4") == key);
-  CHECK(after("scattering.lambert_exponent", "2") != key);
-  CHECK(after("materials.m.reflectivity", "2e-3") != key);
-  CHECK(after("objects.ball.shape.sphere.radius_m", "2") != key);
+// Protects both ways: a wrong world or table is never shared, and what does not matter does not
+// keep runs apart. A new key of scenarios keeps them apart until it is known not to matter.
+TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built") {
+  CHECK(paths_that_change(world_key) ==
+        std::set<std::string>{"scattering.lambert_exponent", "scattering.normalization",
+                              "materials.m.reflectivity", "objects.ball.name", "objects.ball.class",
+                              "objects.ball.shape.sphere.radius_m", "objects.ball.pose.position_m",
+                              "point_targets", "volumes"});
+}
+
+TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
+  CHECK(paths_that_change(table_key) ==
+        std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "water.sound_speed_m_s",
+                              "scattering.normalization", "synthesis.tolerance",
+                              "output.cartesian"});
 }
 
 TEST_CASE("sweep: what a world draws from the seed goes by the seed") {
@@ -65,23 +109,6 @@ TEST_CASE("sweep: what a world draws from the seed goes by the seed") {
       "trajectory: {pings: 2}\n";
   CHECK(world_key(changed(drawn, "seed", "4")) != world_key(scenario_with(drawn)));
   CHECK(world_key(changed(drawn, "sonar.range_max_m", "3")) == world_key(scenario_with(drawn)));
-}
-
-TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
-  const std::string key = table_key(scenario_with(kBall));
-  CHECK(table_key(changed(kBall, "seed", "4")) == key);
-  CHECK(table_key(changed(kBall, "materials.m.reflectivity", "2e-3")) == key);
-  CHECK(table_key(changed(kBall, "noise.spectrum_level_db", "30")) == key);
-  for (const auto& [path, value] : std::initializer_list<std::pair<const char*, const char*>>{
-           {"sonar.range_max_m", "3"},
-           {"sonar.source_level_db", "190"},
-           {"water.sound_speed_m_s", "1480"},
-           {"synthesis.tolerance", "1e-4"},
-           {"scattering.normalization", "mean_square"},
-           {"output.cartesian", "{height_px: 100}"}}) {
-    INFO(path);
-    CHECK(table_key(changed(kBall, path, value)) != key);
-  }
 }
 
 TEST_CASE("sweep: runs start while threads would be without a ping, in their order") {
@@ -163,6 +190,55 @@ TEST_CASE("sweep: memory is what the kernel and all control groups leave") {
         "cache 5000\ntotal_inactive_file 4000\ntotal_active_file 1500\ntotal_dirty 500\n"
         "total_writeback 0\n");
   CHECK(available_memory(folder.path()) == 1'000);
+}
+
+// Protects nights: no lane may sleep while a turn is free. A round ends only when every lane had
+// all of its turns, and turns end in another order every time.
+TEST_CASE("turns are limited, and everybody gets theirs") {
+  constexpr int kTurns = 2, kLanes = 5, kTurnsOfLane = 4;
+  std::atomic<int> most = 0, all = 0;
+  constexpr int kRounds = 100;
+  for (int round = 0; round < kRounds; ++round) {
+    Turns turns(kTurns);
+    std::atomic<int> now = 0;
+    std::vector<std::jthread> lanes;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      lanes.emplace_back([&, round, lane] {
+        for (int k = 0; k < kTurnsOfLane; ++k) {
+          const Turn turn(turns);
+          const int here = ++now;
+          int seen = most;
+          while (here > seen && !most.compare_exchange_weak(seen, here)) {
+          }
+          // Long enough for the other lanes to come in, if they may.
+          std::this_thread::sleep_for(std::chrono::microseconds((lane * 7 + k * 13 + round) % 97));
+          ++all;
+          --now;
+        }
+      });
+    }
+  }
+  CHECK(all == kRounds * kLanes * kTurnsOfLane);
+  CHECK(most == kTurns);
+}
+
+// Protects the order of work and its end: what comes after a failure is not begun.
+TEST_CASE("lanes take work in order and stop at a failure") {
+  std::atomic<std::size_t> begun = 0;
+  const Status made = in_lanes(1, 10, [&](std::size_t, std::size_t i) -> Status {
+    CHECK(begun++ == i);
+    if (i == 6) return Error{ErrorKind::io, "full"};
+    return {};
+  });
+  CHECK_FALSE(made);
+  CHECK(begun == 7);
+}
+
+TEST_CASE("progress tells pings, rate and time left") {
+  CHECK(progress_text(0, 40, 0, 0) == "0/40 pings");
+  CHECK(progress_text(12, 40, 10, 5) == "12/40 pings, 2 pings/s, 14 s left");
+  CHECK(progress_text(100, 10100, 100, 50) == "100/10100 pings, 2 pings/s, 1 h 23 min left");
+  CHECK(progress_text(40, 40, 40, 10) == "40/40 pings, 4 pings/s");
 }
 
 }  // namespace ensonify

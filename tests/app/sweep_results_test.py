@@ -58,6 +58,10 @@ class Failures(SweepTest):
             else:
                 self.assertFalse(record.exists())
                 self.assertEqual(run("verify", folder).returncode, 0)
+        verified = run("verify", self.out)
+        self.assertEqual(verified.returncode, 1)
+        self.assertTrue(verified.stderr.endswith(": 2 faults\n"), verified.stderr)
+        self.assertEqual(len(re.findall(r"^.*runs/[0-9a-f]{16}: is not done \(file=bad\.obj", verified.stderr, re.M)), 2)
         status = self.go("--status").stdout
         self.assertIn("failing: 4 runs: 2 done, 0 running, 2 failed, 0 missing\n", status)
         self.assertEqual(len(re.findall(r"^failed: [0-9a-f]{16} file=bad\.obj.*bad\.obj", status, re.M)), 2)

@@ -123,6 +123,19 @@ class Running(SweepTest):
         self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.rglob("*")
                           if path != self.out}, {path: t for path, t in before.items()})
 
+    def test_verify_looks_at_every_run(self):
+        self.go()
+        whole = run("verify", self.out)
+        self.assertEqual(whole.returncode, 0, whole.stderr)
+        files = sum(path.is_file() for path in self.out.glob("runs/*/**/*") if path.name != "provenance.json")
+        self.assertIn(f"{self.out}: whole: {files} files, ", whole.stderr)
+        damaged = sorted(self.out.glob("runs/*"))[-1] / "sequences/000000/range_m.npy"
+        content = damaged.read_bytes()
+        damaged.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+        found = run("verify", self.out)
+        self.assertEqual(found.returncode, 1)
+        self.assertIn(damaged.relative_to(self.out).as_posix(), found.stderr)
+
     def test_an_enlarged_sweep_keeps_what_is_done(self):
         self.go("--quiet")
         old = contents(self.out / "runs")
@@ -140,6 +153,43 @@ class Running(SweepTest):
         self.go("--quiet", "--overwrite")
         self.assertEqual(len(self.plan()), 4)
         self.assertEqual(contents(self.out / "runs"), now)
+
+    def test_one_run_that_is_not_in_the_plan_is_told_in_the_singular(self):
+        self.sweep.write_text(SWEEP.split("axes:")[0] + "seeds: 1\n")
+        self.go("--quiet")
+        refused = self.go("--set", "seed=6", expect=2).stderr
+        self.assertIn("another sweep: 1 of its 1 run is not in this one", refused)
+
+    def test_set_overrides_the_base_of_every_run(self):
+        """Protects what --set promises: runs have the bytes of a base that says the same, and another --set is
+        another sweep."""
+        louder = ["--set", "sonar.source_level_db=190"]
+        self.go("--quiet", *louder)
+        plan = self.plan()
+        other = self.folder / "other"
+        self.sweep.write_text(SWEEP + "set: {sonar.source_level_db: 190}\n")
+        self.go("--quiet", out=other)
+        self.assertEqual(contents(self.out), contents(other))
+        self.sweep.write_text(SWEEP)
+        self.assertIn("nothing to do", self.go(*louder).stderr)
+        for more in ([], ["--set", "sonar.source_level_db=191"]):
+            for what in ([], ["--list"]):
+                with self.subTest(more=more, what=what):
+                    refused = self.go(*more, *what, expect=2).stderr
+                    self.assertIn("another sweep: 12 of its 12 runs are not in this one", refused)
+        self.assertEqual(self.plan(), plan)
+
+    def test_a_set_that_is_wrong_is_refused(self):
+        for given, words in (("seed", "--set seed: accepted is KEY.PATH=VALUE"),
+                             ("sonar.nothing=1", "--set sonar.nothing: sonar.nothing"),
+                             ("sonar.range_max_m=-1", "sonar.range_max_m: "),
+                             ("trajectory.pings=2", "--set trajectory.pings: trajectory.pings: of no effect "
+                                                    "beside the axis `pings`")):
+            with self.subTest(given=given):
+                self.assertIn(words, self.go("--set", given, expect=2).stderr)
+        self.assertFalse(self.out.exists())
+        for what in ("--status", "--finalize"):
+            self.go(what, "--set", "seed=1", expect=2)
 
     def test_faults_come_before_anything_is_written(self):
         self.sweep.write_text(SWEEP.replace("3.5", "-3.5"))

@@ -106,7 +106,7 @@ TEST_CASE("masks fit the tank") {
 }
 
 // V17: dimming one of the two from 1e-3 to 1e-5 takes 20.0 dB from it and nothing from the other.
-TEST_CASE("V17: reflectivity scales the echo it belongs to") {
+TEST_CASE("V17: reflectivity scales the echo it belongs to", "[figure]") {
   const auto energy_db = [](const std::string& scene, bool of_wall) {
     const SceneRun run(scene, {{"trajectory.pings", "1"}});
     const PingResult ping = run.ping(0);

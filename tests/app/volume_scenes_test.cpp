@@ -9,7 +9,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "run_scene.h"
-#include "world/plume.h"
+#include "world/volumes.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

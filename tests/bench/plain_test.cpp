@@ -4,7 +4,6 @@
 #include <numeric>
 #include <string>
 
-#include "bench/exact.h"
 #include "catch.h"
 #include "synthesis/draw.h"
 #include "synthesis/ping_fixture.h"

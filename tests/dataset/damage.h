@@ -12,8 +12,8 @@
 
 #include "catch.h"
 #include "dataset/sample.h"
-#include "dataset/sha256.h"
 #include "dataset/verify.h"
+#include "formats/sha256.h"
 
 namespace ensonify::damage {
 

@@ -8,18 +8,18 @@
 
 #include "catch.h"
 #include "core/units.h"
-#include "dataset/npy.h"
 #include "dataset/sample.h"
-#include "dataset/sha256.h"
 #include "dataset/write_ping.h"
+#include "formats/npy.h"
+#include "formats/sha256.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 
 namespace {
 
-Json json_in(const fs::path& file) { return Json::parse(sample::read(file)); }
+SortedJson json_in(const fs::path& file) { return SortedJson::parse(sample::read(file)); }
 
 template <class T>
 std::vector<T> array_in(const fs::path& file) {
@@ -80,9 +80,9 @@ TEST_CASE("a finished sequence has the boxes of its instances in both frames") {
   CHECK(line ==
         "ping,instance,size_x,size_y,size_z,x,y,z,qw,qx,qy,qz,"
         "sonar_x,sonar_y,sonar_z,sonar_qw,sonar_qx,sonar_qy,sonar_qz");
-  const double half = std::sqrt(0.5);
-  const double expected[] = {0, 1, 2,  4,        6, 1,    0, 0, 1,    0,
-                             0, 0, -2, -2.0 / 3, 3, half, 0, 0, -half};
+  const double root_half = std::sqrt(0.5);
+  const double expected[] = {0, 1, 2,  4,        6, 1,         0, 0, 1,         0,
+                             0, 0, -2, -2.0 / 3, 3, root_half, 0, 0, -root_half};
   std::getline(boxes, line);
   std::istringstream row(line);
   for (const double value : expected) {
@@ -102,10 +102,10 @@ TEST_CASE("sequence.json lists every file of the sequence") {
   const fs::path dir = folder.path() / "sequences/000000";
   auto contents = sample::contents(dir);
   contents.erase("sequence.json");
-  const Json json = json_in(dir / "sequence.json");
+  const SortedJson json = json_in(dir / "sequence.json");
   REQUIRE(json["files"].size() == contents.size());
   std::uint64_t bytes = 0;
-  for (const Json& entry : json["files"]) {
+  for (const SortedJson& entry : json["files"]) {
     const std::string& content = contents.at(entry["path"]);
     CHECK(entry["bytes"] == content.size());
     CHECK(entry["sha256"] == sha256_hex(content));
@@ -126,34 +126,35 @@ TEST_CASE("a finished data set has its index, splits and boxes") {
         "000000/000000\n000000/000001\n000000/000002\n");
   CHECK(sample::read(folder.path() / "splits/test.txt").empty());
 
-  const Json coco = json_in(folder.path() / "coco.json");
+  const SortedJson coco = json_in(folder.path() / "coco.json");
   REQUIRE(coco["images"].size() == 2 * 2 * sample::kPings);
   REQUIRE(coco["annotations"].size() == 3 * 2 * sample::kPings);
   CHECK(coco["categories"][1]["id"] == 2);
   CHECK(coco["categories"][1]["name"] == "cylinder");
-  const Json& image = coco["images"][1];
+  const SortedJson& image = coco["images"][1];
   CHECK(image["id"] == 2);
   CHECK(image["file_name"] == "sequences/000000/png/000000_cartesian.png");
   CHECK(image["width"] == 8);
   CHECK(image["height"] == 7);
-  const Json& annotation = coco["annotations"][1];
+  const SortedJson& annotation = coco["annotations"][1];
   CHECK(annotation["image_id"] == 2);
   CHECK(annotation["category_id"] == 1);
-  CHECK(annotation["bbox"] == Json({1, 0, 2, 3}));
+  CHECK(annotation["bbox"] == SortedJson({1, 0, 2, 3}));
   CHECK(annotation["area"] == 6);
   CHECK(annotation["iscrowd"] == 0);
-  CHECK(annotation["segmentation"]["size"] == Json({7, 8}));
+  CHECK(annotation["segmentation"]["size"] == SortedJson({7, 8}));
   CHECK(annotation["segmentation"]["counts"] == "7340S1");
   CHECK(annotation["name"] == "wall");
   CHECK(annotation["occlusion"] == 0.25);
-  CHECK(annotation["polygons"] == Json::parse("[[1,0,3,0,3,3,1,3]]"));
+  CHECK(annotation["polygons"] == SortedJson::parse("[[1,0,3,0,3,3,1,3]]"));
   CHECK(annotation["amodal_area"] == 9);
-  CHECK(annotation["amodal_bbox"] == Json({1, 0, 3, 3}));
-  CHECK(annotation["amodal_segmentation"] == Json({{"size", {7, 8}}, {"counts", "734000l0"}}));
+  CHECK(annotation["amodal_bbox"] == SortedJson({1, 0, 3, 3}));
+  CHECK(annotation["amodal_segmentation"] ==
+        SortedJson({{"size", {7, 8}}, {"counts", "734000l0"}}));
   CHECK(coco["annotations"][2]["occlusion"].is_null());
   // What is seen nowhere stands apart, so that no reader meets an empty mask.
   REQUIRE(coco["hidden"].size() == 2 * sample::kPings);
-  const Json& hidden = coco["hidden"][1];
+  const SortedJson& hidden = coco["hidden"][1];
   CHECK(hidden["image_id"] == 3);
   CHECK(hidden["category_id"] == 1);
   CHECK(hidden["instance_id"] == 1);
@@ -183,14 +184,14 @@ TEST_CASE("dataset.json lists the top level and is sealed") {
   sample::make_dataset(folder.path(), 2);
   const std::string text = sample::read(folder.path() / "dataset.json");
   CHECK(sample::read(folder.path() / "dataset.sha256") == sha256_hex(text) + "  dataset.json\n");
-  const Json json = Json::parse(text);
+  const SortedJson json = SortedJson::parse(text);
   CHECK(json["numerics"]["embree_isa"] == "AVX2");
-  CHECK(json["splits"]["val"] == Json({1}));
+  CHECK(json["splits"]["val"] == SortedJson({1}));
   CHECK(json["sequences"][1]["sha256"] ==
         sha256_hex(sample::read(folder.path() / "sequences/000001/sequence.json")));
   CHECK(json["sequences"][1]["seed"] == 18446744073709551615u);
   std::vector<std::string> listed;
-  for (const Json& entry : json["files"]) {
+  for (const SortedJson& entry : json["files"]) {
     listed.push_back(entry["path"]);
     CHECK(entry["sha256"] == sha256_hex(sample::read(folder.path() / listed.back())));
   }

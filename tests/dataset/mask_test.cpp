@@ -5,7 +5,6 @@
 #include <string>
 
 #include "catch.h"
-#include "dataset/rle.h"
 #include "labels/annotations.h"
 
 namespace ensonify {

@@ -7,11 +7,13 @@
 #include <filesystem>
 
 #include "catch.h"
-#include "dataset/half_floats.h"
+#include "dataset/catalogue.h"
+#include "formats/half_floats.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
 #include "dataset/verify.h"
 #include "dataset/write_ping.h"
+#include "formats/half_floats.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -128,7 +130,7 @@ TEST_CASE("arrays hold what the pings hold, one behind the other") {
       expected[v + "shadow.npy"] += raw(image->shadow);
     }
   }
-  CHECK(packed_arrays(info).size() == expected.size());
+  CHECK(arrays_of(selection_of(info)).size() == expected.size());
   for (const auto& [name, bytes] : expected) {
     INFO(name);
     CHECK(array_of(folder.path(), name).second == bytes);
@@ -260,23 +262,21 @@ TEST_CASE("coco names the array and the place in it") {
         std::string::npos);
   CHECK(files.at(kFolder + "sequence.json").find(R"("pack": "sequence")") != std::string::npos);
   SequenceInfo info = packed_info(0);
-  CHECK(image_array(info, "polar") == "polar_grey.npy");
+  CHECK(picture_row(ImageView::polar, selection_of(info))->array == "polar_grey.npy");
   info.output.png = false;
-  CHECK(image_array(info, "cartesian") == "cartesian_level_db.npy");
+  CHECK(picture_row(ImageView::cartesian, selection_of(info))->array == "cartesian_level_db.npy");
   info.output.cartesian = false;
-  CHECK(image_array(info, "cartesian").empty());
+  CHECK(picture_row(ImageView::cartesian, selection_of(info)) == nullptr);
 }
 
 // Protects verify from arrays of a wrong form whose hashes are right: each array's own size and
 // type come from the sequence, not from the file.
 TEST_CASE("an array is known by its name") {
-  for (const PackedArray& array : packed_arrays(packed_info(0))) {
-    const auto form = packed_form(array.file);
-    REQUIRE(form);
-    CHECK(form->descr == array.descr);
-    CHECK(layout::is_layout_name(kFolder + array.file));
+  for (const CatalogueRow* row : arrays_of(selection_of(packed_info(0)))) {
+    CHECK(find_array(row->array) == row);
+    CHECK(layout::is_layout_name(kFolder + row->array));
   }
-  CHECK_FALSE(packed_form("polar_colour.npy"));
+  CHECK(find_array("polar_colour.npy") == nullptr);
   CHECK_FALSE(layout::is_layout_name(kFolder + "polar_colour.npy"));
   CHECK(layout::is_layout_name(kFolder + "pieces/000003.bin"));
 }

@@ -7,18 +7,23 @@
 #include <limits>
 
 #include "catch.h"
-#include "dataset/half_floats.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
 #include "dataset/write_ping.h"
+#include "formats/half_floats.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
 
 namespace {
 
-constexpr PictureChannels kAll{true, true, true, true, true, true};
-const std::string kFolder = "sequences/000000/";
+const std::string kSequenceFolder = "sequences/000000/";
+
+PlaneNames all_planes() {
+  PlaneNames names;
+  for (const ImagePlane& plane : kImagePlanes) names.insert(plane.name);
+  return names;
+}
 
 enum class Store { files, arrays, series_as_exr };
 
@@ -32,7 +37,7 @@ SequenceInfo info_of(Store store) {
   return info;
 }
 
-void require(const Status& status) {
+void require_done(const Status& status) {
   INFO((status ? "" : status.error().message));
   REQUIRE(status.ok());
 }
@@ -48,8 +53,8 @@ struct Made {
     all.identity = identity;
     REQUIRE(open_work(dir, identity, 1, false).ok());
     sample::write_pings(dir, all.sequences[0]);
-    require(finish_sequence(dir, all.sequences[0]));
-    require(finish_dataset(dir, all));
+    require_done(finish_sequence(dir, all.sequences[0]));
+    require_done(finish_dataset(dir, all));
     const auto opened = open_dataset(dir);
     REQUIRE(opened.ok());
     dataset = *opened;
@@ -59,13 +64,13 @@ struct Made {
     sequence = *read;
   }
 
-  StoredPixels picture(StoredView view, std::uint32_t ping, const PictureChannels& channels) const {
-    const auto pixels = read_picture(dataset, sequence, view, ping, channels);
+  StoredPixels picture(ImageView view, std::uint32_t ping, const PlaneNames& planes) const {
+    const auto pixels = read_picture(dataset, sequence, view, ping, planes);
     INFO((pixels ? "" : pixels.error().message));
     REQUIRE(pixels.ok());
     return *pixels;
   }
-  fs::path file(const std::string& name) const { return folder.path() / (kFolder + name); }
+  fs::path file(const std::string& name) const { return folder.path() / (kSequenceFolder + name); }
 
   sample::TemporaryFolder folder;
   StoredDataset dataset;
@@ -91,7 +96,7 @@ bool same(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 void check_io(const Made& made, const std::string& name) {
-  const auto pixels = read_picture(made.dataset, made.sequence, StoredView::polar, 5, kAll);
+  const auto pixels = read_picture(made.dataset, made.sequence, ImageView::polar, 5, all_planes());
   const auto series = read_series(made.dataset, made.sequence, 5);
   REQUIRE((!pixels.ok() || !series.ok()));
   const Error error = pixels.ok() ? series.error() : pixels.error();
@@ -131,15 +136,17 @@ TEST_CASE("pictures are read as they were written") {
   const SequenceInfo info = info_of(store);
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
     const PingResult written = sample::ping_result(info, ping);
-    for (const StoredView view : {StoredView::polar, StoredView::cartesian}) {
-      const bool polar = view == StoredView::polar;
+    for (const ImageView view : {ImageView::polar, ImageView::cartesian}) {
+      const bool polar = view == ImageView::polar;
       const LabelledImage& image = polar ? *written.polar : *written.cartesian;
-      const StoredPixels pixels = made.picture(view, ping, kAll);
+      const StoredPixels pixels = made.picture(view, ping, all_planes());
       CHECK(pixels.rows == (polar ? 9 : 7));
       CHECK(pixels.columns == (polar ? 6 : 8));
       CHECK(same(pixels.level_db, rounded(image.level_db)));
       CHECK(same(pixels.clean_db, rounded(image.clean_db)));
       CHECK(same(pixels.elevation_rad, rounded(image.elevation_rad)));
+      CHECK(same(pixels.elevation_std_rad, rounded(image.elevation_std_rad)));
+      CHECK(same(pixels.instance_fraction, rounded(image.instance_fraction)));
       CHECK(pixels.instance == image.instance);
       CHECK(pixels.semantic == image.semantic);
       CHECK(pixels.shadow == image.shadow);
@@ -161,19 +168,19 @@ TEST_CASE("series are read as they were written") {
 // Protects readers that want one channel from paying for others, or for what is not there.
 TEST_CASE("what was not asked for or is not there stays empty") {
   Made made(GENERATE(Store::files, Store::arrays));
-  const PictureChannels there = stored_channels(made.sequence, StoredView::polar);
-  CHECK((there.level && there.clean && there.elevation));
-  CHECK((there.instance && there.semantic && there.shadow));
-  const StoredPixels pixels = made.picture(StoredView::polar, 5, PictureChannels{.semantic = true});
+  PlaneNames there = all_planes();
+  there.erase("multipath");
+  CHECK(stored_planes(made.sequence, ImageView::polar) == there);
+  const StoredPixels pixels = made.picture(ImageView::polar, 5, {"semantic"});
   CHECK(pixels.semantic.size() == 54);
   CHECK((pixels.level_db.empty() && pixels.clean_db.empty() && pixels.elevation_rad.empty()));
   CHECK((pixels.instance.empty() && pixels.shadow.empty()));
 
   made.sequence.arrays.clear();
   made.sequence.each_ping.clear();
-  const StoredPixels none = made.picture(StoredView::polar, 5, kAll);
+  const StoredPixels none = made.picture(ImageView::polar, 5, all_planes());
   CHECK((none.level_db.empty() && none.instance.empty() && none.shadow.empty()));
-  CHECK_FALSE(stored_channels(made.sequence, StoredView::cartesian).level);
+  CHECK(stored_planes(made.sequence, ImageView::cartesian).empty());
   CHECK_FALSE(has_series(made.sequence));
   CHECK(read_series(made.dataset, made.sequence, 5)->empty());
 }
@@ -225,9 +232,8 @@ TEST_CASE("pictures of another size are errors") {
   Made made(store);
   made.sequence.samples = 1'000'000;
   made.sequence.beams = 2000;
-  for (const PictureChannels& channels :
-       {PictureChannels{.level = true}, PictureChannels{.instance = true}}) {
-    const auto pixels = read_picture(made.dataset, made.sequence, StoredView::polar, 5, channels);
+  for (const char* plane : {"level_db", "instance"}) {
+    const auto pixels = read_picture(made.dataset, made.sequence, ImageView::polar, 5, {plane});
     REQUIRE_FALSE(pixels.ok());
     CHECK(pixels.error().kind == ErrorKind::io);
   }

@@ -1,4 +1,4 @@
-#include "dataset/rle.h"
+#include "dataset/mask.h"
 
 #include "catch.h"
 

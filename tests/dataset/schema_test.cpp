@@ -2,7 +2,6 @@
 
 #include "catch.h"
 #include "dataset/schema_files.h"
-#include "dataset/table_schema.h"
 
 namespace ensonify {
 namespace {

@@ -7,10 +7,10 @@
 #include "dataset/damage.h"
 #include "dataset/read_dataset.h"
 #include "dataset/sample.h"
-#include "dataset/sha256.h"
+#include "formats/sha256.h"
 
 using namespace ensonify;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 namespace {
@@ -27,18 +27,18 @@ struct Stranger {
   }
   template <class Change>
   void change_dataset(Change change) const {
-    Json json = Json::parse(sample::read(dir / "dataset.json"));
+    OrderedJson json = OrderedJson::parse(sample::read(dir / "dataset.json"));
     change(json);
     seal(json.dump());
   }
   template <class Change>
   void change_sequence(Change change) const {
     const fs::path file = dir / "sequences/000000/sequence.json";
-    Json json = Json::parse(sample::read(file));
+    OrderedJson json = OrderedJson::parse(sample::read(file));
     change(json);
     sample::write(file, json.dump());
     change_dataset(
-        [&](Json& dataset) { dataset["sequences"][0]["sha256"] = sha256_hex(sample::read(file)); });
+        [&](OrderedJson& dataset) { dataset["sequences"][0]["sha256"] = sha256_hex(sample::read(file)); });
   }
   // What the reader says of it; empty: it reads.
   std::string refusal() const {
@@ -63,7 +63,7 @@ std::string brackets() { return std::string(100'000, '[') + std::string(100'000,
 
 TEST_CASE("a stranger's data set that is in order reads") {
   const Stranger stranger;
-  stranger.change_sequence([](Json&) {});
+  stranger.change_sequence([](OrderedJson&) {});
   CHECK(stranger.refusal().empty());
 }
 
@@ -83,14 +83,14 @@ TEST_CASE("a nested sequence.json is refused and told by verify") {
   text.replace(text.rfind('}'), 1, ",\"more\":" + brackets() + "}");
   sample::write(file, text);
   stranger.change_dataset(
-      [&](Json& dataset) { dataset["sequences"][0]["sha256"] = sha256_hex(text); });
+      [&](OrderedJson& dataset) { dataset["sequences"][0]["sha256"] = sha256_hex(text); });
   CHECK(stranger.refuses("sequence.json: is not JSON"));
   CHECK(damage::mentions(damage::faults(stranger.dir), "sequence.json: is not JSON"));
 }
 
 TEST_CASE("a sequence is listed once") {
   const Stranger stranger;
-  stranger.change_dataset([](Json& dataset) {
+  stranger.change_dataset([](OrderedJson& dataset) {
     for (int i = 0; i < 1000; ++i) dataset["sequences"].push_back(dataset["sequences"][0]);
   });
   CHECK(stranger.refuses("lists its sequences twice"));
@@ -100,13 +100,13 @@ TEST_CASE("a sequence is listed once") {
 TEST_CASE("pictures are no larger than their files can hold") {
   const Stranger stranger;
   SECTION("polar") {
-    stranger.change_sequence([](Json& json) {
+    stranger.change_sequence([](OrderedJson& json) {
       json["sonar"]["beams"]["count"] = 20'000;
       json["record"]["samples"] = 35'000;
     });
   }
   SECTION("cartesian") {
-    stranger.change_sequence([](Json& json) {
+    stranger.change_sequence([](OrderedJson& json) {
       json["cartesian"]["height_px"] = 16'000;
       json["cartesian"]["width_px"] = 30'000;
     });
@@ -116,15 +116,16 @@ TEST_CASE("pictures are no larger than their files can hold") {
 
 TEST_CASE("names of files are not multiplied by the pings") {
   const Stranger stranger;
-  const std::string name = std::string(100'000, 'x') + "{ping}";
-  stranger.change_sequence([&](Json& json) {
-    json["each_ping"] = Json::array({name});
+  std::string name(100'000, 'x');
+  name += "{ping}";
+  stranger.change_sequence([&](OrderedJson& json) {
+    json["each_ping"] = OrderedJson::array({name});
     json["pings"] = {0, 40'000};
-    json["files"] = Json::array();
+    json["files"] = OrderedJson::array();
     for (int i = 0; i < 40'000; ++i)
       json["files"].push_back({{"path", "a"}, {"bytes", 0}, {"sha256", ""}});
   });
-  stranger.change_dataset([](Json& dataset) { dataset["sequences"][0]["pings"] = {0, 40'000}; });
+  stranger.change_dataset([](OrderedJson& dataset) { dataset["sequences"][0]["pings"] = {0, 40'000}; });
   // 4 GB of names, had they been made.
   CHECK_FALSE(damage::faults(stranger.dir).empty());
 }

@@ -5,16 +5,16 @@
 
 #include "catch.h"
 #include "dataset/layout.h"
-#include "dataset/npy.h"
-#include "dataset/png.h"
 #include "dataset/sample.h"
+#include "formats/npy.h"
+#include "formats/png.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kFolder = "sequences/000000";
+const fs::path kSequence = "sequences/000000";
 
 }  // namespace
 
@@ -52,7 +52,7 @@ TEST_CASE("a ping's files hold what their names say") {
   const auto info = sample::sequence_info(0);
   const auto result = sample::ping_result(info, 1);
   REQUIRE(write_ping(folder.path(), info, result, Workers(1)).ok());
-  const fs::path dir = folder.path() / kFolder;
+  const fs::path dir = folder.path() / kSequence;
 
   CHECK(sample::read(dir / "timeseries/000001.npy") ==
         encode_npy(result.series, {sample::kBeams, sample::kSamples}));
@@ -80,7 +80,7 @@ TEST_CASE("outputs that are off are not written") {
   auto info = sample::sequence_info(0);
   info.output = {true, false, false, false, false};
   REQUIRE(write_ping(folder.path(), info, sample::ping_result(info, 0), Workers(1)).ok());
-  const auto contents = sample::contents(folder.path() / kFolder);
+  const auto contents = sample::contents(folder.path() / kSequence);
   REQUIRE(contents.size() == 1);
   CHECK(contents.begin()->first == "timeseries/000000.npy");
 }
@@ -94,8 +94,8 @@ TEST_CASE("a ping without shadows") {
   CHECK(write_ping(folder.path(), info, result, Workers(1)).error().kind == ErrorKind::bug);
   info.output.shadow = false;
   REQUIRE(write_ping(folder.path(), info, result, Workers(1)).ok());
-  CHECK_FALSE(sample::contents(folder.path() / kFolder).contains("polar/000000_shadow.png"));
-  CHECK_FALSE(sample::contents(folder.path() / kFolder).contains("cartesian/000000_shadow.png"));
+  CHECK_FALSE(sample::contents(folder.path() / kSequence).contains("polar/000000_shadow.png"));
+  CHECK_FALSE(sample::contents(folder.path() / kSequence).contains("cartesian/000000_shadow.png"));
 }
 
 // Protects continuing: a ping counts only with its record and with every file as long as recorded.
@@ -107,7 +107,7 @@ TEST_CASE("a ping is finished when its record and files are there") {
   CHECK(ping_is_finished(folder.path(), 0, 1, info));
   CHECK_FALSE(ping_is_finished(folder.path(), 0, 0, info));
 
-  const fs::path file = folder.path() / kFolder / "polar/000001_semantic.png";
+  const fs::path file = folder.path() / kSequence / "polar/000001_semantic.png";
   const fs::path record = folder.path() / layout::record_path(0, 1);
   SECTION("a file cut short") { fs::resize_file(file, fs::file_size(file) - 1); }
   SECTION("a file missing") { fs::remove(file); }
@@ -183,7 +183,7 @@ TEST_CASE("a result that does not fit its sequence is a bug and writes nothing")
 TEST_CASE("a ping that cannot be written is an io error without a record") {
   const sample::TemporaryFolder folder;
   const auto info = sample::sequence_info(0);
-  sample::write(folder.path() / kFolder / "polar", "a file in place of the folder");
+  sample::write(folder.path() / kSequence / "polar", "a file in place of the folder");
   const Status written = write_ping(folder.path(), info, sample::ping_result(info, 1), Workers(2));
   REQUIRE_FALSE(written.ok());
   CHECK(written.error().kind == ErrorKind::io);

@@ -34,6 +34,7 @@ def expected_arrays(sequence, ping):
             arrays[f"{view}/{name}"] = labels.channels[name]
         arrays[f"{view}/instance"] = sequence.png(view, ping, "_instance")
         arrays[f"{view}/semantic"] = sequence.png(view, ping, "_semantic")
+        arrays[f"{view}/shadow"] = sequence.png(view, ping, "_shadow")
         arrays[f"{view}/grey"] = sequence.png("png", ping, f"_{view}")
     return {name: np.asarray(array) for name, array in arrays.items()}
 
@@ -45,7 +46,7 @@ def type_of(name):
     last = name.split("/")[-1]
     if last in ("semantic", "grey"):
         return "u1"
-    if last == "instance":
+    if last in ("instance", "shadow"):
         return "<u2"
     return "<f2" if "/" in name else TYPES.get(name, "<f8")
 

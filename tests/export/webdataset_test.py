@@ -35,10 +35,11 @@ class WebDataset(exported.Case):
                 key = f"{sequence.number:06}_{ping:06}"
                 wanted.add(key)
                 item = items[key]
-                self.assertEqual(list(item), ["png", "instance.png", "semantic.png", "npy", "json"])
+                self.assertEqual(list(item), ["png", "instance.png", "semantic.png", "shadow.png", "npy", "json"])
                 folder = sequence.folder
                 self.assertEqual(item["png"], (folder / f"png/{ping:06}_{view}.png").read_bytes())
                 self.assertEqual(item["instance.png"], (folder / f"{view}/{ping:06}_instance.png").read_bytes())
+                self.assertEqual(item["shadow.png"], (folder / f"{view}/{ping:06}_shadow.png").read_bytes())
                 self.assertEqual(item["semantic.png"], (folder / f"{view}/{ping:06}_semantic.png").read_bytes())
                 np.testing.assert_array_equal(np.load(io.BytesIO(item["npy"])),
                                               sequence.npy(f"timeseries/{ping:06}.npy"))

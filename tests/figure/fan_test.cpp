@@ -1,5 +1,5 @@
 // Where pixels lie in the fan, ticks, colours and masks.
-#include "figure/fan.h"
+#include "figure/paint.h"
 
 #include <cmath>
 #include <set>
@@ -7,8 +7,7 @@
 
 #include "catch.h"
 #include "core/units.h"
-#include "figure/paint.h"
-#include "figure/ticks.h"
+#include "figure/compose.h"
 
 using namespace ensonify;
 

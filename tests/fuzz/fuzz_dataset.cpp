@@ -5,7 +5,7 @@
 #include <string>
 
 #include "dataset/read_dataset.h"
-#include "dataset/sha256.h"
+#include "formats/sha256.h"
 #include "fuzz_file.h"
 
 using namespace ensonify;

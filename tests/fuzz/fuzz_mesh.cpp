@@ -5,7 +5,6 @@
 
 #include "fuzz_file.h"
 #include "world/import/mesh_file.h"
-#include "world/import/mesh_repair.h"
 #include "world/import/wire.h"
 
 using namespace ensonify;

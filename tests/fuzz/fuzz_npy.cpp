@@ -1,7 +1,7 @@
 // NPY arrays of a data set. What the caller takes for the shape is told by the first two bytes.
 #include <array>
 
-#include "dataset/npy_file.h"
+#include "formats/npy.h"
 #include "fuzz_file.h"
 
 using namespace ensonify;

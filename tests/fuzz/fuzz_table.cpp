@@ -2,7 +2,7 @@
 #include "fuzz_file.h"
 #include "mutate_text.h"
 #include "scenario/tables.h"
-#include "world/path_ways.h"
+#include "world/path.h"
 
 using namespace ensonify;
 

@@ -7,6 +7,7 @@
 #include "labels/cartesian.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
+#include "polar_fixture.h"
 
 using namespace ensonify;
 
@@ -32,22 +33,12 @@ struct Pixels {
     scatterers.push_back(s);
   }
   LabelledImage image() const {
-    static constexpr int kSamples = 40;
-    static const std::array<std::uint8_t, 4> kClasses = {0, 1, 2, 1};
-    const ScattererList list = sorted_by_beam_and_delay(scatterers, 1);
-    const std::vector<std::complex<float>> series(kSamples, {1, 0});
-    const std::vector<float> clean(kSamples, 1);
-    PolarInput input;
-    input.scatterers = &list;
-    input.pressure_pa = series;
-    input.clean_power_pa2 = clean;
-    input.noise_power_pa2 = noise_power_pa2;
-    input.bandwidth_hz = 1000;
-    input.beams = 1;
-    input.samples = kSamples;
-    input.class_of_instance = kClasses;
-    input.multipath = multipath;
-    return polar_image(input, Workers(1));
+    test::PolarPing ping(scatterers, 1, 40, 1000, {0, 1, 2, 1});
+    std::ranges::fill(ping.pressure, 1.0f);
+    std::ranges::fill(ping.clean, 1.0f);
+    ping.input.noise_power_pa2 = noise_power_pa2;
+    ping.input.multipath = multipath;
+    return ping.image(1);
   }
 };
 

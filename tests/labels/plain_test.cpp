@@ -4,11 +4,11 @@
 #include <map>
 
 #include "catch.h"
-#include "core/levels.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
 #include "labels/polar.h"
+#include "polar_fixture.h"
 
 using namespace ensonify;
 
@@ -92,29 +92,17 @@ Plain plain_pixel(const PolarInput& input, int beam, int sample) {
   return pixel;
 }
 
-struct Ping {
-  ScattererList list;
-  std::vector<VolumeEcho> volumes;
-  std::vector<std::complex<float>> pressure;
-  std::vector<float> clean;
-  std::vector<std::uint8_t> classes{0, 7, 8, 9, 10};
-  PolarInput input;
-
-  Ping(std::uint64_t seed, bool with_volume) : list(random_echoes(seed)) {
+struct Ping : test::PolarPing {
+  Ping(std::uint64_t seed, bool with_volume)
+      : PolarPing({}, kBeams, kSamples, kBandwidth_hz, {0, 7, 8, 9, 10}) {
+    list = random_echoes(seed);
     if (with_volume) volumes.push_back(random_volume(seed));
-    for (std::uint32_t i = 0; i < kCells; ++i) {
-      pressure.emplace_back(float(uniform(seed, 3, i, 0)), float(uniform(seed, 3, i, 1)));
-      clean.push_back(float(uniform(seed, 3, i, 2)));
-    }
-    input.scatterers = &list;
     input.volumes = volumes;
-    input.pressure_pa = pressure;
-    input.clean_power_pa2 = clean;
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      pressure[i] = {float(uniform(seed, 3, i, 0)), float(uniform(seed, 3, i, 1))};
+      clean[i] = float(uniform(seed, 3, i, 2));
+    }
     input.noise_power_pa2 = 0.25;
-    input.bandwidth_hz = kBandwidth_hz;
-    input.beams = kBeams;
-    input.samples = kSamples;
-    input.class_of_instance = classes;
   }
 };
 

@@ -4,18 +4,19 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "polar_fixture.h"
 
 using namespace ensonify;
 
 namespace {
 
-constexpr double kBandwidth_hz = 1000;  // a sample a millisecond
+constexpr double kPolarBandwidth_hz = 1000;  // a sample a millisecond
 
 Scatterer echo(std::uint32_t beam, double sample, std::uint32_t instance, double energy,
                double elevation_rad = 0) {
   Scatterer s;
   s.beam = beam;
-  s.delay_s = sample / kBandwidth_hz;
+  s.delay_s = sample / kPolarBandwidth_hz;
   s.instance = instance;
   s.gain = 2;
   s.standard_deviation = static_cast<float>(std::sqrt(energy) / 2);
@@ -33,33 +34,13 @@ VolumeEcho empty_volume(std::uint32_t instance, int cells) {
   return volume;
 }
 
-struct Scene {
-  ScattererList list;
-  std::vector<VolumeEcho> volumes;
-  std::vector<std::complex<float>> pressure;
-  std::vector<float> clean;
-  std::vector<std::uint8_t> classes{0, 5, 6, 5};
-  PolarInput input;
-
+struct Scene : test::PolarPing {
   Scene(std::vector<Scatterer> echoes, int beams, int samples, double noise_power = 0)
-      : list(sorted_by_beam_and_delay(std::move(echoes), beams)),
-        pressure(std::size_t(beams) * samples, {1e-3f, 0}),
-        clean(std::size_t(beams) * samples, 1e-6f) {
-    input.scatterers = &list;
-    input.pressure_pa = pressure;
-    input.clean_power_pa2 = clean;
+      : PolarPing(std::move(echoes), beams, samples, kPolarBandwidth_hz, {0, 5, 6, 5}) {
     input.noise_power_pa2 = noise_power;
-    input.bandwidth_hz = kBandwidth_hz;
-    input.beams = beams;
-    input.samples = samples;
-    input.class_of_instance = classes;
-  }
-  LabelledImage image() {
-    input.volumes = volumes;
-    return polar_image(input, Workers(2));
   }
   std::vector<std::uint8_t> hears() const {
-    return hears_echo(list, volumes, kBandwidth_hz, input.beams, input.samples);
+    return hears_echo(list, volumes, kPolarBandwidth_hz, input.beams, input.samples);
   }
 };
 

@@ -9,17 +9,18 @@
 #include "core/random.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
+#include "polar_fixture.h"
 
 using namespace ensonify;
 
 namespace {
 
-constexpr double kBandwidth_hz = 1024;  // delays of whole samples are exact
+constexpr double kShadowBandwidth_hz = 1024;  // delays of whole samples are exact
 
-Scatterer echo(std::uint32_t beam, double sample, std::uint32_t instance, double energy) {
+Scatterer shadow_echo(std::uint32_t beam, double sample, std::uint32_t instance, double energy) {
   Scatterer s;
   s.beam = beam;
-  s.delay_s = sample / kBandwidth_hz;
+  s.delay_s = sample / kShadowBandwidth_hz;
   s.instance = instance;
   s.gain = 1;
   s.standard_deviation = static_cast<float>(std::sqrt(energy));
@@ -27,40 +28,23 @@ Scatterer echo(std::uint32_t beam, double sample, std::uint32_t instance, double
 }
 
 // One ping's echoes, heard and hidden, and what labels need beside them.
-struct Scene {
-  ScattererList heard;
+struct ShadowedScene : test::PolarPing {
   HiddenEchoes hidden;
-  std::vector<VolumeEcho> volumes;
-  std::vector<std::complex<float>> pressure;
-  std::vector<float> clean;
-  std::vector<std::uint8_t> classes = std::vector<std::uint8_t>(10, 1);
   std::vector<double> power_per_energy, pulse_power;
-  PolarInput input;
 
   // The caster of a hidden echo is its key.
-  Scene(std::vector<Scatterer> heard_echoes, std::vector<Scatterer> hidden_echoes, int beams,
-        int samples, double noise_power = 0)
-      : heard(sorted_by_beam_and_delay(std::move(heard_echoes), beams)),
-        pressure(std::size_t(beams) * samples, {1e-3f, 0}),
-        clean(pressure.size(), 1e3f),
+  ShadowedScene(std::vector<Scatterer> heard_echoes, std::vector<Scatterer> hidden_echoes,
+                int beams, int samples, double noise_power = 0)
+      : PolarPing(std::move(heard_echoes), beams, samples, kShadowBandwidth_hz,
+                  std::vector<std::uint8_t>(10, 1)),
         power_per_energy(beams, 1),
         pulse_power(kPulseSteps + 1, 1) {
+    std::ranges::fill(clean, 1e3f);
+    input.noise_power_pa2 = noise_power;
     hidden.list = sorted_by_beam_and_delay(std::move(hidden_echoes), beams);
     for (const Scatterer& s : hidden.list.items) {
       hidden.caster.push_back(static_cast<std::uint32_t>(s.key));
     }
-    input.scatterers = &heard;
-    input.pressure_pa = pressure;
-    input.clean_power_pa2 = clean;
-    input.noise_power_pa2 = noise_power;
-    input.bandwidth_hz = kBandwidth_hz;
-    input.beams = beams;
-    input.samples = samples;
-    input.class_of_instance = classes;
-  }
-  LabelledImage image() {
-    input.volumes = volumes;
-    return polar_image(input, Workers(1));
   }
   HiddenLabels labels(int threads = 2) {
     const LabelledImage polar = image();
@@ -79,18 +63,19 @@ std::set<std::uint32_t> set_at(const InstanceSets& sets, std::size_t pixel) {
 }
 
 // One pixel by the words of labels/shadow.h: every echo of the ping is asked.
-struct Plain {
+struct PlainShadow {
   std::uint32_t shadow = 0;
   std::set<std::uint32_t> amodal;
 };
 
-Plain plain_labels(const Scene& scene, const LabelledImage& image, int beam, int sample) {
+PlainShadow plain_labels(const ShadowedScene& scene, const LabelledImage& image, int beam,
+                         int sample) {
   std::map<std::uint32_t, double> kept_by, power_of;
   double heard = 0, hidden = 0, hidden_power = 0;
   const auto for_each = [&](const ScattererList& list, auto&& use) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const Scatterer& s = list.items[i];
-      const double at = s.delay_s * kBandwidth_hz;
+      const double at = s.delay_s * kShadowBandwidth_hz;
       const double energy = std::pow(static_cast<double>(s.standard_deviation) * s.gain, 2);
       if (s.beam != static_cast<std::uint32_t>(beam) || !(energy > 0)) continue;
       if (at < sample - 1.0 || at > sample + 1.0) continue;
@@ -100,7 +85,7 @@ Plain plain_labels(const Scene& scene, const LabelledImage& image, int beam, int
       use(i, energy, power);
     }
   };
-  for_each(scene.heard, [&](std::size_t, double energy, double) { heard += energy; });
+  for_each(scene.list, [&](std::size_t, double energy, double) { heard += energy; });
   for_each(scene.hidden.list, [&](std::size_t i, double energy, double power) {
     if (scene.hidden.caster[i] == 0) return;
     kept_by[scene.hidden.caster[i]] += energy;
@@ -113,7 +98,7 @@ Plain plain_labels(const Scene& scene, const LabelledImage& image, int beam, int
     }
   }
   const double scale = scene.power_per_energy[beam], noise = scene.input.noise_power_pa2;
-  Plain plain;
+  PlainShadow plain;
   if (hidden > heard && hidden_power * scale >= noise) {
     double most = 0;
     for (const auto& [id, energy] : kept_by) {
@@ -137,9 +122,9 @@ std::vector<Scatterer> random_echoes(std::uint64_t seed, int beams, int samples,
     const auto draw = [&](std::uint32_t what) { return uniform(seed, hidden, i, what); };
     // Bursts between long silences; a third on a sample, where reaches end just on its neighbours.
     const double sample = std::floor(draw(1) * 8) / 8 * samples + draw(2) * 6 - 2;
-    Scatterer s =
-        echo(static_cast<std::uint32_t>(draw(0) * beams), i % 3 == 0 ? std::floor(sample) : sample,
-             1 + static_cast<std::uint32_t>(draw(3) * 4), std::pow(std::floor(draw(4) * 4), 2));
+    Scatterer s = shadow_echo(
+        static_cast<std::uint32_t>(draw(0) * beams), i % 3 == 0 ? std::floor(sample) : sample,
+        1 + static_cast<std::uint32_t>(draw(3) * 4), std::pow(std::floor(draw(4) * 4), 2));
     s.key = hidden ? static_cast<std::uint32_t>(draw(5) * 4) : i;
     items.push_back(s);
   }
@@ -152,11 +137,12 @@ std::vector<Scatterer> random_echoes(std::uint64_t seed, int beams, int samples,
 // two surfaces hide casts none; in its own sector and within a sample.
 TEST_CASE("a shadow lies where most of what could be heard is hidden") {
   const HiddenLabels labels =
-      Scene({echo(0, 4, 1, 4), echo(1, 4, 1, 4)},
-            {hidden_by(2, echo(0, 4, 3, 4)), hidden_by(2, echo(1, 4.5, 3, 4.5)),
-             hidden_by(3, echo(2, 4, 1, 2)), hidden_by(2, echo(2, 4, 1, 2)),
-             hidden_by(0, echo(3, 4, 1, 9))},
-            4, 8)
+      ShadowedScene(
+          {shadow_echo(0, 4, 1, 4), shadow_echo(1, 4, 1, 4)},
+          {hidden_by(2, shadow_echo(0, 4, 3, 4)), hidden_by(2, shadow_echo(1, 4.5, 3, 4.5)),
+           hidden_by(3, shadow_echo(2, 4, 1, 2)), hidden_by(2, shadow_echo(2, 4, 1, 2)),
+           hidden_by(0, shadow_echo(3, 4, 1, 9))},
+          4, 8)
           .labels();
   const auto shadow = [&](int n, int beam) { return labels.shadow[std::size_t(n) * 4 + beam]; };
   CHECK(shadow(4, 0) == 0);
@@ -174,7 +160,8 @@ TEST_CASE("a shadow lies where most of what could be heard is hidden") {
 // Protects the threshold of the noise: the pulse's power at the echo's distance from the sample,
 // times the beam's scale.
 TEST_CASE("what would be under the noise casts no shadow and is in no amodal mask") {
-  Scene scene({}, {hidden_by(2, echo(0, 4, 1, 4)), hidden_by(2, echo(1, 4, 1, 4))}, 2, 8, 6);
+  ShadowedScene scene(
+      {}, {hidden_by(2, shadow_echo(0, 4, 1, 4)), hidden_by(2, shadow_echo(1, 4, 1, 4))}, 2, 8, 6);
   scene.power_per_energy = {2, 1};
   for (int k = 0; k <= kPulseSteps; ++k) {
     scene.pulse_power[k] = 1 - 0.5 * std::abs(2.0 * k / kPulseSteps - 1);
@@ -193,8 +180,8 @@ TEST_CASE("shadows and amodal sets are those of the plain rule") {
   const int beams = 37, samples = 301;
   const double noise = GENERATE(0.0, 3.0);
   const bool with_volume = GENERATE(false, true);
-  Scene scene(random_echoes(5, beams, samples, false), random_echoes(6, beams, samples, true),
-              beams, samples, noise);
+  ShadowedScene scene(random_echoes(5, beams, samples, false),
+                      random_echoes(6, beams, samples, true), beams, samples, noise);
   for (int j = 0; j < beams; ++j) scene.power_per_energy[j] = 0.5 + 0.1 * (j % 7);
   for (int k = 0; k <= kPulseSteps; ++k) scene.pulse_power[k] = 1 - 0.4 * (k % 3);
   for (std::size_t i = 0; i < scene.clean.size(); ++i) scene.clean[i] = static_cast<float>(i % 5);
@@ -215,7 +202,7 @@ TEST_CASE("shadows and amodal sets are those of the plain rule") {
   for (int n = 0; n < samples; ++n) {
     for (int beam = 0; beam < beams; ++beam) {
       const std::size_t pixel = std::size_t(n) * beams + beam;
-      const Plain plain = plain_labels(scene, image, beam, n);
+      const PlainShadow plain = plain_labels(scene, image, beam, n);
       differing += labels.shadow[pixel] != plain.shadow;
       differing += set_at(labels.amodal, pixel) != plain.amodal;
       shadows += plain.shadow != 0;
@@ -231,12 +218,12 @@ TEST_CASE("shadows and amodal sets are those of the plain rule") {
 // shows it alone; one that is seen nowhere stands apart; both views.
 TEST_CASE("amodal masks are those of pictures with one instance") {
   const int beams = 37, samples = 101;
-  Scene scene(random_echoes(8, beams, samples, false), random_echoes(9, beams, samples, true),
-              beams, samples);
+  ShadowedScene scene(random_echoes(8, beams, samples, false),
+                      random_echoes(9, beams, samples, true), beams, samples);
   // One that is seen nowhere.
   auto& items = scene.hidden.list.items;
   std::find_if(items.begin(), items.end(), [](const Scatterer& s) {
-    return s.standard_deviation > 0 && s.delay_s * kBandwidth_hz > 2;
+    return s.standard_deviation > 0 && s.delay_s * kShadowBandwidth_hz > 2;
   })->instance = 7;
   const LabelledImage polar = scene.image();
   const InstanceSets amodal = scene.labels().amodal;

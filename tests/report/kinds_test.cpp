@@ -3,6 +3,7 @@
 #include <set>
 
 #include "catch.h"
+#include "formats/bytes.h"
 #include "report/page.h"
 #include "report/pictures.h"
 

@@ -15,11 +15,10 @@ using test::Picture;
 using test::TemporaryFolder;
 using Json = nlohmann::json;
 
-constexpr PictureChannels kAll{true, true, true, true, true, true};
-
 StoredPixels pixels_of(const test::OpenSet& set, std::size_t sequence, std::uint32_t ping) {
-  const auto pixels =
-      read_picture(set.dataset, set.sequences.at(sequence), StoredView::polar, ping, kAll);
+  const StoredSequence& stored = set.sequences.at(sequence);
+  const auto pixels = read_picture(set.dataset, stored, ImageView::polar, ping,
+                                   stored_planes(stored, ImageView::polar));
   REQUIRE(pixels.ok());
   return *pixels;
 }

@@ -1,7 +1,7 @@
 // The speckle that a page shows, against theory: intensities over their expectation are
 // exponential.
-#include "report/speckle.h"
 #include "catch.h"
+#include "report/look.h"
 #include "report/page.h"
 
 namespace ensonify {

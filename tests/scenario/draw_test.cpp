@@ -270,7 +270,7 @@ TEST_CASE("a distribution that cannot be drawn is told with its place") {
             .empty());
 }
 
-TEST_CASE("counts that stand for too much are refused") {
+TEST_CASE("counts that stand for too much are refused", "[figure]") {
   const std::string entry =
       "count: 65534, target_strength_db: 1, position_m: [1, 0, 0], class: c}\n";
   std::string text = kHead + "point_targets:\n";

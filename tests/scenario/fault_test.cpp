@@ -177,7 +177,7 @@ std::string many_targets(int count, int classes) {
 }
 
 // Protects the masks: 8 bits of classes, 16 bits of instances less the two that mean something.
-TEST_CASE("classes and instances beyond the masks are refused") {
+TEST_CASE("classes and instances beyond the masks are refused", "[figure]") {
   CHECK(faults_of(kHead + many_targets(255, 255)).empty());
   const auto classes = faults_of(kHead + many_targets(256, 256));
   CHECK(

@@ -248,7 +248,7 @@ TEST_CASE("the schema's defaults are the parser's") {
 
 // Protects from a schema that is stricter than the program: whatever is done to a value, what the
 // parser still takes, the schema takes.
-TEST_CASE("the schema refuses nothing that the parser takes") {
+TEST_CASE("the schema refuses nothing that the parser takes", "[figure]") {
   std::set<MapKey> seen;
   std::size_t taken = 0, refused = 0;
   walk_samples(

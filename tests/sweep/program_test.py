@@ -107,7 +107,7 @@ class List(unittest.TestCase):
         (out / "plan.jsonl").write_text(re.sub(r'"run":"\w{16}"', '"run":"' + 16 * "0" + '"', plan[0]))
         other = run("sweep", self.sweep, "-o", out, "--list")
         self.assertEqual(other.returncode, 2)
-        self.assertIn("1 of its 1 runs are not in this one", other.stderr)
+        self.assertIn("1 of its 1 run is not in this one", other.stderr)
 
     def test_the_examples_cost_something(self):
         for sweep in sorted(SWEEPS.glob("*.yaml")):

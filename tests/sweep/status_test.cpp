@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "catch.h"
-#include "dataset/sha256.h"
+#include "formats/sha256.h"
 #include "sweep/index.h"
 #include "sweep/status.h"
 #include "temporary_folder.h"

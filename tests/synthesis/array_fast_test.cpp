@@ -1,5 +1,5 @@
-// The CPU backend's array against sums of its own: the definition in synthesis/array.h, element by
-// element in the frequency domain.
+// The CPU backend's array against sums of its own: the definition in synthesis/beamforming.h,
+// element by element in the frequency domain.
 #include <cmath>
 
 #include "catch.h"
@@ -193,7 +193,7 @@ void hold(const SynthesisSetup& setup, const PingTask& task, std::vector<int> be
 
 // Protects the path's stated error, V8's way, near and far: a strong echo at 0.6 m or 1.5 m, dead
 // and wrong elements, elements with a width, noise.
-TEST_CASE("array: beams within the tolerance") {
+TEST_CASE("array: beams within the tolerance", "[figure]") {
   const double tolerance = GENERATE(1e-3, 1e-5);
   Sonar sonar = line_array(GENERATE(101, 256), 24, 90, 6);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
@@ -265,7 +265,7 @@ TEST_CASE("array: volumes, channels, and the same bytes for any threads") {
 }
 
 // Expected power of diffuse echoes alone: what docs/limits.md says of it.
-TEST_CASE("array: expected power of diffuse echoes") {
+TEST_CASE("array: expected power of diffuse echoes", "[figure]") {
   Sonar sonar = line_array(64, 12, 60, 3);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
   sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
@@ -297,7 +297,7 @@ TEST_CASE("array: expected power of diffuse echoes") {
 }
 
 // Where a mean is the strongest echo: within 0.1 dB of the reference's, 40 dB down.
-TEST_CASE("array: expected power") {
+TEST_CASE("array: expected power", "[figure]") {
   Sonar sonar = line_array(64, 12, 60, 3);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
   sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "synthesis/array.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/device_fixture.h"
 
 namespace ensonify::test {

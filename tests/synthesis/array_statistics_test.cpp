@@ -1,7 +1,7 @@
 // What of an array is random: noise, speckle, volumes; and the sums behind all of it by a route of
 // their own, in time.
 #include "catch.h"
-#include "core/volume_echo.h"
+#include "core/scatterers.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/direct_sum.h"
 #include "synthesis/draw.h"
@@ -45,7 +45,7 @@ std::vector<Scatterer> scatterers_around(const Sonar& sonar, int count) {
   return scatterers;
 }
 
-// The definitions of synthesis/array.h in time, with lengths and angles worked out anew.
+// The definitions of synthesis/beamforming.h in time, with lengths and angles worked out anew.
 class DirectArray {
  public:
   explicit DirectArray(const SynthesisSetup& setup)
@@ -181,7 +181,7 @@ TEST_CASE("the series of an array is its definition in time") {
 }
 
 // 60 pings of 21 beams far apart and 120 samples: standard error 4.34/sqrt(151,200) = 0.011 dB.
-TEST_CASE("noise of an array: a beam has the level of the sonar equation") {
+TEST_CASE("noise of an array: a beam has the level of the sonar equation", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     Sonar sonar = line_array(16, 21, 105, 3);
@@ -277,7 +277,7 @@ TEST_CASE("noise of an array is that of its channels") {
 
 // The mean square over draws is the expected power. 800 pings; pixels over -30 dB of the strongest,
 // each relative to what is expected of it; the standard error is that of the pings' means.
-TEST_CASE("the expected power of an array is the mean over draws") {
+TEST_CASE("the expected power of an array is the mean over draws", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     Sonar sonar = odd_array(Steering::true_delay, Focus::dynamic);
@@ -314,7 +314,7 @@ TEST_CASE("the expected power of an array is the mean over draws") {
 
 // A diffuse scene of 12 scatterers a sector: the expected power of the four beams about broadside,
 // summed over the record, by either model. The array's aperture is that of the beam's width.
-TEST_CASE("array and beam model hear a diffuse scene alike at broadside") {
+TEST_CASE("array and beam model hear a diffuse scene alike at broadside", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     Sonar sonar = line_array(25, 24, 24 * 2.0, 1.5);

@@ -19,7 +19,7 @@ double discrete_line(int elements, double u) {
 
 // V12: 101 elements at half a wavelength, focused: the discrete line's pattern above -30 dB within
 // 0.3 dB.
-TEST_CASE("V12: the focused beam of an array is that of a discrete line") {
+TEST_CASE("V12: the focused beam of an array is that of a discrete line", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     const Sonar sonar = line_array(101, 161, 161 * 0.05, 6);
@@ -38,7 +38,7 @@ TEST_CASE("V12: the focused beam of an array is that of a discrete line") {
 }
 
 // V12: and of the beam model (V2) in the main lobe above -20 dB, and at lobe peaks above -30 dB.
-TEST_CASE("V12: the beam of an array is that of the beam model around broadside") {
+TEST_CASE("V12: the beam of an array is that of the beam model around broadside", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     const Sonar sonar = line_array(101, 801, 801 * 0.01, 6);
@@ -69,7 +69,7 @@ TEST_CASE("V12: the beam of an array is that of the beam model around broadside"
 }
 
 // V13: a target in the near field, L^2/lambda = 4.3 m. b = 30 kHz puts 1 m and 2 m on samples.
-TEST_CASE("V13: near-field beams with and without focus") {
+TEST_CASE("V13: near-field beams with and without focus", "[figure]") {
   struct Case {
     double range_m, width_deg, peak_db;
   };
@@ -92,7 +92,7 @@ TEST_CASE("V13: near-field beams with and without focus") {
 
 // What a phase at the carrier costs against a delay of the whole pulse, for the aperture of a beam
 // of 1 degree and the gaussian pulse of 29.9 kHz.
-TEST_CASE("steering by phase smears the pulse of oblique beams") {
+TEST_CASE("steering by phase smears the pulse of oblique beams", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     for (const auto& [azimuth_deg, loss_db] :
          {std::pair{30.0, 0.39}, std::pair{45.0, 0.77}, std::pair{65.0, 1.25}}) {
@@ -110,7 +110,7 @@ TEST_CASE("steering by phase smears the pulse of oblique beams") {
 }
 
 // A line tells one angle: sin(beam) = cos(elevation) sin(azimuth), here asin(cos 10 sin 45).
-TEST_CASE("off the plane a line array's beam is a cone") {
+TEST_CASE("off the plane a line array's beam is a cone", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     const Sonar sonar = line_array(101, 501, 501 * 0.2, 11, 6e3);
@@ -122,7 +122,7 @@ TEST_CASE("off the plane a line array's beam is a cone") {
   }
 }
 
-TEST_CASE("a beam's width grows as the projected aperture shrinks") {
+TEST_CASE("a beam's width grows as the projected aperture shrinks", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     const Sonar sonar = line_array(101, 641, 641 * 0.2, 11, 6e3);
@@ -140,7 +140,7 @@ TEST_CASE("a beam's width grows as the projected aperture shrinks") {
 
 // Side lobes are those of the continuous line of the same shading: hann -31.47 dB, taylor and
 // chebyshev as asked for (Taylor's first one lies a little lower).
-TEST_CASE("shading lowers an array's side lobes") {
+TEST_CASE("shading lowers an array's side lobes", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     for (const auto& [shading, lobe_db] :
          {std::pair{BeamShading{Shading::hann}, -31.47},

@@ -33,13 +33,13 @@ void require_reference(const SynthesisSetup& setup, PingTask task) {
 
 // Pings with shifts (1, 3, 4, 6), at rest (0, 2) and with nothing in them (5), with different
 // wishes.
-struct Batch {
+struct ArrayBatch {
   std::vector<ScattererList> lists;
   std::vector<PingTask> tasks;
 };
 
-Batch mixed_batch(const Sonar& sonar, std::span<const VolumeEcho> volumes) {
-  Batch batch;
+ArrayBatch mixed_batch(const Sonar& sonar, std::span<const VolumeEcho> volumes) {
+  ArrayBatch batch;
   const double most[] = {0, 3e-3, 0, 1e-3, 5e-3, 0, 5e-3};
   for (int p = 0; p < 7; ++p) {
     const std::vector<Scatterer> echoes = fan_echoes(sonar, p == 5 ? 0 : 12 * p + 10, 0.1, p);
@@ -133,15 +133,8 @@ TEST_CASE("device: an array's ping at rest is the same bytes among shifted ones"
   const Sonar sonar = line_array(20, 6, 60, 1);
   const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
-  const Batch batch = mixed_batch(sonar, {&volume, 1});
-  const auto backend = host_device(setup);
-  std::vector<PingSeries> together(7);
-  backend->synthesize(batch.tasks, together, Workers(2));
-  for (const int p : {0, 2, 5}) {
-    CAPTURE(p);
-    CHECK(same_bytes(together[p], one(*host_device(setup_of(sonar)), batch.tasks[p])));
-    CHECK(same_bytes(together[p], one(*backend, batch.tasks[p])));
-  }
+  const ArrayBatch batch = mixed_batch(sonar, {&volume, 1});
+  check_same_at_rest(setup, batch.tasks);
 }
 
 // Protects reproducibility of the shifted ones: nodes that other pings need, threads, the order of
@@ -150,23 +143,8 @@ TEST_CASE("device: an array's shifted pings do not hang on batches") {
   const Sonar sonar = line_array(20, 6, 60, 1);
   const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
-  const Batch batch = mixed_batch(sonar, {&volume, 1});
-  std::vector<PingSeries> together(7), few(7), tight(7);
-  host_device(setup)->synthesize(batch.tasks, together, Workers(2));
-  const auto single = host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
-  single->synthesize(batch.tasks, few, Workers(1));
-  auto* measured = new HostQueue();
-  const auto alone = host_device(setup, measured);
-  alone->synthesize({&batch.tasks[6], 1}, {&tight[6], 1}, Workers(1));
-  // Says that it has plenty, and fails: batches shrink.
-  auto* liar = new HostQueue(2 * measured->peak);
-  host_device(setup, liar)->synthesize(batch.tasks, tight, Workers(2));
-  for (int p = 6; p >= 0; --p) {
-    CAPTURE(p);
-    CHECK(same_bytes(few[p], together[p]));
-    CHECK(same_bytes(tight[p], together[p]));
-    CHECK(same_bytes(one(*alone, batch.tasks[p]), together[p]));
-  }
+  const ArrayBatch batch = mixed_batch(sonar, {&volume, 1});
+  check_independent_of_batches(setup, batch.tasks);
 }
 
 // Protects pings that fit from what earlier ones of another kind have left behind.

@@ -71,7 +71,7 @@ TEST_CASE("device: an array's pulses are the reference's") {
 // Protects expected power. The pattern at a sample's range leaves out how an echo is spread by the
 // ways across the array: that shows in lobes and is a few percent of the whole. The CPU leaves out
 // the same; means are exact.
-TEST_CASE("device: an array's expected power is the CPU's, and near the reference's") {
+TEST_CASE("device: an array's expected power is the CPU's, and near the reference's", "[figure]") {
   Sonar sonar = line_array(64, 12, 60, 3);
   sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
   sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);

@@ -1,6 +1,6 @@
 // Echoes that come back shifted, by the functors of a device run on the host.
-#include "synthesis/cpu/doppler_nodes.h"
-#include "synthesis/cuda/doppler_kernels.h"
+#include "synthesis/cpu/doppler_synthesis.h"
+#include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/device_fixture.h"
 #include "synthesis/v8.h"
 
@@ -14,7 +14,7 @@ ScattererList shifted(std::vector<Scatterer> scatterers, double most, int beams)
 }
 
 // Of the whole record and, tenfold, of each tenth that holds something.
-void require_reference(const SynthesisSetup& setup, const PingTask& task) {
+void require_plain_reference(const SynthesisSetup& setup, const PingTask& task) {
   const int samples = setup.record.samples;
   const PingSeries got = one(*host_device(setup), task);
   const PingSeries expected = one(*make_reference_backend(setup), task);
@@ -59,7 +59,7 @@ TEST_CASE("device: shifted echoes are the reference's") {
       sonar.pulse = pulse_of(shape, sonar);
       sonar.window = window;
       const ScattererList list = shifted(random_scatterers(sonar, 400, 0.3, 5), 4e-3, 9);
-      require_reference(with_shifts(sonar, 4e-3), {&list, keys_of_ping(2), 0, {}});
+      require_plain_reference(with_shifts(sonar, 4e-3), {&list, keys_of_ping(2), 0, {}});
     }
   }
 }
@@ -72,7 +72,7 @@ TEST_CASE("device: a shifted burst of 10 ms is the reference's") {
   sonar.pulse.shape = PulseShape::cw;
   sonar.pulse.duration_s = 10e-3;
   const ScattererList list = shifted(random_scatterers(sonar, 60, 1, 26), most, 3);
-  require_reference(with_shifts(sonar, most), {&list, keys_of_ping(1), 0, {}});
+  require_plain_reference(with_shifts(sonar, most), {&list, keys_of_ping(1), 0, {}});
 }
 
 // Protects means alone, whose power is all from the shifted series, and one echo at the band's
@@ -88,7 +88,7 @@ TEST_CASE("device: shifted means are the reference's") {
     targets.back().doppler = static_cast<float>(doppler);
   }
   const ScattererList list = sorted_by_beam_and_delay(targets, 4);
-  require_reference(with_shifts(sonar, 1.3e-2), {&list, keys_of_ping(1), 0, {}});
+  require_plain_reference(with_shifts(sonar, 1.3e-2), {&list, keys_of_ping(1), 0, {}});
 }
 
 // Protects volumes, noise and echoes beyond the announced shifts, or beyond any that is heard.
@@ -99,21 +99,14 @@ TEST_CASE("device: shifts that none announced are the reference's, with volumes 
   for (std::size_t i = 0; i < list.size(); i += 17) list.items[i].doppler = -0.06f;
   const std::vector<VolumeEcho> volumes = {volume_of(
       setup, [](int beam, int n) { return (beam + n) % 3 == 0 ? 1e-7 * (1 + n % 5) : 0.0; })};
-  require_reference(setup, {&list, keys_of_ping(4), 1e-2, volumes});
+  require_plain_reference(setup, {&list, keys_of_ping(4), 1e-2, volumes});
 }
 
 // Protects echoes at rest: what else a batch or a setup has leaves no bit of them changed.
 TEST_CASE("device: a ping at rest is the same bytes among shifted ones") {
   const Sonar sonar = p900(11, 11, 2);
   const Batch batch = mixed_batch(sonar);
-  const auto backend = host_device(with_shifts(sonar, 5e-3));
-  std::vector<PingSeries> together(7);
-  backend->synthesize(batch.tasks, together, Workers(2));
-  for (const int p : {0, 2, 5}) {
-    CAPTURE(p);
-    CHECK(same_bytes(together[p], one(*host_device(setup_of(sonar)), batch.tasks[p])));
-    CHECK(same_bytes(together[p], one(*backend, batch.tasks[p])));
-  }
+  check_same_at_rest(with_shifts(sonar, 5e-3), batch.tasks);
 }
 
 // Protects reproducibility of the shifted ones: nodes that other pings need, threads, the order of
@@ -122,22 +115,7 @@ TEST_CASE("device: shifted pings do not hang on batches, threads or what came be
   const Sonar sonar = p900(11, 11, 2);
   const SynthesisSetup setup = with_shifts(sonar, 5e-3);
   const Batch batch = mixed_batch(sonar);
-  std::vector<PingSeries> together(7), few(7), tight(7);
-  host_device(setup)->synthesize(batch.tasks, together, Workers(2));
-  const auto single = host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
-  single->synthesize(batch.tasks, few, Workers(1));
-  auto* measured = new HostQueue();
-  const auto alone = host_device(setup, measured);
-  alone->synthesize({&batch.tasks[6], 1}, {&tight[6], 1}, Workers(1));
-  // Says that it has plenty, and fails: batches shrink.
-  const auto shrinking = host_device(setup, new HostQueue(2 * measured->peak));
-  shrinking->synthesize(batch.tasks, tight, Workers(2));
-  for (int p = 6; p >= 0; --p) {
-    CAPTURE(p);
-    CHECK(same_bytes(few[p], together[p]));
-    CHECK(same_bytes(tight[p], together[p]));
-    CHECK(same_bytes(one(*alone, batch.tasks[p]), together[p]));
-  }
+  check_independent_of_batches(setup, batch.tasks);
 }
 
 // Protects the arithmetic that is written again for a device.

@@ -4,12 +4,14 @@
 //   relative      relative L2 error; without a norm, the error's square
 //   same_bytes    of values, of pings
 //   with_shifts   a setup, and echoes of which two in three are shifted
+//   check_same_at_rest  check_independent_of_batches   of batches with shifted pings
 #pragma once
 
 #include <cmath>
 #include <complex>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -69,6 +71,41 @@ inline std::vector<Scatterer> with_shifts(std::vector<Scatterer> scatterers, dou
     scatterers[i].doppler = static_cast<float>(most * (2 * uniform(71, 0, i, 0) - 1));
   }
   return scatterers;
+}
+
+// Protects echoes at rest, of tasks 0, 2 and 5 of 7: what else a batch or a setup has leaves no bit
+// of them changed.
+inline void check_same_at_rest(const SynthesisSetup& setup, std::span<const PingTask> tasks) {
+  const auto backend = host_device(setup);
+  std::vector<PingSeries> together(7);
+  backend->synthesize(tasks, together, Workers(2));
+  for (const int p : {0, 2, 5}) {
+    CAPTURE(p);
+    CHECK(same_bytes(together[p], one(*host_device(setup_of(setup.sonar)), tasks[p])));
+    CHECK(same_bytes(together[p], one(*backend, tasks[p])));
+  }
+}
+
+// Protects reproducibility of 7 tasks: nodes that other pings need, threads, the order of batches
+// and their size leave no trace.
+inline void check_independent_of_batches(const SynthesisSetup& setup,
+                                         std::span<const PingTask> tasks) {
+  std::vector<PingSeries> together(7), few(7), tight(7);
+  host_device(setup)->synthesize(tasks, together, Workers(2));
+  const auto single = host_device(setup, new HostQueue(std::size_t{1} << 40, 1, 1));
+  single->synthesize(tasks, few, Workers(1));
+  auto* measured = new HostQueue();
+  const auto alone = host_device(setup, measured);
+  alone->synthesize(tasks.last(1), {&tight[6], 1}, Workers(1));
+  // Says that it has plenty, and fails: batches shrink.
+  const auto shrinking = host_device(setup, new HostQueue(2 * measured->peak));
+  shrinking->synthesize(tasks, tight, Workers(2));
+  for (int p = 6; p >= 0; --p) {
+    CAPTURE(p);
+    CHECK(same_bytes(few[p], together[p]));
+    CHECK(same_bytes(tight[p], together[p]));
+    CHECK(same_bytes(one(*alone, tasks[p]), together[p]));
+  }
 }
 
 }  // namespace ensonify::test

@@ -2,7 +2,7 @@
 // that is lost. The device is the host.
 #include <atomic>
 
-#include "core/levels.h"
+#include "core/units.h"
 #include "synthesis/adc.h"
 #include "synthesis/device_fixture.h"
 

@@ -11,7 +11,6 @@
 #include "acoustics/pulse.h"
 #include "core/scatterers.h"
 #include "core/units.h"
-#include "core/volume_echo.h"
 #include "synthesis/backend.h"
 
 namespace ensonify::test {

@@ -1,5 +1,5 @@
 // Echoes that come back shifted.
-#include "synthesis/cpu/doppler_nodes.h"
+#include "synthesis/cpu/doppler_synthesis.h"
 
 #include "catch.h"
 #include "core/random.h"
@@ -122,7 +122,7 @@ TEST_CASE("V8: shifted echoes of every pulse and window") {
                      .max_doppler = 3e-3});
 }
 
-TEST_CASE("V8: shifted echoes of a burst of 10 ms") {
+TEST_CASE("V8: shifted echoes of a burst of 10 ms", "[figure]") {
   const Sonar sonar = with_cw(10e-3, 3, 12);
   require_agreement({.sonar = sonar,
                      .scatterers = shifted(random_scatterers(sonar, 40, 5, 26), 1e-3),

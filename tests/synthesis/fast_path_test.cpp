@@ -2,10 +2,10 @@
 
 #include "catch.h"
 #include "core/random.h"
-#include "synthesis/cpu/beam_nodes.h"
+#include "synthesis/beamforming.h"
+#include "synthesis/cpu/beam_mixing.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/spread_kernel.h"
-#include "synthesis/mixing.h"
 #include "synthesis/ping_fixture.h"
 
 using namespace ensonify;

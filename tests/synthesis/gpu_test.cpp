@@ -1,8 +1,8 @@
 // The CUDA backend on a device, against the CPU backend. Where none answers these tests say so and
 // are counted as skipped; what they launch runs on the host in the device_*_test files.
 #include "catch.h"
-#include "core/levels.h"
-#include "core/volume_echo.h"
+#include "core/scatterers.h"
+#include "core/units.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/cuda_backend.h"
 #include "synthesis/ping_fixture.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "synthesis/cuda/device_backend.h"
-#include "synthesis/cuda/module_api.h"
+#include "synthesis/cuda_backend.h"
 #include "synthesis/host_queue.h"
 
 namespace ensonify {

@@ -18,7 +18,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cuda/records.h"
+#include "synthesis/cuda/queue.h"
 
 namespace ensonify::test {
 

@@ -11,25 +11,10 @@
 #include "acoustics/pulse.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "synthesis/backend.h"
 
 namespace ensonify::test {
-
-// 900 kHz, 29.9 kHz, 1 deg x 20 deg, SL 220: the sonar of the closed forms.
-inline Sonar p900(int beams, double fov_deg, double range_max_m) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.source_level_db = 220;
-  sonar.range_max_m = range_max_m;
-  sonar.beam_count = beams;
-  sonar.beam_spacing_rad = radians(fov_deg) / beams;
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 1;
-  return sonar;
-}
 
 inline SynthesisSetup setup_of(const Sonar& sonar) {
   const Water water{1500, 0};

@@ -16,7 +16,7 @@ constexpr double kCritical = 1.82;  // of Kolmogorov-Smirnov, passed once in 370
 // V4: a few dozen scatterers of unequal strengths suffice: the sum is exactly complex normal.
 // 20,000 draws: standard error of the contrast 1/sqrt(n) = 0.007; the largest distance between the
 // distribution functions that is let pass is 1.82/sqrt(n) = 0.013.
-TEST_CASE("V4: contrast one and exponential intensity on a diffuse wall") {
+TEST_CASE("V4: contrast one and exponential intensity on a diffuse wall", "[figure]") {
   const SynthesisSetup setup = setup_of(p900(3, 1, 0.5));
   const ScattererList list = sorted_by_beam_and_delay(wall(setup, 24, 0, 2, 18), 3);
   std::vector<double> intensity;
@@ -33,7 +33,7 @@ TEST_CASE("V4: contrast one and exponential intensity on a diffuse wall") {
 
 // V4 with K = 3: kappa = |E p|^2 / Var p differs from pixel to pixel, since the constant parts
 // interfere; each pixel has the contrast of its own. 10,000 draws.
-TEST_CASE("V4: contrast with a constant part follows kappa of the pixel") {
+TEST_CASE("V4: contrast with a constant part follows kappa of the pixel", "[figure]") {
   const SynthesisSetup setup = setup_of(p900(3, 1, 0.6));
   const ScattererList list = sorted_by_beam_and_delay(wall(setup, 24, 3, 2, 22), 3);
   constexpr int kFirst = 5, kStep = 3, kBins = 5;
@@ -69,7 +69,7 @@ TEST_CASE("V4: contrast with a constant part follows kappa of the pixel") {
 // V4: E p p'* over bins and beams is the point spread function's, of a wall and water together.
 // 6,000 draws: with E|p|^2 = 1 either part of the estimate has a variance of
 // (1 +- Re(rho^2)) / 2n, a standard error of at most 0.013.
-TEST_CASE("V4: lag correlation is that of the point spread function") {
+TEST_CASE("V4: lag correlation is that of the point spread function", "[figure]") {
   Sonar sonar = p900(7, 1.75, 0.6);
   sonar.pulse = pulse_of(GENERATE(PulseShape::gaussian, PulseShape::table), sonar);
   const SynthesisSetup setup = setup_of(sonar);
@@ -111,7 +111,7 @@ TEST_CASE("V4: lag correlation is that of the point spread function") {
 // V5: two waters, a point target and a wall with a constant part, told apart by where they lie.
 // 3,000 pings leave standard errors of 0.004 (water and wall) and 0.006 (target) by the pings' own
 // spread, three of which are 0.08 dB.
-TEST_CASE("V5: mean power over pings equals clean") {
+TEST_CASE("V5: mean power over pings equals clean", "[figure]") {
   const Sonar sonar = p900(5, 2.5, 1.5);
   const SynthesisSetup setup = setup_of(sonar);
   std::vector<Scatterer> scatterers = wall(setup, 60, 0.3, 36, 54);

@@ -1,7 +1,7 @@
 // Reverberation of the water, from its energies to the series.
 #include "catch.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/direct_sum.h"
-#include "synthesis/mixing.h"
 #include "synthesis/statistics.h"
 
 using namespace ensonify;

@@ -7,9 +7,11 @@
 #include "acoustics/propagation.h"
 #include "catch.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "temporary_folder.h"
+#include "trace/plain_world.h"
 #include "trace/volume.h"
-#include "world/density_vdb.h"
+#include "world/density.h"
 #include "write_vdb.h"
 
 using namespace ensonify;
@@ -17,20 +19,10 @@ using namespace ensonify::test;
 
 namespace {
 
-const Water kWater{1500, 0.3};
-
-Sonar small_sonar() {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
+Sonar coarse_sonar() {
+  Sonar sonar = test::fan_sonar(9, radians(18), 8, 40);
   sonar.bandwidth_hz = 30e3;  // cells of 0.025 m
   sonar.range_min_m = 0.5;
-  sonar.range_max_m = 8;
-  sonar.beam_count = 9;
-  sonar.beam_spacing_rad = radians(2);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 40;
   return sonar;
 }
 
@@ -42,7 +34,7 @@ VolumeEcho echo_of(const Sonar& sonar, const std::vector<Volume>& volumes, const
                        Workers(threads))[0];
 }
 
-Volume box_volume(Vec3 half, double extinction_db_m = 0, Pose pose = {}) {
+Volume posed_box(Vec3 half, double extinction_db_m = 0, Pose pose = {}) {
   return {1, 1e-4, extinction_db_m, DensityBox{half}, pose};
 }
 
@@ -60,10 +52,10 @@ std::vector<Hit> sphere_hits(const Sonar& sonar, double range_m) {
 
 // V14 from within a box: what a volume without end gives, to the last bit of a float but one.
 TEST_CASE("V14: from inside, a uniform box is the uniform volume") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = coarse_sonar();
   const auto open = echo_of(sonar, {{1, 1e-4}});
   const Pose pose{{3, -2, 1}, from_roll_pitch_yaw(0.3, -0.2, 2)};
-  const auto box = echo_of(sonar, {box_volume({20, 20, 20})}, pose);
+  const auto box = echo_of(sonar, {posed_box({20, 20, 20})}, pose);
   REQUIRE(box.energy.size() == open.energy.size());
   for (std::size_t i = 0; i < open.energy.size(); ++i) {
     REQUIRE(box.energy[i] == Approx(open.energy[i]).epsilon(1e-6));
@@ -75,10 +67,10 @@ TEST_CASE("V14: from inside, a uniform box is the uniform volume") {
 // A single ray through a box from 3 m to 5 m: s_v w r^2 loss^2 times the length within the cell,
 // whole between 3.025 and 4.975, half at 3 and at 5, nothing elsewhere.
 TEST_CASE("a ray hears a box over the box's own ranges") {
-  Sonar sonar = small_sonar();
+  Sonar sonar = coarse_sonar();
   sonar.beam_count = sonar.rays_elevation = 1;
   sonar.elevation_fan_rad = radians(0.5);
-  const auto echo = echo_of(sonar, {box_volume({1, 5, 5})}, {{-4, 0, 0}, {}});
+  const auto echo = echo_of(sonar, {posed_box({1, 5, 5})}, {{-4, 0, 0}, {}});
   const double weight = make_fan(sonar).solid_angle_sr[0];
   for (std::size_t n = 0; n < echo.energy.size(); ++n) {
     const double r = sample_range_m(sonar, kWater, static_cast<int>(n));
@@ -93,12 +85,12 @@ TEST_CASE("a ray hears a box over the box's own ranges") {
 // A slab of 2 dB/m: at depth d the energy is 10^(-2 . 2 d/10) of that without, meaned over the
 // cell; behind it a thin sheet of another volume has lost 8 dB over the 2 m.
 TEST_CASE("a volume hides itself and what is behind it") {
-  Sonar sonar = small_sonar();
+  Sonar sonar = coarse_sonar();
   sonar.beam_count = sonar.rays_elevation = 1;
   sonar.elevation_fan_rad = radians(0.5);
   const Pose pose{{-4, 0, 0}, {}};
-  const auto clear = echo_of(sonar, {box_volume({1, 5, 5})}, pose);
-  const auto dense = echo_of(sonar, {box_volume({1, 5, 5}, 2)}, pose);
+  const auto clear = echo_of(sonar, {posed_box({1, 5, 5})}, pose);
+  const auto dense = echo_of(sonar, {posed_box({1, 5, 5}, 2)}, pose);
   for (std::size_t n = 0; n < clear.energy.size(); ++n) {
     const double r = sample_range_m(sonar, kWater, static_cast<int>(n));
     if (r < 3.02 || r > 4.98) continue;
@@ -107,9 +99,9 @@ TEST_CASE("a volume hides itself and what is behind it") {
     REQUIRE(dense.energy[n] / clear.energy[n] ==
             Approx(std::pow(10, -4 * (r - 3) / 10) * mean).epsilon(1e-5));
   }
-  const Volume sheet = box_volume({0.2, 5, 5}, 0, {{2, 0, 0}, {}});
+  const Volume sheet = posed_box({0.2, 5, 5}, 0, {{2, 0, 0}, {}});
   const auto alone = echo_of(sonar, {sheet}, pose);
-  const auto behind = echo_of(sonar, {sheet, box_volume({1, 5, 5}, 2)}, pose);
+  const auto behind = echo_of(sonar, {sheet, posed_box({1, 5, 5}, 2)}, pose);
   int heard = 0;
   for (std::size_t n = 0; n < alone.energy.size(); ++n) {
     if (alone.energy[n] == 0) continue;
@@ -122,9 +114,9 @@ TEST_CASE("a volume hides itself and what is behind it") {
 // Surfaces, mirrors, targets and fish alike: whatever is in the list, behind 2 m of 3 dB/m, has
 // lost 12 dB; before it, nothing; in the middle of it, half.
 TEST_CASE("a slab dims what is behind it by its extinction") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = coarse_sonar();
   const Pose pose{{-4, 1, 2}, from_roll_pitch_yaw(0.1, 0, 0)};
-  const std::vector<Volume> slab = {box_volume({1, 50, 50}, 3)};
+  const std::vector<Volume> slab = {posed_box({1, 50, 50}, 3)};
   std::vector<Scatterer> scatterers;
   for (const double range : {2.0, 4.0, 5.0, 5.7}) {
     Scatterer s;
@@ -141,13 +133,13 @@ TEST_CASE("a slab dims what is behind it by its extinction") {
   CHECK(list.items[2].gain == Approx(0.5 * std::pow(10, -12.0 / 20)));
   CHECK(list.items[3].gain == Approx(0.5 * std::pow(10, -12.0 / 20)));
   ScattererList same = sorted_by_beam_and_delay(scatterers, 9);
-  attenuate(same, {box_volume({1, 50, 50}), {1, 1e-4}}, pose, sonar, kWater, Workers(2));
+  attenuate(same, {posed_box({1, 50, 50}), {1, 1e-4}}, pose, sonar, kWater, Workers(2));
   for (const Scatterer& s : same.items) CHECK(s.gain == 0.5f);
 }
 
 // Haze without end takes from everything as absorption does.
 TEST_CASE("extinction without bounds is absorption") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = coarse_sonar();
   const Fan fan = make_fan(sonar);
   const std::vector<Hit> hits(fan.size());
   const Record record = make_record(sonar, kWater, 0);
@@ -161,9 +153,9 @@ TEST_CASE("extinction without bounds is absorption") {
 }
 
 TEST_CASE("a bounded volume ends at each ray's surface") {
-  const Sonar sonar = small_sonar();
-  const auto open = echo_of(sonar, {box_volume({20, 20, 20})});
-  const auto walled = echo_of(sonar, {box_volume({20, 20, 20})}, {}, sphere_hits(sonar, 4));
+  const Sonar sonar = coarse_sonar();
+  const auto open = echo_of(sonar, {posed_box({20, 20, 20})});
+  const auto walled = echo_of(sonar, {posed_box({20, 20, 20})}, {}, sphere_hits(sonar, 4));
   for (std::size_t i = 0; i < open.energy.size(); ++i) {
     const double r = sample_range_m(sonar, kWater, static_cast<int>(i % (open.energy.size() / 9)));
     const double share = r < 3.98 ? 1 : r > 4.02 ? 0 : 0.5;  // 4 m is the middle of a cell
@@ -182,12 +174,12 @@ TEST_CASE("an OpenVDB grid of one density is a box") {
   write_vdb(folder.path() / "a.vdb", {grid});
   const auto density = load_density_vdb(folder.path() / "a.vdb", "density");
   REQUIRE(density.ok());
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = coarse_sonar();
   const Pose pose{{-4, 0, 0}, {}}, turned{{0, 0, 0}, from_roll_pitch_yaw(0, 0, radians(180))};
   const std::shared_ptr<const DensityGrid> shared = std::make_shared<DensityGrid>(*density);
   for (const double extinction : {0.0, 2.0}) {
     const auto file = echo_of(sonar, {{1, 1e-4, extinction, shared, turned}}, pose);
-    const auto box = echo_of(sonar, {box_volume({1, 1.5, 1.5}, extinction)}, pose);
+    const auto box = echo_of(sonar, {posed_box({1, 1.5, 1.5}, extinction)}, pose);
     const std::size_t samples = box.energy.size() / 9;
     double of_file = 0, of_box = 0;
     for (std::size_t i = 0; i < box.energy.size(); ++i) {
@@ -203,9 +195,9 @@ TEST_CASE("an OpenVDB grid of one density is a box") {
 
 // Protects determinism, and all sectors from one bad ray.
 TEST_CASE("threads and bad rays change nothing for the others") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = coarse_sonar();
   const Fan fan = make_fan(sonar);
-  const std::vector<Volume> volumes = {box_volume({1, 5, 5}, 2), {2, 1e-5}};
+  const std::vector<Volume> volumes = {posed_box({1, 5, 5}, 2), {2, 1e-5}};
   const Pose pose{{-4, 0, 0}, {}};
   const auto one = echo_of(sonar, volumes, pose, {}, 1);
   const auto four = echo_of(sonar, volumes, pose, {}, 4);
@@ -226,7 +218,7 @@ TEST_CASE("threads and bad rays change nothing for the others") {
 
 // As point targets: the sum over fish of gain^2 ts, each once, none behind a wall.
 TEST_CASE("fish echo as points before the first surface") {
-  Sonar sonar = small_sonar();
+  Sonar sonar = coarse_sonar();
   World world;
   SchoolSpec spec{{1, 0.3, 0.2}, 300, -40};
   world.schools.push_back({1, fish_of(spec, {{4, 0, 0}, {}}, 3), -40});

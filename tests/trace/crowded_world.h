@@ -7,21 +7,11 @@
 
 #include "core/random.h"
 #include "core/units.h"
-#include "trace/fan.h"
+#include "trace/plain_world.h"
 #include "trace/tracer.h"
 #include "world/world.h"
 
 namespace ensonify {
-
-inline World world_of(std::vector<std::pair<Shape, Pose>> things) {
-  World world;
-  for (auto& [shape, pose] : things) {
-    const auto id = static_cast<std::uint32_t>(world.objects.size() + 1);
-    world.objects.push_back({id, std::move(shape), pose, {}});
-    world.instances.push_back({});
-  }
-  return world;
-}
 
 inline double draw(std::uint64_t i, unsigned k, double low, double high) {
   return low + (high - low) * uniform(77, 0, i, k);

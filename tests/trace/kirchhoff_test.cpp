@@ -1,6 +1,6 @@
 // V18-V20: coherent echoes of smooth bodies, by the sum of their scatterers at one frequency with
 // the patterns divided out, against closed forms and against the surface integral itself.
-#include "trace/kirchhoff.h"
+#include "trace/scatter.h"
 
 #include <cmath>
 #include <complex>
@@ -10,28 +10,18 @@
 #include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 
 using namespace ensonify;
 
 namespace {
 
-constexpr double kSoundSpeed = 1500;
+constexpr double kSoundSpeed_m_s = 1500;
 constexpr double kAtCarrier = 900e3;
-const Water kWater{kSoundSpeed, 0};
+const Water kLosslessWater{kSoundSpeed_m_s, 0};
 
-// `beams` x `rays` cells over fov x fan.
 Sonar sonar_of(int beams, int rays, double fov_rad, double fan_rad) {
-  Sonar sonar;
-  sonar.frequency_hz = kAtCarrier;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.range_max_m = 12;
-  sonar.beam_count = beams;
-  sonar.beam_spacing_rad = fov_rad / beams;
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = fan_rad;
-  sonar.rays_elevation = rays;
-  return sonar;
+  return test::fan_sonar(beams, fov_rad, 12, rays, fan_rad);
 }
 
 Sonar wide_fan() { return sonar_of(512, 114, radians(90), radians(20)); }
@@ -50,7 +40,7 @@ Material diffuse() {
   return material;
 }
 
-World world_of(Shape shape, Pose pose, const Material& material = mirror()) {
+World mirror_world(Shape shape, Pose pose, const Material& material = mirror()) {
   World world;
   world.objects.push_back({1, std::move(shape), pose, material});
   world.instances.resize(1);
@@ -62,8 +52,8 @@ std::vector<Scatterer> echoes_of(const World& world, const Sonar& sonar, int thr
   const Fan fan = make_fan(sonar);
   const Workers workers(threads);
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, workers);
-  return kirchhoff_scatterers(fan, hits, tracer, {}, make_surface_scattering(sonar, kWater, world),
-                              workers);
+  return kirchhoff_scatterers(fan, hits, tracer, {},
+                              make_surface_scattering(sonar, kLosslessWater, world), workers);
 }
 
 // sum of a r^-2 e^(-i 2k (r - reference)) of the scatterers.
@@ -72,7 +62,7 @@ std::complex<double> sum_of(const std::vector<Scatterer>& scatterers, const Sona
   std::complex<double> sum = 0;
   for (const Scatterer& s : scatterers) {
     const double pattern = line_pattern(s.arrival.elevation_rad, sonar.elevation_width_rad);
-    const double phase = 2 * kPi * frequency_hz * (s.delay_s - 2 * reference_m / kSoundSpeed);
+    const double phase = 2 * kPi * frequency_hz * (s.delay_s - 2 * reference_m / kSoundSpeed_m_s);
     sum += std::complex<double>(s.mean) * (s.gain / pattern) * std::polar(1.0, -phase);
   }
   return sum;
@@ -103,30 +93,30 @@ struct SurfacePoint {
   Vec3 place_m;
   Vec3 area_m2;
 };
-using Patch = std::function<SurfacePoint(double, double)>;
+using SurfacePatch = std::function<SurfacePoint(double, double)>;
 
 // (i/lambda_c) int cos(alpha) r^-2 e^(-i 2k (r - reference)) dS over what faces the origin, by the
 // rule of middles; of a convex body that is what the sonar sees.
-std::complex<double> surface_integral(const std::vector<Patch>& patches, int nu, int nv,
+std::complex<double> surface_integral(const std::vector<SurfacePatch>& patches, int nu, int nv,
                                       double frequency_hz, double reference_m) {
   std::complex<double> sum = 0;
-  for (const Patch& patch : patches) {
+  for (const SurfacePatch& patch : patches) {
     for (int i = 0; i < nu; ++i) {
       for (int k = 0; k < nv; ++k) {
         const SurfacePoint p = patch((i + 0.5) / nu, (k + 0.5) / nv);
         const double r = length(p.place_m);
         const double facing = -dot(p.place_m, p.area_m2) / r / (double(nu) * nv);
         if (facing <= 0) continue;
-        const double phase = 4 * kPi * frequency_hz / kSoundSpeed * (r - reference_m);
+        const double phase = 4 * kPi * frequency_hz / kSoundSpeed_m_s * (r - reference_m);
         sum += facing / (r * r) * std::polar(1.0, -phase);
       }
     }
   }
-  return std::complex<double>(0, kAtCarrier / kSoundSpeed) * sum;
+  return std::complex<double>(0, kAtCarrier / kSoundSpeed_m_s) * sum;
 }
 
 // The front face of a box.
-Patch front_of(const Pose& pose, const BoxShape& box) {
+SurfacePatch front_of(const Pose& pose, const BoxShape& box) {
   const Vec3 half = box.half_size_m;
   return [=](double u, double v) {
     return SurfacePoint{
@@ -140,8 +130,8 @@ Patch front_of(const Pose& pose, const BoxShape& box) {
 // >= 120 cells across, as V18 says, and the coarse cells of a whole fan, of which the plate fills
 // two.
 TEST_CASE("V18: rigid square plate") {
-  const World plate = world_of(BoxShape{{0.01, 0.025, 0.025}, false}, {{10.01, 0, 0}, {}});
-  const double expected = 20 * std::log10(0.05 * 0.05 / (kSoundSpeed / kAtCarrier));
+  const World plate = mirror_world(BoxShape{{0.01, 0.025, 0.025}, false}, {{10.01, 0, 0}, {}});
+  const double expected = 20 * std::log10(0.05 * 0.05 / (kSoundSpeed_m_s / kAtCarrier));
   check_convergence(plate, sonar_of(145, 145, 0.006, 0.006), 10, expected, 0.3);
   check_convergence(plate, wide_fan(), 10, expected, 0.3);
 }
@@ -150,10 +140,10 @@ TEST_CASE("V19: rigid sphere") {
   const auto expected = [](double a, double r) {
     return 20 * std::log10(a / 2) + 20 * std::log10(r / (r + a));
   };
-  const World ball = world_of(SphereShape{0.05, false}, {{4, 0, 0}, {}});
+  const World ball = mirror_world(SphereShape{0.05, false}, {{4, 0, 0}, {}});
   check_convergence(ball, sonar_of(37, 36, 0.028, 0.028), 3.95, expected(0.05, 3.95), 0.5);
   check_convergence(ball, wide_fan(), 3.95, expected(0.05, 3.95), 0.5);
-  const World larger = world_of(SphereShape{0.2, false}, {{4, 0.1, -0.05}, {}});
+  const World larger = mirror_world(SphereShape{0.2, false}, {{4, 0.1, -0.05}, {}});
   const double r = length(Vec3{4, 0.1, -0.05}) - 0.2;
   CHECK(target_strength_db(larger, wide_fan(), r) == Approx(expected(0.2, r)).margin(0.2));
 }
@@ -161,19 +151,19 @@ TEST_CASE("V19: rigid sphere") {
 // k l^2 / (4 r) = 0.22.
 TEST_CASE("V20: rigid cylinder broadside") {
   const double a = 0.1, l = 0.03, r = 3.9;
-  const World cylinder = world_of(CylinderShape{a, l / 2}, {{4, 0, 0}, {}});
-  const double expected =
-      10 * std::log10(a * l * l / (2 * kSoundSpeed / kAtCarrier)) + 10 * std::log10(r / (r + a));
+  const World cylinder = mirror_world(CylinderShape{a, l / 2}, {{4, 0, 0}, {}});
+  const double expected = 10 * std::log10(a * l * l / (2 * kSoundSpeed_m_s / kAtCarrier)) +
+                          10 * std::log10(r / (r + a));
   check_convergence(cylinder, sonar_of(75, 41, 0.06, 0.0079), r, expected, 0.5);
   check_convergence(cylinder, wide_fan(), r, expected, 0.5);
 }
 
 // Protects bodies in any attitude, and the phase: the sum is the surface integral as a complex
 // number, to 1 % of the broadside echo, whether the side or a rim throws it back.
-TEST_CASE("a tilted cylinder is its surface integral") {
+TEST_CASE("a tilted cylinder is its surface integral", "[figure]") {
   const double a = 0.05, h = 0.1, r = 3;
   const auto patches_of = [&](const Pose& pose) {
-    std::vector<Patch> patches{[=](double u, double v) {
+    std::vector<SurfacePatch> patches{[=](double u, double v) {
       const Vec3 out{std::cos(2 * kPi * u), std::sin(2 * kPi * u), 0};
       return SurfacePoint{transform_point(pose, a * out + Vec3{0, 0, h * (2 * v - 1)}),
                           4 * kPi * a * h * rotate(pose.rotation, out)};
@@ -195,7 +185,7 @@ TEST_CASE("a tilted cylinder is its surface integral") {
     INFO(tilt);
     const Pose pose{{r + a, 0.02, 0.01}, from_roll_pitch_yaw(0, radians(tilt), 0.3)};
     const auto model =
-        sum_of(echoes_of(world_of(CylinderShape{a, h}, pose), sonar), sonar, kAtCarrier, r);
+        sum_of(echoes_of(mirror_world(CylinderShape{a, h}, pose), sonar), sonar, kAtCarrier, r);
     const auto integral = surface_integral(patches_of(pose), 1000, 600, kAtCarrier, r);
     CHECK(std::abs(model - integral) < 0.01 * broadside);
   }
@@ -204,13 +194,13 @@ TEST_CASE("a tilted cylinder is its surface integral") {
 // Protects the profile in range: a smooth oblique plate echoes from its edges, and parts too long
 // in range make it echo from its middle. Energy of the error over the band, with the Gaussian
 // pulse, against that of the echo: 0.4 % at most; 5 % are 13 dB below the edges.
-TEST_CASE("an oblique plate is its surface integral over the band") {
+TEST_CASE("an oblique plate is its surface integral over the band", "[figure]") {
   const Sonar sonar = sonar_of(64, 40, radians(11), radians(7));
   for (const double turn : {10.0, 20.0, 50.0}) {
     INFO(turn);
     const Pose pose{{5, 0, 0}, from_roll_pitch_yaw(0, 0, radians(turn))};
     const BoxShape plate{{1e-7, 0.15, 0.08}, false};
-    const auto echoes = echoes_of(world_of(plate, pose), sonar);
+    const auto echoes = echoes_of(mirror_world(plate, pose), sonar);
     double error = 0, energy = 0;
     for (int i = -3; i <= 3; ++i) {
       const double f = kAtCarrier + i / 8.0 * sonar.bandwidth_hz;
@@ -227,16 +217,16 @@ TEST_CASE("an oblique plate is its surface integral over the band") {
 TEST_CASE("roughness takes from the coherent echo") {
   const Pose pose{{10.01, 0, 0}, {}};
   const BoxShape plate{{0.01, 0.025, 0.025}, false};
-  const double h = 1e-4, k = 2 * kPi * kAtCarrier / kSoundSpeed;
-  const double smooth = target_strength_db(world_of(plate, pose), wide_fan(), 10);
-  const double rough = target_strength_db(world_of(plate, pose, mirror(h)), wide_fan(), 10);
+  const double h = 1e-4, k = 2 * kPi * kAtCarrier / kSoundSpeed_m_s;
+  const double smooth = target_strength_db(mirror_world(plate, pose), wide_fan(), 10);
+  const double rough = target_strength_db(mirror_world(plate, pose, mirror(h)), wide_fan(), 10);
   CHECK(rough - smooth == Approx(20 * std::log10(std::exp(-2 * k * k * h * h))).margin(0.01));
 }
 
 // Protects the record: no random part, fixed order and identities whatever the workers, and
 // nothing from surfaces that are no mirrors.
 TEST_CASE("coherent scatterers do not depend on threads") {
-  World world = world_of(SphereShape{0.05, false}, {{2, 0, 0}, {}});
+  World world = mirror_world(SphereShape{0.05, false}, {{2, 0, 0}, {}});
   world.objects.push_back({2, SphereShape{5, true}, {}, diffuse()});
   world.instances.resize(2);
   const Sonar sonar = sonar_of(64, 20, radians(20), radians(6));
@@ -258,9 +248,9 @@ TEST_CASE("coherent scatterers do not depend on threads") {
 }
 
 TEST_CASE("coherent echoes keep to the sonar's ranges") {
-  const World plate = world_of(BoxShape{{0.01, 0.5, 0.5}, false}, {{5.01, 0, 0}, {}});
+  const World plate = mirror_world(BoxShape{{0.01, 0.5, 0.5}, false}, {{5.01, 0, 0}, {}});
   Sonar sonar = sonar_of(16, 16, radians(16), radians(16));
-  for (const Scatterer& s : echoes_of(plate, sonar)) REQUIRE(s.delay_s >= 10 / kSoundSpeed);
+  for (const Scatterer& s : echoes_of(plate, sonar)) REQUIRE(s.delay_s >= 10 / kSoundSpeed_m_s);
   sonar.range_min_m = 5.02;
   const auto beyond = echoes_of(plate, sonar);
   REQUIRE_FALSE(beyond.empty());

@@ -1,5 +1,5 @@
 // A ray's way through volumes, against closed forms and against the plain way.
-#include "trace/march.h"
+#include "trace/volume.h"
 
 #include <cmath>
 #include <numeric>
@@ -8,7 +8,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "temporary_folder.h"
-#include "world/density_vdb.h"
+#include "world/density.h"
 #include "write_vdb.h"
 
 using namespace ensonify;
@@ -49,7 +49,7 @@ DensityGrid patchy_grid() {
   return *make_density_grid(source, affine, 0.03);
 }
 
-Vec3 random_direction(std::uint64_t i) {
+Vec3 any_direction(std::uint64_t i) {
   const double z = 2 * uniform(1, 0, i, 0) - 1, turn = 2 * kPi * uniform(1, 0, i, 1);
   return {std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z};
 }
@@ -102,8 +102,7 @@ TEST_CASE("skipping empty bricks changes nothing") {
   for (const double step_m : {0.0125, 0.1}) {  // in one part, and in four
     const int parts = static_cast<int>(std::ceil(step_m / 0.03));
     for (std::uint64_t i = 0; i < 60; ++i) {
-      const Ray ray{{-1.5 + 0.05 * double(i), 0.3, 0.2},
-                    i == 0 ? Vec3{1, 0, 0} : random_direction(i)};
+      const Ray ray{{-1.5 + 0.05 * double(i), 0.3, 0.2}, i == 0 ? Vec3{1, 0, 0} : any_direction(i)};
       const double end_m = 2.987;
       DensityColumn column;
       march(volume, ray, step_m, end_m, column);

@@ -7,22 +7,14 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
-#include "trace/kirchhoff.h"
+#include "sonar_fixture.h"
+#include "trace/plain_world.h"
+#include "trace/scatter.h"
 #include "trace/scene.h"
 
 using namespace ensonify;
 
 namespace {
-
-World world_of(std::vector<std::pair<Shape, Pose>> things) {
-  World world;
-  for (auto& [shape, pose] : things) {
-    const auto id = static_cast<std::uint32_t>(world.objects.size() + 1);
-    world.objects.push_back({id, std::move(shape), pose, {}});
-    world.instances.push_back({});
-  }
-  return world;
-}
 
 // A square of 1 m with a rough surface and colours.
 std::shared_ptr<const Mesh> rough_mesh() {
@@ -65,22 +57,12 @@ std::vector<Pose> random_poses(std::size_t count, std::uint64_t seed) {
   return poses;
 }
 
-Sonar sonar_of(int beams, int rays, double fov_rad, double fan_rad) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.range_max_m = 20;
-  sonar.beam_count = beams;
-  sonar.beam_spacing_rad = fov_rad / beams;
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = fan_rad;
-  sonar.rays_elevation = rays;
-  return sonar;
+Sonar fan_of(int beams, int rays, double fov_rad, double fan_rad) {
+  return test::fan_sonar(beams, fov_rad, 20, rays, fan_rad);
 }
 
 std::vector<Hit> hits_of(const Tracer& tracer, int threads = 1) {
-  static const Fan fan = make_fan(sonar_of(120, 60, radians(120), radians(50)));
+  static const Fan fan = make_fan(fan_of(120, 60, radians(120), radians(50)));
   return tracer.trace_fan(fan, {}, 20, Workers(threads));
 }
 
@@ -194,7 +176,7 @@ TEST_CASE("moments on several threads do not disturb each other") {
 // A sphere's target strength is 20 log10(a/2) wherever it is.
 TEST_CASE("a mirror keeps its level where it moves") {
   constexpr double kRadius_m = 0.5, kSoundSpeed = 1500;
-  const Sonar sonar = sonar_of(256, 114, radians(45), radians(20));
+  const Sonar sonar = fan_of(256, 114, radians(45), radians(20));
   World world = world_of({{SphereShape{kRadius_m, false}, {{0, -40, 0}, {}}}});
   world.objects[0].material.coherent = CoherentModel::kirchhoff;
   world.objects[0].material.reflection = 1;

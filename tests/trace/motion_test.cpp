@@ -8,7 +8,9 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "trace/echo.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
@@ -46,21 +48,7 @@ Solved solved(Vec3 x, Vec3 v, Vec3 target_v) {
   return {s, root(c2 - dot(v, v), c2 * s - dot(y, v), dot(y, y) - c2 * s * s)};
 }
 
-Sonar sonar_of(int beams, double fov_rad) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.range_max_m = 60;
-  sonar.beam_count = beams;
-  sonar.beam_spacing_rad = fov_rad / beams;
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 1;
-  return sonar;
-}
-
-const Water kWater{kC, 0.3};
+Sonar moved_sonar(int beams, double fov_rad) { return test::fan_sonar(beams, fov_rad, 60, 1); }
 
 Scatterer echo_at(const Sonar& sonar, double range_m, double azimuth_rad, double elevation_rad) {
   Scatterer s =
@@ -131,7 +119,7 @@ TEST_CASE("points of a turning object have velocities of their own") {
 }
 
 TEST_CASE("a sonar that turns hears from omega tau aside") {
-  const Sonar sonar = sonar_of(128, radians(64));
+  const Sonar sonar = moved_sonar(128, radians(64));
   const double omega = radians(40);
   const Movement movement{straight({}, {}, omega), {}};
   const Scatterer before = echo_at(sonar, 45, radians(5.1), 0);
@@ -149,7 +137,7 @@ TEST_CASE("a sonar that turns hears from omega tau aside") {
 }
 
 TEST_CASE("echoes that come in beside the sectors or beyond the ranges are dropped") {
-  Sonar sonar = sonar_of(64, radians(64));
+  Sonar sonar = moved_sonar(64, radians(64));
   const Movement turning{straight({}, {}, radians(40)), {}};
   CHECK(one_after(sonar, {echo_at(sonar, 45, radians(-30.5), 0)}, turning).size() == 0);
   CHECK(one_after(sonar, {echo_at(sonar, 45, radians(31.5), 0)}, turning).size() == 1);
@@ -164,7 +152,7 @@ TEST_CASE("echoes that come in beside the sectors or beyond the ranges are dropp
 
 // 1/(out in), absorption over both, both directions' share of the elevation pattern.
 TEST_CASE("gains are those of the way there and the way back") {
-  Sonar sonar = sonar_of(64, radians(64));
+  Sonar sonar = moved_sonar(64, radians(64));
   sonar.transmit_width_rad = radians(50);
   const Vec3 v{3, -2, 6};
   const Scatterer before = echo_at(sonar, 40, 0.1, 0.08);
@@ -187,7 +175,7 @@ TEST_CASE("gains are those of the way there and the way back") {
 
 // An echo by way of a mirror comes from an image that rests: the same as a target there.
 TEST_CASE("a bounced echo moves as its image does") {
-  const Sonar sonar = sonar_of(64, radians(64));
+  const Sonar sonar = moved_sonar(64, radians(64));
   const Vec3 v{2, 1, -1};
   const Movement movement{straight({1, 2, 3}, v), {}};
   Scatterer image = echo_at(sonar, 30, 0.2, -0.1);
@@ -209,7 +197,7 @@ TEST_CASE("a bounced echo moves as its image does") {
 
 // Protects list order, keys and where each was; and the object's own track, by instance.
 TEST_CASE("moved echoes are sorted again and know where they were") {
-  const Sonar sonar = sonar_of(64, radians(64));
+  const Sonar sonar = moved_sonar(64, radians(64));
   std::vector<Scatterer> echoes;
   for (int i = 0; i < 3000; ++i) {
     const auto draw = [&](std::uint32_t d) { return uniform(62, 0, i, d); };
@@ -240,7 +228,7 @@ TEST_CASE("moved echoes are sorted again and know where they were") {
 }
 
 TEST_CASE("where nothing moves echoes stay as they are") {
-  const Sonar sonar = sonar_of(64, radians(64));
+  const Sonar sonar = moved_sonar(64, radians(64));
   const Movement still{straight({3, 4, 5}, {}, 0, 0.4), {}};
   CHECK(rests(still));
   for (const double azimuth : {-0.5, 0.0, 0.31}) {

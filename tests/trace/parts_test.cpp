@@ -4,8 +4,8 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "temporary_folder.h"
-#include "trace/kirchhoff.h"
 #include "trace/scatter.h"
 
 using namespace ensonify;
@@ -14,18 +14,8 @@ namespace {
 
 constexpr double kSoundSpeed = 1500;
 
-Sonar fan_of(int beams, int rays, double fov_rad, double fan_rad) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.range_max_m = 12;
-  sonar.beam_count = beams;
-  sonar.beam_spacing_rad = fov_rad / beams;
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = fan_rad;
-  sonar.rays_elevation = rays;
-  return sonar;
+Sonar fan_of_parts(int beams, int rays, double fov_rad, double fan_rad) {
+  return test::fan_sonar(beams, fov_rad, 12, rays, fan_rad);
 }
 
 // A wall across the boresight, its halves to port (y > 0) and to starboard.
@@ -46,7 +36,7 @@ ObjectSpec object(const char* name, const char* of, MeshSpec mesh, double x_m, d
   return {name, "x", of, mesh, pose};
 }
 
-World world_of(const Scenario& scenario) {
+World built_world(const Scenario& scenario) {
   Result<World> world = build_world(scenario);
   INFO((world ? "" : world.error().message));
   REQUIRE(world.ok());
@@ -57,7 +47,7 @@ struct Echoes {
   std::vector<Scatterer> random, coherent;
 };
 
-Echoes echoes_of(const World& world, const Sonar& sonar) {
+Echoes echoes_of_parts(const World& world, const Sonar& sonar) {
   const Tracer tracer(world);
   const Fan fan = make_fan(sonar);
   const Workers workers(2);
@@ -95,14 +85,14 @@ std::complex<double> sum_of(const std::vector<Scatterer>& scatterers, const Sona
 TEST_CASE("halves of a mesh echo in the ratio of their reflectivities") {
   const test::TemporaryFolder folder;
   const auto file = folder.write("wall.obj", wall());
-  const Sonar sonar = fan_of(16, 8, radians(10), radians(10));
+  const Sonar sonar = fan_of_parts(16, 8, radians(10), radians(10));
   const bool rician = GENERATE(false, true);
   const CoherentSpec coherent = rician ? CoherentSpec(RicianSpec{0.7}) : CoherentSpec();
   Scenario scenario;
   scenario.materials = {material("a", 1e-3, coherent), material("b", 2.5e-2, coherent)};
   scenario.objects = {
       object("w", "a", MeshSpec{file, 1, false, false, {{"starboard", "b"}}}, 5, 1)};
-  const auto echoes = echoes_of(world_of(scenario), sonar).random;
+  const auto echoes = echoes_of_parts(built_world(scenario), sonar).random;
   REQUIRE(echoes.size() == 128);
   CHECK(energy(echoes, false) / energy(echoes, true) == Approx(25).epsilon(1e-6));
   for (const Scatterer& s : echoes) REQUIRE(s.instance == 1);
@@ -115,7 +105,7 @@ TEST_CASE("a mesh of two parts scatters as two meshes") {
   const auto whole = folder.write("wall.obj", wall());
   const auto port = folder.write("port.obj", kPort);
   const auto starboard = folder.write("starboard.obj", starboard_alone());
-  const Sonar sonar = fan_of(33, 21, radians(40), radians(20));
+  const Sonar sonar = fan_of_parts(33, 21, radians(40), radians(20));
   Scenario parts, apart;
   parts.materials = {material("a", 1e-3), material("b", 2e-2, RicianSpec{2}), material("c", 0)};
   apart.materials = parts.materials;
@@ -123,8 +113,8 @@ TEST_CASE("a mesh of two parts scatters as two meshes") {
       "w", "c", MeshSpec{whole, 1, false, false, {{"starboard", "b"}, {"port", "a"}}}, 5, 2)};
   apart.objects = {object("p", "a", MeshSpec{port, 1, false, false, {}}, 5, 2),
                    object("s", "b", MeshSpec{starboard, 1, false, false, {}}, 5, 2)};
-  const auto one = echoes_of(world_of(parts), sonar).random;
-  const auto two = echoes_of(world_of(apart), sonar).random;
+  const auto one = echoes_of_parts(built_world(parts), sonar).random;
+  const auto two = echoes_of_parts(built_world(apart), sonar).random;
   REQUIRE(one.size() == two.size());
   REQUIRE(one.size() > 500);
   for (std::size_t i = 0; i < one.size(); ++i) {
@@ -143,7 +133,7 @@ TEST_CASE("a mirror that is a part of a mesh is that part alone") {
   const auto whole = folder.write("wall.obj", wall());
   const auto port = folder.write("port.obj", kPort);
   const auto starboard = folder.write("starboard.obj", starboard_alone());
-  const Sonar sonar = fan_of(40, 40, radians(2), radians(2));
+  const Sonar sonar = fan_of_parts(40, 40, radians(2), radians(2));
   Scenario parts, apart;
   parts.materials = {material("dull", 1e-3), material("mirror", 1e-3, KirchhoffSpec{1, 0}),
                      material("soft", 1e-3, KirchhoffSpec{-0.5, 0})};
@@ -153,11 +143,11 @@ TEST_CASE("a mirror that is a part of a mesh is that part alone") {
       object("w", other, MeshSpec{whole, 1, false, false, {{"port", "mirror"}}}, 3, 0.03)};
   apart.objects = {object("p", "mirror", MeshSpec{port, 1, false, false, {}}, 3, 0.03),
                    object("s", other, MeshSpec{starboard, 1, false, false, {}}, 3, 0.03)};
-  const auto one = sum_of(echoes_of(world_of(parts), sonar).coherent, sonar, 3);
-  const auto two = sum_of(echoes_of(world_of(apart), sonar).coherent, sonar, 3);
+  const auto one = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
+  const auto two = sum_of(echoes_of_parts(built_world(apart), sonar).coherent, sonar, 3);
   CHECK(std::abs(one - two) < 0.01 * std::abs(two));
   parts.objects = {object("w", "mirror", MeshSpec{whole, 1, false, false, {}}, 3, 0.03)};
-  const auto all = sum_of(echoes_of(world_of(parts), sonar).coherent, sonar, 3);
+  const auto all = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
   const double share = std::string_view(other) == "dull" ? 0.5 : 0.5 - 0.25;
   CHECK(std::abs(one - share * all) < 0.01 * std::abs(all));
 }

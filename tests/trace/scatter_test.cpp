@@ -7,29 +7,19 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "synthesis/backend.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
 namespace {
 
-Sonar small_sonar() {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.source_level_db = 220;
+Sonar sixteen_beams() {
+  Sonar sonar = test::fan_sonar(16, radians(16), 8, 8);
   sonar.range_min_m = 0.5;
-  sonar.range_max_m = 8;
-  sonar.beam_count = 16;
-  sonar.beam_spacing_rad = radians(1);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 8;
   return sonar;
 }
-
-const Water kWater{1500, 0.3};
 
 Material diffuse(double reflectivity, double lambert_exponent) {
   Material material;
@@ -45,7 +35,7 @@ std::vector<Hit> wall_hits(const Fan& fan) {
 }  // namespace
 
 TEST_CASE("a hit becomes the scatterer of the formulas") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   const auto scatterers =
       surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 2)}});
@@ -66,7 +56,7 @@ TEST_CASE("a hit becomes the scatterer of the formulas") {
 }
 
 TEST_CASE("the reflectivity of a mesh scales the material's") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   std::vector<Hit> hits = wall_hits(fan);
   hits[1].reflectivity = 0.25f;
@@ -82,7 +72,7 @@ TEST_CASE("the reflectivity of a mesh scales the material's") {
 // Protects echoes that are all mean: as K grows the random part goes to nothing, the scatterer
 // stays.
 TEST_CASE("a scatterer without a random part is kept") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   const auto random =
       surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 1)}});
@@ -98,7 +88,7 @@ TEST_CASE("a scatterer without a random part is kept") {
 // Protects every beam from one bad ray: a miss, a hit at zero range, NaN and infinite ranges and
 // incidences are left out alone, and the beams they are not in keep every bit of their series.
 TEST_CASE("bad rays poison nobody") {
-  const Sonar sonar = small_sonar();
+  const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   const SurfaceScattering scattering{sonar, kWater, {{}, diffuse(1e-3, 1)}};
   const std::vector<Hit> good = wall_hits(fan);
@@ -134,7 +124,7 @@ TEST_CASE("bad rays poison nobody") {
 // Protects the list that is made at once: the same scatterers as one by one, sorted; for any number
 // of threads, with several columns a sector, with rays left out and with hits that make no echo.
 TEST_CASE("the list of surface scatterers is the sorted scatterers") {
-  Sonar sonar = small_sonar();
+  Sonar sonar = sixteen_beams();
   sonar.transmit_width_rad = radians(30);
   sonar.rays_azimuth = GENERATE(1, 3);
   sonar.rays_elevation = GENERATE(1, 40);
@@ -193,7 +183,7 @@ TEST_CASE("point targets are hidden by what stands before them") {
   add(6, {2, 0, 1});                                  // above it
   add(7, {0.4, 0, 0});                                // too near
   const Tracer tracer(world);
-  const auto scatterers = point_target_scatterers(world, tracer, {}, small_sonar(), kWater);
+  const auto scatterers = point_target_scatterers(world, tracer, {}, sixteen_beams(), kWater);
   REQUIRE(scatterers.size() == 2);
   CHECK(scatterers[0].instance == 3);
   CHECK(scatterers[1].instance == 4);
@@ -205,7 +195,7 @@ TEST_CASE("point targets are hidden by what stands before them") {
   other.objects[0].pose = compose(moved, world.objects[0].pose);
   for (PointTarget& t : other.point_targets) t.position_m = transform_point(moved, t.position_m);
   const Tracer again(other);
-  const auto same = point_target_scatterers(other, again, moved, small_sonar(), kWater);
+  const auto same = point_target_scatterers(other, again, moved, sixteen_beams(), kWater);
   REQUIRE(same.size() == 2);
   CHECK(same[0].delay_s == Approx(scatterers[0].delay_s).epsilon(1e-12));
 }

@@ -4,6 +4,7 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "synthesis/backend.h"
 #include "trace/scatter.h"
 
@@ -19,17 +20,8 @@ struct SphereLevels {
 // b = 30 kHz in place of 29.9: the instant 2r/c then falls on a sample, and the level there does
 // not depend on b. 70 beams, 8 of each ping 1.4 deg apart and away from the fan's edges.
 SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int pings) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
+  Sonar sonar = test::fan_sonar(301, radians(0.175) * 301, radius_m + 1, rays_elevation);
   sonar.bandwidth_hz = 30e3;
-  sonar.source_level_db = 220;
-  sonar.range_max_m = radius_m + 1;
-  sonar.beam_count = 301;
-  sonar.beam_spacing_rad = radians(0.175);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = rays_elevation;
   sonar.rays_azimuth = rays_azimuth;
   const Water water{1500, 0};
   Material material;
@@ -69,7 +61,7 @@ SphereLevels levels(double radius_m, int rays_elevation, int rays_azimuth, int p
 // Expected S0^2 mu int B_az^2 dtheta int B_el^2 cos phi dphi / r^2 = 153.50 dB, within 0.15 dB.
 // The mean over 27 beams x 300 pings = 8,100 intensities has a standard error of 0.048 dB, three
 // of which are the tolerance.
-TEST_CASE("V6: level inside a diffuse sphere") {
+TEST_CASE("V6: level inside a diffuse sphere", "[figure]") {
   const SphereLevels near = levels(5, 16, 1, 300);
   CHECK(near.clean_db == Approx(153.50).margin(0.15));
   CHECK(near.mean_db == Approx(153.50).margin(0.15));
@@ -89,16 +81,7 @@ TEST_CASE("V6: the level does not depend on the number of rays") {
 // The same where nothing is concentric: a room, a pipe across it and a ball, mean clean power over
 // the picture. Twice the rays either way move it by less than 0.1 dB.
 TEST_CASE("the mean level of a room does not depend on the number of rays") {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.source_level_db = 220;
-  sonar.range_max_m = 9;
-  sonar.beam_count = 64;
-  sonar.beam_spacing_rad = radians(1.4);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
+  Sonar sonar = test::fan_sonar(64, radians(1.4) * 64, 9, 1);
   const Water water{1500, 0.3};
   Material material;
   material.reflectivity = 1e-3;

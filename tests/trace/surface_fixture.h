@@ -5,23 +5,13 @@
 
 #include "core/random.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
 #include "trace/surface_points.h"
 
 namespace ensonify::test {
 
 inline Sonar narrow_sonar(double range_max_m) {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
-  sonar.source_level_db = 220;
-  sonar.range_max_m = range_max_m;
-  sonar.beam_count = 90;
-  sonar.beam_spacing_rad = radians(1);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 20;
-  return sonar;
+  return fan_sonar(90, radians(90), range_max_m, 20);
 }
 
 // Width of the Gaussian pulse at -3 dB, V3.

@@ -75,7 +75,7 @@ TEST_CASE("leaves add up to the surface of every shape") {
 }
 
 // Protects identities: no two scatterers of a world share a draw, none has a point's or a mirror's.
-TEST_CASE("keys are unique and leave the reserved bits alone") {
+TEST_CASE("keys are unique and leave the reserved bits alone", "[figure]") {
   const SurfaceScene scene = room({{}}, {{2, SphereShape{0.3, false}, {{3, 0, 0}, {}}, diffuse()},
                                          {3, PlaneShape{}, {{0, 0, -1}, {}}, diffuse()}});
   std::vector<std::uint64_t> keys;
@@ -226,7 +226,7 @@ TEST_CASE("a moved object carries its scatterers along") {
 
 // Protects what is heard: of closed bodies the side that faces the sonar, all of it at any grazing
 // angle, seen from within as from outside.
-TEST_CASE("what faces the sonar is heard and nothing else") {
+TEST_CASE("what faces the sonar is heard and nothing else", "[figure]") {
   const auto check = [](Shape shape, Pose pose, auto faces) {
     const SurfaceScene scene{world_of({{1, shape, pose, diffuse()}}), open_sonar(30), {{}}};
     std::size_t expected = 0;

@@ -128,7 +128,7 @@ TEST_CASE("V6: scatterers on a sphere are as loud as its rays") {
 
 // V4 over space in place of over draws: one ping of a floor, at pixels so far apart that no two
 // share a scatterer's main echo, each against its own expected power. 40 beams x 37 ranges.
-TEST_CASE("V4: speckle fixed on a surface is exponential over space") {
+TEST_CASE("V4: speckle fixed on a surface is exponential over space", "[figure]") {
   Sonar sonar = narrow_sonar(12);
   sonar.beam_width_rad = radians(0.9);
   const Pose down{{}, from_roll_pitch_yaw(0, radians(14), 0)};

@@ -6,20 +6,11 @@
 #include "core/random.h"
 #include "core/scatterers.h"
 #include "core/units.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
 namespace {
-
-World world_of(std::vector<std::pair<Shape, Pose>> things) {
-  World world;
-  for (auto& [shape, pose] : things) {
-    const auto id = static_cast<std::uint32_t>(world.objects.size() + 1);
-    world.objects.push_back({id, std::move(shape), pose, {}});
-    world.instances.push_back({});
-  }
-  return world;
-}
 
 // A box of triangles with exactly representable corners.
 Shape mesh_box(float x, float y, float z) {
@@ -191,4 +182,27 @@ TEST_CASE("a smooth normal of no length gives way to the face's") {
   REQUIRE(expected.instance == 1);
   CHECK(expected.cos_incidence < 0.99);
   CHECK(Tracer(degenerate).first_hit(ray, 20).cos_incidence == expected.cos_incidence);
+}
+
+// Protects levels against ray counts: cells tile each sector without gap or overlap, with the
+// exact solid angle of the fan.
+TEST_CASE("the fan tiles its sectors") {
+  Sonar sonar;
+  sonar.beam_count = 10;
+  sonar.beam_spacing_rad = radians(2);
+  sonar.elevation_fan_rad = radians(20);
+  sonar.rays_azimuth = GENERATE(1, 3, 4);
+  sonar.rays_elevation = GENERATE(1, 7);
+  const Fan fan = make_fan(sonar);
+  double sum = 0;
+  for (const double angle : fan.solid_angle_sr) sum += angle * fan.azimuth_rad.size();
+  CHECK(sum == Approx(radians(20) * 2 * std::sin(radians(10))).epsilon(1e-12));
+  for (int j = 0; j < 10; ++j) {
+    for (int a = 0; a < sonar.rays_azimuth; ++a) {
+      CHECK(sector_of(sonar, fan.azimuth_rad[j * sonar.rays_azimuth + a]) == j);
+    }
+  }
+  CHECK(fan.elevation_rad.front() ==
+        Approx(radians(-10 + 10.0 / sonar.rays_elevation)).margin(1e-15));
+  CHECK(ray_index(fan, 9, sonar.rays_azimuth - 1, sonar.rays_elevation - 1) == fan.size() - 1);
 }

@@ -7,25 +7,16 @@
 #include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
+#include "sonar_fixture.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
 namespace {
 
-const Water kWater{1500, 0.3};
-
 Sonar small_sonar() {
-  Sonar sonar;
-  sonar.frequency_hz = 900e3;
-  sonar.bandwidth_hz = 29.9e3;
+  Sonar sonar = test::fan_sonar(9, radians(18), 8, 114);
   sonar.range_min_m = 0.5;
-  sonar.range_max_m = 8;
-  sonar.beam_count = 9;
-  sonar.beam_spacing_rad = radians(2);
-  sonar.beam_width_rad = radians(1);
-  sonar.elevation_width_rad = radians(20);
-  sonar.elevation_fan_rad = radians(20);
-  sonar.rays_elevation = 114;
   return sonar;
 }
 

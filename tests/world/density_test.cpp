@@ -8,7 +8,6 @@
 
 #include "catch.h"
 #include "temporary_folder.h"
-#include "world/density_vdb.h"
 #include "write_vdb.h"
 
 using namespace ensonify;

@@ -8,9 +8,7 @@
 #include "catch.h"
 #include "temporary_folder.h"
 #include "world/density.h"
-#include "world/density_vdb.h"
 #include "world/import/import.h"
-#include "world/level_set_vdb.h"
 #include "world/mesh.h"
 #include "write_vdb.h"
 

@@ -1,4 +1,4 @@
-#include "world/heightfield.h"
+#include "world/terrain.h"
 
 #include <cmath>
 
@@ -14,10 +14,7 @@ namespace {
 
 const double kHole = std::nan("");
 
-Vec3 vertex(const Mesh& mesh, std::uint32_t index) {
-  const auto& v = mesh.vertices.at(index);
-  return {v[0], v[1], v[2]};
-}
+Vec3 vertex(const Mesh& mesh, std::uint32_t index) { return to_vec3(mesh.vertices.at(index)); }
 
 // Twice the triangle's area, as a vector along its normal.
 Vec3 area_vector(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {

@@ -1,4 +1,4 @@
-#include "world/level_set_vdb.h"
+#include "world/mesh.h"
 
 #include <cmath>
 #include <set>
@@ -14,8 +14,6 @@ using namespace ensonify::test;
 namespace {
 
 constexpr double kRadius = 0.5, kVoxel = 0.05;
-
-Vec3 as_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 Mesh load(const std::filesystem::path& file, Normals normals = Normals::smooth) {
   auto mesh = load_level_set_vdb(file, "", normals);
@@ -36,8 +34,8 @@ std::string fault(const std::filesystem::path& file, const std::string& grid = "
 double volume_of(const Mesh& mesh) {
   double volume = 0;
   for (const auto& t : mesh.triangles) {
-    volume += dot(as_vec3(mesh.vertices[t[0]]),
-                  cross(as_vec3(mesh.vertices[t[1]]), as_vec3(mesh.vertices[t[2]]))) /
+    volume += dot(to_vec3(mesh.vertices[t[0]]),
+                  cross(to_vec3(mesh.vertices[t[1]]), to_vec3(mesh.vertices[t[2]]))) /
               6;
   }
   return volume;
@@ -59,9 +57,9 @@ TEST_CASE("a level set of a sphere is a sphere") {
   double worst = 0, worst_normal = 1;
   REQUIRE(mesh.normals.size() == mesh.vertices.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Vec3 out = as_vec3(mesh.vertices[v]) - centre;
+    const Vec3 out = to_vec3(mesh.vertices[v]) - centre;
     worst = std::max(worst, std::abs(length(out) - kRadius));
-    worst_normal = std::min(worst_normal, dot(normalized(out), as_vec3(mesh.normals[v])));
+    worst_normal = std::min(worst_normal, dot(normalized(out), to_vec3(mesh.normals[v])));
   }
   INFO(worst << " m, cos " << worst_normal);
   CHECK(worst < 0.05 * kVoxel);
@@ -134,7 +132,7 @@ TEST_CASE("a grid is chosen by name where there are several") {
   CHECK(fault(file, "large") == "has no grid `large`, accepted are ball, small");
   const auto mesh = load_level_set_vdb(file, "small", Normals::face);
   REQUIRE(mesh.ok());
-  CHECK(length(as_vec3(mesh->vertices[0])) == Approx(0.3).margin(0.01));
+  CHECK(length(to_vec3(mesh->vertices[0])) == Approx(0.3).margin(0.01));
   CHECK(mesh->normals.empty());
 }
 

@@ -1,4 +1,4 @@
-#include "world/path_jitter.h"
+#include "world/path.h"
 
 #include <cmath>
 #include <complex>
@@ -111,7 +111,7 @@ TEST_CASE("frequencies are drawn from the density") {
   const int keys = 500, count = keys * Jitter::kTerms;
   for (int k = 0; k < keys; ++k) {
     const Jitter jitter = make_jitter(swell(), mix64(static_cast<std::uint64_t>(k)), 0);
-    for (const Sinusoid& term : jitter.pitch.terms) {
+    for (const Jitter::Sinusoid& term : jitter.pitch.terms) {
       const double relative = term.rad_s * 8 / (2 * kPi);
       mean += relative;
       square += (relative - 1) * (relative - 1);

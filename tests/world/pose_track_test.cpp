@@ -32,7 +32,7 @@ TrajectorySpec logged(double start_s) {
   return {poses, std::nullopt, 10, 1};
 }
 
-TrajectorySpec bent() {
+TrajectorySpec bent_path() {
   SplineSpec spec;
   spec.points_m = {{0, 0, 0}, {4, 1, -1}, {5, 6, -1.5}, {-3, 8, 2}};
   spec.speed_m_s = 3;
@@ -46,7 +46,7 @@ TrajectorySpec orbit() {
   return {spec, std::nullopt, 10, 1};
 }
 
-double angle_between(const Pose& a, const Pose& b) {
+double small_angle_between(const Pose& a, const Pose& b) {
   const Quat q = conjugate(a.rotation) * b.rotation;
   return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
 }
@@ -57,7 +57,7 @@ double angle_between(const Pose& a, const Pose& b) {
 TEST_CASE("a pose track is its body's way, corners and jitter included") {
   const bool jitter = GENERATE(false, true);
   const int kind = GENERATE(0, 1, 2);
-  const Path path = path_of(kind == 0 ? logged(0) : kind == 1 ? bent() : orbit(), jitter);
+  const Path path = path_of(kind == 0 ? logged(0) : kind == 1 ? bent_path() : orbit(), jitter);
   for (const double start : {0.0, 0.0123, 0.5}) {
     const PoseTrack track([&](double t) { return pose_at(path, t); }, start, kSpan_s);
     CHECK_FALSE(track.rests());
@@ -68,7 +68,7 @@ TEST_CASE("a pose track is its body's way, corners and jitter included") {
       const Pose right = pose_at(path, start + t), got = track.at(t);
       worst_m = std::max(worst_m, length(got.position_m - right.position_m));
       worst_m = std::max(worst_m, length(track.position(t) - right.position_m));
-      worst_rad = std::max(worst_rad, angle_between(got, right));
+      worst_rad = std::max(worst_rad, small_angle_between(got, right));
     }
     CHECK(worst_m < 1e-10);
     CHECK(worst_rad < 1e-12);
@@ -107,6 +107,6 @@ TEST_CASE("velocities of a turning body, from the start on") {
 TEST_CASE("a body at rest is known to be") {
   const Path path = path_of({std::vector<TimedPoseSpec>(1), std::nullopt, 1, 1}, false);
   CHECK(PoseTrack([&](double t) { return pose_at(path, t); }, 3, kSpan_s).rests());
-  const Path moving = path_of(bent(), false);
+  const Path moving = path_of(bent_path(), false);
   CHECK(PoseTrack([&](double t) { return pose_at(moving, t); }, 1e4, kSpan_s).rests());
 }

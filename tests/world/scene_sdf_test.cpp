@@ -10,7 +10,7 @@
 
 #include "catch.h"
 #include "temporary_folder.h"
-#include "world/heightfield.h"
+#include "world/terrain.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -185,7 +185,7 @@ TEST_CASE("the field of a closed mesh is that of its body") {
 }
 
 // Protects terrain: solid below its surface down to the region's end, without a floor of its own.
-TEST_CASE("terrain is a block of ground") {
+TEST_CASE("terrain is a block of ground", "[figure]") {
   HeightGrid heights{41, 41, 0.15, std::vector<double>(41 * 41, 0.0)};
   for (int r = 0; r < 41; ++r) {
     for (int c = 0; c < 41; ++c) heights.heights_m[r * 41 + c] = 0.2 * column_x_m(heights, c);

@@ -1,4 +1,4 @@
-#include "world/seabed.h"
+#include "world/terrain.h"
 
 #include <algorithm>
 #include <cmath>

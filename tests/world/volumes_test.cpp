@@ -6,7 +6,6 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
-#include "world/plume.h"
 #include "world/world.h"
 
 using namespace ensonify;

@@ -99,12 +99,13 @@ async function loadPing(index) {
   const record = report.pings[index];
   const sequence = report.sequences[record.sequence];
   const pictures = record.pictures || {};
-  const [level, clean, elevation, labels, shadow] = await Promise.all([
+  const [level, clean, elevation, labels, shadow, multipath] = await Promise.all([
     greyCodes(pictures.level, sequence, true),
     greyCodes(pictures.clean, sequence, true),
     greyCodes(pictures.elevation, sequence, false),
     labelIds(pictures.labels, sequence),
     labelIds(pictures.shadow, sequence),
+    labelIds(pictures.multipath, sequence),
   ]);
   const exact = record.beam
       ? { beam: record.beam.beam, level: exactLevels(record.beam.level_db),
@@ -114,7 +115,7 @@ async function loadPing(index) {
     index, record, sequence, geometry: geometryOf(sequence),
     codes: { level, clean, elevation },
     instance: labels && labels.ids, semantic: labels && labels.classes,
-    shadow: shadow && shadow.ids, exact,
+    shadow: shadow && shadow.ids, multipath: multipath && multipath.ids, exact,
   };
 }
 

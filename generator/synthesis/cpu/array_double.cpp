@@ -3,12 +3,12 @@
 
 #include "acoustics/propagation.h"
 #include "core/units.h"
-#include "synthesis/array.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/cpu/array_power.h"
-#include "synthesis/cpu/array_synthesis.h"
-#include "synthesis/cpu/echoes.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
+#include "synthesis/cpu/node_sums.h"
+#include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/draw.h"
 
 namespace ensonify {

@@ -1,4 +1,4 @@
-#include "synthesis/cpu/array_focus.h"
+#include "synthesis/cpu/array_nodes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,16 +8,16 @@
 // Steering by delay turns the chirp's width with frequency: `orders` Chebyshev polynomials of nu
 // carry that.
 //
-//   NodeStretch  a stretch of samples with its coefficients
-//   ArrayNodes   make_array_nodes
-//   node_beams
+//   NodeStretch  choose_stretches   a stretch of samples with its coefficients
+//   ArrayNodes   make_array_nodes   node_table_bytes
+//   node_beams   node_ping_bytes  node_thread_bytes
 #pragma once
 
 #include <complex>
 #include <memory>
+#include <vector>
 
 #include "core/parallel.h"
-#include "synthesis/cpu/array_plan.h"
 #include "synthesis/cpu/array_records.h"
 
 namespace ensonify {
@@ -87,5 +87,9 @@ void node_beams(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& k
 std::uint64_t node_table_bytes(const ArrayNodes& nodes);
 std::uint64_t node_ping_bytes(const ArrayPlan& plan, const ArrayNodes& nodes);
 std::uint64_t node_thread_bytes(const ArrayPlan& plan, const ArrayNodes& nodes);
+
+// Stretches from the last sample down to where nodes stop to pay: nodes.spacing_u must be set; sets
+// stretches, orders and near_samples.
+void choose_stretches(const ArrayPlan& plan, ArrayNodes& nodes);
 
 }  // namespace ensonify

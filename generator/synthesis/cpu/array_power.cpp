@@ -4,11 +4,166 @@
 #include <cmath>
 #include <mutex>
 
-#include "synthesis/cpu/array_patterns.h"
+#include "core/units.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/cpu/node_sums.h"
 
 namespace ensonify {
 namespace {
+
+using Complex = std::complex<double>;
+
+// A power pattern has two nodes to a wavelength over the aperture at the least.
+constexpr double kNodesPerLobe = 5;
+// By how much the phase of a wavefront's bend at the array's end may change within a block, and
+// its range where it is bent by more than that. With dynamic focus only side lobes see it.
+constexpr double kBendRad = 0.35, kRangeRatio = 1.08, kFocusedRatio = 1.5;
+
+// Cubic through four nodes, the cell's middle between the second and the third.
+void fill_cells(const PowerGrid& grid, BeamNodes& nodes) {
+  nodes.beams = grid.cells;
+  nodes.nodes = grid.nodes;
+  nodes.width = kPatternTaps;
+  for (int c = 0; c < grid.cells; ++c) {
+    nodes.first.push_back(c / kCellsPerNode);
+    const double t = 1 + (c % kCellsPerNode + 0.5) / kCellsPerNode;
+    for (int a = 0; a < kPatternTaps; ++a) {
+      double w = 1;
+      for (int b = 0; b < kPatternTaps; ++b) {
+        if (b != a) w *= (t - b) / (a - b);
+      }
+      nodes.weight.push_back(w);
+    }
+  }
+}
+
+// What the pulse becomes in a beam on its axis that is steered by phase.
+std::vector<Complex> beam_spectrum(const SynthesisSetup& setup, const ArrayGeometry& geometry,
+                                   const std::vector<Complex>& spectrum, double u) {
+  const int bins = static_cast<int>(spectrum.size());
+  std::vector<Complex> result(bins);
+  Complex sum = 0;
+  for (std::size_t n = 0; n < geometry.y_m.size(); ++n) {
+    const Complex w = geometry.weight[n] * geometry.response[n];
+    const double later = -geometry.y_m[n] * u / setup.water.sound_speed_m_s;
+    const Complex step = std::polar(1.0, -2 * kPi * setup.sonar.bandwidth_hz / bins * later);
+    Complex z = w * std::polar(1.0, kPi * setup.sonar.bandwidth_hz * later);
+    for (int m = 0; m < bins; ++m, z *= step) result[m] += z * spectrum[m];
+    sum += w;
+  }
+  for (Complex& s : result) s /= sum;
+  return result;
+}
+
+// The filters of a row's two nodes are those at their middle.
+void fill_row_filters(const SynthesisTables& tables, const PowerGrid& grid, NodePlan& plan) {
+  const ArrayGeometry geometry = make_array_geometry(tables.setup.sonar);
+  const int bins = plan.transform;
+  plan.row_filter.assign(std::size_t(plan.rows) * 2 * bins, Complex(0));
+  const ComplexFft backward(2 * bins, FftDirection::backward);
+  const ComplexFft forward(2 * bins, FftDirection::forward);
+  AlignedBuffer<Complex> power(2 * bins);
+  for (int row = 0; row < plan.rows; ++row) {
+    const double u = (grid.node_u(2 * row) + grid.node_u(2 * row + 1)) / 2;
+    const std::vector<Complex> heard = beam_spectrum(tables.setup, geometry, tables.spectrum, u);
+    std::fill(power.begin(), power.end(), Complex(0));
+    std::copy(heard.begin(), heard.end(), power.begin());
+    backward.run(power.data());
+    for (Complex& p : power) p = std::norm(p);
+    forward.run(power.data());
+    Complex* lower = plan.row_filter.data() + std::size_t(row) * 2 * bins;
+    Complex* upper = lower + bins;
+    for (int k = 0; k < bins; ++k) {
+      lower[k] = power[k] / (2.0 * bins) * plan.spread.correction[k];
+      if (k == 0) continue;
+      upper[k] = std::conj(power[bins - k]) / (2.0 * bins) * plan.spread.correction[bins - k];
+    }
+  }
+}
+
+// Patterns of all beams at one range, |.|^2, into the packed matrix.
+class PatternMaker {
+ public:
+  PatternMaker(const SynthesisSetup& setup, const Kernels& kernels, const PowerGrid& grid)
+      : setup_(setup),
+        kernels_(kernels),
+        grid_(grid),
+        geometry_(make_array_geometry(setup.sonar)),
+        elements_(static_cast<int>(geometry_.y_m.size())),
+        rows_((setup.sonar.beam_count + kRowBlock - 1) / kRowBlock * kRowBlock) {}
+
+  std::vector<float> patterns(double sample) const;
+
+ private:
+  // By how much a wave from u is later at y, in turns; from a range, or plane.
+  double turns(double y_m, double u, double range_m, bool bent) const {
+    const double per_m = 1 / wavelength_m(setup_.sonar, setup_.water);
+    if (!bent) return -y_m * u * per_m;
+    const double square = y_m * y_m - 2 * y_m * range_m * u;
+    return square / (std::sqrt(range_m * range_m + square) + range_m) * per_m;
+  }
+  // [rows_ / kRowBlock][2 elements][kRowBlock], real part and imaginary part of the product.
+  void beam_matrix(double range_m, std::vector<float>& re, std::vector<float>& im) const;
+
+  const SynthesisSetup& setup_;
+  const Kernels& kernels_;
+  const PowerGrid& grid_;
+  ArrayGeometry geometry_;
+  int elements_, rows_;
+};
+
+void PatternMaker::beam_matrix(double range_m, std::vector<float>& re,
+                               std::vector<float>& im) const {
+  const bool focused = setup_.sonar.array->focus == Focus::dynamic;
+  re.assign(std::size_t(rows_) * 2 * elements_, 0.0f);
+  im = re;
+  for (int j = 0; j < setup_.sonar.beam_count; ++j) {
+    const double u = std::sin(beam_azimuth_rad(setup_.sonar, j));
+    for (int n = 0; n < elements_; ++n) {
+      const Complex w = geometry_.weight[n] * geometry_.response[n] *
+                        std::polar(1.0, 2 * kPi * turns(geometry_.y_m[n], u, range_m, focused));
+      const auto at = [&](int k) {
+        return (std::size_t(j / kRowBlock) * 2 * elements_ + k) * kRowBlock + j % kRowBlock;
+      };
+      re[at(n)] = static_cast<float>(w.real());
+      re[at(elements_ + n)] = static_cast<float>(-w.imag());
+      im[at(n)] = static_cast<float>(w.imag());
+      im[at(elements_ + n)] = static_cast<float>(w.real());
+    }
+  }
+}
+
+std::vector<float> PatternMaker::patterns(double sample) const {
+  const double range_m = sample * setup_.water.sound_speed_m_s / (2 * setup_.sonar.bandwidth_hz);
+  std::vector<float> re, im, packed(std::size_t(rows_) * grid_.nodes);
+  beam_matrix(range_m, re, im);
+  AlignedBuffer<float> x(std::size_t(2) * elements_ * kTile), y(std::size_t(2) * rows_ * kTile);
+  for (int first = 0; first < grid_.nodes; first += kTile) {
+    const int count = std::min(kTile, grid_.nodes - first);
+    for (int n = 0; n < elements_; ++n) {
+      for (int q = 0; q < count; ++q) {
+        const double t = turns(geometry_.y_m[n], grid_.node_u(first + q), range_m, true);
+        const Complex phase = std::polar(1.0, -2 * kPi * t);
+        x[std::size_t(n) * kTile + q] = static_cast<float>(phase.real());
+        x[std::size_t(elements_ + n) * kTile + q] = static_cast<float>(phase.imag());
+      }
+    }
+    float* y_im = y.data() + std::size_t(rows_) * kTile;
+    kernels_.product(re.data(), rows_, 2 * elements_, x.data(), y.data());
+    kernels_.product(im.data(), rows_, 2 * elements_, x.data(), y_im);
+    for (int j = 0; j < rows_; ++j) {
+      for (int q = 0; q < count; ++q) {
+        const std::size_t at = std::size_t(j) * kTile + q;
+        const double heard =
+            element_pattern(grid_.node_u(first + q), setup_.sonar.array->element_width_m,
+                            wavelength_m(setup_.sonar, setup_.water));
+        packed[(std::size_t(j / kRowBlock) * grid_.nodes + first + q) * kRowBlock + j % kRowBlock] =
+            (y[at] * y[at] + y_im[at] * y_im[at]) * static_cast<float>(heard * heard);
+      }
+    }
+  }
+  return packed;
+}
 
 struct PowerScratch {
   EchoBuffer echoes;
@@ -139,13 +294,85 @@ void NodePower::diffuse(const PingTask& task, std::vector<float>& power,
 
 }  // namespace
 
-std::unique_ptr<const ArrayPower> make_array_power(const SynthesisTables& tables) {
-  return std::make_unique<NodePower>(tables);
+int PowerGrid::cell_of(double u) const {
+  const double at = (u / spacing_u - first - 1) * kCellsPerNode;
+  return std::clamp(static_cast<int>(at), 0, cells - 1);
 }
 
-bool has_means(const PingTask& task) {
-  const auto& items = task.scatterers->items;
-  return std::any_of(items.begin(), items.end(), [](const Scatterer& s) { return s.mean != 0.0f; });
+PowerGrid make_power_grid(const SynthesisSetup& setup) {
+  const Sonar& sonar = setup.sonar;
+  PowerGrid grid;
+  const double aperture =
+      sonar.array->elements * sonar.array->spacing_m / wavelength_m(setup.sonar, setup.water);
+  grid.spacing_u = 1 / (kNodesPerLobe * std::max(aperture, 1.0));
+  // All that is heard comes from a sector of the fan.
+  const double half_fan = sonar.beam_spacing_rad * sonar.beam_count / 2;
+  const double furthest = half_fan < kPi / 2 ? std::sin(half_fan) : 1.0;
+  grid.first = -static_cast<int>(std::ceil(furthest / grid.spacing_u)) - 2;
+  grid.nodes = 2 * (-grid.first + 1);
+  grid.cells = (grid.nodes - kPatternTaps + 1) * kCellsPerNode;
+  return grid;
+}
+
+std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
+                                                      const PowerGrid& grid) {
+  // The plan of ideal sectors has the same series; only its nodes are others.
+  Mixing one{{1.0}, {1.0}};
+  std::unique_ptr<NodePlan> plan = make_power_plan(tables.setup, one, tables.autospectrum);
+  plan->nodes = {};
+  fill_cells(grid, plan->nodes);
+  plan->weight.assign(plan->nodes.weight.begin(), plan->nodes.weight.end());
+  plan->rows = grid.nodes / 2;
+  plan->even.clear();
+  plan->odd.clear();
+  if (tables.setup.sonar.array->steering == Steering::phase) {
+    fill_row_filters(tables, grid, *plan);
+  }
+  return plan;
+}
+
+double PatternBlock::middle() const {
+  return std::max(1.0, std::sqrt(std::max(begin, 1) * static_cast<double>(end)));
+}
+
+std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup) {
+  const ArrayReceiver& array = *setup.sonar.array;
+  const double end_m = (array.elements - 1) / 2.0 * array.spacing_m;
+  const double per_sample = setup.water.sound_speed_m_s / (2 * setup.sonar.bandwidth_hz);
+  // Phase of the bend: bend / sample.
+  const double bend = kPi * end_m * end_m / (wavelength_m(setup.sonar, setup.water) * per_sample);
+  std::vector<PatternBlock> blocks;
+  for (int end = setup.record.samples; end > 0;) {
+    const double phase = bend / end;
+    double nearest = end / kFocusedRatio;
+    if (array.focus == Focus::none) {
+      nearest = std::min(end / kRangeRatio, bend / (phase + kBendRad));
+    }
+    const int begin = std::clamp(static_cast<int>(std::ceil(nearest)), 0, end - 1);
+    // Nearer than the array is long nothing is exact.
+    blocks.push_back({per_sample * end < 2 * end_m ? 0 : begin, end, {}});
+    end = blocks.back().begin;
+  }
+  return blocks;
+}
+
+std::vector<PatternBlock> make_patterns(const SynthesisSetup& setup, const Kernels& kernels,
+                                        const PowerGrid& grid) {
+  const PatternMaker maker(setup, kernels, grid);
+  std::vector<PatternBlock> blocks = pattern_blocks(setup);
+  for (PatternBlock& block : blocks) {
+    block.packed = maker.patterns(block.middle());
+  }
+  return blocks;
+}
+
+std::uint64_t pattern_bytes(const SynthesisSetup& setup, const PowerGrid& grid) {
+  return pattern_blocks(setup).size() * std::uint64_t(setup.sonar.beam_count + kRowBlock) *
+         grid.nodes * sizeof(float);
+}
+
+std::unique_ptr<const ArrayPower> make_array_power(const SynthesisTables& tables) {
+  return std::make_unique<NodePower>(tables);
 }
 
 }  // namespace ensonify

@@ -1,18 +1,58 @@
-// The expected power of an array's beams.
+// The expected power of an array's beams, from their power patterns at nodes across u.
 //
 // |h_j(t)|^2 of a scatterer is taken as the beam's power pattern at the scatterer's direction and
 // the range of the sample, times the power of the beam's envelope: exact for what lies on a beam's
-// axis at its focus; the spread of an echo in time by the ways across the array is left out.
+// axis at its focus; the spread of an echo in time by the paths across the array is left out.
 // Relative L2 against the definition: 1 % steered by delay and focused, up to 11 % by phase without
 // focus.
+//
+//   PowerGrid      make_power_grid                nodes, and cells of u between them
+//   make_array_power_plan                         powers of echoes to series of nodes
+//   PatternBlock   pattern_blocks  make_patterns  nodes to beams
+//   ArrayPower     make_array_power
 #pragma once
 
 #include <memory>
 #include <vector>
 
+#include "synthesis/cpu/kernels.h"
+#include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 
 namespace ensonify {
+
+constexpr int kCellsPerNode = 24;
+constexpr int kPatternTaps = 4;
+
+// Echoes of one cell share their weights over kPatternTaps nodes.
+struct PowerGrid {
+  double spacing_u = 0;
+  int first = 0, nodes = 0;  // node q at u = (first + q) spacing_u; an even number
+  int cells = 0;             // kCellsPerNode between neighbours
+
+  double node_u(int q) const { return (first + q) * spacing_u; }
+  int cell_of(double u) const;
+};
+
+PowerGrid make_power_grid(const SynthesisSetup& setup);
+
+std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
+                                                      const PowerGrid& grid);
+
+// Samples that share the patterns of their middle.
+struct PatternBlock {
+  int begin = 0, end = 0;
+  std::vector<float> packed;  // |pattern|^2 E^2, as product() wants [beams, padded][nodes]
+
+  double middle() const;  // in samples
+};
+
+// All samples, from the last to the first; nothing packed.
+std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup);
+
+std::vector<PatternBlock> make_patterns(const SynthesisSetup& setup, const Kernels& kernels,
+                                        const PowerGrid& grid);
+std::uint64_t pattern_bytes(const SynthesisSetup& setup, const PowerGrid& grid);
 
 class ArrayPower {
  public:
@@ -24,7 +64,5 @@ class ArrayPower {
 };
 
 std::unique_ptr<const ArrayPower> make_array_power(const SynthesisTables& tables);
-
-bool has_means(const PingTask& task);
 
 }  // namespace ensonify

@@ -1,20 +1,73 @@
-// From scatterers and volumes to what every element hears.
+// From scatterers and volumes to what every element of an array hears, and from there to beams.
 //
-//   ArrayEchoes       a ping's scatterers as the origin sees them
-//   gather_echoes
-//   RecordScratch     memory of one worker
-//   element_spectra   spectra of the elements' records, pulse and noise in them
-//   element_series    and back to samples
+//   ArrayPlan  make_array_plan        what all pings of one array share
+//   BeamTaps   make_beam_taps         where beams find the elements' records
+//   ArrayEchoes  gather_echoes        a ping's scatterers as the origin sees them
+//   RecordScratch                     the memory of one worker
+//   element_spectra  element_series   spectra of the elements' records, pulse and noise in them,
+//                                     and back to samples
+//   FineRecords  make_fine_records    records twice as dense as their samples
+//   direct_beams                      sums of all elements for some of the samples
 #pragma once
 
 #include <complex>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "core/parallel.h"
-#include "synthesis/cpu/array_plan.h"
-#include "synthesis/cpu/echoes.h"
-#include "synthesis/cpu/pool.h"
+#include "synthesis/beamforming.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/kernels.h"
+#include "synthesis/cpu/node_sums.h"
+#include "synthesis/cpu/ping_synthesis.h"
+#include "synthesis/cpu/spread_kernel.h"
 
 namespace ensonify {
+
+// For every beam and element: the taps that read the element's record, twice as dense as its
+// samples, at the steering delay.
+struct BeamTaps {
+  int pad = 0;                      // samples that the record is longer at either end
+  std::vector<double> correction;   // [k = 0 .. M/2], of the record's spectrum; even in k
+  std::vector<std::int32_t> begin;  // [beams][elements], in half samples
+  std::vector<float> tap;           // [beams][elements][kBeamTaps]
+};
+
+BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry);
+
+struct ArrayPlan {
+  SynthesisSetup setup;
+  ArrayGeometry geometry;
+  SpreadKernel spread;
+  GroupKernel kernel;  // of `coefficient`
+  std::vector<float> coefficient;
+  int group_elements = 0;                    // that one group has
+  double exact_range_m = 0;                  // nearer points are deposited one element at a time
+  std::vector<std::complex<double>> filter;  // [M], k = 0 first: pulse, kernel undone
+  BeamTaps taps;
+  ComplexFft grid_forward, record_forward, record_backward, fine_backward;
+
+  int elements() const { return static_cast<int>(geometry.y_m.size()); }
+  int beams() const { return setup.sonar.beam_count; }
+  int samples() const { return setup.record.samples; }
+  int bins() const { return setup.record.transform; }
+  int groups() const { return (elements() + group_elements - 1) / group_elements; }
+  double points_per_s() const { return setup.sonar.bandwidth_hz * spread.points / bins(); }
+
+  // `turns_per_m` with the sign that phases get.
+  GroupLine line(int first_element, int count, double turns_per_m) const;
+};
+
+// The spreading kernel at a tap, by its polynomials.
+double group_kernel_at(const GroupKernel& kernel, int tap, double offset);
+
+// None where single precision or the expansion about groups cannot hold the tolerance.
+std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables);
+
+// How far a point must be from the nearest element for a group of so many to be expanded about its
+// middle.
+double expansion_clearance_m(const SynthesisSetup& setup, int group_elements);
 
 struct ArrayEchoes {
   AlignedBuffer<double> range_m, along_m, turns, position;
@@ -53,5 +106,21 @@ void element_series(const ArrayPlan& plan, const AlignedBuffer<std::complex<doub
                     Pool<RecordScratch>& pool, const Workers& workers, std::complex<float>* series);
 
 std::uint64_t record_scratch_bytes(const ArrayPlan& plan);
+
+struct FineRecords {
+  AlignedBuffer<float> planes;  // [elements][re, im][even, odd half samples][stride]
+  std::int64_t stride = 0;
+};
+
+// Holds samples [0, samples) and what beams need around them.
+void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<std::complex<double>>& spectra,
+                       int samples, Pool<RecordScratch>& pool, const Workers& workers,
+                       FineRecords& fine);
+
+// series [beams][plan.samples()], of samples [0, samples) only.
+void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
+                  int samples, const Workers& workers, std::complex<float>* series);
+
+std::uint64_t fine_bytes(const ArrayPlan& plan, int samples);
 
 }  // namespace ensonify

@@ -1,17 +1,34 @@
-// Which of the CPU's two ways a setup takes.
+// Which of its ways and which vector instructions the CPU backend takes for a setup.
 #include <algorithm>
 #include <optional>
 
 #include "acoustics/pulse.h"
 #include "core/error.h"
+#include "core/runtime.h"
 #include "synthesis/adc.h"
-#include "synthesis/cpu/array_synthesis.h"
-#include "synthesis/cpu/doppler_nodes.h"
 #include "synthesis/cpu/doppler_synthesis.h"
 #include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/ping_synthesis.h"
 
 namespace ensonify {
+
+namespace sse4 {
+extern const Kernels kKernels;
+}
+namespace avx2 {
+extern const Kernels kKernels;
+}
+namespace avx512 {
+extern const Kernels kKernels;
+}
+
+const Kernels& kernels_of(SimdLevel level) {
+  ENSONIFY_ASSERT(level <= best_simd_level());
+  if (level == SimdLevel::avx512) return avx512::kKernels;
+  return level == SimdLevel::avx2 ? avx2::kKernels : sse4::kKernels;
+}
+
 namespace {
 
 using Complex = std::complex<double>;

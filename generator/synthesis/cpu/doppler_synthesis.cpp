@@ -2,18 +2,111 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
+#include <vector>
 
-#include "synthesis/cpu/doppler_nodes.h"
-#include "synthesis/cpu/pool.h"
+#include "core/units.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cpu/ping_synthesis.h"
 
 namespace ensonify {
 namespace {
 
 using Complex = std::complex<double>;
+using Spectrum = std::vector<Complex>;
+
+constexpr double kShare = 0.3;         // of the tolerance
+constexpr double kTail = 1e-6;         // of the norm: fainter tails are not judged on their own
+constexpr double kNominalSpan = 1e-3;  // of the shifts of a ping
+constexpr double kMostCost = 1000;     // nodes there
+constexpr double kWidest = 0.02, kMostNodesPerBin = 8;
+constexpr double kStep = 1.2;  // to which widths are looked for
+
+// The place of node q in its band, from 0 to 1.
+double place_in_band(int q, int degree) { return 0.5 - 0.5 * std::cos(kPi * q / degree); }
+
+double norm_of(const Spectrum& s) {
+  double sum = 0;
+  for (const Complex& v : s) sum += std::norm(v);
+  return std::sqrt(sum);
+}
+
+// Measures the interpolated pulses of a setup.
+class Judge {
+ public:
+  Judge(const DopplerPulse& pulse, double tolerance)
+      : pulse_(pulse),
+        tolerance_(tolerance),
+        norm_(norm_of(doppler_spectrum(pulse, 0))),
+        samples_(pulse.transform),
+        backward_(pulse.transform, FftDirection::backward) {}
+
+  // Beside no shift, where the edge of the band takes over, and where it has cut a quarter.
+  bool holds(const DopplerNodes& nodes) {
+    const double bandwidths = pulse_.sonar.frequency_hz / pulse_.sonar.bandwidth_hz;
+    for (const double shift : {0.0, 0.12, 0.25}) {
+      const int first = static_cast<int>(shift / (bandwidths * nodes.width)) * nodes.degree;
+      if (!holds(nodes, first, 1) || !holds(nodes, -first, -1)) return false;
+    }
+    return true;
+  }
+
+ private:
+  // In the middle of one band and at its ends.
+  bool holds(const DopplerNodes& nodes, int first, int step) {
+    std::vector<Spectrum> at_node;
+    std::vector<double> doppler;
+    for (int q = 0; q <= nodes.degree; ++q) {
+      const double u = place_in_band(q, nodes.degree);
+      doppler.push_back(step * (std::abs(first) / nodes.degree + u) * nodes.width);
+      at_node.push_back(doppler_spectrum(pulse_, doppler.back()));
+    }
+    for (const int q : {0, nodes.degree / 2, nodes.degree - 1}) {
+      const double between = (doppler[q] + doppler[q + 1]) / 2;
+      const DopplerWeights weights = weights_at(nodes, between);
+      const Spectrum exact = doppler_spectrum(pulse_, between);
+      Spectrum error = exact;
+      for (int k = 0; k <= nodes.degree; ++k) {
+        for (std::size_t m = 0; m < error.size(); ++m) error[m] -= weights.value[k] * at_node[k][m];
+      }
+      if (norm_of(error) > kShare * tolerance_ * norm_ || !tails_hold(error, exact)) return false;
+    }
+    return true;
+  }
+
+  bool tails_hold(const Spectrum& error, const Spectrum& exact) {
+    const std::vector<double> wrong = tails_of(error), right = tails_of(exact);
+    for (std::size_t i = 0; i < wrong.size(); ++i) {
+      const double scale = std::max(right[i], kTail * kTail * right[0]);
+      if (wrong[i] > 100 * tolerance_ * tolerance_ * scale) return false;
+    }
+    return true;
+  }
+
+  // Energy in the samples at least x from the middle, for x = 0, 1, 2, 4, ...
+  std::vector<double> tails_of(const Spectrum& spectrum) {
+    const int count = static_cast<int>(spectrum.size());
+    std::copy(spectrum.begin(), spectrum.end(), samples_.begin());
+    backward_.run(samples_.data());
+    std::vector<double> tails;
+    for (int x = 0; x < count / 2; x = x == 0 ? 1 : 2 * x) {
+      double sum = 0;
+      for (int n = x; n <= count - x && n < count; ++n) sum += std::norm(samples_[n]);
+      tails.push_back(sum);
+    }
+    return tails;
+  }
+
+  const DopplerPulse& pulse_;
+  double tolerance_, norm_;
+  AlignedBuffer<Complex> samples_;
+  ComplexFft backward_;
+};
 
 // The mean enters the expected power as a square, from the same nodes as the series.
 constexpr double kMeanTolerance = 3e-5;
@@ -203,6 +296,61 @@ void DopplerSynthesis::diffuse_power(const PingTask& task, DopplerScratch& scrat
 }
 
 }  // namespace
+
+DopplerNodes choose_doppler_nodes(const DopplerPulse& pulse, double tolerance) {
+  Judge judge(pulse, tolerance);
+  const double bin = pulse.sonar.bandwidth_hz / (pulse.sonar.frequency_hz * pulse.transform);
+  DopplerNodes best;
+  double least = kMostCost, width = 0;
+  for (const int degree : {2, 3, 4, 6, 8, 11, 16, DopplerNodes::kMostDegree}) {
+    // A higher degree holds where a lower one does.
+    double low = std::max(width, bin * degree / kMostNodesPerBin), high = kWidest;
+    if (low * kStep >= high || !judge.holds({degree, low})) continue;
+    while (high > kStep * low) {
+      const double middle = std::sqrt(low * high);
+      (judge.holds({degree, middle}) ? low : high) = middle;
+    }
+    width = low;
+    // Where the span begins within a band is chance.
+    const double cost = degree * (kNominalSpan / width + 1) + 1;
+    if (cost > 1.5 * least) break;
+    if (cost >= least) continue;
+    least = cost;
+    best = {degree, width};
+  }
+  return best;
+}
+
+double node_doppler(const DopplerNodes& nodes, int node) {
+  const int n = std::abs(node);
+  const double doppler =
+      (n / nodes.degree + place_in_band(n % nodes.degree, nodes.degree)) * nodes.width;
+  return node < 0 ? -doppler : doppler;
+}
+
+DopplerWeights weights_at(const DopplerNodes& nodes, double doppler) {
+  DopplerWeights weights;
+  weights.step = doppler < 0 ? -1 : 1;
+  const double at = std::abs(doppler) / nodes.width;
+  const int band = static_cast<int>(at);
+  const double u = at - band;
+  weights.first_node = weights.step * band * nodes.degree;
+  // Barycentric interpolation (Berrut and Trefethen, SIAM Review 46, 2004).
+  double sum = 0;
+  for (int q = 0; q <= nodes.degree; ++q) {
+    const double distance = u - place_in_band(q, nodes.degree);
+    if (distance == 0) {
+      weights.value = {};
+      weights.value[q] = 1;
+      return weights;
+    }
+    const double end = q == 0 || q == nodes.degree ? 0.5 : 1.0;
+    weights.value[q] = (q % 2 == 0 ? end : -end) / distance;
+    sum += weights.value[q];
+  }
+  for (int q = 0; q <= nodes.degree; ++q) weights.value[q] /= sum;
+  return weights;
+}
 
 double largest_magnitude(const std::vector<std::complex<double>>& spectrum) {
   double most = 0;

@@ -12,10 +12,10 @@
 #include "acoustics/propagation.h"
 #include "core/error.h"
 #include "core/units.h"
-#include "synthesis/cpu/beam_mixer.h"
-#include "synthesis/cpu/echoes.h"
+#include "synthesis/cpu/beam_mixing.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
+#include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/draw.h"
 
@@ -217,14 +217,12 @@ void DoubleSynthesis::clean_power(const PingTask& task, PingSeries& result,
   result.clean_power_pa2.resize(std::size_t(beams()) * samples());
   const AlignedBuffer<double> diffuse = diffuse_power(task, workers);
   const std::size_t diffuse_stride = diffuse.size() / beams();
-  const auto& items = task.scatterers->items;
-  const bool has_means =
-      std::any_of(items.begin(), items.end(), [](const Scatterer& s) { return s.mean != 0.0f; });
+  const bool has_mean = has_means(task);
   const AlignedBuffer<Complex> mean =
-      has_means ? series(task, EchoAmplitude::mean, workers) : AlignedBuffer<Complex>(0);
+      has_mean ? series(task, EchoAmplitude::mean, workers) : AlignedBuffer<Complex>(0);
   workers.for_each(beams(), [&](std::size_t j) {
     for (int n = 0; n < samples(); ++n) {
-      const double coherent = has_means ? std::norm(mean[j * stride_ + n]) : 0.0;
+      const double coherent = has_mean ? std::norm(mean[j * stride_ + n]) : 0.0;
       // The transforms leave rounding of either sign where there is nothing.
       const double power = std::max(0.0, diffuse[j * diffuse_stride + n] + coherent);
       result.clean_power_pa2[j * samples() + n] = static_cast<float>(power);

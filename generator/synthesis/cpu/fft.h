@@ -43,6 +43,12 @@ class AlignedBuffer {
   std::unique_ptr<T[], FreeAligned> data_;
 };
 
+// Real and imaginary parts by turns, as kernels take them.
+inline double* as_doubles(std::complex<double>* p) { return reinterpret_cast<double*>(p); }
+inline const double* as_doubles(const std::complex<double>* p) {
+  return reinterpret_cast<const double*>(p);
+}
+
 enum class FftDirection { forward, backward };  // e^(-i...) and e^(+i...)
 
 struct FftPlan;  // of FFTW, destroyed with its last user

@@ -4,7 +4,6 @@
 
 #include "core/error.h"
 #include "core/units.h"
-#include "synthesis/cpu/spread_window.h"
 
 namespace ensonify {
 namespace {
@@ -25,26 +24,52 @@ void spread_value(const GriddingKernel& kernel, double x, Value value, Value* gr
 
 }  // namespace
 
+double window(double beta, double z) {
+  const double inside = 1.0 - z * z;
+  return inside > 0 ? std::exp(beta * (std::sqrt(inside) - 1.0)) : 0.0;
+}
+
+WindowIntegral::WindowIntegral(double beta, int width, int places) {
+  for (int i = 0; i < places; ++i) {
+    const double u = kPi * ((i + 0.5) / places - 0.5);
+    const double z = std::sin(u);
+    z_.push_back(z);
+    weight_.push_back(window(beta, z) * std::cos(u) * (kPi / places) * width / 2.0);
+  }
+}
+
+std::vector<double> transform_nodes(int width, int count) {
+  std::vector<double> nodes(count);
+  for (int i = 0; i < count; ++i) nodes[i] = kPi * width * std::sin(kPi / 2 * (i + 0.5) / count);
+  return nodes;
+}
+
+std::vector<double> transform_weights(int width, double beta, int count) {
+  std::vector<double> weights(count);
+  for (int i = 0; i < count; ++i) {
+    const double u = kPi / 2 * (i + 0.5) / count;
+    weights[i] = window(beta, std::sin(u)) * std::cos(u) * (kPi / 2 / count) * width;
+  }
+  return weights;
+}
+
+WindowTransform::WindowTransform(int width, double beta, int nodes)
+    : node_(transform_nodes(width, nodes)), weight_(transform_weights(width, beta, nodes)) {}
+
+double WindowTransform::operator()(double x) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < node_.size(); ++i) sum += weight_[i] * std::cos(node_[i] * x);
+  return sum;
+}
+
 GriddingKernel make_gridding_kernel(int grid, int highest) {
   ENSONIFY_ASSERT(grid >= 4 * highest && grid > kWidth);
   GriddingKernel kernel{grid, kWidth, kBetaPerPoint * kWidth, {}};
   kernel.correction.resize(highest + 1);
-  // Transform of the window in grid steps, (w/2) int_{-1}^{1} window(z) cos(pi k w z / grid) dz.
-  // With z = sin(u) the integrand is smooth and vanishes to all useful digits at both ends, so
-  // that the trapezoid rule converges geometrically.
-  constexpr int kNodes = 400;
-  std::vector<double> node(kNodes), weight(kNodes);
-  for (int i = 0; i < kNodes; ++i) {
-    const double u = kPi * ((i + 0.5) / kNodes - 0.5);
-    node[i] = std::sin(u);
-    weight[i] = window(kernel.beta, node[i]) * std::cos(u) * (kPi / kNodes) * kernel.width / 2.0;
-  }
+  const WindowIntegral transform(kernel.beta, kernel.width, 400);
   for (int k = 0; k <= highest; ++k) {
-    double sum = 0;
-    for (int i = 0; i < kNodes; ++i) {
-      sum += weight[i] * std::cos(kPi * k * kernel.width * node[i] / grid);
-    }
-    kernel.correction[k] = 1.0 / sum;
+    kernel.correction[k] =
+        1.0 / transform([&](double z) { return kPi * k * kernel.width * z / grid; });
   }
   return kernel;
 }

@@ -1,10 +1,11 @@
 // The fast path: echoes are spread over a few nodes across the fan and over a time grid, each
 // node's record is transformed and filtered, and beams are sums of a few nodes.
 //
-//   NodePlan           what series (or expected powers) of one setup share
-//   make_series_plan   make_power_plan
+//   NodePlan           make_series_plan  make_power_plan   what all pings of one setup share
 //   EchoBuffer         what one ping deposits
-//   NodeScratch        memory of one worker
+//   series_echoes      a gain e^(-i 2 pi f_c tau) S0, a drawn or its mean
+//   power_echoes       S0^2 variance gain^2
+//   NodeScratch        the memory of one worker
 //   transform_nodes    echoes -> records of nodes
 //   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
 #pragma once
@@ -17,12 +18,12 @@
 
 #include "core/parallel.h"
 #include "synthesis/backend.h"
-#include "synthesis/cpu/beam_nodes.h"
+#include "synthesis/beamforming.h"
+#include "synthesis/cpu/beam_mixing.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/kernels.h"
-#include "synthesis/cpu/pool.h"
+#include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/spread_kernel.h"
-#include "synthesis/mixing.h"
 
 namespace ensonify {
 
@@ -88,5 +89,25 @@ const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float*
 std::uint64_t plan_bytes(const NodePlan& plan);
 std::uint64_t planes_bytes(const NodePlan& plan);
 std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells);
+
+// Plain arrays of a few hundred scatterers: kernels read nothing else.
+struct EchoScratch {
+  static constexpr int kCount = 512;
+  double delay_s[kCount];
+  std::uint32_t key_low[kCount], key_high[kCount];
+  float mean_re[kCount], mean_im[kCount], deviation[kCount], gain[kCount];
+  float normal_re[kCount], normal_im[kCount];
+};
+
+enum class EchoAmplitude { drawn, mean };
+
+bool has_means(const PingTask& task);
+
+void series_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
+                   const PingTask& task, EchoAmplitude amplitude, Pool<EchoScratch>& pool,
+                   const Workers& workers, EchoBuffer& echoes);
+void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
+                  const PingTask& task, Pool<EchoScratch>& pool, const Workers& workers,
+                  EchoBuffer& echoes);
 
 }  // namespace ensonify

@@ -6,7 +6,7 @@
 #include "core/sonar.h"
 #include "core/units.h"
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cpu/spread_window.h"
+#include "synthesis/cpu/gridding.h"
 
 namespace ensonify {
 namespace {
@@ -66,8 +66,9 @@ class Tails {
   static constexpr double kJudged = 1e-6;
   static constexpr int kPhases = 4;
 
-  // Of the pulse that the spectrum times factor(k) makes, kPhases to a sample, from an odd half of
-  // that step on: an echo right on a sample has no tail at all where the band's edges are sharp.
+  // The magnitudes of the pulse that the spectrum times factor(k) makes, kPhases to a sample, from
+  // an odd half of that step on: an echo right on a sample has no tail at all where the band's
+  // edges are sharp.
   template <class Factor>
   std::vector<double> magnitudes(Factor&& factor) {
     const int length = backward_.length();

@@ -9,10 +9,12 @@
 //   WidenRecords            -> spectrum of a record twice as dense
 //   CutRecords              records without their ends
 //   SumElements             elements -> beams
+//   HearShifts              copies the Doppler echoes' sounds, leaving their share at rest behind
 #pragma once
 
 #include "acoustics/pattern.h"
 #include "synthesis/cuda/beam_kernels.h"
+#include "synthesis/cuda/doppler_echoes.h"
 
 namespace ensonify {
 
@@ -24,7 +26,9 @@ struct Sound {
   Complex32 value;
 };
 
-// By how much the way from a point is longer to y than to the origin.
+ENSONIFY_HD inline Complex32& value_of(Sound& sound) { return sound.value; }
+
+// By how much the path from a point is longer to y than to the origin.
 ENSONIFY_HD inline double longer_way_m(double range_m, double along_m, double y_m) {
   const double more = y_m * y_m - 2 * y_m * along_m;
   const double square = range_m * range_m + more;
@@ -80,10 +84,8 @@ struct HearCells {
     out[i] = {range_m, range_m * u, 0, n * points_per_sample, {0, 0}};
     const double e = energy[(ping * sectors + sector) * samples + n];
     if (e == 0) return;
-    const auto item = (static_cast<std::uint64_t>(sector) << 32) | static_cast<unsigned>(n);
-    const ComplexDraw xi = complex_normal(volume_key[ping], pings[ping].speckle_ping, item, 0);
     const double rms = source_pa_m * std::sqrt(e) * sinc(width_in_wavelengths * u);
-    out[i].value = {static_cast<float>(rms * xi.re), static_cast<float>(rms * xi.im)};
+    out[i].value = narrow(cell_draw(volume_key[ping], pings[ping].speckle_ping, sector, n, rms));
   }
 };
 
@@ -162,8 +164,7 @@ struct GatherSounds {
       const std::int32_t tap = point - placed.first[own + s];
       if (tap < 0 || tap >= kernel.width) continue;
       const float w = kernel_at(kernel, tap, placed.offset[own + s]);
-      sum.re += w * placed.value[own + s].re;
-      sum.im += w * placed.value[own + s].im;
+      sum += w * placed.value[own + s];
     }
   }
 };
@@ -183,9 +184,7 @@ struct DrawNoise {
     const double rms = static_cast<double>(ping.noise_rms) * factor[element] / transform;
     out[i] = {0, 0};
     if (rms == 0) return;
-    const auto item = (static_cast<std::uint64_t>(element) << 32) | static_cast<unsigned>(n);
-    const ComplexDraw xi = complex_normal(ping.noise_key, ping.noise_ping, item, 0);
-    out[i] = {static_cast<float>(rms * xi.re), static_cast<float>(rms * xi.im)};
+    out[i] = narrow(cell_draw(ping.noise_key, ping.noise_ping, element, n, rms));
   }
 };
 
@@ -220,10 +219,9 @@ struct WidenRecords {
     const Complex32* from = spectrum + i / (2 * transform) * transform;
     const int half = transform / 2, below = 2 * transform - k;
     wide[i] = {0, 0};
-    if (k < half) wide[i] = {correction[k] * from[k].re, correction[k] * from[k].im};
+    if (k < half) wide[i] = correction[k] * from[k];
     if (below > half) return;
-    const Complex32 p = from[transform - below];
-    wide[i] = {correction[below] * p.re, correction[below] * p.im};
+    wide[i] = correction[below] * from[transform - below];
   }
 };
 
@@ -269,9 +267,7 @@ struct SumElements {
         const double later_m = longer_way_m(range_m, range_m * cosine[beam], y_m[e]);
         w = turned({weight[e], 0}, later_m * turns_per_m);
       }
-      const Complex32 part = product(w, heard);
-      sum.re += part.re;
-      sum.im += part.im;
+      sum += product(w, heard);
     }
     out[i] = sum;
   }
@@ -282,10 +278,31 @@ struct SumElements {
     for (int m = 0; m < kElementTaps; ++m) {
       int at = half + m;
       while (at >= 2 * transform) at -= 2 * transform;
-      sum.re += taps[m] * record[at].re;
-      sum.im += taps[m] * record[at].im;
+      sum += taps[m] * record[at];
     }
     return sum;
+  }
+};
+
+// After HearEchoes.
+struct HearShifts {
+  const ShiftRecord* shifts;
+  const EchoRecord* echoes;
+  DeviceNodes nodes;
+  double points_per_s;  // of the nodes' grids
+  Sound* at_rest;       // [echoes]
+  Complex32* value;     // [shifts], and so on
+  NodePlace* place;
+  Sound* out;  // without its value
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const ShiftRecord& shift = shifts[i];
+    Sound& sound = at_rest[shift.echo];
+    place[i] = node_place(nodes, shift.doppler);
+    value[i] = sound.value;
+    out[i] = sound;
+    out[i].points = echoes[shift.echo].delay_s * points_per_s;
+    sound.value = scaled(node_weight(nodes, place[i], 0), value[i]);
   }
 };
 

@@ -1,13 +1,165 @@
-// The expected power of an array's beams on a device, without that of the means.
+// The expected power of an array's beams on a device, without that of the means: echoes are dealt
+// out to nodes in u, the cosine of arrival, and beams add up nodes by their power patterns at the
+// range of a block of samples. What that leaves out: synthesis/cpu/array_power.h.
+//
+//   GatherDirections       echoes -> a point of two nodes' grid; GatherDirectionCells adds volumes
+//   TurnWavefronts         what each element makes of a wave, and each beam of an element
+//   MakePatterns           power patterns of beams at nodes
+//   MixDirections          nodes -> beams
+//   ArrayPowerProgram      all of it
 #pragma once
 
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cuda/array_power_kernels.h"
-#include "synthesis/cuda/array_tables.h"
+#include "synthesis/cuda/array_kernels.h"
+#include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 
 namespace ensonify {
+
+constexpr int kDirectionTaps = 4;
+
+// grid [pings][nodes / 2][points]: an even node and the odd one after it.
+struct GatherDirections {
+  PlacedEchoes placed;
+  const DirectionRecord* directed;
+  const std::uint32_t* offset;  // [pings][groups + 1], by the first of four nodes
+  const float* cell_weight;     // [cells][kDirectionTaps]
+  DeviceKernel kernel;
+  int nodes;
+  Complex32* grid;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto point = static_cast<std::int32_t>(i % kernel.points);
+    const int rows = nodes / 2, groups = nodes - kDirectionTaps + 1;
+    const auto node = static_cast<int>(i / kernel.points % rows) * 2;
+    const std::uint32_t* at = offset + i / kernel.points / rows * (groups + 1);
+    const int low = node - kDirectionTaps + 1;
+    Complex32 sum{0, 0};
+    for (int g = low > 0 ? low : 0; g <= node + 1 && g < groups; ++g) {
+      for (int turn = -1; turn <= 1; ++turn) {
+        const std::int32_t p = point + turn * kernel.points;
+        if (p < -kernel.width || p >= kernel.points + kernel.width) continue;
+        add(at[g], at[g + 1], p, node - g, sum);
+      }
+    }
+    grid[i] = sum;
+  }
+
+  // `tap` is that of the even node among those that the echoes [begin, end) reach.
+  ENSONIFY_HD void add(std::uint32_t begin, std::uint32_t end, std::int32_t point, int tap,
+                       Complex32& sum) const {
+    for (std::uint32_t low = first_reaching(placed, kernel, begin, end, point);
+         low < end && placed.first[low] <= point; ++low) {
+      const float w = kernel_at(kernel, point - placed.first[low], placed.offset[low]);
+      const float power = w * placed.value[low].re;
+      const float* of_cell = cell_weight + directed[low].cell * kDirectionTaps;
+      if (tap >= 0 && tap < kDirectionTaps) sum.re += power * of_cell[tap];
+      if (tap + 1 < kDirectionTaps) sum.im += power * of_cell[tap + 1];
+    }
+  }
+};
+
+// Adds to the same grid: energy [pings][beams][samples] on whole samples.
+struct GatherDirectionCells {
+  const float* energy;
+  const SectorRecord* sectors;
+  const std::uint32_t* row_offset;  // [rows + 1], among these
+  DeviceKernel kernel;
+  double source_pa_m, points_per_sample;
+  int rows, beams, samples;
+  Complex32* grid;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto point = static_cast<std::int32_t>(i % kernel.points);
+    const auto row = static_cast<int>(i / kernel.points % rows);
+    const float* of_ping = energy + i / kernel.points / rows * beams * samples;
+    const double half = 0.5 * kernel.width;
+    Complex32 sum{0, 0};
+    for (int turn = -1; turn <= 1; ++turn) {
+      const std::int32_t p = point + turn * kernel.points;
+      const double low = std::floor((p - half) / points_per_sample);
+      const double high = std::ceil((p + half) / points_per_sample);
+      const int last = high < samples - 1 ? static_cast<int>(high) : samples - 1;
+      for (int n = low > 0 ? static_cast<int>(low) : 0; n <= last; ++n) {
+        float offset;
+        std::int32_t first;
+        place_echo(n, points_per_sample, kernel.width, offset, first);
+        if (p < first || p >= first + kernel.width) continue;
+        add(of_ping + n, row, kernel_at(kernel, p - first, offset), sum);
+      }
+    }
+    const auto power = static_cast<float>(source_pa_m * source_pa_m);
+    grid[i] += power * sum;
+  }
+
+  ENSONIFY_HD void add(const float* of_sample, int row, float w, Complex32& sum) const {
+    for (std::uint32_t s = row_offset[row]; s < row_offset[row + 1]; ++s) {
+      const float e = w * of_sample[std::int64_t{sectors[s].sector} * samples];
+      sum.re += e * sectors[s].even;
+      sum.im += e * sectors[s].odd;
+    }
+  }
+};
+
+// out [waves][elements]: a wave from a direction, from `range_m` or plane, at every element.
+struct TurnWavefronts {
+  const double* cosine;  // [waves]
+  const double* y_m;
+  const Complex32* factor;  // [elements], or null: 1
+  double range_m, turns_per_m;
+  int elements;
+  bool plane;
+  Complex32* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const std::int64_t n = i % elements;
+    const double u = cosine[i / elements];
+    const double later_m = plane ? -y_m[n] * u : longer_way_m(range_m, range_m * u, y_m[n]);
+    out[i] = turned(factor != nullptr ? factor[n] : Complex32{1, 0}, later_m * turns_per_m);
+  }
+};
+
+// pattern [beams][nodes].
+struct MakePatterns {
+  const Complex32 *beams, *waves;  // TurnWavefronts, [beams] and [nodes]
+  const float* heard;              // [nodes], an element's own
+  int nodes, elements;
+  float* pattern;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const Complex32* b = beams + i / nodes * elements;
+    const Complex32* w = waves + i % nodes * elements;
+    Complex32 sum{0, 0};
+    for (int n = 0; n < elements; ++n) {
+      sum += product(b[n], w[n]);
+    }
+    pattern[i] = heard[i % nodes] * (sum.re * sum.re + sum.im * sum.im);
+  }
+};
+
+// powers [pings][beams][samples], of the block's samples [first, first + count), of records
+// [pings][nodes / 2][transform], plus |means|^2 of [pings][beams][samples] unless null.
+struct MixDirections {
+  const Complex32* record;
+  const Complex32* means;
+  const float* pattern;
+  int beams, nodes, samples, transform, first, count;
+  float* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const auto n = static_cast<int>(first + i % count);
+    const std::int64_t row = i / count, ping = row / beams;
+    const float* w = pattern + row % beams * nodes;
+    const Complex32* from = record + ping * (nodes / 2) * transform + n;
+    float power = 0;
+    for (int q = 0; q < nodes; q += 2, from += transform) {
+      power += w[q] * from->re + w[q + 1] * from->im;
+    }
+    const std::int64_t at = row * samples + n;
+    out[at] = finished_power(power, means, at);
+  }
+};
 
 // What the batch's series have on the device already.
 struct ArrayOnDevice {
@@ -55,8 +207,9 @@ class ArrayPowerProgram {
     gather(batch, array);
     queue_.transform(grid_.data(), kernel_.points, rows(), pings, FftDirection::forward);
     queue_.run(all_rows * bins(),
-               FilterDirections{grid_.data(), filter_.data(), rows(), tables_.row_filters,
-                                kernel_.points, bins(), record_.data()});
+               FilterPowers{grid_.data(), nullptr, filter_.data(), filter_.data() + bins(), nullptr,
+                            rows(), tables_.row_filters, 2 * bins(), kernel_.points, bins(),
+                            record_.data()});
     queue_.transform(record_.data(), bins(), rows(), pings, FftDirection::backward);
     for (const PatternBlock& block : tables_.blocks) mix(block, pings, array);
   }
@@ -85,10 +238,9 @@ class ArrayPowerProgram {
     const std::int64_t points = std::int64_t(batch.pings.size()) * rows() * kernel_.points;
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
     const PlacedEchoes placed{value_.data(), place_.data(), first_.data()};
-    queue_.run(
-        batch.directed.size(),
-        PlaceDirections{array.echoes, directed_.data(), source_pa_m,
-                        setup_.sonar.bandwidth_hz * points_per_sample(), kernel_.width, placed});
+    queue_.run(batch.directed.size(),
+               PlacePowers{array.echoes, directed_.data(), source_pa_m,
+                           setup_.sonar.bandwidth_hz * points_per_sample(), kernel_.width, placed});
     queue_.run(points, GatherDirections{placed, directed_.data(), offset_.data(),
                                         cell_weight_.data(), kernel_, nodes(), grid_.data()});
     if (batch.energy.empty()) return;

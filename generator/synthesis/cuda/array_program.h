@@ -1,19 +1,18 @@
-// A receiving line array on a device, as synthesis/array.h defines it: echoes are heard at the
-// origin, placed on every element's time grid, transformed and filtered; beams add up the elements'
-// records. One class template serves CUDA and the tests' host queue.
+// A receiving line array on a device, as synthesis/beamforming.h defines it: echoes are heard at
+// the origin, placed on every element's time grid, transformed and filtered; beams add up the
+// elements' records. One class template serves CUDA and the tests' host queue.
 #pragma once
 
 #include <algorithm>
 #include <new>
 
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cuda/array_doppler_kernels.h"
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/array_power_program.h"
-#include "synthesis/cuda/array_tables.h"
+#include "synthesis/cuda/device_tables.h"
+#include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
-#include "synthesis/cuda/shifted_echoes.h"
 
 namespace ensonify {
 
@@ -45,7 +44,7 @@ class ArrayProgram {
     queue_.wait();
   }
 
-  // Of a ping with so many scatterers on the device.
+  // What a ping with so many scatterers takes on the device.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t cells = std::uint64_t(beams()) * samples();
     const std::uint64_t sounds = echoes + (has_volumes ? cells : 0);
@@ -59,12 +58,7 @@ class ArrayProgram {
            power_.ping_bytes(echoes);
   }
 
-  // Results stay on the device: series(), powers(), channels().
-  void run(const PingBatch& batch, const Workers& workers) {
-    upload(batch, workers);
-    compute(batch);
-  }
-  // Its two halves.
+  // First upload(), then compute(). Results stay on the device: series(), powers(), channels().
   void upload(const PingBatch& batch, const Workers& workers) {
     upload(batch);
     shifted_.upload(batch, workers);
@@ -190,7 +184,7 @@ class ArrayProgram {
   void hear_shifts() {
     if (shifted_.count() == 0) return;
     shifted_sounds_.need(shifted_.count());
-    const ShiftsOnDevice all = shifted_.on_device();
+    const DopplerOnDevice all = shifted_.on_device();
     queue_.run(shifted_.count(),
                HearShifts{all.shifts, echoes_.data(), all.nodes, shifted_.points_per_s(),
                           sounds_.data(), all.value, all.place, shifted_sounds_.data()});
@@ -199,15 +193,15 @@ class ArrayProgram {
   // To the spectra; the grid is lost.
   void add_shifts(std::int64_t pings) {
     if (shifted_.count() == 0) return;
-    const ShiftsOnDevice all = shifted_.on_device();
+    const DopplerOnDevice all = shifted_.on_device();
     const DeviceKernel kernel = shifted_.kernel();
     const SoundList list{shifted_sounds_.data(), shifted_.count(), first_shift_.data()};
     const std::int64_t rows = pings * elements();
     grid_.need(rows * kernel.points);
     shifted_.for_each_node(
         pings, [&](int node, const Complex32* filter, const unsigned char* uses) {
-          queue_.run(list.count,
-                     WeighSounds{all.value, all.place, all.nodes, node, shifted_sounds_.data()});
+          queue_.run(list.count, WeighShifts<Sound>{all.value, all.place, all.nodes, node,
+                                                    shifted_sounds_.data()});
           gather(pings, list, kernel, shifted_.points_per_s(), uses, false);
           queue_.transform(grid_.data(), kernel.points, elements(), pings, FftDirection::forward);
           queue_.run(rows * bins(), AddNode{grid_.data(), filter, response_.data(), uses,
@@ -253,7 +247,7 @@ class ArrayProgram {
                     elements(), samples(), bins(), focused, out.data()});
   }
 
-  // Of the spectra, which are lost.
+  // Made of the spectra, which are lost.
   void make_channels(const PingBatch& batch) {
     const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     channels_.need(rows * samples());
@@ -265,7 +259,7 @@ class ArrayProgram {
   SynthesisSetup setup_;
   ArrayTables tables_;
   ArrayPowerProgram<Queue> power_;
-  ShiftedEchoes<Queue> shifted_;
+  DopplerEchoes<Queue> shifted_;
   DeviceKernel kernel_{};
   std::vector<std::uint32_t> echo_begin_, cell_begin_, shift_begin_;  // [pings + 1]
   DeviceBuffer<float, Queue> coefficient_{queue_}, weight_{queue_}, noise_factor_{queue_},

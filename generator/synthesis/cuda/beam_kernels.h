@@ -14,9 +14,8 @@
 #include <cstdint>
 
 #include "acoustics/propagation.h"
-#include "core/random.h"
 #include "core/units.h"
-#include "synthesis/cuda/records.h"
+#include "synthesis/cuda/queue.h"
 
 namespace ensonify {
 
@@ -62,22 +61,24 @@ struct PlaceEchoes {
 
 struct PlacePowers {
   const EchoRecord* echoes;
+  const DirectionRecord* directed;  // the order of the echoes; null: their own
   double source_pa_m, points_per_s;
   int width;
   PlacedEchoes out;  // value.re alone
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const EchoRecord& e = echoes[i];
+    const EchoRecord& e = echoes[directed != nullptr ? directed[i].echo : i];
     const double rms = source_pa_m * e.deviation * e.gain;
     out.value[i] = {static_cast<float>(rms * rms), 0};
     place_echo(e.delay_s, points_per_s, width, out.offset[i], out.first[i]);
   }
 };
 
-// The sum of value times kernel over echoes [begin, end), which `first` sorts, at a grid point that
-// may lie outside of the grid.
-ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
-                                    std::uint32_t begin, std::uint32_t end, std::int32_t point) {
+// The first of echoes [begin, end), which `first` sorts, whose kernel reaches a grid point or lies
+// behind it. The point may lie outside of the grid.
+ENSONIFY_HD inline std::uint32_t first_reaching(const PlacedEchoes& echoes,
+                                                const DeviceKernel& kernel, std::uint32_t begin,
+                                                std::uint32_t end, std::int32_t point) {
   std::uint32_t low = begin, high = end;
   while (low < high) {
     const std::uint32_t middle = low + (high - low) / 2;
@@ -87,11 +88,17 @@ ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKern
       low = middle + 1;
     }
   }
+  return low;
+}
+
+// The sum of value times kernel over these echoes.
+ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
+                                    std::uint32_t begin, std::uint32_t end, std::int32_t point) {
   Complex32 sum{0, 0};
-  for (; low < end && echoes.first[low] <= point; ++low) {
+  for (std::uint32_t low = first_reaching(echoes, kernel, begin, end, point);
+       low < end && echoes.first[low] <= point; ++low) {
     const float w = kernel_at(kernel, point - echoes.first[low], echoes.offset[low]);
-    sum.re += w * echoes.value[low].re;
-    sum.im += w * echoes.value[low].im;
+    sum += w * echoes.value[low];
   }
   return sum;
 }
@@ -103,9 +110,7 @@ ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const De
   Complex32 sum = sum_at(echoes, kernel, begin, end, point);
   for (const std::int32_t other : {point - kernel.points, point + kernel.points}) {
     if (other < -kernel.width || other >= kernel.points + kernel.width) continue;
-    const Complex32 part = sum_at(echoes, kernel, begin, end, other);
-    sum.re += part.re;
-    sum.im += part.im;
+    sum += sum_at(echoes, kernel, begin, end, other);
   }
   return sum;
 }
@@ -165,10 +170,8 @@ struct DrawVolumes {
     const double e = energy[row * samples + n];
     if (e == 0) return;
     const std::int64_t ping = row / sectors;
-    const auto item = (static_cast<std::uint64_t>(row % sectors) << 32) | static_cast<unsigned>(n);
-    const ComplexDraw xi = complex_normal(volume_key[ping], pings[ping].speckle_ping, item, 0);
-    const double rms = source_pa_m * std::sqrt(e);
-    cells[i] = {static_cast<float>(rms * xi.re), static_cast<float>(rms * xi.im)};
+    cells[i] = narrow(cell_draw(volume_key[ping], pings[ping].speckle_ping, row % sectors, n,
+                                source_pa_m * std::sqrt(e)));
   }
 };
 
@@ -212,36 +215,32 @@ struct FilterSeries {
     const int at = k < transform / 2 ? k : points - transform + k;
     Complex32 sum = product(grid[row * points + at], filter[k]);
     if (cells != nullptr) {
-      const Complex32 part = product(cells[i], cell_filter[k]);
-      sum.re += part.re;
-      sum.im += part.im;
+      sum += product(cells[i], cell_filter[k]);
     }
     record[i] = sum;
   }
 };
 
-// |s|^2 fills twice the band: bins above the record's fall on those a period lower.
+// |s|^2 fills twice the band: bins above the record's fall on those a period lower. The filters of
+// row r of `rows` lie r % row_filters times filter_stride further on.
 struct FilterPowers {
   const Complex32* grid;
   const Complex32* cells;
   const Complex32 *filter, *upper_filter, *cell_filter;
-  int points, transform;
+  int rows, row_filters, filter_stride, points, transform;
   Complex32* record;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const auto k = static_cast<int>(i % transform);
     const std::int64_t row = i / transform;
+    const std::int64_t own = row % rows % row_filters * filter_stride;
     const Complex32* from = grid + row * points;
-    Complex32 sum = product(from[k], filter[k]);
+    Complex32 sum = product(from[k], filter[own + k]);
     if (k > 0) {
-      const Complex32 upper = product(from[points - transform + k], upper_filter[k]);
-      sum.re += upper.re;
-      sum.im += upper.im;
+      sum += product(from[points - transform + k], upper_filter[own + k]);
     }
     if (cells != nullptr) {
-      const Complex32 part = product(cells[i], cell_filter[k]);
-      sum.re += part.re;
-      sum.im += part.im;
+      sum += product(cells[i], cell_filter[k]);
     }
     record[i] = sum;
   }
@@ -288,8 +287,7 @@ struct MixSeries {
             is_there ? record[(ping * beams + s + t) * transform + n] : Complex32{0, 0};
         ENSONIFY_UNROLL
         for (int b = 0; b < kBeamsAThread; ++b) {
-          sum[b].re += band.of(t, b) * p.re;
-          sum[b].im += band.of(t, b) * p.im;
+          sum[b] += band.of(t, b) * p;
         }
       }
     }
@@ -297,18 +295,22 @@ struct MixSeries {
     for (int b = 0; b < kBeamsAThread; ++b) {
       const int beam = first + b;
       if (beam >= beams) continue;
-      Complex32 p = {scale[beam] * sum[b].re, scale[beam] * sum[b].im};
+      Complex32 p = scale[beam] * sum[b];
       if (adds_noise && pings[ping].noise_rms != 0) {
-        const auto item = (static_cast<std::uint64_t>(beam) << 32) | static_cast<unsigned>(n);
-        const ComplexDraw xi =
-            complex_normal(pings[ping].noise_key, pings[ping].noise_ping, item, 0);
-        p.re += static_cast<float>(pings[ping].noise_rms * xi.re);
-        p.im += static_cast<float>(pings[ping].noise_rms * xi.im);
+        const BatchPing& own = pings[ping];
+        p += narrow(cell_draw(own.noise_key, own.noise_ping, beam, n, own.noise_rms));
       }
       out[(ping * beams + beam) * samples + n] = p;
     }
   }
 };
+
+// Ringing of the kernel may leave a rounding error below zero. means: null, or added as |means|^2.
+ENSONIFY_HD inline float finished_power(float power, const Complex32* means, std::int64_t at) {
+  power = power > 0 ? power : 0;
+  if (means != nullptr) power += means[at].re * means[at].re + means[at].im * means[at].im;
+  return power;
+}
 
 // powers [pings][beams][samples] of records [pings][ceil(sectors / 2)][transform], plus
 // |means|^2 of [pings][beams][samples] unless null; weight and scale are squares.
@@ -342,11 +344,7 @@ struct MixPowers {
     for (int b = 0; b < kBeamsAThread; ++b) {
       if (first + b >= beams) continue;
       const std::int64_t at = (ping * beams + first + b) * samples + n;
-      float power = scale[first + b] * sum[b];
-      // Ringing of the kernel may leave a rounding error below zero.
-      power = power > 0 ? power : 0;
-      if (means != nullptr) power += means[at].re * means[at].re + means[at].im * means[at].im;
-      out[at] = power;
+      out[at] = finished_power(scale[first + b] * sum[b], means, at);
     }
   }
 };

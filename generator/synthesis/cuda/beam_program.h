@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/beam_kernels.h"
-#include "synthesis/cuda/beam_tables.h"
-#include "synthesis/cuda/doppler_program.h"
+#include "synthesis/cuda/device_tables.h"
+#include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 
@@ -35,7 +35,7 @@ class BeamProgram {
     queue_.wait();
   }
 
-  // Of a ping with so many scatterers on the device.
+  // What a ping with so many scatterers takes on the device.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t sectors = setup_.sonar.beam_count, bins = setup_.record.transform;
     const std::uint64_t points =
@@ -48,12 +48,7 @@ class BeamProgram {
            echoes * (sizeof(EchoRecord) + sizeof(Complex32) + 3 * sizeof(float) + shift);
   }
 
-  // Results stay on the device: series(), powers().
-  void run(const PingBatch& batch, const Workers& workers) {
-    upload(batch, workers);
-    compute(batch);
-  }
-  // Its two halves.
+  // First upload(), then compute(). Results stay on the device: series(), powers().
   void upload(const PingBatch& batch, const Workers& workers) {
     upload(batch);
     doppler_.upload(batch, workers);
@@ -160,8 +155,8 @@ class BeamProgram {
     grid_.need(rows * kernel.points);
     record_.need(rows * bins());
     powers_.need(pings * sectors() * samples());
-    queue_.run(batch.echoes.size(), PlacePowers{echoes_.data(), source_pa_m, points_per_s(power_),
-                                                kernel.width, placed()});
+    queue_.run(batch.echoes.size(), PlacePowers{echoes_.data(), nullptr, source_pa_m,
+                                                points_per_s(power_), kernel.width, placed()});
     queue_.run(rows * kernel.points, GatherPowers{placed(), pings_.data(), offset_.data(), kernel,
                                                   sectors(), grid_.data()});
     queue_.transform(grid_.data(), kernel.points, row_pairs, pings, FftDirection::forward);
@@ -174,8 +169,8 @@ class BeamProgram {
     }
     queue_.run(rows * bins(),
                FilterPowers{grid_.data(), has_cells ? cells_.data() : nullptr, power_.filter.data(),
-                            power_.upper_filter.data(), power_.cell_filter.data(), kernel.points,
-                            bins(), record_.data()});
+                            power_.upper_filter.data(), power_.cell_filter.data(), row_pairs, 1, 0,
+                            kernel.points, bins(), record_.data()});
     queue_.transform(record_.data(), bins(), row_pairs, pings, FftDirection::backward);
     queue_.run(mixed(pings), MixPowers{record_.data(), batch.has_means ? means_.data() : nullptr,
                                        power_weight_.data() + kBeamsAThread, power_scale_.data(),

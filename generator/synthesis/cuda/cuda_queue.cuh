@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "synthesis/cpu/fft.h"
-#include "synthesis/cuda/records.h"
+#include "synthesis/cuda/queue.h"
 
 namespace ensonify {
 

@@ -137,7 +137,8 @@ Times times_of(const SynthesisSetup& setup, const std::vector<PingTask>& tasks,
     Program program(queue, setup);
     PingBatch batch;
     fill_batch(setup, tasks, workers, batch);
-    program.run(batch, workers);
+    program.upload(batch, workers);
+    program.compute(batch);
     queue.wait();
     const auto compute = [&] {
       program.compute(batch);

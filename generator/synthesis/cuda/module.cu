@@ -3,7 +3,7 @@
 
 #include "synthesis/cuda/cuda_queue.cuh"
 #include "synthesis/cuda/device_backend.h"
-#include "synthesis/cuda/module_api.h"
+#include "synthesis/cuda_backend.h"
 
 namespace ensonify {
 namespace {

@@ -1,4 +1,7 @@
 // The pings of a batch as a device takes them.
+//
+//   PingBatch      fill_batch
+//   fill_arrivals  array_echo_bytes   what it holds for an array beside what it holds for sectors
 #pragma once
 
 #include <memory_resource>
@@ -7,7 +10,7 @@
 
 #include "core/parallel.h"
 #include "synthesis/backend.h"
-#include "synthesis/cuda/records.h"
+#include "synthesis/cuda/queue.h"
 
 namespace ensonify {
 
@@ -24,7 +27,7 @@ struct PingBatch {
   std::pmr::vector<BatchPing> pings;
   std::pmr::vector<std::uint64_t> volume_key;  // [pings]
   std::pmr::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
-  // Of an array, whose echoes and shifts are in the order of their delays, ping by ping: of the
+  // For an array, whose echoes and shifts are in the order of their delays, ping by ping: of the
   // offsets only where pings begin and end holds.
   std::pmr::vector<ArrivalRecord> arrivals;          // [echoes]
   std::pmr::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
@@ -36,5 +39,13 @@ struct PingBatch {
 // Memory is used again.
 void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                 const Workers& workers, PingBatch& batch);
+
+// Puts the echoes and shifts of every ping, filled in already, into the order of delays, and fills
+// in where echoes come from. Needs setup.sonar.array.
+void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
+                   const Workers& workers, PingBatch& batch);
+
+// What each echo takes on the host.
+std::uint64_t array_echo_bytes();
 
 }  // namespace ensonify

@@ -1,4 +1,4 @@
-// The oracle of the element-level array (synthesis/array.h).
+// The oracle of the element-level array (synthesis/beamforming.h).
 #pragma once
 
 #include <memory>

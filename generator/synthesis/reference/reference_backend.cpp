@@ -11,8 +11,8 @@
 #include "core/units.h"
 #include "synthesis/adc.h"
 #include "synthesis/backend.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/draw.h"
-#include "synthesis/mixing.h"
 #include "synthesis/reference/array_reference.h"
 
 namespace ensonify {

@@ -13,7 +13,6 @@
 
 #include "world/import/import.h"
 #include "world/import/mesh_file.h"
-#include "world/import/mesh_repair.h"
 
 namespace ensonify {
 namespace {

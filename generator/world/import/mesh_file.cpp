@@ -6,9 +6,11 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -75,24 +77,13 @@ struct PlyHead {
 };
 
 std::size_t bytes_of(const std::string& type) {
-  constexpr std::array<std::pair<std::string_view, std::size_t>, 16> kTypes = {{{"char", 1},
-                                                                                {"uchar", 1},
-                                                                                {"int8", 1},
-                                                                                {"uint8", 1},
-                                                                                {"short", 2},
-                                                                                {"ushort", 2},
-                                                                                {"int16", 2},
-                                                                                {"uint16", 2},
-                                                                                {"int", 4},
-                                                                                {"uint", 4},
-                                                                                {"int32", 4},
-                                                                                {"uint32", 4},
-                                                                                {"float", 4},
-                                                                                {"float32", 4},
-                                                                                {"double", 8},
-                                                                                {"float64", 8}}};
-  for (const auto& [name, bytes] : kTypes) {
-    if (name == type) return bytes;
+  constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
+      {" char uchar int8 uint8 ", 1},
+      {" short ushort int16 uint16 ", 2},
+      {" int uint int32 uint32 float float32 ", 4},
+      {" double float64 ", 8}};
+  for (const auto& [names, bytes] : kTypes) {
+    if (names.find(" " + type + " ") != std::string_view::npos) return bytes;
   }
   return 0;
 }
@@ -232,6 +223,43 @@ Status check_mesh_file(const std::filesystem::path& file) {
   if (extension != ".gltf" && extension != ".stl" && extension != ".ply") return {};
   std::ifstream stream(file, std::ios::binary);
   return check_mesh_text(file, std::string(std::istreambuf_iterator<char>(stream), {}));
+}
+
+namespace {
+
+bool has_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  std::array<Vec3, 3> corner;
+  double largest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& v = mesh.vertices[triangle[i]];
+    corner[i] = to_vec3(v);
+    for (const float x : v) largest = std::max(largest, std::abs(static_cast<double>(x)));
+  }
+  const Vec3 ab = corner[1] - corner[0], ac = corner[2] - corner[0], bc = corner[2] - corner[1];
+  const double longest = std::max({length(ab), length(ac), length(bc)});
+  const double rounding = std::numeric_limits<float>::epsilon() * largest;
+  return length(cross(ab, ac)) > rounding * longest;
+}
+
+}  // namespace
+
+void drop_faces_without_area(Mesh& mesh) {
+  const std::size_t before = mesh.triangles.size();
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < before; ++t) {
+    if (!has_area(mesh, mesh.triangles[t])) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.part.empty()) mesh.part[kept] = mesh.part[t];
+    ++kept;
+  }
+  mesh.triangles.resize(kept);
+  if (!mesh.part.empty()) mesh.part.resize(kept);
+  const std::size_t dropped = before - mesh.triangles.size();
+  if (dropped == 0) return;
+  mesh.warnings.push_back(
+      fmt::format("{} of {} faces left out: they have no area (corners that coincide or lie in a "
+                  "line)",
+                  dropped, before));
 }
 
 }  // namespace ensonify

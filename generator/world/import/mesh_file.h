@@ -1,4 +1,8 @@
-// Whether a mesh file is all there, before it is read.
+// What is looked at in a mesh file before it is read, and what is put right in the mesh.
+//
+//   check_mesh_file  check_mesh_text   whether a file is all there
+//   drop_faces_without_area
+//   broken_mesh  lower_case_extension
 #pragma once
 
 #include <filesystem>
@@ -6,6 +10,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "world/mesh.h"
 
 namespace ensonify {
 
@@ -22,5 +27,10 @@ Status check_mesh_file(const std::filesystem::path& file);
 
 // The same of a file's bytes, in the format that its name tells.
 Status check_mesh_text(const std::filesystem::path& file, std::string_view bytes);
+
+// Leaves out faces that are no thicker than the rounding of their coordinates (corners that
+// coincide or lie in a line): they stop no ray to speak of, and their normals are noise. Adds a
+// warning that counts them.
+void drop_faces_without_area(Mesh& mesh);
 
 }  // namespace ensonify

@@ -12,7 +12,7 @@ namespace ensonify {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x31796669'6e6f736eu;
-enum class Content : std::uint32_t { mesh = 1, density = 2, error = 3 };
+enum class Payload : std::uint32_t { mesh = 1, density = 2, error = 3 };
 constexpr std::uint64_t kMostTexts = 4096, kMostTextBytes = 1 << 20;
 
 template <class T>
@@ -39,7 +39,7 @@ bool put_texts(WireOutput out, const std::vector<std::string>& texts) {
                      [&](const std::string& text) { return put_text(out, text); });
 }
 
-bool put_head(WireOutput out, Content content) { return put(out, kMagic) && put(out, content); }
+bool put_head(WireOutput out, Payload payload) { return put(out, kMagic) && put(out, payload); }
 
 template <class T>
 bool get(const WireInput& in, T& value) {
@@ -79,15 +79,15 @@ bool get_texts(const WireInput& in, std::vector<std::string>& texts) {
 
 const Error kNonsense{ErrorKind::bug, "gave nothing that can be used"};
 
-// Nothing where the content follows; else the importer's error, or kNonsense.
-std::optional<Error> read_head(const WireInput& in, Content wanted) {
+// Nothing where the payload follows; else the importer's error, or kNonsense.
+std::optional<Error> read_head(const WireInput& in, Payload wanted) {
   std::uint64_t magic = 0;
-  Content content{};
-  if (!get(in, magic) || magic != kMagic || !get(in, content)) return kNonsense;
-  if (content == wanted) return {};
+  Payload payload{};
+  if (!get(in, magic) || magic != kMagic || !get(in, payload)) return kNonsense;
+  if (payload == wanted) return {};
   std::uint32_t kind = 0;
   Error error;
-  if (content != Content::error || !get(in, kind) || !get_text(in, error.message)) {
+  if (payload != Payload::error || !get(in, kind) || !get_text(in, error.message)) {
     return kNonsense;
   }
   error.kind = kind == static_cast<std::uint32_t>(ErrorKind::io) ? ErrorKind::io : ErrorKind::usage;
@@ -143,25 +143,25 @@ bool is_sound(const DensityGrid& grid) {
 }  // namespace
 
 bool write_mesh(WireOutput out, const Mesh& mesh) {
-  return put_head(out, Content::mesh) && put_list(out, mesh.vertices) &&
+  return put_head(out, Payload::mesh) && put_list(out, mesh.vertices) &&
          put_list(out, mesh.normals) && put_list(out, mesh.triangles) &&
          put_list(out, mesh.reflectivity) && put_list(out, mesh.part) &&
          put_texts(out, mesh.part_names) && put_texts(out, mesh.warnings);
 }
 
 bool write_density(WireOutput out, const DensityGrid& grid) {
-  return put_head(out, Content::density) && put(out, grid.index_from_local) &&
+  return put_head(out, Payload::density) && put(out, grid.index_from_local) &&
          put(out, grid.spacing_m) && put(out, grid.origin) && put(out, grid.bricks) &&
          put_list(out, grid.top) && put_list(out, grid.samples);
 }
 
 bool write_error(WireOutput out, const Error& error) {
-  return put_head(out, Content::error) && put(out, static_cast<std::uint32_t>(error.kind)) &&
+  return put_head(out, Payload::error) && put(out, static_cast<std::uint32_t>(error.kind)) &&
          put_text(out, error.message.substr(0, kMostTextBytes));
 }
 
 Result<Mesh> read_mesh(const WireInput& in) {
-  if (const std::optional<Error> error = read_head(in, Content::mesh)) return *error;
+  if (const std::optional<Error> error = read_head(in, Payload::mesh)) return *error;
   Mesh mesh;
   const bool whole = get_list(in, mesh.vertices) && get_list(in, mesh.normals) &&
                      get_list(in, mesh.triangles) && get_list(in, mesh.reflectivity) &&
@@ -172,7 +172,7 @@ Result<Mesh> read_mesh(const WireInput& in) {
 }
 
 Result<DensityGrid> read_density(const WireInput& in) {
-  if (const std::optional<Error> error = read_head(in, Content::density)) return *error;
+  if (const std::optional<Error> error = read_head(in, Payload::density)) return *error;
   DensityGrid grid;
   const bool whole = get(in, grid.index_from_local) && get(in, grid.spacing_m) &&
                      get(in, grid.origin) && get(in, grid.bricks) && get_list(in, grid.top) &&

@@ -1,4 +1,4 @@
-#include "world/models/blocks.h"
+#include "world/models/models.h"
 
 #include <cmath>
 #include <utility>
@@ -89,6 +89,18 @@ Solid tube(const std::vector<TubePoint>& curve, Vec3 plane_normal, int corners, 
     }
   }
   return loft(rings, ends);
+}
+
+Solid tube(const std::vector<Vec3>& curve, double radius, int corners, Ends ends) {
+  std::vector<TubePoint> points;
+  for (const Vec3& p : curve) points.push_back({p, radius});
+  return tube(points, {0, 0, 1}, corners, ends);
+}
+
+Solid torus(Vec3 centre, double radius, double bar_radius, int steps) {
+  std::vector<Vec3> circle = arc(centre, radius, 0, 2 * kPi, steps);
+  circle.pop_back();
+  return tube(circle, bar_radius, 12, Ends::looped);
 }
 
 Solid box(Vec3 size) {

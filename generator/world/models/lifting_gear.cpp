@@ -1,4 +1,4 @@
-// Hook and shackle.
+// Hook, shackle and chain.
 #include <cmath>
 
 #include "core/units.h"
@@ -6,18 +6,6 @@
 
 namespace ensonify {
 namespace {
-
-std::vector<TubePoint> of_one_radius(const std::vector<Vec3>& curve, double radius) {
-  std::vector<TubePoint> tube;
-  for (const Vec3& p : curve) tube.push_back({p, radius});
-  return tube;
-}
-
-Solid torus(Vec3 centre, double radius, double bar_radius) {
-  std::vector<Vec3> circle = arc(centre, radius, 0, 2 * kPi, 32);
-  circle.pop_back();
-  return tube(of_one_radius(circle, bar_radius), {0, 0, 1}, 12, Ends::looped);
-}
 
 // Turned about z, then laid along y.
 Solid across(const std::vector<ProfilePoint>& profile) {
@@ -48,7 +36,7 @@ Solid hook_solid() {
     bar.push_back(
         {bend[static_cast<std::size_t>(i)], kThickest + (end_radius - kThickest) * away * away});
   }
-  return joined({torus({0.86, 0, 0}, 0.1, kShank), tube(bar, {0, 0, 1}, 16)});
+  return joined({torus({0.86, 0, 0}, 0.1, kShank, 32), tube(bar, {0, 0, 1}, 16)});
 }
 
 // Anchor shackle, in diameters of its bow: pin 1.13, jaw 1.69, bow 2.69 wide inside, 3.75 from the
@@ -68,7 +56,7 @@ Solid shackle_solid() {
   const std::vector<Vec3> bend = arc(centre, kBend, -end_rad, end_rad, 24);
   curve.insert(curve.end(), bend.begin() + 1, bend.end() - 1);
   curve.insert(curve.end(), leg.begin(), leg.end());
-  std::vector<Solid> parts = {tube(of_one_radius(curve, kBow), {0, 0, 1}, 16)};
+  std::vector<Solid> parts = {tube(curve, kBow, 16)};
   for (const double y : {-kLeg, kLeg}) {
     parts.push_back(across({{kEye - 0.15, y - kBow},
                             {kEye, y - kBow + 0.15},
@@ -82,6 +70,40 @@ Solid shackle_solid() {
                           {0.85, outside + 0.6}}));
   const double tilt_rad = std::asin((kEye - kBow) / kCrown);
   return moved(joined(parts), {{}, from_roll_pitch_yaw(0, tilt_rad, 0)});
+}
+
+namespace {
+
+// Studless anchor chain link, in diameters of its bar: 6 long, 3.35 wide (ISO 1704).
+Solid link() {
+  constexpr double kBend = 1.175, kHalfStraight = 2.5 - kBend;
+  std::vector<Vec3> curve;
+  for (const double end : {1.0, -1.0}) {
+    const double from = end > 0 ? -kPi / 2 : kPi / 2;
+    const std::vector<Vec3> bend = arc({end * kHalfStraight, 0, 0}, kBend, from, from + kPi, 8);
+    curve.insert(curve.end(), bend.begin(), bend.end());
+  }
+  return tube(curve, 0.5, 8, Ends::looped);
+}
+
+}  // namespace
+
+// Eleven links, each tilted 45 deg on the bottom, the next one to the other side, in a gentle bend.
+// Neighbours are 4 diameters apart, so that they touch.
+Solid chain_solid() {
+  constexpr int kLinks = 11;
+  constexpr double kBendRad = radians(25);
+  const Solid one = link();
+  std::vector<Solid> links;
+  Vec3 joint;
+  for (int k = 0; k < kLinks; ++k) {
+    const double heading = kBendRad * std::cos(2 * kPi * k / (kLinks - 1));
+    const double roll = (k % 2 == 0 ? 1 : -1) * kPi / 4;
+    const Vec3 half_pitch = 2.0 * Vec3{std::cos(heading), std::sin(heading), 0};
+    links.push_back(moved(one, {joint + half_pitch, from_roll_pitch_yaw(roll, 0, heading)}));
+    joint = joint + 2.0 * half_pitch;
+  }
+  return joined(links);
 }
 
 }  // namespace ensonify

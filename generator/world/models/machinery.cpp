@@ -1,4 +1,4 @@
-// Propeller and valve.
+// Propeller, valve and tyre.
 #include <array>
 #include <cmath>
 
@@ -90,20 +90,37 @@ Solid valve_solid() {
                                {9, 242}},
                               32);
   constexpr double kWheelZ = 225, kWheelRadius = 82, kRim = 9, kSpoke = 6;
-  std::vector<TubePoint> rim;
-  for (const Vec3& p : arc({0, 0, kWheelZ}, kWheelRadius, 0, 2 * kPi, 40)) rim.push_back({p, kRim});
-  rim.pop_back();
   std::vector<Solid> parts = {moved(body, {{}, from_roll_pitch_yaw(0, kPi / 2, 0)}), bonnet,
-                              tube(rim, {0, 0, 1}, 12, Ends::looped),
+                              torus({0, 0, kWheelZ}, kWheelRadius, kRim, 40),
                               turned({{16, kWheelZ - 11}, {16, kWheelZ + 11}}, 24)};
   for (int s = 0; s < 3; ++s) {
     const double angle = 2 * kPi * s / 3;
     const Vec3 outwards{std::cos(angle), std::sin(angle), 0};
     const Vec3 hub{0, 0, kWheelZ};
-    parts.push_back(tube({{hub + 12 * outwards, kSpoke}, {hub + kWheelRadius * outwards, kSpoke}},
-                         {0, 0, 1}, 10));
+    parts.push_back(tube({hub + 12 * outwards, hub + kWheelRadius * outwards}, kSpoke, 10));
   }
   return joined(parts);
+}
+
+// Car tyre 195/65 R15: 195 mm wide, 634 mm over all, beads of 381 mm. The carcass is a shell
+// between two ellipses of one centre, the inner one 0.85 of the outer, open towards the axis from
+// 140 deg on either side of the tread's middle.
+Solid tyre_solid() {
+  constexpr double kOuterRadius = 317, kBeadRadius = 190.5, kHalfWidth = 97.5, kInner = 0.85;
+  constexpr int kSteps = 16;
+  const double open_rad = radians(140);
+  const double half_height = (kOuterRadius - kBeadRadius) / (1 - std::cos(open_rad));
+  const double centre = kOuterRadius - half_height;
+  std::vector<ProfilePoint> loop;
+  for (const double shell : {1.0, kInner}) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double direction = shell == 1 ? 1 : -1;  // there outside, back inside
+      const double angle = direction * open_rad * (2.0 * i / kSteps - 1);
+      loop.push_back(
+          {centre + shell * half_height * std::cos(angle), shell * kHalfWidth * std::sin(angle)});
+    }
+  }
+  return turned(loop, 64, Ends::looped);
 }
 
 }  // namespace ensonify

@@ -1,0 +1,71 @@
+// The planes of a labelled image, one row each. Whatever copies, checks, writes or reads images
+// loops over this table: a new label is a member of ImagePlanes, a row here and its producer.
+//
+//   PlaneBlank  ImagePlane  kImagePlanes
+//   with_plane        calls a function with the values of a plane
+//   pixel_bytes  blank_value
+//   view_name         polar, cartesian
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "core/ping.h"
+#include "core/units.h"
+
+namespace ensonify {
+
+// What a pixel holds where there is nothing.
+enum class PlaneBlank { zero, no_energy, nan };
+
+struct ImagePlane {
+  using Values =
+      std::variant<std::vector<float> ImagePlanes::*, std::vector<std::uint16_t> ImagePlanes::*,
+                   std::vector<std::uint8_t> ImagePlanes::*>;
+  const char* name;
+  const char* unit;
+  PlaneBlank blank;
+  Values values;
+  bool OutputSelection::*wanted = nullptr;  // null: every image has it
+};
+
+inline constexpr ImagePlane kImagePlanes[] = {
+    {"level_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::level_db},
+    {"clean_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::clean_db},
+    {"elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_rad},
+    {"elevation_std_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_std_rad},
+    {"instance_fraction", "1", PlaneBlank::zero, &ImagePlanes::instance_fraction},
+    {"instance", "", PlaneBlank::zero, &ImagePlanes::instance},
+    {"semantic", "", PlaneBlank::zero, &ImagePlanes::semantic},
+    {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, &OutputSelection::shadow},
+    {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, &OutputSelection::multipath},
+};
+
+template <class Planes, class Use>
+decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
+  return std::visit([&](auto member) -> decltype(auto) { return use(planes.*member); },
+                    plane.values);
+}
+
+constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {
+  constexpr std::uint64_t kBytes[] = {sizeof(float), sizeof(std::uint16_t), sizeof(std::uint8_t)};
+  return kBytes[plane.values.index()];
+}
+
+template <class Value>
+constexpr Value blank_value(PlaneBlank blank) {
+  if constexpr (std::is_floating_point_v<Value>) {
+    if (blank == PlaneBlank::no_energy) return kNoEnergyDb;
+    if (blank == PlaneBlank::nan) return std::numeric_limits<Value>::quiet_NaN();
+  }
+  return Value{0};
+}
+
+constexpr const char* view_name(ImageView view) {
+  return view == ImageView::polar ? "polar" : "cartesian";
+}
+
+}  // namespace ensonify

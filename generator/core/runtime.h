@@ -1,0 +1,29 @@
+// What the program finds where it runs.
+//
+//   companion_path    where a file is that the program starts or opens: the importer, the CUDA
+//                     module
+//   SimdLevel  best_simd_level  simd_level_name  parse_simd_level
+//                     which vector instructions the inner loops use. One program holds all levels
+//                     and chooses at run time; results differ between levels by rounding only
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+namespace ensonify {
+
+// The file of this name in the program's own folder, as in a build tree, or in ../lib/ensonify,
+// where an installation puts it. Where neither exists: the path in the program's own folder.
+std::filesystem::path companion_path(const char* name);
+
+enum class SimdLevel { sse4, avx2, avx512 };  // avx2 with fma; avx512 with f, bw, dq and vl
+
+// The highest level that this processor has.
+SimdLevel best_simd_level();
+
+// "sse4", "avx2", "avx512".
+std::string_view simd_level_name(SimdLevel level);
+std::optional<SimdLevel> parse_simd_level(std::string_view name);
+
+}  // namespace ensonify

@@ -1,0 +1,67 @@
+// What surfaces do to sound: the parameters, without the formulas (acoustics/scattering.h).
+//
+//   ScatteringLaw  CoherentModel  BackscatterTable
+//   Material  PartMaterials     how a surface throws sound back
+//   FlatSurface  Multipath      which flat surfaces sound comes over, and how many bounces
+//   SoundPath                   one path out and back
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ensonify {
+
+enum class ScatteringLaw { lambert, lommel_seeliger, table };
+enum class CoherentModel { none, rician, kirchhoff };
+
+// Measured backscatter strength against grazing angle (0: along the surface).
+struct BackscatterTable {
+  std::vector<double> grazing_rad;  // rising, from 0 to pi/2
+  std::vector<double> strength_db;  // dB re 1 m^2/m^2 per steradian of backscatter
+};
+
+struct Material {
+  ScatteringLaw law = ScatteringLaw::lambert;
+  double reflectivity = 0;      // mu, of lambert and lommel_seeliger
+  double lambert_exponent = 1;  // n
+  BackscatterTable table{};
+  CoherentModel coherent = CoherentModel::none;
+  double rician_k = 0;         // K, power ratio of the constant part to the random one
+  double reflection = 0;       // R of kirchhoff, -1 ... 1
+  double roughness_rms_m = 0;  // h of kirchhoff
+};
+
+// Parts of a mesh that scatter in another way than the rest of their object.
+struct PartMaterials {
+  std::vector<std::uint16_t> of_part;  // by Mesh::part: 0 the object's own, k: materials[k - 1]
+  std::vector<Material> materials;     // both empty: the object's own everywhere
+};
+
+// Horizontal and without end.
+struct FlatSurface {
+  double z_m = 0;  // in the world
+  double reflection = 0;
+  double roughness_rms_m = 0;
+};
+
+struct Multipath {
+  std::optional<FlatSurface> surface;  // sound stays below it
+  std::optional<FlatSurface> bottom;
+  bool objects = false;  // planes and faces of boxes whose material is kirchhoff
+  int bounces = 2;       // at most, out and back together
+};
+
+inline constexpr int kMaxBounces = 4;
+// How many ways a sequence may have: each is tried for every echo.
+inline constexpr std::size_t kMaxSoundPaths = 4096;
+
+// By the names of what it bounces off, in the order of the sound: surface, bottom, OBJECT.z of a
+// plane, OBJECT.x- ... OBJECT.z+ of a box's faces. Path 0 is the direct one and not listed.
+struct SoundPath {
+  std::uint16_t id = 0;  // Scatterer::path
+  std::vector<std::string> out, back;
+};
+
+}  // namespace ensonify

@@ -1,0 +1,131 @@
+#include "dataset/catalogue.h"
+
+#include <algorithm>
+
+namespace ensonify {
+namespace {
+
+template <class Test>
+const CatalogueRow* find_row(Test test) {
+  const auto rows = catalogue();
+  const auto found = std::find_if(rows.begin(), rows.end(), test);
+  return found == rows.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::span<const CatalogueRow> catalogue() {
+  static const std::vector<CatalogueRow> kRows = catalogue_rows();
+  return kRows;
+}
+
+FileSelection selection_of(const SequenceInfo& info) {
+  return {info.output, info.layers, info.sdf.has_value()};
+}
+
+bool is_wanted(const CatalogueRow& row, const FileSelection& s) {
+  if (row.layer) return std::find(s.layers.begin(), s.layers.end(), *row.layer) != s.layers.end();
+  const bool plane =
+      row.plane == nullptr || row.plane->wanted == nullptr || s.output.*(row.plane->wanted);
+  return plane && (row.wanted == nullptr || row.wanted(s));
+}
+
+bool is_ping_file(const CatalogueRow& row, const FileSelection& s) {
+  return row.scope == FileScope::ping && !row.shares_file && is_wanted(row, s) &&
+         (!s.output.packed || row.grid == FileGrid::list);
+}
+
+bool is_array(const CatalogueRow& row, const FileSelection& s) {
+  return s.output.packed && !row.array.empty() && is_wanted(row, s);
+}
+
+const CatalogueRow* find_file(FileScope scope, std::string_view file) {
+  return find_row([&](const CatalogueRow& row) { return row.scope == scope && row.file == file; });
+}
+
+const CatalogueRow* find_array(std::string_view array) {
+  if (array.empty()) return nullptr;
+  return find_row([&](const CatalogueRow& row) { return row.array == array; });
+}
+
+std::vector<const CatalogueRow*> arrays_of(const FileSelection& selection) {
+  std::vector<const CatalogueRow*> arrays;
+  for (const CatalogueRow& row : catalogue()) {
+    if (is_array(row, selection)) arrays.push_back(&row);
+  }
+  return arrays;
+}
+
+const CatalogueRow& plane_row(ImageView view, std::string_view plane) {
+  const CatalogueRow* row =
+      find_array(std::string(view_name(view)) + "_" + std::string(plane) + ".npy");
+  ENSONIFY_ASSERT(row != nullptr);
+  return *row;
+}
+
+const CatalogueRow& grey_row(ImageView view) { return plane_row(view, "grey"); }
+
+const CatalogueRow* picture_row(ImageView view, const FileSelection& selection) {
+  for (const CatalogueRow* row : {&grey_row(view), &plane_row(view, "level_db")}) {
+    if (is_wanted(*row, selection)) return row;
+  }
+  return nullptr;
+}
+
+GridSizes sizes_of(const SequenceInfo& info) {
+  GridSizes sizes;
+  sizes.beams = static_cast<std::uint64_t>(info.sonar.beam_count);
+  sizes.samples = static_cast<std::uint64_t>(info.record.samples);
+  sizes.elements = info.element_y_m.size();
+  if (info.cartesian) {
+    sizes.cartesian_height = static_cast<std::uint64_t>(info.cartesian->height_px);
+    sizes.cartesian_width = static_cast<std::uint64_t>(info.cartesian->width_px);
+  }
+  sizes.pings = info.last_ping - info.first_ping;
+  return sizes;
+}
+
+NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
+  const auto less = [](std::uint64_t size, int fewer) {
+    return size - std::min<std::uint64_t>(size, static_cast<std::uint64_t>(fewer));
+  };
+  switch (row.grid) {
+    case FileGrid::none:
+      return {};
+    case FileGrid::beams:
+      return {s.beams};
+    case FileGrid::samples:
+      return {s.samples};
+    case FileGrid::returns:
+      return {s.pings, s.beams};
+    case FileGrid::series:
+      return {s.beams, s.samples};
+    case FileGrid::channels:
+      return {s.elements, s.samples};
+    case FileGrid::polar:
+      return {less(s.samples, row.fewer_rows), less(s.beams, row.fewer_columns)};
+    case FileGrid::cartesian:
+      return {s.cartesian_height, s.cartesian_width};
+    case FileGrid::list:
+      return {0};
+  }
+  return {};
+}
+
+NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes) {
+  NpyShape shape = grid_shape(row, sizes);
+  shape.insert(shape.begin(), sizes.pings);
+  return shape;
+}
+
+std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes) {
+  std::uint64_t count = 1;
+  for (const std::uint64_t n : grid_shape(row, sizes)) count *= n;
+  return count;
+}
+
+std::uint64_t packed_bytes(const CatalogueRow& row, const GridSizes& sizes) {
+  return npy_item_bytes(row.type).value_or(0) * cell_count(row, sizes);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,108 @@
+// The files of a data set and the planes of its images, one row each. Whatever writes, packs,
+// checks, lists, estimates, describes or reads files loops over these rows.
+//
+//   FileScope  FileGrid  FileCodec     where a file lies, what its cells are, how they are stored
+//   CatalogueRow  catalogue            the rows, in the order of the data card
+//   FileSelection  selection_of        what decides which of them there are
+//   is_wanted  is_ping_file  is_array
+//   find_file  find_array  arrays_of   rows by name
+//   plane_row  grey_row  picture_row   ... or by what it shows
+//   GridSizes  sizes_of                how large the grids of a sequence are
+//   grid_shape  array_shape  cell_count  packed_bytes
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/image_planes.h"
+#include "core/ping.h"
+#include "formats/npy.h"
+
+namespace ensonify {
+
+// Once a data set, once a sequence, once a ping.
+enum class FileScope { dataset, sequence, ping };
+
+// [beams], [samples], [pings, beams], [beams, samples], [elements, samples], [samples, beams],
+// [rows, columns], and a list as long as the ping has scatterers.
+enum class FileGrid { none, beams, samples, returns, series, channels, polar, cartesian, list };
+
+enum class FileCodec { text, csv, tum, json, json_lines, npy, png, exr, series_exr, ply, vdb };
+
+// What decides which files a sequence has.
+struct FileSelection {
+  OutputSelection output;
+  std::vector<Layer> layers = {};
+  bool sdf = false;
+};
+
+// Packed sequences have `array`, one file of all pings, in place of `file` of each; rows without an
+// array are not in packed sequences, but lists, which stay a file of each ping.
+struct CatalogueRow {
+  using Cells = std::variant<std::span<const float>, std::span<const std::uint16_t>,
+                             std::span<const std::uint8_t>, std::span<const std::complex<float>>>;
+
+  FileScope scope = FileScope::ping;
+  std::string file;                           // in the folder of its scope; {ping}: the ping's stem
+  std::string array = {};                     // in the sequence's folder
+  FileCodec codec = FileCodec::text;          // of `file`
+  FileGrid grid = FileGrid::none;             // of a ping
+  std::string type = {};                      // of a cell in `array` or NPY (npy.h); empty: none
+  double file_bytes = 0;                      // of a cell in `file`, as typical images have them
+  bool (*wanted)(const FileSelection&) = {};  // null: always
+  const char* card = "";                      // the line of README.md; empty: a row before has it
+  const char* packed_card = "";               // the line of packed sequences
+  const char* maker = "";                     // the keys of a scenario that ask for it
+  std::function<Cells(const PingResult&)> cells = {};  // null: no cells of fixed number
+  std::optional<ImageView> view = {};                  // of an image
+  const ImagePlane* plane = nullptr;                   // ... and which of its planes
+  bool shares_file = false;                            // with the row before: planes of one EXR
+  std::optional<Layer> layer = {};
+  int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbours
+};
+
+std::span<const CatalogueRow> catalogue();
+// Makes them, for catalogue() alone.
+std::vector<CatalogueRow> catalogue_rows();
+
+FileSelection selection_of(const SequenceInfo& info);
+bool is_wanted(const CatalogueRow& row, const FileSelection& selection);
+// Whether each ping has this file; whether the sequence has the array.
+bool is_ping_file(const CatalogueRow& row, const FileSelection& selection);
+bool is_array(const CatalogueRow& row, const FileSelection& selection);
+
+// Null where no data set has a file or array of this name.
+const CatalogueRow* find_file(FileScope scope, std::string_view file);
+const CatalogueRow* find_array(std::string_view array);
+// The arrays of a packed sequence, in the order in which they lie in a ping's piece.
+std::vector<const CatalogueRow*> arrays_of(const FileSelection& selection);
+
+const CatalogueRow& plane_row(ImageView view, std::string_view plane);
+const CatalogueRow& grey_row(ImageView view);
+// The image that a detector trains on: the grey one or, where there is none, the level; null where
+// there is neither.
+const CatalogueRow* picture_row(ImageView view, const FileSelection& selection);
+
+struct GridSizes {
+  std::uint64_t beams = 0, samples = 0;
+  std::uint64_t elements = 0;                               // of an array; 0: none
+  std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
+  std::uint64_t pings = 0;
+};
+GridSizes sizes_of(const SequenceInfo& info);
+// {0} of a list, which stands for any length.
+NpyShape grid_shape(const CatalogueRow& row, const GridSizes& sizes);
+// `array`'s: the pings before those of one.
+NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes);
+std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes);
+// Of one ping in `array`.
+std::uint64_t packed_bytes(const CatalogueRow& row, const GridSizes& sizes);
+
+}  // namespace ensonify

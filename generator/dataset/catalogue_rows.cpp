@@ -1,0 +1,316 @@
+#include <iterator>
+#include <utility>
+
+#include "dataset/catalogue.h"
+#include "dataset/layout.h"
+#include "dataset/statistics.h"
+
+namespace ensonify {
+namespace {
+
+using Rows = std::vector<CatalogueRow>;
+using Cells = CatalogueRow::Cells;
+
+struct FixedFile {
+  const char* name;
+  FileCodec codec;
+  const char* card;
+  FileGrid grid = FileGrid::none;
+  const char* type = "";
+};
+
+constexpr FixedFile kDatasetFiles[] = {
+    {"README.md", FileCodec::text, ""},
+    {layout::kDatasetSha256, FileCodec::text, ""},
+    {layout::kDatasetJson, FileCodec::json,
+     "| `dataset.json` | manifest with the SHA-256 of the files; its own is in `dataset.sha256` |"},
+    {layout::kWorkJson, FileCodec::json,
+     "| `work.json` | what was generated: scenario, seed, program and numerics |"},
+    {"scenario.yaml", FileCodec::text,
+     "| `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; "
+     "running it again gives the same bytes |"},
+    {"index.csv", FileCodec::csv,
+     "| `index.csv` | one row a ping: sequence, ping, time_s, split, stem |"},
+    {"splits/train.txt", FileCodec::text,
+     "| `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |"},
+    {"splits/val.txt", FileCodec::text, ""},
+    {"splits/test.txt", FileCodec::text, ""},
+    {"coco.json", FileCodec::json,
+     "| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with "
+     "`amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |"},
+    {layout::kProvenanceJson, FileCodec::json,
+     "| `provenance.json` | host, wall time, threads: not part of the data |"},
+};
+
+// {voxel_m} stands for the number.
+constexpr FixedFile kSequenceFiles[] = {
+    {layout::kSequenceJson, FileCodec::json,
+     "| `sequence.json` | the sequence as drawn: sonar, water, instances, model, every file with "
+     "its SHA-256 |"},
+    {"azimuth_rad.npy", FileCodec::npy, "| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |",
+     FileGrid::beams, kNpyFloat64},
+    {"range_m.npy", FileCodec::npy, "", FileGrid::samples, kNpyFloat64},
+    {"poses.csv", FileCodec::csv, "| `poses.csv`, `poses.tum` | the sonar's pose at each ping |"},
+    {"poses.tum", FileCodec::tum, ""},
+    {"objects.csv", FileCodec::csv, "| `objects.csv` | the pose of each object at each ping |"},
+    {"boxes.csv", FileCodec::csv,
+     "| `boxes.csv` | the 3-D box of each instance at each ping, in the world and in the sonar's "
+     "frame |"},
+    {"first_return_m.npy", FileCodec::npy,
+     "| `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there "
+     "is none |",
+     FileGrid::returns, kNpyFloat32},
+    {layout::kAnnotations, FileCodec::json_lines,
+     "| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |"},
+    {layout::kSdf, FileCodec::vdb,
+     "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
+     "metres, voxels of {voxel_m} m, world coordinates |"},
+};
+
+void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> files) {
+  for (const FixedFile& file : files) {
+    rows.push_back({.scope = scope,
+                    .file = file.name,
+                    .codec = file.codec,
+                    .grid = file.grid,
+                    .type = file.type,
+                    .card = file.card,
+                    .packed_card = file.card});
+    if (rows.back().codec == FileCodec::vdb) {
+      rows.back().wanted = [](const FileSelection& s) { return s.sdf; };
+    }
+  }
+}
+
+void add_statistics(Rows& rows) {
+  const std::size_t first = rows.size();
+  for (const StatisticsArray& array : statistics_arrays()) {
+    rows.push_back({.scope = FileScope::sequence,
+                    .file = array.name,
+                    .codec = FileCodec::npy,
+                    .grid = FileGrid::polar,
+                    .type = array.descr,
+                    .wanted = [](const FileSelection& s) { return s.output.statistics; },
+                    .fewer_rows = array.fewer_rows,
+                    .fewer_columns = array.fewer_columns});
+  }
+  rows[first].card = rows[first].packed_card =
+      "| `statistics/*.npy` | float64 or complex128 [samples, beams]: mean, variance, "
+      "contrast, fourth moment and covariance of neighbours over all pings, which are draws "
+      "of one scene; `statistics` in `sequence.json` says each |";
+}
+
+CatalogueRow series_row(std::string file, std::string array, FileCodec codec = FileCodec::npy) {
+  return {.file = std::move(file),
+          .array = std::move(array),
+          .codec = codec,
+          .grid = FileGrid::series,
+          .type = kNpyComplex64,
+          .file_bytes = 8,
+          .cells = [](const PingResult& r) -> Cells { return std::span(r.series); }};
+}
+
+void add_series(Rows& rows) {
+  rows.push_back(series_row(layout::kTimeseries, "timeseries.npy"));
+  rows.back().wanted = [](const FileSelection& s) { return s.output.timeseries; };
+  rows.back().card = "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |";
+  rows.back().packed_card = "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |";
+  rows.back().maker = "`output.timeseries: npy`";
+
+  rows.push_back(series_row(layout::kTimeseriesExr, "", FileCodec::series_exr));
+  rows.back().wanted = [](const FileSelection& s) { return s.output.timeseries_exr; };
+  rows.back().card =
+      "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
+      "float channels `p.re` and `p.im`, Pa |";
+  rows.back().maker = "`output.timeseries: exr`";
+
+  rows.push_back(series_row(layout::kChannels, "channels.npy"));
+  rows.back().grid = FileGrid::channels;
+  rows.back().wanted = [](const FileSelection& s) { return s.output.channels; };
+  rows.back().cells = [](const PingResult& r) -> Cells { return std::span(r.channels); };
+  rows.back().card =
+      "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
+      "array hears |";
+  rows.back().packed_card =
+      "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
+      "array hears |";
+  rows.back().maker = "`output.channels: true`";
+}
+
+// {layers} stands for their names.
+void add_layers(Rows& rows) {
+  const std::size_t first = rows.size();
+  for (const Layer layer : {Layer::noise, Layer::volume, Layer::target, Layer::background,
+                            Layer::multipath, Layer::quantisation}) {
+    const std::string name = layer_name(layer);
+    rows.push_back(series_row("layers/{ping}_" + name + ".npy", "layers_" + name + ".npy"));
+    rows.back().layer = layer;
+    rows.back().maker = "`output.layers: true`";
+    rows.back().cells = [layer](const PingResult& r) -> Cells {
+      for (const LayerSeries& series : r.layers) {
+        if (series.layer == layer) return std::span(series.pressure_pa);
+      }
+      return std::span<const std::complex<float>>();
+    };
+  }
+  rows[first].card =
+      "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {layers}, as far as "
+      "there are any; their sum is the series |";
+  rows[first].packed_card =
+      "| `layers_*.npy` | the same of {layers}, as far as there are any; their sum is "
+      "the series |";
+}
+
+// What the card says of a plane of polar images, and bytes of a pixel on disk: levels lie as they
+// are, other planes are deflated.
+struct PlaneFile {
+  const char* plane;
+  double file_bytes;
+  const char* card;
+  const char* packed_card;
+};
+constexpr PlaneFile kPlaneFiles[] = {
+    {"level_db", 2,
+     "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
+     "elevation and its spread, share of the winning instance |",
+     "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
+     "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
+     "`polar_instance_fraction` |"},
+    {"clean_db", 0.25, "", ""},
+    {"elevation_rad", 0.25, "", ""},
+    {"elevation_std_rad", 0.25, "", ""},
+    {"instance_fraction", 0.125, "", ""},
+    {"instance", 0.0625,
+     "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
+     "16 and 8 bit, 0: none |",
+     "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |"},
+    {"semantic", 0.0625, "", ""},
+    {"shadow", 0.02,
+     "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
+     "0: none |",
+     "| `polar_shadow.npy` | uint16, the instance in whose shadow the pixel lies, 0: none |"},
+    {"multipath", 0.02,
+     "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
+     "heard there, where they are more than the direct ones, 0: none; no other mask counts "
+     "such echoes |",
+     "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
+     "than the direct ones, 0: none; no other mask counts such echoes |"},
+};
+static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes));
+
+const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view) {
+  return view == ImageView::polar ? r.polar : r.cartesian;
+}
+
+// Floats are stored as halves, all in one picture; ids in a picture of each plane.
+CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
+  const std::string name = view_name(view);
+  const bool is_float = std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
+  const bool is_byte =
+      std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
+  CatalogueRow row;
+  row.file = is_float ? name + "/{ping}.exr" : name + "/{ping}_" + plane.name + ".png";
+  row.array = name + "_" + plane.name + ".npy";
+  row.codec = is_float ? FileCodec::exr : FileCodec::png;
+  row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
+  row.type = is_float ? kNpyFloat16 : is_byte ? kNpyUint8 : kNpyUint16;
+  row.maker = view == ImageView::polar ? "`output.polar: true`" : "`output.cartesian`";
+  row.cells = [view, &plane](const PingResult& r) -> Cells {
+    const auto& image = image_of(r, view);
+    if (!image) return std::span<const float>();
+    return with_plane(*image, plane, [](const auto& v) -> Cells { return std::span(v); });
+  };
+  row.view = view;
+  row.plane = &plane;
+  return row;
+}
+
+void add_images(Rows& rows, ImageView view) {
+  for (std::size_t i = 0; i < std::size(kImagePlanes); ++i) {
+    CatalogueRow row = row_of(view, kImagePlanes[i]);
+    row.wanted = view == ImageView::polar
+                     ? [](const FileSelection& s) { return s.output.polar; }
+                     : [](const FileSelection& s) { return s.output.cartesian; };
+    row.shares_file = i > 0 && rows.back().file == row.file;
+    row.file_bytes = kPlaneFiles[i].file_bytes;
+    if (view == ImageView::polar) {
+      row.card = kPlaneFiles[i].card;
+      row.packed_card = kPlaneFiles[i].packed_card;
+    } else if (i == 0) {
+      row.card = "| `cartesian/PPPPPP*` | the same, seen from above |";
+      row.packed_card = "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |";
+    }
+    rows.push_back(std::move(row));
+  }
+}
+
+void add_greys(Rows& rows) {
+  const auto add = [&](ImageView view, const char* file, FileGrid grid) {
+    CatalogueRow row;
+    row.file = file;
+    row.array = std::string(view_name(view)) + "_grey.npy";
+    row.codec = FileCodec::png;
+    row.grid = grid;
+    row.type = kNpyUint8;
+    row.file_bytes = 0.35;
+    row.view = view;
+    row.cells = [view](const PingResult& r) -> Cells {
+      const auto& grey = view == ImageView::polar ? r.polar_grey : r.cartesian_grey;
+      return grey ? std::span<const std::uint8_t>(grey->pixels) : std::span<const std::uint8_t>();
+    };
+    rows.push_back(std::move(row));
+  };
+  add(ImageView::polar, layout::kPolarGrey, FileGrid::polar);
+  rows.back().wanted = [](const FileSelection& s) { return s.output.png; };
+  rows.back().card = "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |";
+  rows.back().packed_card = "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |";
+  rows.back().maker = "`output.png: true`";
+  add(ImageView::cartesian, layout::kCartesianGrey, FileGrid::cartesian);
+  rows.back().wanted = [](const FileSelection& s) { return s.output.png && s.output.cartesian; };
+  rows.back().maker = "`output.png: true` and `output.cartesian`, or give --view polar";
+}
+
+constexpr double kScattererBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
+constexpr double kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
+
+void add_lists(Rows& rows) {
+  rows.push_back({.file = layout::kScatterers,
+                  .codec = FileCodec::npy,
+                  .grid = FileGrid::list,
+                  .type = kNpyScatterer,
+                  .file_bytes = kScattererBytes});
+  rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers; };
+  rows.back().card =
+      "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
+      "with `model` in `sequence.json` it gives the series again |";
+  rows.back().packed_card =
+      "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |";
+  rows.back().maker = "--export-scatterers";
+
+  rows.push_back({.file = layout::kPoints,
+                  .codec = FileCodec::ply,
+                  .grid = FileGrid::list,
+                  .file_bytes = kPointBytes});
+  rows.back().wanted = [](const FileSelection& s) { return s.output.points; };
+  rows.back().card = "| `points/PPPPPP.ply` | the same as a point cloud in the world |";
+  rows.back().packed_card = rows.back().card;
+  rows.back().maker = "`output.points: true`";
+}
+
+}  // namespace
+
+std::vector<CatalogueRow> catalogue_rows() {
+  Rows rows;
+  add_fixed_files(rows, FileScope::dataset, kDatasetFiles);
+  add_fixed_files(rows, FileScope::sequence, kSequenceFiles);
+  add_statistics(rows);
+  add_series(rows);
+  add_layers(rows);
+  add_images(rows, ImageView::polar);
+  add_images(rows, ImageView::cartesian);
+  add_greys(rows);
+  add_lists(rows);
+  return rows;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,256 @@
+#include "dataset/manifest_json.h"
+
+#include "dataset/catalogue.h"
+#include "dataset/layout.h"
+#include "dataset/manifest_members.h"
+#include "dataset/statistics.h"
+
+namespace ensonify {
+
+static const char* name_of(GreyScale value) { return value == GreyScale::db ? "db" : "amplitude"; }
+
+namespace {
+
+template <class Io, class Value>
+void water_members(Io& io, Value& water) {
+  io("sound_speed_m_s", water.sound_speed_m_s);
+  io("absorption_db_m", water.absorption_db_m);
+  io.maybe("profile", water.profile, [](Io& rows, auto& profile) {
+    rows("surface_z_m", profile.surface_z_m);
+    rows("depth_m", profile.depth_m);
+    rows("sound_speed_m_s", profile.speed_m_s);
+  });
+}
+
+template <class Io, class Info>
+void record_members(Io& io, Info& info) {
+  io("samples", info.record.samples);
+  io("transform", info.record.transform);
+  io("pulse_extent_s", info.pulse_extent_s);
+  io("sample_interval_s", info.record.sample_interval_s);
+  io.said("range_step_m", sample_range_m(info.sonar, info.water, 1));
+}
+
+template <class Io, class Info>
+void noise_members(Io& io, Info& info) {
+  io("spectrum_level_db", info.noise_spectrum_level_db);
+  io("snr_db", info.noise_snr_db);
+  io("power_pa2", info.noise_power_pa2);
+}
+
+// All that makes the image's grey of the level Y in the EXR file.
+template <class Io, class Info>
+void png_members(Io& io, Info& info) {
+  auto& png = info.png;
+  io.word("scale", png.scale, GreyScale::amplitude);
+  io("db", info.png_db_limits);
+  if (Io::kWrites && png == GreySettings{}) return;
+  io("gain_db", png.gain_db);
+  io.group("tvg", [&](Io& tvg) {
+    tvg("spreading", png.spreading);
+    double absorption_db_m = png.absorption ? info.water.absorption_db_m : 0.0;
+    tvg("absorption_db_m", absorption_db_m);
+    if constexpr (!Io::kWrites) png.absorption = absorption_db_m != 0;
+  });
+  if constexpr (Io::kWrites) io.said("formula", grey_formula(png));
+}
+
+template <class Io, class Value>
+void cartesian_members(Io& io, Value& grid) {
+  io("height_px", grid.height_px);
+  io("width_px", grid.width_px);
+  io("metres_per_pixel", grid.m_per_px);
+  io("x_top_m", grid.x_top_m);
+  io("y_left_m", grid.y_left_m);
+  io.said("pixel_centre",
+          "x = x_top_m - (row + 0.5) metres_per_pixel, y = y_left_m - (column + 0.5) "
+          "metres_per_pixel; x along the boresight, y to port");
+}
+
+template <class Io, class Value>
+void sdf_members(Io& io, Value& sdf) {
+  io.said("file", layout::kSdf);
+  io.said("grid", "sdf");
+  io("voxel_m", sdf.voxel_m);
+  io("band_voxels", sdf.band_voxels);
+  io.said("frame", "world, at the first ping; voxel i has its middle at i voxel_m; metres");
+  io.said("sign", "negative in what is solid; beyond the band +- band_voxels voxel_m");
+}
+
+template <class Io, class Value>
+void multipath_members(Io& io, Value& multipath) {
+  const auto flat = [](Io& surface, auto& values) {
+    surface("z_m", values.z_m);
+    surface("reflection", values.reflection);
+    surface("roughness_rms_m", values.roughness_rms_m);
+  };
+  io.optional("surface", multipath.surface, flat);
+  io.optional("bottom", multipath.bottom, flat);
+  io("objects", multipath.objects);
+  io("bounces", multipath.bounces);
+}
+
+template <class Io, class Value>
+void path_members(Io& io, Value& path) {
+  io("id", path.id);
+  io("out", path.out);
+  io("back", path.back);
+}
+
+// Null without layers; else what each one holds.
+void write_layers(const SequenceInfo& info, MemberWriter& io) {
+  io.group_if("layers", info.output.layers, [&](MemberWriter& layers) {
+    for (const Layer layer : info.layers) {
+      layers.group(layer_name(layer), [&](MemberWriter& about) {
+        if (layer == Layer::target) about("instances", info.target_instances);
+      });
+    }
+  });
+}
+
+void read_layers(MemberReader& io, SequenceInfo& info) {
+  io.group("layers", [&](MemberReader& layers) {
+    info.output.layers = true;
+    for (int i = 0; i <= static_cast<int>(Layer::quantisation); ++i) {
+      layers.group(layer_name(static_cast<Layer>(i)), [&](MemberReader& about) {
+        info.layers.push_back(static_cast<Layer>(i));
+        if (info.layers.back() == Layer::target) about("instances", info.target_instances);
+      });
+    }
+  });
+}
+
+// Numbers as numbers, everything else as it stands in YAML.
+Json draws_json(const std::vector<DrawnValue>& draws) {
+  Json json = Json::object();
+  for (const DrawnValue& draw : draws) {
+    const auto value = parse_json(draw.value);
+    json[draw.path] = value && value->is_number() ? *value : Json(draw.value);
+  }
+  return json;
+}
+
+void read_draws(MemberReader& io, SequenceInfo& info) {
+  io.group("draws", [&](MemberReader& draws) {
+    for (const auto& [path, value] : draws.json().items()) {
+      info.draws.push_back({path, value.is_string() ? value.get<std::string>() : value.dump()});
+    }
+  });
+}
+
+// Shapes of the arrays that hold all pings; null where each ping has files.
+Json arrays_json(const SequenceInfo& info) {
+  if (!info.output.packed) return nullptr;
+  Json json = Json::object();
+  const GridSizes sizes = sizes_of(info);
+  for (const CatalogueRow* array : arrays_of(selection_of(info))) {
+    json[array->array] = {{"dtype", array->type.substr(1, array->type.size() - 2)},
+                          {"shape", array_shape(*array, sizes)}};
+  }
+  return json;
+}
+
+// What stands between the numbers of the sequence and its instances.
+template <class Io, class Info>
+void number_members(Io& io, Info& info) {
+  io("sequence", info.sequence);
+  io("seed", info.seed);
+  io("split", info.split);
+  io.pings(info.first_ping, info.last_ping);
+  io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });
+  io.group("water", [&](Io& water) { water_members(water, info.water); });
+  io.group("record", [&](Io& record) { record_members(record, info); });
+  io.group("scattering",
+           [&](Io& scattering) { scattering.word("speckle", info.speckle, SpeckleMode::surface); });
+  io.group_if("noise", info.noise_power_pa2 > 0, [&](Io& noise) { noise_members(noise, info); });
+  io.group("synthesis", [&](Io& synthesis) { synthesis("tolerance", info.synthesis_tolerance); });
+}
+
+}  // namespace
+
+Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& each_ping,
+                   std::uint64_t bytes) {
+  Json json = {{"ensonify_sequence", 1}};
+  MemberWriter io(json);
+  number_members(io, info);
+  io.said("model", model_json(info));
+  io.group_if("png", info.output.png, [&](MemberWriter& png) { png_members(png, info); });
+  write_layers(info, io);
+  io.optional("cartesian", info.cartesian,
+              [](MemberWriter& g, auto& grid) { cartesian_members(g, grid); });
+  io.optional("sdf", info.sdf, [](MemberWriter& g, auto& sdf) { sdf_members(g, sdf); });
+  io.said("draws", draws_json(info.draws));
+  instance_members(io, info);
+  io.said("axes", axes_json(info.output));
+  io.said("pack", info.output.packed ? "sequence" : "ping");
+  io.said("arrays", arrays_json(info));
+  io("each_ping", each_ping);
+  io("bytes", bytes);
+  io.maybe("multipath", info.multipath,
+           [](MemberWriter& g, auto& multipath) { multipath_members(g, multipath); });
+  if (info.multipath) {
+    io.list("paths", info.paths, [](MemberWriter& g, auto& path) { path_members(g, path); });
+  }
+  if (info.output.statistics) io.said("statistics", statistics_json(info));
+  return json;
+}
+
+std::optional<SequenceManifest> read_sequence_head(const Json& head) {
+  if (!count_at(head, "ensonify_sequence")) return std::nullopt;
+  SequenceManifest manifest;
+  SequenceInfo& info = manifest.info;
+  info.output = {.timeseries = false, .polar = false, .cartesian = false, .png = false};
+  MemberReader io(head, manifest.fault);
+  number_members(io, info);
+  io.group("png", [&](MemberReader& png) {
+    info.output.png = true;
+    png_members(png, info);
+  });
+  read_layers(io, info);
+  io.optional("cartesian", info.cartesian,
+              [](MemberReader& g, auto& grid) { cartesian_members(g, grid); });
+  io.optional("sdf", info.sdf, [](MemberReader& g, auto& sdf) { sdf_members(g, sdf); });
+  read_draws(io, info);
+  instance_members(io, info);
+  info.output.packed = text_at(head, "pack") == "sequence";
+  io.group("arrays", [&](MemberReader& arrays) {
+    manifest.has_arrays = true;
+    for (const auto& array : arrays.json().items()) manifest.arrays.push_back(array.key());
+  });
+  io("each_ping", manifest.each_ping);
+  io("bytes", manifest.bytes);
+  io.maybe("multipath", info.multipath,
+           [](MemberReader& g, auto& multipath) { multipath_members(g, multipath); });
+  io.list("paths", info.paths, [](MemberReader& g, auto& path) { path_members(g, path); });
+  io.group("statistics", [&](MemberReader& statistics) {
+    info.output.statistics = true;
+    statistics("realisations", manifest.realisations);
+  });
+  return manifest;
+}
+
+std::string files_opening(const Json& head) {
+  std::string text = json_text(head);
+  text.resize(text.rfind('\n', text.size() - 2));  // without the last brace
+  return text + ",\n  \"files\": [";
+}
+
+std::string file_line(const FileEntry& entry, bool first) {
+  return (first ? "\n    " : ",\n    ") + json_line(json_of(entry));
+}
+
+std::string files_closing() { return "\n  ]\n}\n"; }
+
+bool sequence_is_whole(const std::filesystem::path& dir, std::uint32_t sequence) {
+  const std::string folder = layout::sequence_folder(sequence) + "/";
+  if (!listed_file_size(dir, folder + layout::kSequenceJson)) return false;
+  bool whole = true;
+  const auto head =
+      parse_manifest_file(dir / (folder + layout::kSequenceJson), [&](const FileEntry& entry) {
+        whole = whole && listed_file_size(dir, folder + entry.path) == entry.bytes;
+      });
+  return head && whole && count_at(*head, "ensonify_sequence") &&
+         count_at(*head, "sequence") == sequence;
+}
+
+}  // namespace ensonify

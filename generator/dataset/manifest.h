@@ -1,0 +1,58 @@
+// The manifests of a data set as structures; manifest_json.h writes and reads them.
+//
+//   SequenceManifest                 sequence.json without its list of files
+//   WorkIdentity                     work.json
+//   SequenceEntry  DatasetManifest   dataset.json without its list of files
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/ping.h"
+
+namespace ensonify {
+
+// Of `info` a reader fills what the file has: of `output` it has png, layers, channels, packed and
+// statistics.
+struct SequenceManifest {
+  SequenceInfo info;
+  std::vector<std::string> each_ping;  // templates of a ping's files (layout.h)
+  bool has_arrays = false;             // of packed pings
+  std::vector<std::string> arrays;     // ... the files that hold all of them
+  std::uint64_t realisations = 0;      // of statistics; 0: none
+  std::uint64_t bytes = 0;             // of all files together
+  std::string fault;                   // when read: the first member of a wrong kind; empty: none
+};
+
+// What made a data set.
+struct WorkIdentity {
+  std::string name;             // of the scenario
+  std::string scenario_sha256;  // of the resolved scenario without `sequences`, which may grow
+  std::uint64_t seed = 0;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  std::string program_version, program_commit;
+  std::string backend, simd, embree_isa;
+};
+
+struct SequenceEntry {
+  std::uint32_t sequence = 0;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  std::uint64_t seed = 0;
+  std::string split;        // train, val or test
+  std::uint64_t bytes = 0;  // of its files and its sequence.json
+  std::string sha256;       // of its sequence.json
+
+  std::uint64_t pings() const { return std::uint64_t{last_ping} - first_ping; }
+};
+
+struct DatasetManifest {
+  std::uint64_t version = 0;
+  WorkIdentity identity;             // but for its pings
+  std::vector<std::string> classes;  // class id k is classes[k - 1]
+  std::uint64_t bytes = 0;           // of all files that manifests list
+  std::vector<SequenceEntry> sequences;
+  std::string fault;  // as above
+};
+
+}  // namespace ensonify

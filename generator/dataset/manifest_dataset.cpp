@@ -1,0 +1,80 @@
+#include <utility>
+
+#include "dataset/json_members.h"
+#include "dataset/manifest_json.h"
+
+namespace ensonify {
+namespace {
+
+template <class Io, class Value>
+void identity_members(Io& io, Value& identity, bool with_pings) {
+  if (with_pings) {
+    io("seed", identity.seed);
+    io.pings(identity.first_ping, identity.last_ping);
+  }
+  io.group("program", [&](Io& program) {
+    program("version", identity.program_version);
+    program("commit", identity.program_commit);
+  });
+  io.group("numerics", [&](Io& numerics) {
+    numerics("backend", identity.backend);
+    numerics("simd", identity.simd);
+    numerics("embree_isa", identity.embree_isa);
+  });
+}
+
+template <class Io, class Value>
+void dataset_members(Io& io, Value& manifest) {
+  io("ensonify_dataset", manifest.version);
+  io("name", manifest.identity.name);
+  identity_members(io, manifest.identity, false);
+  io("seed", manifest.identity.seed);
+  io("scenario_sha256", manifest.identity.scenario_sha256);
+  io("classes", manifest.classes);
+  if constexpr (Io::kWrites) {
+    Json splits = {{"train", Json::array()}, {"val", Json::array()}, {"test", Json::array()}};
+    for (const SequenceEntry& entry : manifest.sequences) {
+      splits[entry.split].push_back(entry.sequence);
+    }
+    io.said("splits", std::move(splits));
+  }
+  io("bytes", manifest.bytes);
+  io.list("sequences", manifest.sequences, [](Io& item, auto& entry) {
+    item("sequence", entry.sequence);
+    item.pings(entry.first_ping, entry.last_ping);
+    item("seed", entry.seed);
+    item("split", entry.split);
+    item("bytes", entry.bytes);
+    item("sha256", entry.sha256);
+  });
+}
+
+}  // namespace
+
+Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>& files) {
+  Json json = Json::object();
+  MemberWriter io(json);
+  dataset_members(io, manifest);
+  json["files"] = Json::array();
+  for (const FileEntry& entry : files) json["files"].push_back(json_of(entry));
+  return json;
+}
+
+std::optional<DatasetManifest> read_dataset_head(const Json& head) {
+  if (!count_at(head, "ensonify_dataset")) return std::nullopt;
+  DatasetManifest manifest;
+  MemberReader io(head, manifest.fault);
+  dataset_members(io, manifest);
+  return manifest;
+}
+
+Json work_json(const WorkIdentity& identity) {
+  Json json = {{"ensonify_work", 1}};
+  MemberWriter io(json);
+  io("name", identity.name);
+  io("scenario_sha256", identity.scenario_sha256);
+  identity_members(io, identity, true);
+  return json;
+}
+
+}  // namespace ensonify

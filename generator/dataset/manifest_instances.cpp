@@ -1,0 +1,111 @@
+#include <cmath>
+
+#include "core/units.h"
+#include "dataset/manifest_members.h"
+
+namespace ensonify {
+
+static const char* name_of(ScatteringLaw value) {
+  constexpr const char* kNames[] = {"lambert", "lommel_seeliger", "table"};
+  return kNames[static_cast<int>(value)];
+}
+static const char* name_of(CoherentModel value) {
+  constexpr const char* kNames[] = {"none", "rician", "kirchhoff"};
+  return kNames[static_cast<int>(value)];
+}
+static const char* name_of(InstanceKind value) {
+  constexpr const char* kNames[] = {"surface", "point_target", "volume"};
+  return kNames[static_cast<int>(value)];
+}
+
+namespace {
+
+template <class Io, class Value>
+void law_members(Io& io, Value& material) {
+  io.word("model", material.law, ScatteringLaw::table);
+  if (material.law == ScatteringLaw::table) {
+    std::vector<std::array<double, 2>> rows;
+    for (std::size_t i = 0; i < material.table.grazing_rad.size(); ++i) {
+      rows.push_back({degrees(material.table.grazing_rad[i]), material.table.strength_db[i]});
+    }
+    io("rows", rows);
+    if constexpr (!Io::kWrites) {
+      for (const auto& [grazing_deg, strength_db] : rows) {
+        material.table.grazing_rad.push_back(radians(grazing_deg));
+        material.table.strength_db.push_back(strength_db);
+      }
+    }
+    return;
+  }
+  io("reflectivity", material.reflectivity);
+  if (material.law == ScatteringLaw::lambert) io("exponent", material.lambert_exponent);
+}
+
+// Of a surface or a part of it.
+template <class Io, class Value>
+void coherent_members(Io& io, Value& material) {
+  io.group_if("coherent", material.coherent != CoherentModel::none, [&](Io& coherent) {
+    coherent.word("model", material.coherent, CoherentModel::kirchhoff);
+    if (material.coherent == CoherentModel::rician) return coherent("k", material.rician_k);
+    coherent("reflection", material.reflection);
+    coherent("roughness_rms_m", material.roughness_rms_m);
+  });
+}
+
+template <class Io, class Value>
+void surface_members(Io& io, Value& instance) {
+  io("material", instance.material);
+  io.group("law", [&](Io& law) { law_members(law, instance.scattering); });
+  io("vertex_reflectivity", instance.vertex_reflectivity);
+  coherent_members(io, instance.scattering);
+  if (Io::kWrites && instance.parts.empty()) return;
+  io.list("parts", instance.parts, [](Io& item, auto& part) {
+    item("name", part.name);
+    item("material", part.material);
+    item.group("law", [&](Io& law) { law_members(law, part.scattering); });
+    coherent_members(item, part.scattering);
+  });
+}
+
+template <class Io, class Value>
+void one_instance(Io& io, Value& instance) {
+  io("id", instance.id);
+  io("name", instance.name);
+  io("class_id", instance.class_id);
+  io("class", instance.class_name);
+  io.optional("box", instance.box, [](Io& corners, auto& box) {
+    corners("size_m", box.size_m);
+    corners("centre_m", box.pose.position_m);
+    corners("quaternion_wxyz", box.pose.rotation);
+  });
+  io.word("kind", instance.kind, InstanceKind::volume);
+  switch (instance.kind) {
+    case InstanceKind::surface:
+      surface_members(io, instance);
+      break;
+    case InstanceKind::point_target:
+      if (Io::kWrites && !std::isfinite(instance.target_strength_db)) {
+        io.said("target_strength_db", nullptr);
+      } else {
+        io("target_strength_db", instance.target_strength_db);
+      }
+      break;
+    case InstanceKind::volume:
+      io("strength_db", instance.volume_strength_db);
+      break;
+  }
+}
+
+template <class Io, class Info>
+void instance_list(Io& io, Info& info) {
+  io("classes", info.classes);
+  io.list("instances", info.instances,
+          [](Io& item, auto& instance) { one_instance(item, instance); });
+}
+
+}  // namespace
+
+void instance_members(MemberWriter& io, const SequenceInfo& info) { instance_list(io, info); }
+void instance_members(MemberReader& io, SequenceInfo& info) { instance_list(io, info); }
+
+}  // namespace ensonify

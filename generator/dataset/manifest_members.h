@@ -1,0 +1,30 @@
+// Members of the manifests that are listed apart, and what sequence.json says in words and
+// formulas. Every symbol in them is a number of sequence.json or a field of scatterers/*.npy.
+// Private to dataset/.
+//
+//   sonar_members  instance_members   in the order of the file, for a writer and for a reader
+//   model_json                        the beam model, or that of an element-level array
+//   axes_json                         rows and columns, units and frames
+//   grey_formula                      how grey images are made of levels
+#pragma once
+
+#include <string>
+
+#include "core/ping.h"
+#include "dataset/json_members.h"
+#include "formats/json.h"
+
+namespace ensonify {
+
+void sonar_members(MemberWriter& io, const SequenceInfo& info);
+void sonar_members(MemberReader& io, SequenceInfo& info);
+
+// `classes` and `instances`.
+void instance_members(MemberWriter& io, const SequenceInfo& info);
+void instance_members(MemberReader& io, SequenceInfo& info);
+
+Json model_json(const SequenceInfo& info);
+Json axes_json(const OutputSelection& output);
+std::string grey_formula(const GreySettings& png);
+
+}  // namespace ensonify

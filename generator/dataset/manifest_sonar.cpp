@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+#include "dataset/manifest_members.h"
+
+namespace ensonify {
+
+static const char* name_of(Normalization value) {
+  return value == Normalization::calibrated ? "calibrated" : "mean_square";
+}
+
+namespace {
+
+template <class Io, class Value>
+void pulse_members(Io& io, Value& pulse) {
+  io.word("shape", pulse.shape, PulseShape::table);
+  if (pulse.shape == PulseShape::lfm || pulse.shape == PulseShape::cw) {
+    io("duration_s", pulse.duration_s);
+  }
+  if (pulse.shape == PulseShape::lfm) io("taper", pulse.taper);
+  if (pulse.shape == PulseShape::table) io("rows", pulse.table);
+}
+
+template <class Io, class Value>
+void side_lobe_members(Io& io, Value& shading) {
+  if (shading.kind == Shading::taylor || shading.kind == Shading::chebyshev) {
+    io("side_lobe_db", shading.side_lobe_db);
+  }
+  if (shading.kind == Shading::taylor) io("nbar", shading.nbar);
+}
+
+template <class Io, class Info>
+void beam_members(Io& io, Info& info) {
+  auto& sonar = info.sonar;
+  io("count", sonar.beam_count);
+  io("spacing_rad", sonar.beam_spacing_rad);
+  io("width_rad", sonar.beam_width_rad);
+  io.group("shading", [&](Io& shading) {
+    shading.word("kind", sonar.shading.kind, Shading::chebyshev);
+    shading("aperture_wavelengths", info.receive_aperture_wavelengths);
+    side_lobe_members(shading, sonar.shading);
+  });
+  if (Io::kWrites && !(sonar.transmit_width_rad > 0)) {
+    io.said("transmit_width_rad", nullptr);
+  } else {
+    io("transmit_width_rad", sonar.transmit_width_rad);
+  }
+  io.said("first_azimuth_rad", beam_azimuth_rad(sonar, 0));
+  io.said("order", "beam 0 to starboard (most negative azimuth), azimuth grows to port");
+}
+
+template <class Io, class Info, class Value>
+void receiver_members(Io& io, Info& info, Value& array) {
+  io.said("mode", "array");
+  io("elements", array.elements);
+  io("spacing_m", array.spacing_m);
+  io("element_width_m", array.element_width_m);
+  io.group("shading", [&](Io& shading) {
+    shading.word("kind", array.shading.kind, Shading::chebyshev);
+    side_lobe_members(shading, array.shading);
+  });
+  io.word("focus", array.focus, Focus::dynamic);
+  io.word("steering", array.steering, Steering::phase);
+  io("y_m", info.element_y_m);
+  io("weight", info.element_weight);
+  std::vector<double> re, im;
+  for (const std::complex<double>& response : array.response) {
+    re.push_back(response.real());
+    im.push_back(response.imag());
+  }
+  io("response_re", re);
+  io("response_im", im);
+  if constexpr (!Io::kWrites) {
+    for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
+      array.response.emplace_back(re[i], im[i]);
+    }
+  }
+}
+
+template <class Io, class Info>
+void instrument_members(Io& io, Info& info) {
+  auto& sonar = info.sonar;
+  io("frequency_hz", sonar.frequency_hz);
+  io("bandwidth_hz", sonar.bandwidth_hz);
+  io.group("pulse", [&](Io& pulse) { pulse_members(pulse, sonar.pulse); });
+  io.word("window", sonar.window, Window::blackman);
+  io("processing_gain", info.processing_gain);
+  io("source_level_db", sonar.source_level_db);
+  io.said("source_pressure_pa_m", source_pressure_pa_m(sonar));
+  io("range_min_m", sonar.range_min_m);
+  io("range_max_m", sonar.range_max_m);
+  io.group("beams", [&](Io& beams) { beam_members(beams, info); });
+  io.group("elevation", [&](Io& elevation) {
+    elevation("width_rad", sonar.elevation_width_rad);
+    elevation("fan_rad", sonar.elevation_fan_rad);
+  });
+  io.group("rays", [&](Io& rays) {
+    rays("elevation", sonar.rays_elevation);
+    rays("azimuth", sonar.rays_azimuth);
+    rays("per_cell", sonar.rays_per_cell);
+  });
+  io.optional("adc", sonar.adc, [](Io& converter, auto& adc) {
+    converter("bits", adc.bits);
+    converter("full_scale_db", adc.full_scale_db);
+    const double full_scale_pa = std::sqrt(mean_square_pa2(adc.full_scale_db));
+    converter.said("step_pa", std::ldexp(full_scale_pa, 1 - adc.bits));
+  });
+  io.word("normalization", sonar.normalization, Normalization::mean_square);
+  io.maybe("receiver", sonar.array,
+           [&](Io& receiver, auto& array) { receiver_members(receiver, info, array); });
+}
+
+}  // namespace
+
+void sonar_members(MemberWriter& io, const SequenceInfo& info) { instrument_members(io, info); }
+void sonar_members(MemberReader& io, SequenceInfo& info) { instrument_members(io, info); }
+
+}  // namespace ensonify

@@ -1,0 +1,189 @@
+#include "dataset/manifest_members.h"
+
+#include <string>
+
+namespace ensonify {
+namespace {
+
+const char* pattern_formula(Shading shading) {
+  switch (shading) {
+    case Shading::uniform:
+      return "B(theta) = sin(pi u)/(pi u); B(0) = 1";
+    case Shading::hann:
+      return "B(theta) = sin(pi u)/(pi u) / (1 - u^2); B(0) = 1";
+    case Shading::taylor:
+      return "B(theta) = sin(pi u)/(pi u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - "
+             "1/2)^2))) / (1 - u^2/n^2), sigma = nbar/sqrt(A^2 + (nbar - 1/2)^2), cosh(pi A) = "
+             "10^(-side_lobe_db/20)";
+    case Shading::chebyshev:
+      return "B(theta) = cos(pi sqrt(u^2 - A^2))/cosh(pi A), cosh(pi A) = 10^(-side_lobe_db/20)";
+  }
+  return "";
+}
+
+const char* shape_formula(PulseShape shape) {
+  switch (shape) {
+    case PulseShape::gaussian:
+      return "exp(-(pi d / b)^2) T(d)";
+    case PulseShape::flat:
+    case PulseShape::lfm:
+      return "T(d)";
+    case PulseShape::cw:
+      return "sin(pi d D)/(pi d D) T(d)";
+    case PulseShape::table:
+      return "A(f_c + d) exp(i phi(f_c + d)) T(d)";
+  }
+  return "";
+}
+
+const char* window_formula(Window window) {
+  switch (window) {
+    case Window::none:
+      return "";
+    case Window::hann:
+      return " (1 + cos(2 pi d/b))/2";
+    case Window::hamming:
+      return " (0.54 + 0.46 cos(2 pi d/b))";
+    case Window::blackman:
+      return " (0.42 + 0.5 cos(2 pi d/b) + 0.08 cos(4 pi d/b))";
+  }
+  return "";
+}
+
+std::string spectrum_formula(const Pulse& pulse, Window window) {
+  std::string text = std::string("W(d) = ") + shape_formula(pulse.shape) + window_formula(window);
+  if (pulse.shape == PulseShape::lfm) {
+    text +=
+        "; T(d) = 1 for |d| <= (0.5 - e) b, (1 + cos(pi (|d|/b - 0.5 + e)/e))/2 for "
+        "(0.5 - e) b < |d| <= 0.5 b; e = sonar.pulse.taper";
+    return text;
+  }
+  text += "; T(d) = 1 for |d| <= 0.4 b, (1 + cos(pi (|d|/b - 0.4)/0.1))/2 for 0.4 b < |d| <= 0.5 b";
+  if (pulse.shape == PulseShape::cw) text += "; D = sonar.pulse.duration_s";
+  if (pulse.shape == PulseShape::table) {
+    text +=
+        "; A, phi: amplitude and unwrapped phase of sonar.pulse.rows, linear in frequency, A = 0 "
+        "outside";
+  }
+  return text;
+}
+
+std::string series_formula(const ArrayReceiver& array) {
+  const bool focused = array.focus == Focus::dynamic;
+  const bool delayed = array.steering == Steering::true_delay;
+  return std::string(
+             "p_n(t) = response_n sum_i E(u_i) a_i gain_i S0 exp(-i 2 pi f_c (tau_i + delta_ni)) "
+             "s(t - tau_i - delta_ni) of element n, plus the echoes of instances of kind volume, "
+             "plus noise where `noise` is not null; p_j(t_k) = sum_n weight_n exp(i 2 pi f_c ") +
+         (focused ? "(D_nj + F_njk)) p_n(" : "D_nj) p_n(") + (delayed ? "t_k + D_nj)" : "t_k)") +
+         "; then quantised where sonar.adc is not null";
+}
+
+void set_array_model(const SequenceInfo& info, Json& model) {
+  const ArrayReceiver& array = *info.sonar.array;
+  model["series"] = series_formula(array);
+  Json& symbols = model["symbols"];
+  symbols.erase("t_n");
+  symbols.erase("beam(i)");
+  symbols["t_k"] = "k / b, k = 0 ... N-1";
+  symbols["c"] = "water.sound_speed_m_s";
+  symbols["y_n"] = "sonar.receiver.y_m[n]";
+  symbols["response_n"] = "sonar.receiver.response_re[n] + i response_im[n]";
+  symbols["weight_n"] = "sonar.receiver.weight[n]";
+  symbols["x_i"] =
+      "q_i (cos el cos az, cos el sin az, sin el), az and el being scatterers azimuth_rad and "
+      "elevation_rad; q_i is the length of the received path: the distance of scatterers x, y, z "
+      "from the sonar, for path > 0 that of their image in the mirrors of paths[path].back; with "
+      "water.profile their horizontal distance over the cosine of the arrival's elevation above "
+      "the horizontal";
+  symbols["delta_ni"] = "(|x_i - (0, y_n, 0)| - |x_i|) / c";
+  symbols["u_i"] = "cos el sin az";
+  symbols.erase("u");
+  symbols["D_nj"] = "-y_n sin(theta_j) / c";
+  if (array.focus == Focus::dynamic) {
+    symbols["F_njk"] =
+        "(|r_k (cos theta_j, sin theta_j, 0) - (0, y_n, 0)| - r_k) / c - D_nj, r_k = max(k, 1) "
+        "c / (2b)";
+  }
+  model["beam_pattern"] =
+      array.element_width_m > 0
+          ? "E(u) = sin(pi v)/(pi v), v = sonar.receiver.element_width_m u f_c / c; E(0) = 1"
+          : "E(u) = 1";
+  model["beam_normalization"] = "sum of weight_n = 1";
+}
+
+constexpr const char* kMotion =
+    "poses are those of transmission; the sonar hears scatterer i where it is tau_i later, and "
+    "what moves throws its sound back where it is then. With eta_i = scatterers doppler, in place "
+    "of s(t - tau_i) stands the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
+    "f_c)/(1 + eta_i), scaled as s is; P is the sent pulse, R the receiver's window and band";
+
+}  // namespace
+
+Json model_json(const SequenceInfo& info) {
+  const Sonar& sonar = info.sonar;
+  const bool calibrated = sonar.normalization == Normalization::calibrated;
+  Json json = {
+      {"series",
+       "p_j(t_n) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) "
+       "s(t_n - tau_i); plus the echoes of instances of kind volume; plus noise where `noise` is "
+       "not null; then quantised where sonar.adc is not null"},
+      {"symbols",
+       {{"S0", "sonar.source_pressure_pa_m"},
+        {"f_c", "sonar.frequency_hz"},
+        {"b", "sonar.bandwidth_hz"},
+        {"N", "record.samples"},
+        {"M", "record.transform"},
+        {"t_n", "n / b, n = 0 ... N-1"},
+        {"theta_j", "azimuth_rad.npy[j]"},
+        {"beam(i)", "scatterers beam"},
+        {"a_i", "scatterers amp_re + i amp_im"},
+        {"gain_i",
+         "scatterers gain: spreading, absorption, elevation and transmit pattern, both ways"},
+        {"tau_i", "scatterers delay_s, two-way"},
+        {"u", "sonar.beams.shading.aperture_wavelengths sin(theta)"}}},
+      {"beam_pattern", pattern_formula(sonar.shading.kind)},
+      {"beam_normalization",
+       calibrated ? "N_j = 1" : "N_j = sqrt(sum over beams i of B(theta_i - theta_j)^2)"},
+      {"pulse",
+       "s(t) = S(t)/max|S|, S(t) = sum_m W(d_m) exp(i 2 pi d_m t), d_m = (m - M/2) b/M, m = 0 ... "
+       "M-1, the maximum over t = k/(32 b); the record is one period of it, t modulo M/b"},
+      {"pulse_spectrum", spectrum_formula(sonar.pulse, sonar.window)}};
+  if (sonar.array) set_array_model(info, json);
+  if (info.motion_within_ping) json["motion"] = kMotion;
+  return json;
+}
+
+Json axes_json(const OutputSelection& output) {
+  Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
+               {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
+               {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
+               {"first_return_m", "float32 [pings, beams], NaN: none"},
+               {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
+               {"frames",
+                "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
+                "quaternions w, x, y, z turn sonar into world"}};
+  if (output.layers) {
+    axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";
+  }
+  if (output.channels) {
+    axes["channels"] =
+        "complex64 [elements, samples], Pa (rms): p_n(t) of model.series, noise included, before "
+        "any converter; elements by rising y";
+  }
+  if (output.timeseries_exr) {
+    axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
+  }
+  return axes;
+}
+
+std::string grey_formula(const GreySettings& png) {
+  return std::string(
+             "shown = Y + gain_db + tvg.spreading log10(r) + 2 tvg.absorption_db_m r, r the "
+             "sample's range in metres, of sample 0 that of sample 1; grey = ") +
+         (png.scale == GreyScale::db ? "255 (shown - db[0]) / (db[1] - db[0])"
+                                     : "255 10^((shown - db[1]) / 20)") +
+         ", rounded, 0 to 255; 0 where Y = -99; Cartesian pictures show the nearest polar pixel";
+}
+
+}  // namespace ensonify

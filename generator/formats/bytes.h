@@ -1,0 +1,54 @@
+// Values in bytes, little-endian and without padding, as all formats here but PNG pack them.
+//
+//   put_value              behind the bytes, or where a pointer stands, which it moves on
+//   value_at  values_in    out of them
+//   base64  base64_bytes   as text (RFC 4648), and how long that is
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ensonify {
+
+static_assert(std::endian::native == std::endian::little,
+              "values are written as they lie in memory");
+
+template <class T>
+void put_value(std::string& bytes, T value) {
+  char raw[sizeof value];
+  std::memcpy(raw, &value, sizeof value);
+  bytes.append(raw, sizeof raw);
+}
+
+template <class T>
+void put_value(char*& at, T value) {
+  std::memcpy(at, &value, sizeof value);
+  at += sizeof value;
+}
+
+// Needs them to lie within the bytes.
+template <class T>
+T value_at(std::string_view bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+// As many as the bytes hold.
+template <class T>
+std::vector<T> values_in(std::string_view bytes) {
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty()) {
+    std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
+  }
+  return values;
+}
+
+std::string base64(std::string_view bytes);
+constexpr std::uint64_t base64_bytes(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
+
+}  // namespace ensonify

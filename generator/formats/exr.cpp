@@ -1,0 +1,378 @@
+// OpenEXR writes series and all headers, and reads files. The chunks of an image are put together
+// here: deflating is most of the work, and OpenEXR leaves it to zlib, which it does not tell to
+// look for runs only. 2392 x 512 pixels take 11.6 ms of a core here, 25 ms by OpenEXR at zlib's
+// fastest level and 40 ms at its usual one; the files have 2.67, 2.71 and 2.64 MB (OpenEXR 3.1.5).
+#include "formats/exr.h"
+
+#include <ImfChannelList.h>
+#include <ImfCompression.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+#include <ImfVersion.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <span>
+
+#include "formats/bytes.h"
+#include "formats/deflate.h"
+#include "formats/files.h"
+#include "formats/half_floats.h"
+
+namespace ensonify {
+namespace {
+
+// Where OpenEXR writes to.
+class MemoryStream : public Imf::OStream {
+ public:
+  explicit MemoryStream(std::string& bytes) : Imf::OStream("memory"), bytes_(bytes) {}
+
+  void write(const char* data, int size) override {
+    const auto count = static_cast<std::size_t>(size);
+    bytes_.replace(at_, std::min(count, bytes_.size() - at_), data, count);
+    at_ += count;
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t position) override {
+    ENSONIFY_ASSERT(position <= bytes_.size());
+    at_ = position;
+  }
+
+ private:
+  std::string& bytes_;
+  std::size_t at_ = bytes_.size();
+};
+
+struct Channel {
+  const char* name;
+  std::span<const float> values;
+};
+
+struct Part {
+  const char* name;
+  const char* units;
+  std::vector<Channel> channels;  // sorted by name, as the file holds them
+  Imf::Compression compression;
+};
+
+// Longer ones need another flag in the file's version.
+constexpr std::size_t kMaxNameLength = 31;
+
+// Rows that stand together in one chunk, as the format says.
+int chunk_rows(const Part& part) { return part.compression == Imf::ZIP_COMPRESSION ? 16 : 1; }
+
+int chunk_count(const Part& part, const LabelledImage& image) {
+  return (image.rows + chunk_rows(part) - 1) / chunk_rows(part);
+}
+
+void insert(const ExrAttributes& attributes, Imf::Header& header) {
+  for (const auto& [key, text] : attributes.texts) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
+    header.insert(key, Imf::StringAttribute(text));
+  }
+  for (const auto& [key, number] : attributes.numbers) {
+    ENSONIFY_ASSERT(key.size() <= kMaxNameLength);
+    header.insert(key, Imf::DoubleAttribute(number));
+  }
+}
+
+Imf::Header part_header(const Part& part, const LabelledImage& image,
+                        const ExrAttributes& attributes) {
+  Imf::Header header(image.columns, image.rows);
+  header.setName(part.name);
+  header.setType(Imf::SCANLINEIMAGE);
+  header.setChunkCount(chunk_count(part, image));
+  header.compression() = part.compression;
+  header.insert("units", Imf::StringAttribute(part.units));
+  insert(attributes, header);
+  for (const Channel& channel : part.channels) {
+    header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
+  }
+  return header;
+}
+
+// What ZIP makes of a chunk before it is deflated: bytes of even places, then those of odd ones,
+// each as its difference from the one before.
+void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& planes,
+             std::vector<std::uint8_t>& differences) {
+  const std::size_t n = halves.size();
+  planes.resize(2 * n);
+  differences.resize(2 * n);
+  for (std::size_t i = 0; i < n; ++i) planes[i] = static_cast<std::uint8_t>(halves[i]);
+  for (std::size_t i = 0; i < n; ++i) planes[n + i] = static_cast<std::uint8_t>(halves[i] >> 8);
+  differences[0] = planes[0];
+  for (std::size_t i = 1; i < 2 * n; ++i) {
+    differences[i] = static_cast<std::uint8_t>(planes[i] - planes[i - 1] + 128);
+  }
+}
+
+class ChunkWriter {
+ public:
+  ChunkWriter(const LabelledImage& image, std::string& bytes) : image_(image), bytes_(bytes) {}
+
+  // The chunks of a part, and where each begins into the table at `offsets`.
+  void write_part(const Part& part, int number, std::size_t offsets) {
+    for (int row = 0; row < image_.rows; row += chunk_rows(part), offsets += 8) {
+      const std::uint64_t here = bytes_.size();
+      std::memcpy(bytes_.data() + offsets, &here, sizeof here);
+      put_value(bytes_, std::int32_t{number});
+      put_value(bytes_, std::int32_t{row});
+      gather(part, row, std::min(image_.rows, row + chunk_rows(part)));
+      put_pixels(part.compression);
+    }
+  }
+
+ private:
+  void gather(const Part& part, int begin, int end) {
+    const auto columns = static_cast<std::size_t>(image_.columns);
+    halves_.resize(static_cast<std::size_t>(end - begin) * columns * part.channels.size());
+    std::span<std::uint16_t> left = halves_;
+    for (int row = begin; row < end; ++row) {
+      for (const Channel& channel : part.channels) {
+        to_halves(channel.values.subspan(static_cast<std::size_t>(row) * columns, columns),
+                  left.first(columns));
+        left = left.subspan(columns);
+      }
+    }
+  }
+  void put_pixels(Imf::Compression compression) {
+    const std::size_t plain_size = halves_.size() * sizeof(std::uint16_t);
+    put_value(bytes_, static_cast<std::int32_t>(plain_size));
+    const std::size_t start = bytes_.size();
+    if (compression == Imf::ZIP_COMPRESSION) {
+      predict(halves_, planes_, differences_);
+      append_zlib(differences_, Content::runs, bytes_);
+      const std::size_t size = bytes_.size() - start;
+      if (size < plain_size) {
+        const auto stored = static_cast<std::int32_t>(size);
+        std::memcpy(bytes_.data() + start - sizeof stored, &stored, sizeof stored);
+        return;
+      }
+    }
+    // Readers tell by its size that a chunk is not compressed.
+    bytes_.resize(start + plain_size);
+    std::memcpy(bytes_.data() + start, halves_.data(), plain_size);
+  }
+
+  const LabelledImage& image_;
+  std::string& bytes_;
+  std::vector<std::uint16_t> halves_;
+  std::vector<std::uint8_t> planes_, differences_;
+};
+
+Imf::Header series_header(int samples, int beams, const ExrAttributes& attributes) {
+  Imf::Header header(beams, samples);
+  header.compression() = Imf::NO_COMPRESSION;
+  header.insert("units", Imf::StringAttribute("p.re, p.im: Pa (rms), complex baseband"));
+  insert(attributes, header);
+  for (const char* name : {"p.im", "p.re"}) {
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+  }
+  return header;
+}
+
+// A row's samples lie a whole series apart, and those a power of two apart share few places in a
+// cache. OpenEXR gets copies of a few rows at a time, in which they lie closer: 1.5 times the rate.
+void write_series(std::span<const std::complex<float>> series, int samples, int beams,
+                  const Imf::Header& header, std::string& bytes) {
+  constexpr int kBlockRows = 64;
+  constexpr std::size_t kSample = sizeof(std::complex<float>), kBeam = (kBlockRows + 8) * kSample;
+  MemoryStream stream(bytes);
+  Imf::OutputFile file(stream, header, 0);  // its end writes the table of the rows' places
+  std::vector<char> block(kBeam * std::size_t(beams));
+  for (int begin = 0; begin < samples; begin += kBlockRows) {
+    const int rows = std::min(kBlockRows, samples - begin);
+    for (std::size_t j = 0; j < std::size_t(beams); ++j) {
+      std::memcpy(block.data() + j * kBeam, &series[j * std::size_t(samples) + std::size_t(begin)],
+                  kSample * std::size_t(rows));
+    }
+    // Rows are counted from the picture's first.
+    char* const first = block.data() - kSample * std::size_t(begin);
+    Imf::FrameBuffer buffer;
+    buffer.insert("p.re", Imf::Slice(Imf::FLOAT, first, kBeam, kSample));
+    buffer.insert("p.im", Imf::Slice(Imf::FLOAT, first + sizeof(float), kBeam, kSample));
+    file.setFrameBuffer(buffer);
+    file.writePixels(rows);
+  }
+}
+
+Error broken(const std::filesystem::path& path, const std::string& what) {
+  return {ErrorKind::io, path.string() + ": not a readable EXR picture: " + what};
+}
+
+// Where the pixels of a channel go.
+struct Slot {
+  const char* name;
+  Imf::PixelType type;
+  void* base;
+  std::size_t column_bytes, row_bytes;  // from one pixel to the next
+};
+
+// Reads the pixels of a part; what is wrong with it, or nothing.
+std::string read_part(Imf::MultiPartInputFile& file, int part, int rows, int columns,
+                      const std::vector<Slot>& slots) {
+  const Imf::Header& header = file.header(part);
+  const auto window = header.dataWindow();
+  if (window.min.x != 0 || window.min.y != 0 || window.max.x != columns - 1 ||
+      window.max.y != rows - 1) {
+    return "it is not of the size that sequence.json tells";
+  }
+  Imf::FrameBuffer buffer;
+  for (const Slot& slot : slots) {
+    const Imf::Channel* channel = header.channels().findChannel(slot.name);
+    if (channel == nullptr || channel->type != slot.type || channel->xSampling != 1 ||
+        channel->ySampling != 1) {
+      const std::string type = slot.type == Imf::HALF ? "half" : "float";
+      return "it lacks the " + type + " channel " + slot.name;
+    }
+    buffer.insert(slot.name, Imf::Slice(slot.type, static_cast<char*>(slot.base), slot.column_bytes,
+                                        slot.row_bytes));
+  }
+  Imf::InputPart input(file, part);
+  input.setFrameBuffer(buffer);
+  input.readPixels(0, rows - 1);
+  return {};
+}
+
+// The slots of each part in turn. Throws std::bad_alloc.
+Status read_pixels(const std::filesystem::path& path, int rows, int columns,
+                   const std::vector<std::vector<Slot>>& parts) {
+  try {
+    Imf::MultiPartInputFile file(path.c_str(), 0, false);
+    if (std::cmp_not_equal(file.parts(), parts.size())) {
+      return broken(path, parts.size() == 1 ? "it has not one part" : "it has not two parts");
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::string fault = read_part(file, static_cast<int>(i), rows, columns, parts[i]);
+      if (!fault.empty()) return broken(path, fault);
+    }
+    return {};
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    return broken(path, error.what());
+  }
+}
+
+}  // namespace
+
+Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
+                                      int beams, const ExrAttributes& attributes) {
+  ENSONIFY_ASSERT(samples > 0 && beams > 0);
+  ENSONIFY_ASSERT(series.size() == std::size_t(samples) * std::size_t(beams));
+  return without_exceptions("encoding a series as EXR", [&]() -> Result<std::string> {
+    std::string bytes;
+    bytes.reserve(series.size_bytes() + 16 * std::size_t(samples) + 4096);
+    write_series(series, samples, beams, series_header(samples, beams, attributes), bytes);
+    return bytes;
+  });
+}
+
+Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
+  const Part parts[] = {
+      {"level", "dB re 1 uPa", {{"Y", image.level_db}}, Imf::NO_COMPRESSION},
+      {"labels",
+       "clean_db: dB re 1 uPa; elevation_rad, elevation_std_rad: rad; instance_fraction: 1",
+       {{"clean_db", image.clean_db},
+        {"elevation_rad", image.elevation_rad},
+        {"elevation_std_rad", image.elevation_std_rad},
+        {"instance_fraction", image.instance_fraction}},
+       Imf::ZIP_COMPRESSION}};
+  ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
+  const auto pixels =
+      static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
+  for (const Part& part : parts) {
+    for (const Channel& channel : part.channels) ENSONIFY_ASSERT(channel.values.size() == pixels);
+  }
+
+  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+    ExrAttributes common = attributes;
+    common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
+    std::string bytes;
+    bytes.reserve(pixels * sizeof(std::uint16_t) * 5 / 2);
+    put_value(bytes, std::int32_t{Imf::MAGIC});
+    put_value(bytes, std::int32_t{Imf::EXR_VERSION | Imf::MULTI_PART_FILE_FLAG});
+    MemoryStream stream(bytes);
+    for (const Part& part : parts) part_header(part, image, common).writeTo(stream);
+    bytes += '\0';
+
+    std::size_t offsets = bytes.size();
+    for (const Part& part : parts) {
+      bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, image)));
+    }
+    ChunkWriter writer(image, bytes);
+    for (int i = 0; i < 2; ++i) {
+      writer.write_part(parts[i], i, offsets);
+      offsets += 8 * static_cast<std::size_t>(chunk_count(parts[i], image));
+    }
+    return bytes;
+  });
+}
+
+Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
+  try {
+    Imf::MultiPartInputFile file(path.c_str(), 0, false);
+    std::vector<ExrPart> parts;
+    for (int i = 0; i < file.parts(); ++i) {
+      const Imf::Header& header = file.header(i);
+      ExrPart part;
+      part.name = header.hasName() ? header.name() : "";
+      const auto window = header.dataWindow();
+      part.width = window.max.x - window.min.x + 1;
+      part.height = window.max.y - window.min.y + 1;
+      for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        auto& channels = c.channel().type == Imf::HALF    ? part.half_channels
+                         : c.channel().type == Imf::FLOAT ? part.float_channels
+                                                          : part.other_channels;
+        channels.emplace_back(c.name());
+      }
+      parts.push_back(std::move(part));
+    }
+    return parts;
+  } catch (const std::exception& error) {
+    return Error{ErrorKind::damage, path.string() + ": not a readable EXR file: " + error.what()};
+  }
+}
+
+Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns) {
+  const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+  constexpr std::size_t kPixel = sizeof(std::uint16_t);
+  ExrHalves halves;
+  const auto slot = [&](const char* name, std::vector<std::uint16_t>& values) {
+    values.resize(size);
+    return Slot{name, Imf::HALF, values.data(), kPixel, kPixel * static_cast<std::size_t>(columns)};
+  };
+  const Status read =
+      read_pixels(path, rows, columns,
+                  {{slot("Y", halves.level_db)},
+                   {slot("clean_db", halves.clean_db), slot("elevation_rad", halves.elevation_rad),
+                    slot("elevation_std_rad", halves.elevation_std_rad),
+                    slot("instance_fraction", halves.instance_fraction)}});
+  if (!read) return read.error();
+  return halves;
+}
+
+Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,
+                                                         int samples, int beams) {
+  constexpr std::size_t kPixel = sizeof(std::complex<float>);
+  const std::size_t beam = static_cast<std::size_t>(samples) * kPixel;
+  std::vector<std::complex<float>> series(static_cast<std::size_t>(samples) *
+                                          static_cast<std::size_t>(beams));
+  // The picture's columns are the rows of the series.
+  char* const base = static_cast<char*>(static_cast<void*>(series.data()));
+  const Status read = read_pixels(path, samples, beams,
+                                  {{{"p.re", Imf::FLOAT, base, beam, kPixel},
+                                    {"p.im", Imf::FLOAT, base + sizeof(float), beam, kPixel}}});
+  if (!read) return read.error();
+  return series;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,68 @@
+// OpenEXR pictures of two parts, in memory:
+//   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
+//   `labels`  clean_db, elevation_rad, elevation_std_rad, instance_fraction, half, ZIP
+// No date, host or path is in the headers: equal pictures give equal bytes.
+//
+// A time series is a picture of one part:
+//   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
+//
+//   encode_exr         a labelled image with its header attributes
+//   encode_series_exr  a time series
+//   read_exr_parts     what the headers of a file say
+//   read_exr_halves    all five channels, as the halves that the file holds
+//   read_series_exr    a time series
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+
+namespace ensonify {
+
+// Stands in the headers of both parts, beside `units` and `no_energy`.
+struct ExrAttributes {
+  std::vector<std::pair<std::string, std::string>> texts;
+  std::vector<std::pair<std::string, double>> numbers;
+};
+
+// Row 0 on top. Needs all five float layers at rows * columns, both positive, and names of
+// attributes of at most 31 characters.
+Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
+
+// Rows are samples, columns beams, as in the polar picture: `series` [beams x samples], Pa, is
+// turned. Needs series.size() == samples * beams, both positive.
+Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
+                                      int beams, const ExrAttributes& attributes);
+
+struct ExrPart {
+  std::string name;
+  int width = 0, height = 0;
+  std::vector<std::string> half_channels;  // sorted by name, as the file holds them
+  std::vector<std::string> float_channels;
+  std::vector<std::string> other_channels;  // of another pixel type
+};
+
+// Error (damage): not an EXR file, or cut short before its pixels, which are not read.
+Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
+
+// IEEE half-precision bits, row-major, row 0 on top.
+struct ExrHalves {
+  std::vector<std::uint16_t> level_db, clean_db, elevation_rad, elevation_std_rad,
+      instance_fraction;
+};
+
+// Error (io): not a picture of encode_exr with rows x columns, or damaged.
+Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
+
+// [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
+Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,
+                                                         int samples, int beams);
+
+}  // namespace ensonify

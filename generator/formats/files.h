@@ -1,0 +1,131 @@
+// Files that appear whole or not at all, and the folder they stand in.
+//
+//   write_file_atomically  write_hashed_file  StreamedFile   temporary name, then a rename
+//   temporary_beside                      such a name
+//   read_file                             a whole file
+//   is_safe_relative_path                 stays inside the folder, as written
+//   listed_file_size                      ... and as found on disk: no link on the way
+//   files_below                           everything in a folder that is not a folder
+//   remove_empty_folders                  folders without a file
+//   read_error  write_error  damaged      Error values that name the file and what to do
+//
+// Nothing is flushed to the disk itself: after a loss of power a file may be short, and then its
+// size gives it away.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+#include "formats/sha256.h"
+
+namespace ensonify {
+
+// A file as manifests list it.
+struct FileEntry {
+  std::string path;  // relative, '/' between its parts
+  std::uint64_t bytes = 0;
+  std::string sha256;
+};
+
+Error read_error(const std::filesystem::path& path, int error_number);
+Error write_error(const std::filesystem::path& path, int error_number);
+// Of a file of a data set that is not as it should be.
+Error damaged(const std::filesystem::path& path, const std::string& what);
+
+// In the folder of a data set: the place of files that are not whole.
+inline constexpr char kTemporaryFolder[] = ".work/tmp";
+
+// Writes DIR/relative, making missing folders. The final name appears by rename, so that nobody
+// ever sees a part of it, and two processes that write the same bytes do not disturb each other;
+// .work may vanish meanwhile. Error (io): the file and the system's reason; nothing is left behind.
+Result<FileEntry> write_file_atomically(const std::filesystem::path& dir,
+                                        const std::string& relative, std::string_view bytes);
+
+// The same where size and hash of the bytes are known already.
+Status write_hashed_file(const std::filesystem::path& dir, const std::string& relative,
+                         std::string_view bytes);
+
+// The same for a file too long to hold in memory.
+class StreamedFile {
+ public:
+  // DIR/relative, of a data set: the temporary file is in DIR/.work/tmp. With `hashed` false
+  // commit() gives no hash.
+  StreamedFile(const std::filesystem::path& dir, std::string relative, bool hashed = true);
+  // Any other file: the temporary file is beside it, and there is no hash.
+  explicit StreamedFile(std::filesystem::path path);
+  ~StreamedFile();  // drops what was not committed
+  StreamedFile(const StreamedFile&) = delete;
+  StreamedFile& operator=(const StreamedFile&) = delete;
+
+  // A failure is kept and comes out of commit().
+  void append(std::string_view bytes);
+  std::uint64_t bytes() const { return bytes_; }
+  // Gives the file its name. One of the two, once only.
+  Result<FileEntry> commit();
+  Status close();
+
+ private:
+  bool open_temporary();
+  bool write_all(std::string_view bytes);
+  bool rename_to_final();
+  bool recover_vanished(int descriptor);
+
+  std::filesystem::path path_;
+  std::optional<std::filesystem::path> temporary_folder_;
+  std::string name_;
+  bool hashed_ = false;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+  int error_number_ = 0;
+  std::string buffer_;
+  std::uint64_t bytes_ = 0;
+  Sha256 hash_;
+};
+
+// A name beside the path, hidden, which nothing else has.
+std::filesystem::path temporary_beside(const std::filesystem::path& path);
+
+// Error (io): cannot be read, is no regular file (a pipe would never end), or is larger than that.
+Result<std::string> read_file(const std::filesystem::path& path,
+                              std::uint64_t most_bytes = UINT64_MAX);
+
+// The most that is read of dataset.json and other top-level manifests: room for 1,000,000
+// sequences, which is all that a scenario may ask for.
+inline constexpr std::uint64_t kMaxManifestBytes = std::uint64_t{512} << 20;
+
+// Not empty, not absolute, and no part of it empty, "." or "..".
+bool is_safe_relative_path(std::string_view path);
+
+// Size of the regular file DIR/relative; none if it is missing, something else than a file, or
+// reached through a link, which could lead out of DIR.
+std::optional<std::uint64_t> listed_file_size(const std::filesystem::path& dir,
+                                              const std::string& relative);
+
+// Relative paths of all that is not a folder, sorted; links are listed and not followed.
+Result<std::vector<std::string>> files_below(const std::filesystem::path& dir);
+
+// Removes `folder` and the folders in it where nothing else is left. Does not follow links.
+void remove_empty_folders(const std::filesystem::path& folder);
+
+// Runs a body that returns a Result or Status and turns exceptions of libraries into Errors.
+template <class Body>
+auto without_exceptions(const std::string& doing, Body body) -> decltype(body()) {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::device, doing + ": out of memory; use fewer threads"};
+  } catch (const std::filesystem::filesystem_error& error) {
+    return Error{ErrorKind::io, doing + ": " + error.what()};
+  } catch (const std::exception& error) {
+    return Error{ErrorKind::bug, doing + ": " + error.what()};
+  }
+}
+
+}  // namespace ensonify

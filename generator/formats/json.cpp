@@ -1,0 +1,126 @@
+#include "formats/json.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+namespace ensonify {
+namespace {
+
+constexpr auto kReplace = Json::error_handler_t::replace;
+
+std::optional<double> number_in(const Json& json, std::size_t index) {
+  if (!json.is_array() || index >= json.size() || !json[index].is_number()) return std::nullopt;
+  return json[index].get<double>();
+}
+
+}  // namespace
+
+std::string json_text(const Json& json) { return json.dump(2, ' ', false, kReplace) + "\n"; }
+std::string json_line(const Json& json) { return json.dump(-1, ' ', false, kReplace); }
+std::string quoted_text(std::string_view text) { return json_line(Json(text)); }
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json json_of(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json json_of(const Pose& pose) {
+  const Quat& q = pose.rotation;
+  return {{"position_m", json_of(pose.position_m)},
+          {"quaternion_wxyz", Json::array({q.w, q.x, q.y, q.z})}};
+}
+
+Json json_of(const FileEntry& entry) {
+  return {{"path", entry.path}, {"bytes", entry.bytes}, {"sha256", entry.sha256}};
+}
+
+std::optional<Json> parse_json(std::string_view text) {
+  Json json = parse_shallow<Json>(text.begin(), text.end());
+  if (json.is_discarded()) return std::nullopt;
+  return json;
+}
+
+namespace {
+
+template <class... Input>
+std::optional<Json> without_entries(const std::function<void(const Json&)>& on_entry,
+                                    Input&&... input) {
+  bool in_files = false;
+  const auto keep = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::key && depth == 1) in_files = parsed == "files";
+    if (!in_files || event != Json::parse_event_t::object_end || depth != 2) return true;
+    on_entry(parsed);
+    return false;
+  };
+  Json json = parse_shallow_with<Json>(keep, std::forward<Input>(input)...);
+  if (json.is_discarded() || !json.is_object()) return std::nullopt;
+  return json;
+}
+
+}  // namespace
+
+std::optional<Json> parse_manifest_entries(std::string_view text,
+                                           const std::function<void(const Json&)>& on_entry) {
+  return without_entries(on_entry, text.begin(), text.end());
+}
+
+std::optional<Json> parse_manifest(std::string_view text,
+                                   const std::function<void(FileEntry)>& on_file) {
+  return parse_manifest_entries(
+      text, [&](const Json& entry) { on_file(file_entry_of(entry).value_or(FileEntry{})); });
+}
+
+std::optional<Json> parse_manifest_file(const std::filesystem::path& path,
+                                        const std::function<void(FileEntry)>& on_file) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return without_entries(
+      [&](const Json& entry) { on_file(file_entry_of(entry).value_or(FileEntry{})); }, file);
+}
+
+const Json* member(const Json& json, std::string_view key) {
+  if (!json.is_object()) return nullptr;
+  const auto found = json.find(std::string(key));
+  return found == json.end() ? nullptr : &*found;
+}
+
+std::optional<std::string> text_at(const Json& json, std::string_view key) {
+  const Json* found = member(json, key);
+  if (found == nullptr || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+std::optional<std::uint64_t> count_at(const Json& json, std::string_view key) {
+  const Json* found = member(json, key);
+  if (found == nullptr || !found->is_number_unsigned()) return std::nullopt;
+  return found->get<std::uint64_t>();
+}
+
+std::optional<double> number_at(const Json& json, std::string_view key) {
+  const Json* found = member(json, key);
+  if (found == nullptr || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::optional<FileEntry> file_entry_of(const Json& json) {
+  const auto path = text_at(json, "path");
+  const auto bytes = count_at(json, "bytes");
+  const auto sha256 = text_at(json, "sha256");
+  if (!path || !bytes || !sha256) return std::nullopt;
+  return FileEntry{*path, *bytes, *sha256};
+}
+
+std::optional<Pose> pose_of_json(const Json& json) {
+  const Json* position = member(json, "position_m");
+  const Json* rotation = member(json, "quaternion_wxyz");
+  if (position == nullptr || rotation == nullptr) return std::nullopt;
+  double values[7];
+  for (std::size_t i = 0; i < 7; ++i) {
+    const auto value = i < 3 ? number_in(*position, i) : number_in(*rotation, i - 3);
+    if (!value) return std::nullopt;
+    values[i] = *value;
+  }
+  return Pose{{values[0], values[1], values[2]}, {values[3], values[4], values[5], values[6]}};
+}
+
+}  // namespace ensonify

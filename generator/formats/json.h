@@ -1,0 +1,93 @@
+// JSON of the data set: keys in the order in which they are put in, numbers in a form that reads
+// back to the same double, not-a-number as null.
+//
+//   json_text  json_line  quoted_text   pretty with a newline at the end; on one line; a text
+//   parse_json                          none where it is not JSON, or nested too deep
+//   parse_shallow                       discarded where parse_json gives none, of any input
+//   parse_shallow_with                  ... with a parser callback of nlohmann::json
+//   parse_manifest                      the same, its long list of files handed out one by one
+//   parse_manifest_entries              ... as they stand
+//   parse_manifest_file                 ... of a file that need not be held
+//   text_at  count_at  ...              a member of the wanted kind, or none
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "core/vec.h"
+#include "formats/files.h"
+
+namespace ensonify {
+
+using Json = nlohmann::ordered_json;
+
+std::string json_text(const Json& json);
+std::string json_line(const Json& json);
+// Between double quotes, as JSON and YAML both read it.
+std::string quoted_text(std::string_view text);
+
+// Null where the number is not finite: JSON has no other word for it.
+Json number_or_null(double value);
+
+Json json_of(const Vec3& v);     // [x, y, z]
+Json json_of(const Pose& pose);  // {position_m: [x, y, z], quaternion_wxyz: [w, x, y, z]}
+Json json_of(const FileEntry& entry);
+
+// As far as JSON may be nested. The library's parser goes as deep as the text does; copies and
+// dumps of what it made call themselves, and 100 kB of brackets would overflow the stack.
+inline constexpr int kMaxJsonDepth = 64;
+
+// `keep` is a reference that is called for every value.
+template <class Json, class Keep, class... Input>
+Json parse_shallow_with(Keep& keep, Input&&... input) {
+  bool too_deep = false;
+  const auto guarded = [&](int depth, typename Json::parse_event_t event, Json& parsed) {
+    too_deep = too_deep || depth > kMaxJsonDepth;
+    return !too_deep && keep(depth, event, parsed);
+  };
+  Json json = Json::parse(std::forward<Input>(input)..., guarded, false);
+  if (too_deep) json = Json(Json::value_t::discarded);
+  return json;
+}
+
+template <class Json, class... Input>
+Json parse_shallow(Input&&... input) {
+  const auto all = [](int, typename Json::parse_event_t, Json&) { return true; };
+  return parse_shallow_with<Json>(all, std::forward<Input>(input)...);
+}
+
+std::optional<Json> parse_json(std::string_view text);
+
+// Reads a manifest without keeping its top-level array `files`, which is what makes it long. An
+// entry that lacks a member comes with an empty path.
+std::optional<Json> parse_manifest(std::string_view text,
+                                   const std::function<void(FileEntry)>& on_file);
+
+// The same with the entries as they stand.
+std::optional<Json> parse_manifest_entries(std::string_view text,
+                                           const std::function<void(const Json&)>& on_entry);
+
+// Of a file, read piece by piece: sequences of very many pings have manifests to match. None where
+// it cannot be read.
+std::optional<Json> parse_manifest_file(const std::filesystem::path& path,
+                                        const std::function<void(FileEntry)>& on_file);
+
+// Never throw, whatever the value is.
+const Json* member(const Json& json, std::string_view key);
+std::optional<std::string> text_at(const Json& json, std::string_view key);
+std::optional<std::uint64_t> count_at(const Json& json, std::string_view key);
+std::optional<double> number_at(const Json& json, std::string_view key);
+
+// {path, bytes, sha256}; none if a member is missing or of another kind.
+std::optional<FileEntry> file_entry_of(const Json& json);
+
+// {position_m, quaternion_wxyz}.
+std::optional<Pose> pose_of_json(const Json& json);
+
+}  // namespace ensonify

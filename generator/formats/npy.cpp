@@ -1,0 +1,277 @@
+#include "formats/npy.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <utility>
+
+#include "formats/bytes.h"
+#include "formats/files.h"
+
+namespace ensonify {
+
+const char* const kNpyScatterer =
+    "[('delay_s', '<f8'), ('beam', '<i4'), ('azimuth_rad', '<f4'), ('elevation_rad', '<f4'), "
+    "('amp_re', '<f4'), ('amp_im', '<f4'), ('mean_re', '<f4'), ('mean_im', '<f4'), "
+    "('variance', '<f4'), ('gain', '<f4'), ('cos_incidence', '<f4'), ('doppler', '<f4'), "
+    "('instance', '<u4'), ('path', '<u2'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8')]";
+
+namespace {
+
+constexpr std::string_view kMagic = "\x93NUMPY";
+constexpr std::size_t kPrefixBytes = 10;  // magic, version 1.0, two bytes of header length
+constexpr std::size_t kAlignment = 64;
+constexpr std::size_t kScattererBytes = 82;
+constexpr std::size_t kMostDimensions = 32;  // NumPy's own limit
+constexpr std::size_t kMostHeaderBytes = 65536;
+// Holds every header that is written here.
+constexpr std::size_t kOwnHeaderBytes = 4096;
+
+std::uint64_t element_count(const NpyShape& shape) {
+  std::uint64_t count = 1;
+  for (const std::uint64_t n : shape) count *= n;
+  return count;
+}
+
+template <class T>
+std::string encode(std::span<const T> data, std::string_view descr, const NpyShape& shape) {
+  ENSONIFY_ASSERT(data.size() == element_count(shape));
+  std::string bytes = npy_header(descr, shape);
+  bytes.reserve(bytes.size() + data.size_bytes());
+  bytes.append(static_cast<const char*>(static_cast<const void*>(data.data())), data.size_bytes());
+  return bytes;
+}
+
+// What is left to read of a dictionary: {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }
+struct Literal {
+  std::string_view rest;
+
+  void skip_blanks() {
+    while (!rest.empty() && (rest.front() == ' ' || rest.front() == '\n')) rest.remove_prefix(1);
+  }
+  bool take(std::string_view token) {
+    skip_blanks();
+    if (!rest.starts_with(token)) return false;
+    rest.remove_prefix(token.size());
+    return true;
+  }
+  std::optional<std::string> up_to(char end) {
+    const std::size_t at = rest.find(end);
+    if (at == std::string_view::npos) return std::nullopt;
+    std::string found(rest.substr(0, at));
+    rest.remove_prefix(at + 1);
+    return found;
+  }
+  std::optional<std::string> text() {
+    if (take("'")) return up_to('\'');
+    return take("\"") ? up_to('"') : std::nullopt;
+  }
+  // The text of a plain type is given with single quotes, the list of a structured one as it is.
+  std::optional<std::string> type() {
+    if (!take("[")) {
+      const auto name = text();
+      return name ? std::optional("'" + *name + "'") : std::nullopt;
+    }
+    const auto fields = up_to(']');
+    return fields ? std::optional("[" + *fields + "]") : std::nullopt;
+  }
+  std::optional<bool> boolean() {
+    if (take("True")) return true;
+    return take("False") ? std::optional(false) : std::nullopt;
+  }
+  std::optional<NpyShape> shape() {
+    NpyShape lengths;
+    if (!take("(")) return std::nullopt;
+    while (!take(")")) {
+      skip_blanks();
+      std::uint64_t n = 0;
+      const auto [end, failed] = std::from_chars(rest.data(), rest.data() + rest.size(), n);
+      if (failed != std::errc() || lengths.size() == kMostDimensions) return std::nullopt;
+      rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+      lengths.push_back(n);
+      if (take(",")) continue;
+      if (!take(")")) return std::nullopt;
+      break;
+    }
+    return lengths;
+  }
+};
+
+std::optional<NpyHeader> parse_dictionary(std::string_view text) {
+  Literal literal{text};
+  std::optional<std::string> descr;
+  std::optional<bool> by_columns;
+  std::optional<NpyShape> shape;
+  if (!literal.take("{")) return std::nullopt;
+  while (!literal.take("}")) {
+    const auto key = literal.text();
+    if (!key || !literal.take(":")) return std::nullopt;
+    bool understood = false;
+    if (*key == "descr" && !descr) understood = (descr = literal.type()).has_value();
+    if (*key == "fortran_order" && !by_columns) {
+      understood = (by_columns = literal.boolean()).has_value();
+    }
+    if (*key == "shape" && !shape) understood = (shape = literal.shape()).has_value();
+    if (!understood) return std::nullopt;
+    if (literal.take(",")) continue;
+    if (!literal.take("}")) return std::nullopt;
+    break;
+  }
+  literal.skip_blanks();
+  if (!literal.rest.empty() || !descr || !by_columns || !shape) return std::nullopt;
+  return NpyHeader{*descr, *by_columns, *shape, 0};
+}
+
+bool is_of(const Result<NpyHeader>& header, std::string_view descr) {
+  return header && header->descr == descr && !header->fortran_order;
+}
+
+}  // namespace
+
+std::string npy_header(std::string_view descr, const NpyShape& shape) {
+  // Python writes a tuple of one with a comma behind it.
+  const std::string tuple =
+      fmt::format("({}{})", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
+  std::string dictionary =
+      fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': {}, }}", descr, tuple);
+  const std::size_t whole = kPrefixBytes + dictionary.size() + 1;
+  dictionary.append((kAlignment - whole % kAlignment) % kAlignment, ' ');
+  dictionary += '\n';
+  ENSONIFY_ASSERT(dictionary.size() < 65536);
+
+  std::string header(kMagic);
+  header.append("\x01\x00", 2);
+  put_value(header, static_cast<std::uint16_t>(dictionary.size()));
+  return header + dictionary;
+}
+
+std::string encode_npy(std::span<const float> data, const NpyShape& shape) {
+  return encode(data, kNpyFloat32, shape);
+}
+std::string encode_npy(std::span<const double> data, const NpyShape& shape) {
+  return encode(data, kNpyFloat64, shape);
+}
+std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape& shape) {
+  return encode(data, kNpyComplex64, shape);
+}
+
+std::string encode_scatterers(const ScattererList& scatterers,
+                              std::span<const std::complex<float>> amplitudes,
+                              const Pose& sonar_in_world) {
+  ENSONIFY_ASSERT(amplitudes.size() == scatterers.size());
+  std::string bytes = npy_header(kNpyScatterer, {scatterers.size()});
+  const std::size_t header = bytes.size();
+  bytes.resize(header + kScattererBytes * scatterers.size());
+  char* at = bytes.data() + header;
+  for (std::size_t i = 0; i < scatterers.size(); ++i) {
+    const Scatterer& s = scatterers.items[i];
+    put_value(at, s.delay_s);
+    put_value(at, static_cast<std::int32_t>(s.beam));
+    put_value(at, s.arrival.azimuth_rad);
+    put_value(at, s.arrival.elevation_rad);
+    put_value(at, amplitudes[i].real());
+    put_value(at, amplitudes[i].imag());
+    put_value(at, s.mean.real());
+    put_value(at, s.mean.imag());
+    put_value(at, s.standard_deviation * s.standard_deviation);
+    put_value(at, s.gain);
+    put_value(at, s.cos_incidence);
+    put_value(at, s.doppler);
+    put_value(at, s.instance);
+    put_value(at, s.path);
+    const Vec3 world = transform_point(sonar_in_world, s.position_m);
+    put_value(at, world.x);
+    put_value(at, world.y);
+    put_value(at, world.z);
+  }
+  return bytes;
+}
+
+Result<NpyHeader> parse_npy_header(std::string_view bytes) {
+  const auto wrong = [](const std::string& why) { return Error{ErrorKind::usage, why}; };
+  if (bytes.size() < 12 || !bytes.starts_with(kMagic)) {
+    return wrong("is no NPY file: it does not begin like one");
+  }
+  const int version = static_cast<unsigned char>(bytes[kMagic.size()]);
+  if (version < 1 || version > 3) {
+    return wrong(fmt::format("is of NPY version {}, accepted are 1 to 3", version));
+  }
+  const std::size_t start = version == 1 ? kPrefixBytes : 12;
+  const std::size_t length =
+      version == 1 ? value_at<std::uint16_t>(bytes, 8) : value_at<std::uint32_t>(bytes, 8);
+  if (length > kMostHeaderBytes || length > bytes.size() - start) {
+    return wrong("is no NPY file: its header is cut off or too long");
+  }
+  auto header = parse_dictionary(bytes.substr(start, length));
+  if (!header) return wrong("is no NPY file of plain numbers: its header is not understood");
+  header->data_offset = start + length;
+  return *std::move(header);
+}
+
+std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
+  if (descr == kNpyUint8) return 1;
+  if (descr == kNpyUint16) return 2;
+  if (descr == kNpyFloat16) return 2;
+  if (descr == kNpyFloat32) return 4;
+  if (descr == kNpyFloat64) return 8;
+  if (descr == kNpyComplex64) return 8;
+  if (descr == kNpyComplex128) return 16;
+  if (descr == kNpyScatterer) return kScattererBytes;
+  return std::nullopt;
+}
+
+Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
+                          const NpyShape& shape) {
+  auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  const auto header = parse_npy_header(*bytes);
+  if (!is_of(header, descr)) {
+    return damaged(path, "is not an NPY file of the type that it should be");
+  }
+  const bool any_length = shape == NpyShape{0} && header->shape.size() == 1;
+  if (!any_length && header->shape != shape) {
+    return damaged(path, "is not of the shape that sequence.json tells");
+  }
+  // Divided, because a product of wrong numbers could come round to a right one.
+  std::uint64_t rest = bytes->size() - header->data_offset;
+  const std::uint64_t item = npy_item_bytes(descr).value_or(1);
+  bool fits = rest % item == 0;
+  rest /= item;
+  for (const std::uint64_t n : header->shape) {
+    fits = fits && (n == 0 ? rest == 0 : rest % n == 0);
+    rest = n == 0 ? 1 : rest / n;
+  }
+  if (!fits || rest != 1) return damaged(path, "is not as long as its header tells");
+  return NpyArray{header->shape, std::move(*bytes), static_cast<std::size_t>(header->data_offset)};
+}
+
+Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_view descr,
+                                 const NpyShape& shape, std::uint64_t row) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kOwnHeaderBytes, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  const auto header = parse_npy_header(bytes);
+  if (!is_of(header, descr) || header->shape != shape || shape.empty() || row >= shape[0]) {
+    return damaged(path, "is not of the type and shape that sequence.json tells");
+  }
+  std::uint64_t size = npy_item_bytes(descr).value_or(0);
+  for (std::size_t i = 1; i < shape.size(); ++i) size *= shape[i];
+  file.clear();
+  file.seekg(0, std::ios::end);
+  const auto end = static_cast<std::uint64_t>(std::max<std::streamoff>(file.tellg(), 0));
+  if (size == 0 || end < header->data_offset || (end - header->data_offset) / size <= row) {
+    return damaged(path, "is cut short");
+  }
+  bytes.assign(size, '\0');
+  file.seekg(static_cast<std::streamoff>(header->data_offset + row * size));
+  file.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (std::cmp_not_equal(file.gcount(), size)) return damaged(path, "is cut short");
+  return bytes;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,85 @@
+// NumPy's array format, little-endian and in C order where it is written here.
+// (https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html)
+//
+//   npy_header          magic, version 1.0 and dictionary, padded to a multiple of 64
+//   encode_npy          header and data of a whole array
+//   encode_scatterers   the structured array of scatterers/*.npy
+//   parse_npy_header    what a header says, of any version and any writer
+//   read_npy            an array of a data set, its shape checked
+//   read_npy_row        one row of it
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+#include "core/scatterers.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+inline constexpr char kNpyUint8[] = "'|u1'";
+inline constexpr char kNpyUint16[] = "'<u2'";
+inline constexpr char kNpyFloat16[] = "'<f2'";
+inline constexpr char kNpyFloat32[] = "'<f4'";
+inline constexpr char kNpyFloat64[] = "'<f8'";
+inline constexpr char kNpyComplex64[] = "'<c8'";
+inline constexpr char kNpyComplex128[] = "'<c16'";
+
+// The dtype of scatterers/*.npy as it stands in the header: fields packed, in the order of
+// docs and contract; 82 bytes an element.
+extern const char* const kNpyScatterer;
+
+using NpyShape = std::vector<std::uint64_t>;
+
+// `descr` is the dtype as Python writes it, quotes included: '<f8' or [('x', '<f8'), ...].
+std::string npy_header(std::string_view descr, const NpyShape& shape);
+
+// Needs data.size() to be the product of the shape.
+std::string encode_npy(std::span<const float> data, const NpyShape& shape);
+std::string encode_npy(std::span<const double> data, const NpyShape& shape);
+std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape& shape);
+
+// Amplitudes as drawn stand beside the list, one each; positions go to the world by the pose.
+// Needs amplitudes.size() == scatterers.size(). Order is kept.
+std::string encode_scatterers(const ScattererList& scatterers,
+                              std::span<const std::complex<float>> amplitudes,
+                              const Pose& sonar_in_world);
+
+struct NpyHeader {
+  std::string descr;  // as in npy_header
+  bool fortran_order = false;
+  NpyShape shape;
+  std::uint64_t data_offset = 0;
+};
+
+// Reads the header at the start of a file's bytes. Error (usage), without the file's name: no NPY
+// file of versions 1 to 3, or a header that is not understood.
+Result<NpyHeader> parse_npy_header(std::string_view bytes);
+
+// Bytes of one element of the dtypes above; none for others.
+std::optional<std::uint64_t> npy_item_bytes(std::string_view descr);
+
+struct NpyArray {
+  NpyShape shape;
+  std::string file;  // header and data
+  std::size_t offset = 0;
+
+  std::string_view data() const { return std::string_view(file).substr(offset); }
+};
+
+// A shape of one element that is 0 stands for any length. Error (io): another type or shape, or cut
+// short.
+Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
+                          const NpyShape& shape);
+
+Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_view descr,
+                                 const NpyShape& shape, std::uint64_t row);
+
+}  // namespace ensonify

@@ -1,0 +1,219 @@
+#include "formats/png.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+#include "formats/files.h"
+
+namespace ensonify {
+namespace {
+
+constexpr std::string_view kStart{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16};
+constexpr std::size_t kMaxChunkBytes = 0x7fffffff;
+
+void put_big_endian(std::string& bytes, std::uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255);
+}
+
+// Fills in the length of the chunk whose length field is at `start`, and adds its checksum.
+void end_chunk(std::string& bytes, std::size_t start) {
+  const std::size_t size = bytes.size() - start - 8;
+  ENSONIFY_ASSERT(size <= kMaxChunkBytes);
+  std::string length;
+  put_big_endian(length, static_cast<std::uint32_t>(size));
+  bytes.replace(start, 4, length);
+  // Over type and content.
+  put_big_endian(bytes, crc32_of(std::string_view(bytes).substr(start + 4)));
+}
+
+std::size_t begin_chunk(std::string& bytes, std::string_view type) {
+  const std::size_t start = bytes.size();
+  bytes.append(4, '\0').append(type);
+  return start;
+}
+
+void put_row(std::span<const std::uint8_t> row, std::uint8_t* out) {
+  std::copy(row.begin(), row.end(), out);
+}
+
+void put_row(std::span<const std::uint16_t> row, std::uint8_t* out) {
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    out[2 * i] = static_cast<std::uint8_t>(row[i] >> 8);
+    out[2 * i + 1] = static_cast<std::uint8_t>(row[i]);
+  }
+}
+
+// Rows without a filter: speckle gains nothing by one, and in masks a change of value would be
+// written twice.
+template <class Pixel>
+std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t columns) {
+  const std::size_t rows = pixels.size() / columns;
+  const std::size_t row_bytes = 1 + columns * sizeof(Pixel);
+  std::vector<std::uint8_t> bytes(rows * row_bytes);
+  for (std::size_t row = 0; row < rows; ++row) {
+    put_row(pixels.subspan(row * columns, columns), bytes.data() + row * row_bytes + 1);
+  }
+  return bytes;
+}
+
+// With a palette, of red, green and blue bytes, the pixels are indices into it.
+template <class Pixel>
+Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns,
+                                  Content content, std::string_view palette = {}) {
+  ENSONIFY_ASSERT(rows > 0 && columns > 0);
+  ENSONIFY_ASSERT(pixels.size() ==
+                  static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
+  return without_exceptions("encoding a PNG picture", [&]() -> Result<std::string> {
+    std::string bytes(kStart.substr(0, 8));
+    std::size_t chunk = begin_chunk(bytes, "IHDR");
+    put_big_endian(bytes, static_cast<std::uint32_t>(columns));
+    put_big_endian(bytes, static_cast<std::uint32_t>(rows));
+    bytes += static_cast<char>(8 * sizeof(Pixel));
+    bytes += static_cast<char>(palette.empty() ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_PALETTE);
+    bytes.append(3, '\0');  // the only compression and filters there are; not interlaced
+    end_chunk(bytes, chunk);
+    if (!palette.empty()) {
+      chunk = begin_chunk(bytes, "PLTE");
+      bytes += palette;
+      end_chunk(bytes, chunk);
+    }
+    chunk = begin_chunk(bytes, "IDAT");
+    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), content, bytes);
+    end_chunk(bytes, chunk);
+    chunk = begin_chunk(bytes, "IEND");
+    end_chunk(bytes, chunk);
+    return bytes;
+  });
+}
+
+std::uint32_t big_endian(std::string_view bytes) {
+  std::uint32_t value = 0;
+  for (const char c : bytes.substr(0, 4)) value = value << 8 | static_cast<unsigned char>(c);
+  return value;
+}
+
+// libpng's own way out is a long jump, which must not pass over objects of C++; with these it
+// throws instead.
+[[noreturn]] void fail(png_structp, png_const_charp message) { throw std::runtime_error(message); }
+void ignore(png_structp, png_const_charp) {}
+
+void take_bytes(png_structp png, png_bytep out, png_size_t count) {
+  auto& rest = *static_cast<std::string_view*>(png_get_io_ptr(png));
+  if (count > rest.size()) throw std::runtime_error("it is cut off");
+  std::memcpy(out, rest.data(), count);
+  rest.remove_prefix(count);
+}
+
+struct Reader {
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore);
+  png_infop info = png_create_info_struct(png);
+  Reader() = default;
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+};
+
+template <class Pixel>
+std::vector<Pixel> read_pixels(const Reader& reader, std::size_t rows, std::size_t columns) {
+  if constexpr (sizeof(Pixel) == 2) png_set_swap(reader.png);
+  const int passes = png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  std::vector<Pixel> pixels(rows * columns);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      void* const begin = pixels.data() + row * columns;
+      png_read_row(reader.png, static_cast<png_bytep>(begin), nullptr);
+    }
+  }
+  png_read_end(reader.png, nullptr);
+  return pixels;
+}
+
+GreyPng read_image(std::string_view bytes) {
+  Reader reader;
+  std::string_view rest = bytes;
+  png_set_read_fn(reader.png, &rest, take_bytes);
+  png_set_user_limits(reader.png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+  png_read_info(reader.png, reader.info);
+  GreyPng image;
+  image.rows = png_get_image_height(reader.png, reader.info);
+  image.columns = png_get_image_width(reader.png, reader.info);
+  const std::size_t bits = png_get_bit_depth(reader.png, reader.info);
+  if (png_get_color_type(reader.png, reader.info) != PNG_COLOR_TYPE_GRAY || bits < 8) {
+    throw std::runtime_error("it is not grey of 8 or 16 bits");
+  }
+  // Deflate packs at most 1,032 bytes into one.
+  if (std::uint64_t{image.rows} * image.columns / 1032 > bytes.size()) {
+    throw std::runtime_error("it claims more pixels than it has");
+  }
+  if (bits == 8) {
+    image.grey8 = read_pixels<std::uint8_t>(reader, image.rows, image.columns);
+  } else {
+    image.grey16 = read_pixels<std::uint16_t>(reader, image.rows, image.columns);
+  }
+  return image;
+}
+
+// Moves the pixels of one depth out of a file of a data set.
+template <class Pixel>
+Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uint64_t rows,
+                                     std::uint64_t columns, std::vector<Pixel> GreyPng::*pixels) {
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  const auto header = parse_png_header(*bytes);
+  if (header && (header->height != rows || header->width != columns ||
+                 header->bit_depth != 8 * sizeof(Pixel) || header->color_type != 0)) {
+    return damaged(path, "is not of the size and depth that sequence.json tells");
+  }
+  auto image = parse_grey_png(*bytes);
+  if (!image) return damaged(path, image.error().message);
+  return std::move((*image).*pixels);
+}
+
+}  // namespace
+
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
+                               Content content) {
+  return encode_pixels(pixels, rows, columns, content);
+}
+
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
+                               Content content) {
+  return encode_pixels(pixels, rows, columns, content);
+}
+
+Result<std::string> encode_palette_png(std::span<const std::uint8_t> indices, int rows, int columns,
+                                       const Palette& palette) {
+  std::string colours;
+  for (const auto& colour : palette) colours.append(colour.begin(), colour.end());
+  return encode_pixels(indices, rows, columns, Content::noise, colours);
+}
+
+std::optional<PngHeader> parse_png_header(std::string_view bytes) {
+  if (bytes.size() < 33 || bytes.substr(0, kStart.size()) != kStart) return std::nullopt;
+  return PngHeader{big_endian(bytes.substr(16)), big_endian(bytes.substr(20)),
+                   static_cast<unsigned char>(bytes[24]), static_cast<unsigned char>(bytes[25])};
+}
+
+Result<GreyPng> parse_grey_png(std::string_view bytes) {
+  try {
+    return read_image(bytes);
+  } catch (const std::runtime_error& error) {
+    return Error{ErrorKind::usage, std::string("is no PNG file that can be read: ") + error.what()};
+  }
+}
+
+Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, std::uint64_t rows,
+                                             std::uint64_t columns) {
+  return read_grey(path, rows, columns, &GreyPng::grey8);
+}
+
+Result<std::vector<std::uint16_t>> read_grey16(const std::filesystem::path& path,
+                                               std::uint64_t rows, std::uint64_t columns) {
+  return read_grey(path, rows, columns, &GreyPng::grey16);
+}
+
+}  // namespace ensonify

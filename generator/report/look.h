@@ -1,0 +1,89 @@
+// What a first pass over the pictures of the shown pings finds out. Private to report/.
+//
+//   PictureJob  pixels_of  for_each_picture
+//   PictureScale  grey_code        what the codes of pictures stand for
+//   PingSpeckle  speckle_of        sums over one ping's pixels
+//   Speckle  speckle_from          histogram, mean and contrast of all: whether the speckle of a
+//                                  data set has the statistics that theory gives it
+//   Look  look_at
+//
+// x = I / <I> of a pixel: its intensity over the expected one (clean level and noise). Amplitudes
+// of rough surfaces are complex normal, sums of them too, so that x is exponential, exp(-x), with
+// mean and contrast 1. That holds of pixels which
+//   - are labelled with a surface that throws nothing back coherently,
+//   - lie in no row (nor two next to it) where a point target or a coherent surface is labelled,
+//     whose side lobes reach along the row,
+//   - expect 15 dB more than the noise, and no less than 40 dB under the ping's highest level.
+// Where there are no masks, all pixels are used if all instances are such surfaces, else none.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/parallel.h"
+#include "dataset/read_pictures.h"
+#include "report/survey.h"
+
+namespace ensonify {
+
+inline constexpr int kSpeckleSteps = 40;
+inline constexpr double kSpeckleEnd = 8;  // of the last step
+
+struct SpeckleSum {
+  double pixels = 0, x = 0, xx = 0;
+};
+
+struct PingSpeckle {
+  std::vector<std::uint64_t> counts;  // by steps; the last one: beyond them
+  std::vector<SpeckleSum> groups;     // of beams far enough apart to be independent
+};
+
+// Empty where a picture, the clean level or a fit pixel is missing.
+PingSpeckle speckle_of(const StoredPixels& pixels, const ShownSequence& sequence);
+
+struct Speckle {
+  std::vector<std::uint64_t> counts;
+  std::uint64_t over = 0, pixels = 0, pings = 0;
+  double mean = 0, contrast = 0;
+  // By leaving out one group after another (jackknife): neighbours in a picture are correlated.
+  double contrast_standard_error = 0;
+};
+
+// Of all shown pings, in their order. None where no pixel is fit.
+std::optional<Speckle> speckle_from(const Survey& survey, std::span<const PingSpeckle> pings);
+
+struct PictureScale {
+  double min_db = 0, max_db = 1;            // of codes 1 and 255
+  double show_min_db = 0, show_max_db = 1;  // of the first view
+  std::optional<double> min_rad, max_rad;   // of elevations; absent: there is none
+};
+
+// 0 for nothing (not a number), 1 to 255 for values from low to high.
+std::uint8_t grey_code(double value, double low, double high);
+
+struct Look {
+  PictureScale scale;
+  std::optional<Speckle> speckle;
+};
+
+// What is shared by all that read pictures.
+struct PictureJob {
+  const StoredDataset& dataset;
+  const Survey& survey;
+  const Workers& workers;
+  bool (*stop)() = nullptr;
+};
+
+// The polar picture; where there is none, levels of the series.
+Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping);
+
+Result<Look> look_at(const PictureJob& job);
+
+// use(i) for all i below `count`, side by side; the first Error by i, or that the user stopped it.
+Status for_each_picture(const PictureJob& job, std::size_t count,
+                        const std::function<Status(std::size_t)>& use);
+
+}  // namespace ensonify

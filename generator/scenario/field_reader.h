@@ -1,0 +1,88 @@
+// Reads structs from a tree by their fields.
+//
+//   InputFolder  MaterialNames   what the values of a scenario refer to
+//   FieldReader                  faults, the map in hand, and what Fields asks for
+//   ReadWatch                    whether a part was read without faults
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <string_view>
+#include <unordered_set>
+#include <vector>
+
+#include "scenario/fields.h"
+
+namespace ensonify {
+
+// Where an input file is looked for, and what is told about it.
+struct InputFolder {
+  std::filesystem::path folder;
+  Faults& faults;
+};
+
+// The materials that objects can refer to.
+struct MaterialNames {
+  std::unordered_set<std::string_view> set;
+  std::vector<std::string_view> list;
+};
+
+class FieldReader : public Fields {
+ public:
+  FieldReader(const InputFolder& input, const Value& map);
+
+  Faults& faults() const { return input_.faults; }
+  const Value& map() const { return frames_.back().value; }
+  const InputFolder& input() const { return input_; }
+  MaterialNames materials;
+
+  // Reads on in this tree in place of the map in hand.
+  void replace_map(Node tree);
+
+  bool writing() const override { return false; }
+  FieldReader* reader() override { return is_mute() ? nullptr : this; }
+  bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) override;
+  bool begin(std::string_view key, const Branch& branch, const Rule& rule) override;
+  void end() override;
+  std::optional<std::size_t> only_key(std::span<const std::string_view> keys, std::size_t held,
+                                      std::string_view what, Need need) override;
+  void fault(std::string_view key, std::string text) override;
+  const Node* peek(std::string_view key) override;
+  std::optional<std::size_t> peek_kind(std::string_view key,
+                                       std::span<const std::string_view> words,
+                                       std::size_t held) override;
+  using Fields::begin;
+
+ private:
+  struct Frame {
+    Value value;
+    bool is_map = true;                   // whose keys are known by what has been asked for
+    bool is_read = false;                 // as a whole
+    std::vector<std::string_view> known;  // keys
+  };
+
+  // What is no map has no keys to read: these are gathered for the message alone.
+  bool is_mute() const {
+    return frames_.back().is_map && frames_.back().value.node->kind != NodeKind::map;
+  }
+  void know(std::string_view key);
+  bool wants(std::string_view key, const Rule& rule);
+
+  InputFolder input_;
+  std::vector<Frame> frames_;
+  std::deque<Node> replaced_;
+};
+
+// Whether a map is read, and nothing in it has been at fault since.
+class ReadWatch {
+ public:
+  explicit ReadWatch(Fields& f)
+      : reader_(f.reader()), before_(reader_ != nullptr ? reader_->faults().found() : 0) {}
+  bool is_well() const { return reader_ != nullptr && reader_->faults().found() == before_; }
+
+ private:
+  const FieldReader* reader_;
+  std::size_t before_;
+};
+
+}  // namespace ensonify

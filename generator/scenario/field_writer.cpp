@@ -1,0 +1,142 @@
+#include "scenario/field_writer.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "scenario/draw.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+
+std::string number(double value) {
+  std::string text = fmt::format("{}", value);
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
+std::string quoted_if_needed(const std::string& text) {
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
+  constexpr std::string_view kOthers = "0123456789.-/";
+  const auto one_of = [](char c, std::string_view set) {
+    return set.find(c) != std::string_view::npos;
+  };
+  bool plain = !text.empty() && one_of(text[0], kLetters);
+  for (const char c : text) plain = plain && (one_of(c, kLetters) || one_of(c, kOthers));
+  for (const char* word : {"null", "y", "n"}) plain = plain && !equals_ignoring_case(text, word);
+  if (plain && classify_plain(text) == PlainKind::text) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+namespace {
+
+std::string leaf_text(const NumberLeaf& leaf) { return number(leaf.out); }
+std::string leaf_text(const NumbersLeaf& leaf) {
+  std::string text;
+  for (const double value : leaf.out) text += (text.empty() ? "" : ", ") + number(value);
+  return "[" + text + "]";
+}
+std::string leaf_text(const IntegerLeaf& leaf) { return std::to_string(leaf.out); }
+std::string leaf_text(const SeedLeaf& leaf) { return std::to_string(leaf.out); }
+std::string leaf_text(const BooleanLeaf& leaf) { return leaf.out ? "true" : "false"; }
+std::string leaf_text(const TextLeaf& leaf) { return quoted_if_needed(leaf.out); }
+std::string leaf_text(const MaterialLeaf& leaf) { return quoted_if_needed(leaf.out); }
+std::string leaf_text(const FileLeaf&) { return ""; }  // it takes a name first
+std::string leaf_text(const WordLeaf& leaf) { return std::string(leaf.words[leaf.index]); }
+
+}  // namespace
+
+FieldWriter::FieldWriter(const Scenario& scenario, const NameFile& name_file)
+    : scenario_(scenario), name_file_(name_file) {
+  frames_.emplace_back();
+  frames_.back().in_lines = true;
+}
+
+std::string FieldWriter::text_of_scenario() const {
+  return text_of(frames_.front()).substr(1) + "\n";
+}
+
+// A section that is drawn stays as it was, whatever came out.
+bool FieldWriter::wants(std::string_view key, const Rule& rule) {
+  const Node* drawn = frames_.size() == 1 ? drawn_section(scenario_, key) : nullptr;
+  if (drawn == nullptr) return rule.written && rule.useless.empty();
+  std::string text = section_text(key, *drawn, name_file_);
+  text.pop_back();
+  frames_.back().entries.push_back({"", std::move(text)});
+  return false;
+}
+
+void FieldWriter::put(std::string_view key, std::string text) {
+  Frame& frame = frames_.back();
+  std::string written(frame.form == Form::list ? "" : key);
+  if (frame.form == Form::names) written = quoted_if_needed(written);
+  frame.entries.push_back({std::move(written), std::move(text)});
+}
+
+std::string FieldWriter::text_of(const Frame& frame) const {
+  const bool is_list = frame.form == Form::list;
+  const bool in_lines = frame.in_lines && !frame.entries.empty();
+  const std::string between =
+      in_lines ? "\n" + std::string(2 * (frames_.size() - 1), ' ') + (is_list ? "- " : "") : ", ";
+  std::string text;
+  for (const Entry& entry : frame.entries) {
+    if (in_lines || !text.empty()) text += between;
+    text += entry.key;
+    if (!entry.key.empty()) text += entry.text.starts_with('\n') ? ":" : ": ";
+    text += entry.text;
+  }
+  if (in_lines) return text;
+  return is_list ? "[" + text + "]" : "{" + text + "}";
+}
+
+void FieldWriter::end() {
+  const bool own_value =
+      frames_.back().entries.size() == 1 && frames_.back().entries[0].key.empty();
+  const Frame& done = frames_.back();
+  std::string text;
+  if (done.form == Form::on && done.entries.empty()) {
+    text = "true";
+  } else if (done.form == Form::kind && done.entries.empty()) {
+    text = done.word;
+  } else if (done.form == Form::kind) {
+    text = fmt::format("{{{}: {}}}", done.word, own_value ? done.entries[0].text : text_of(done));
+  } else {
+    text = text_of(done);
+  }
+  const std::string key = done.key;
+  frames_.pop_back();
+  put(key, std::move(text));
+}
+
+bool FieldWriter::leaf(std::string_view key, const Leaf& leaf, const Rule& rule) {
+  if (!wants(key, rule)) return false;
+  const auto* file = std::get_if<FileLeaf>(&leaf);
+  put(key, file != nullptr ? quoted_if_needed(name_file_(file->out))
+                           : std::visit([](const auto& l) { return leaf_text(l); }, leaf));
+  return false;
+}
+
+bool FieldWriter::begin(std::string_view key, const Branch& branch, const Rule& rule) {
+  if (!wants(key, rule)) return false;
+  const auto* switched = std::get_if<SwitchBranch>(&branch);
+  if (switched != nullptr && !switched->on) {
+    put(key, "false");
+    return false;
+  }
+  Frame frame;
+  frame.key = key;
+  frame.form = static_cast<Form>(branch.index());
+  frame.in_lines = rule.in_lines && frames_.back().in_lines;
+  if (const auto* kind = std::get_if<KindBranch>(&branch)) frame.word = kind->words[kind->index];
+  frames_.push_back(std::move(frame));
+  return true;
+}
+
+}  // namespace ensonify

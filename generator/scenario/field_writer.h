@@ -1,0 +1,69 @@
+// The resolved text of a scenario, from its fields.
+//
+//   NameFile                     how an input file is named in the text
+//   number  quoted_if_needed     single values
+//   FieldWriter                  entries of the map in hand; drawn sections as they were
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "scenario/fields.h"
+#include "scenario/scenario.h"
+
+namespace ensonify {
+
+using NameFile = std::function<std::string(const std::filesystem::path&)>;
+
+// The shortest digits that read back the same. YAML 1.1 knows no exponent without a point: 1e-05
+// would be text to some readers.
+std::string number(double value);
+
+// Plain only if no reader could take it for anything else.
+std::string quoted_if_needed(const std::string& text);
+
+class FieldWriter : public Fields {
+ public:
+  FieldWriter(const Scenario& scenario, const NameFile& name_file);
+
+  // What has been written on the top level.
+  std::string text_of_scenario() const;
+
+  bool writing() const override { return true; }
+  bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) override;
+  bool begin(std::string_view key, const Branch& branch, const Rule& rule) override;
+  void end() override;
+  std::optional<std::size_t> only_key(std::span<const std::string_view>, std::size_t held,
+                                      std::string_view, Need) override {
+    return held;
+  }
+  using Fields::begin;
+
+ private:
+  enum class Form { map, list, names, kind, on };  // as the alternatives of Branch
+  struct Entry {
+    std::string key;   // empty: an item of a list, or a whole section with its key
+    std::string text;  // after a line feed where it takes lines of its own
+  };
+  struct Frame {
+    std::string key;  // of it, in the frame below
+    Form form = Form::map;
+    bool in_lines = false;
+    std::string word;  // of a kind
+    std::vector<Entry> entries;
+  };
+
+  bool wants(std::string_view key, const Rule& rule);
+  void put(std::string_view key, std::string text);
+  std::string text_of(const Frame& frame) const;
+
+  const Scenario& scenario_;
+  const NameFile& name_file_;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace ensonify

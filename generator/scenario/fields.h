@@ -1,0 +1,308 @@
+// The keys of a scenario, said once. A function `fields` for each struct names every key with its
+// variable, its range and its rule, in the order of the resolved text. FieldReader fills the struct
+// from a tree and tells what is wrong with it; FieldWriter makes the resolved text of it.
+//
+//   Rule  kRequired  useless_if  written_if   what holds for one key
+//   Leaf  Branch                              a single value; what holds others
+//   Fields                                    the values, maps and lists of a struct by their keys
+//   fields                                    of every struct, in the file of its section
+//
+// A function of Fields for a single value returns whether it was read, false from a writer; one
+// that begins a branch returns whether its keys are to be asked for, which end() ends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "scenario/reader.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+
+class FieldReader;
+
+struct Rule {
+  Need need = Need::optional;
+  bool written = true;            // whether the resolved text holds the key
+  bool in_lines = false;          // there, each key or item of it has a line of its own
+  std::string_view useless = {};  // not empty: the key is of no effect here, and this says why
+};
+inline constexpr Rule kRequired{.need = Need::required};
+
+constexpr Rule useless_if(bool useless, std::string_view why, Rule rule = {}) {
+  if (useless) rule.useless = why;
+  return rule;
+}
+constexpr Rule written_if(bool written, Rule rule = {}) {
+  rule.written = written;
+  return rule;
+}
+
+// Where `least` or `most` are not met: "empty" or "a list of N stands here", and `accepted`.
+struct ListWords {
+  std::string_view missing;   // "is a list of ...", of a list that must be there
+  std::string_view accepted;  // as for `missing` where it is left out
+  std::size_t least = 0;
+  std::size_t most = std::numeric_limits<std::size_t>::max();
+};
+
+// A single value: where it is, and what is accepted.
+struct NumberLeaf {
+  double& out;
+  const NumberRange& range;
+};
+struct NumbersLeaf {
+  std::span<double> out;
+  const NumberRange& range;
+};
+struct IntegerLeaf {
+  int& out;
+  int low, high;
+};
+struct SeedLeaf {
+  std::uint64_t& out;
+};
+struct BooleanLeaf {
+  bool& out;
+};
+struct TextLeaf {
+  std::string& out;
+};
+struct MaterialLeaf {
+  std::string& out;  // the name of one
+};
+struct FileLeaf {
+  std::filesystem::path& out;
+  std::initializer_list<std::string_view> endings;
+};
+struct WordLeaf {
+  std::span<const std::string_view> words;
+  std::size_t& index;
+};
+using Leaf = std::variant<NumberLeaf, NumbersLeaf, IntegerLeaf, SeedLeaf, BooleanLeaf, TextLeaf,
+                          MaterialLeaf, FileLeaf, WordLeaf>;
+
+// What holds other values. Items of lists have their indexes as keys.
+struct MapBranch {};
+struct ListBranch {
+  std::size_t& count;  // read, or to be written
+  const ListWords& words;
+};
+struct NamesBranch {                // a map whose keys are names
+  std::vector<std::string>& names;  // read, or to be written
+  std::string_view what;            // said of what is no map
+};
+struct KindBranch {  // one of the words, or a map of it with its options, which are entered
+  std::span<const std::string_view> words;
+  std::size_t& index;
+};
+struct SwitchBranch {  // true, false, or a map of options, which are entered
+  bool& on;
+};
+using Branch = std::variant<MapBranch, ListBranch, NamesBranch, KindBranch, SwitchBranch>;
+
+class Fields {
+ public:
+  Fields() = default;
+  Fields(const Fields&) = delete;
+  Fields& operator=(const Fields&) = delete;
+  virtual ~Fields() = default;
+
+  virtual bool writing() const = 0;
+  // The reader of a map that is there; null: a writer, or there is nothing to read.
+  virtual FieldReader* reader() { return nullptr; }
+
+  // Numbers without a key are the value itself, where a kind has been entered.
+  virtual bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) = 0;
+  virtual bool begin(std::string_view key, const Branch& branch, const Rule& rule) = 0;
+  virtual void end() = 0;
+
+  // Which of these keys, which exclude each other, the map holds; `held` while writing. Nothing
+  // where it has several, or none of them, which is told if one is needed; `what` is accepted.
+  virtual std::optional<std::size_t> only_key(std::span<const std::string_view> keys,
+                                              std::size_t held, std::string_view what,
+                                              Need need = Need::required) = 0;
+
+  // Adds a fault at a key; no key: at the map itself.
+  virtual void fault(std::string_view, std::string) {}
+  // What the map holds at a key that another value depends on; null: nothing, or not reading.
+  virtual const Node* peek(std::string_view) { return nullptr; }
+  // Likewise which of `words` the value of a key names; `held` where it is absent or while writing,
+  // nothing where it is something else.
+  virtual std::optional<std::size_t> peek_kind(std::string_view, std::span<const std::string_view>,
+                                               std::size_t held) {
+    return held;
+  }
+
+  bool number(std::string_view key, double& out, const NumberRange& range, Rule rule = {}) {
+    return leaf(key, NumberLeaf{out, range}, rule);
+  }
+  bool numbers(std::string_view key, std::span<double> out, const NumberRange& range,
+               Rule rule = {}) {
+    return leaf(key, NumbersLeaf{out, range}, rule);
+  }
+  bool integer(std::string_view key, int& out, int low, int high, Rule rule = {}) {
+    return leaf(key, IntegerLeaf{out, low, high}, rule);
+  }
+  bool seed(std::string_view key, std::uint64_t& out) { return leaf(key, SeedLeaf{out}, {}); }
+  bool boolean(std::string_view key, bool& out, Rule rule = {}) {
+    return leaf(key, BooleanLeaf{out}, rule);
+  }
+  bool text(std::string_view key, std::string& out, Rule rule = {}) {
+    return leaf(key, TextLeaf{out}, rule);
+  }
+  bool material(std::string_view key, std::string& out) {
+    return leaf(key, MaterialLeaf{out}, kRequired);
+  }
+  bool file(std::string_view key, std::filesystem::path& out,
+            std::initializer_list<std::string_view> endings, Rule rule = {}) {
+    return leaf(key, FileLeaf{out, endings}, rule);
+  }
+  bool word(std::string_view key, std::span<const std::string_view> words, std::size_t& index,
+            Rule rule = {}) {
+    return leaf(key, WordLeaf{words, index}, rule);
+  }
+  bool begin(std::string_view key, Rule rule = {}) { return begin(key, MapBranch{}, rule); }
+  bool begin_kind(std::string_view key, std::span<const std::string_view> words, std::size_t& index,
+                  Rule rule = {}) {
+    return begin(key, KindBranch{words, index}, rule);
+  }
+  bool begin_switch(std::string_view key, bool& on, Rule rule = {}) {
+    return begin(key, SwitchBranch{on}, rule);
+  }
+
+  // What may be absent.
+  bool number(std::string_view key, std::optional<double>& out, const NumberRange& range,
+              Rule rule = {}) {
+    double value = out.value_or(0);
+    const bool read = number(key, value, range, written_if(rule.written && out, rule));
+    if (read) out = value;
+    return read;
+  }
+  bool integer(std::string_view key, std::optional<int>& out, int low, int high, Rule rule = {}) {
+    int value = out.value_or(0);
+    const bool read = integer(key, value, low, high, written_if(rule.written && out, rule));
+    if (read) out = value;
+    return read;
+  }
+  template <std::size_t N>
+  bool numbers(std::string_view key, std::optional<std::array<double, N>>& out,
+               const NumberRange& range, Rule rule = {}) {
+    std::array<double, N> values = out.value_or(std::array<double, N>{});
+    const bool read = numbers(key, values, range, written_if(rule.written && out, rule));
+    if (read) out = values;
+    return read;
+  }
+
+  // A switch without options.
+  void toggle(std::string_view key, bool& on, Rule rule = {}) {
+    if (begin_switch(key, on, rule)) end();
+  }
+
+  template <class T>
+  bool choice(std::string_view key, T& out, std::span<const std::pair<std::string_view, T>> choices,
+              Rule rule = {}) {
+    std::vector<std::string_view> words;
+    std::size_t index = 0;
+    for (const auto& [choice_word, value] : choices) {
+      if (value == out) index = words.size();
+      words.push_back(choice_word);
+    }
+    const bool read = word(key, words, index, rule);
+    if (read) out = choices[index].second;
+    return read;
+  }
+  template <class T>
+  bool choice(std::string_view key, T& out,
+              std::initializer_list<std::pair<std::string_view, T>> choices, Rule rule = {}) {
+    return choice(key, out, std::span(choices.begin(), choices.size()), rule);
+  }
+
+  // One kind of an enumeration from 0 to `last`, as name_of spells them.
+  template <class T>
+  bool begin_kind(std::string_view key, T& out, T last, Rule rule = {}) {
+    std::vector<std::string_view> words;
+    for (const auto& kind : words_to(last)) words.push_back(kind.first);
+    auto index = static_cast<std::size_t>(out);
+    const bool entered = begin_kind(key, words, index, rule);
+    if (entered) out = static_cast<T>(index);
+    return entered;
+  }
+
+  // A map of one struct.
+  template <class T>
+  bool map(std::string_view key, T& value, Rule rule = {}) {
+    if (!begin(key, rule)) return false;
+    fields(*this, value);
+    end();
+    return true;
+  }
+  template <class T>
+  void map(std::string_view key, std::optional<T>& value, Rule rule = {}) {
+    if (!begin(key, written_if(rule.written && value, rule))) return;
+    if (!value) value.emplace();
+    fields(*this, *value);
+    end();
+  }
+
+  // One kind of thing, a map under the key of the kind.
+  template <class... Kinds>
+  std::optional<std::size_t> one_of(std::variant<Kinds...>& value,
+                                    const std::array<std::string_view, sizeof...(Kinds)>& keys) {
+    const auto index =
+        only_key(keys, value.index(), "one of " + joined({keys.begin(), keys.end()}));
+    if (index) map_kind(value, *index, keys[*index], std::index_sequence_for<Kinds...>{});
+    return index;
+  }
+
+  // A list; `each(key, item)` reads or writes an item.
+  template <class T, class Each>
+  bool list(std::string_view key, std::vector<T>& items, const ListWords& words, Rule rule,
+            Each each) {
+    std::size_t count = items.size();
+    if (!begin(key, ListBranch{count, words}, rule)) return false;
+    if (!writing()) items.assign(count, T{});
+    for (std::size_t i = 0; i < count; ++i) each(std::to_string(i), items[i]);
+    end();
+    return true;
+  }
+  template <class T>
+  void maps(std::string_view key, std::vector<T>& items, Rule rule = {},
+            const ListWords& words = {}) {
+    list(key, items, words, rule, [this](const std::string& at, T& item) { map(at, item); });
+  }
+
+ private:
+  template <class Variant, std::size_t... I>
+  void map_kind(Variant& value, std::size_t index, std::string_view key,
+                std::index_sequence<I...>) {
+    const auto enter = [&]<std::size_t i>() {
+      if (i != index) return;
+      if (!writing()) value.template emplace<i>();
+      map(key, std::get<i>(value));
+    };
+    (enter.template operator()<I>(), ...);
+  }
+};
+
+// The words of an enumeration from 0 to `last`, as name_of spells them.
+template <class T>
+std::vector<std::pair<std::string_view, T>> words_to(T last) {
+  std::vector<std::pair<std::string_view, T>> words;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    words.emplace_back(name_of(static_cast<T>(i)), static_cast<T>(i));
+  }
+  return words;
+}
+
+}  // namespace ensonify

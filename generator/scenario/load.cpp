@@ -1,0 +1,176 @@
+// From the text of a file to a checked scenario, and back.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "scenario/draw.h"
+#include "scenario/field_writer.h"
+#include "scenario/merge.h"
+#include "scenario/sections.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+// A scenario without a name is called after its file.
+std::string default_name(const std::string& label) {
+  const std::string stem = std::filesystem::path(label).stem().string();
+  const bool printable = !first_invalid_utf8(stem) && !first_control_character(stem, "");
+  return printable && !stem.empty() && stem.size() <= kMaxNameBytes ? stem : "scenario";
+}
+
+bool same_place(const Place& a, const Place& b) {
+  return a.source == b.source && a.line == b.line && a.column == b.column;
+}
+
+// A distribution that cannot be drawn has its fault: that it is no number need not be said as well.
+void drop_faults_at(const std::vector<Place>& places, std::size_t first, Faults& faults) {
+  const auto begin = faults.list.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto told = [&](const Fault& fault) {
+    return std::any_of(places.begin(), places.end(),
+                       [&](const Place& place) { return same_place(place, fault.place); });
+  };
+  faults.list.erase(std::remove_if(begin, faults.list.end(), told), faults.list.end());
+}
+
+Scenario read_scenario(const InputFolder& input, const Value& root, const std::string& label) {
+  Scenario scenario;
+  scenario.name = default_name(label);
+  scenario.trajectory.pings = 1;
+  if (const auto sweep = child(root, "ensonify_sweep")) {
+    add_fault(input.faults, sweep->place, sweep->path,
+              "this is a sweep, accepted is a scenario; `ensonify sweep` takes it");
+    return scenario;
+  }
+  FieldReader reader(input, root);
+  fields(reader, scenario);
+  reader.end();
+  return scenario;
+}
+
+// Whoever runs a stranger's scenario wants to know what of his own it reads.
+std::vector<std::string> notices_of_files(const Scenario& scenario,
+                                          const std::filesystem::path& folder) {
+  std::vector<std::string> notices;
+  std::error_code error;
+  const auto home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
+  for (const std::filesystem::path& file : input_files(scenario)) {
+    const auto found = std::filesystem::weakly_canonical(file, error);
+    const auto apart = std::mismatch(home.begin(), home.end(), found.begin(), found.end());
+    if (apart.first == home.end()) continue;
+    notices.push_back(one_line(fmt::format(
+        "{} lies outside the scenario's folder; its bytes go into the data set", found.string())));
+  }
+  return notices;
+}
+
+}  // namespace
+
+std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
+  Scenario copy = scenario;
+  FieldWriter writer(scenario, name_file);
+  fields(writer, copy);
+  return writer.text_of_scenario();
+}
+
+std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
+  std::vector<std::filesystem::path> files;
+  to_yaml(scenario, [&](const std::filesystem::path& file) {
+    if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
+    return std::string();
+  });
+  return files;
+}
+
+std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
+                                            const std::filesystem::path& folder, Faults& faults,
+                                            std::uint32_t sequence) {
+  const InputFolder input{folder, faults};
+  const Value root{&tree, tree.place, ""};
+  auto sections = keep_drawn_sections(tree, input);
+  const bool drawn = holds_distribution(tree);
+  std::vector<std::string> classes = class_names(root);
+  const std::vector<std::string> targets = layer_target_words(root);
+  std::uint64_t seed = 0;
+  Faults told_later;
+  read_seed(told_later, root, "seed", seed);
+  std::vector<Place> wrong;
+  std::vector<DrawnValue> draws;
+  draw_values(tree, seed, sequence, faults, wrong, draws);
+  const std::size_t before = faults.list.size();
+  Scenario scenario = read_scenario(input, root, label);
+  check_layer_targets(faults, root, targets);
+  drop_faults_at(wrong, before, faults);
+  if (!faults.empty()) return std::nullopt;
+  scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
+                                            [](const ObjectSpec& o) { return o.place; });
+  scenario.draws = std::move(draws);
+  scenario.class_names = std::move(classes);
+  scenario.drawn_sections = std::move(sections);
+  scenario.notices = notices_of_files(scenario, folder);
+  return scenario;
+}
+
+Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
+                                const std::filesystem::path& folder,
+                                const std::vector<Override>& overrides, std::uint32_t sequence,
+                                const ReadLimits& limits) {
+  Faults faults;
+  faults.limits = limits;
+  std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
+  if (!tree) return to_error(faults);
+  apply_overrides(*tree, overrides, faults);
+  auto scenario = parse_scenario_tree(std::move(*tree), label, folder, faults, sequence);
+  if (!scenario) return to_error(faults);
+  return std::move(*scenario);
+}
+
+Result<std::string> read_scenario_text(const std::filesystem::path& file, std::string_view what) {
+  const std::string label = file.string();
+  const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
+    return Error{kind,
+                 one_line(fmt::format("{}: {}, accepted is {} in YAML", label, trouble, what))};
+  };
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) return refuse(ErrorKind::usage, "no such file");
+  if (std::filesystem::is_directory(status)) return refuse(ErrorKind::usage, "is a folder");
+  if (std::filesystem::is_regular_file(status) &&
+      std::filesystem::file_size(file, error) > kMaxYamlBytes) {
+    return refuse(ErrorKind::usage, fmt::format("larger than {} MiB", kMaxYamlBytes >> 20));
+  }
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return refuse(ErrorKind::io, "cannot be opened");
+  // One byte more than the limit, so that an endless pipe ends and is refused.
+  std::string text(kMaxYamlBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+Result<Scenario> load_scenario(const std::filesystem::path& file,
+                               const std::vector<Override>& overrides, std::uint32_t sequence) {
+  const Result<std::string> text = read_scenario_text(file);
+  if (!text) return text.error();
+  return parse_scenario(*text, file.string(), file.parent_path(), overrides, sequence);
+}
+
+Error with_place(const Error& error, const std::string& text, const std::string& label,
+                 const std::vector<Override>& overrides) {
+  const std::string path = error.message.substr(0, error.message.find(": "));
+  for (const Override& given : overrides) {
+    if (path.starts_with(given.path) || given.path.starts_with(path)) return error;
+  }
+  Faults faults;
+  const std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
+  const auto place = tree ? place_in(*tree, path) : std::nullopt;
+  if (!place) return error;
+  return {error.kind,
+          fmt::format("{}:{}:{}: {}", label, place->line, place->column, error.message)};
+}
+
+}  // namespace ensonify

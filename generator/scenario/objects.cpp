@@ -1,0 +1,235 @@
+// Objects and point targets: names, classes, poses and places.
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+#include <fmt/format.h>
+
+#include "core/units.h"
+#include "scenario/sections.h"
+#include "scenario/text.h"
+
+namespace ensonify {
+namespace {
+
+constexpr std::size_t kMaxInstances = 65534;
+constexpr std::size_t kMaxClasses = 255;
+
+void area_fields(Fields& f, PlaceSpec& place) {
+  std::size_t corners = 2;
+  const ListWords words{"", "are two corners [[x0, y0], [x1, y1]]", 2, 2};
+  if (!f.begin("area_m", ListBranch{corners, words}, kRequired)) return;
+  const bool has_first = f.numbers("0", place.area_m[0], kPosition);
+  const bool has_second = f.numbers("1", place.area_m[1], kPosition);
+  f.end();
+  const auto& [from, to] = place.area_m;
+  if (!has_first || !has_second || (from[0] <= to[0] && from[1] <= to[1])) return;
+  f.fault("area_m",
+          "the second corner is not to the east and north of the first, accepted is "
+          "[[x0, y0], [x1, y1]] with x0 <= x1 and y0 <= y1");
+}
+
+const std::string* text_of(const Value& map, std::string_view key) {
+  if (map.node->kind != NodeKind::map) return nullptr;
+  const Node* node = find(*map.node, key);
+  return node != nullptr && node->kind == NodeKind::scalar ? &node->text : nullptr;
+}
+
+// Names and classes of everything that gets an id.
+struct Census {
+  std::unordered_map<std::string_view, std::string> name_paths;
+  std::unordered_set<std::string_view> classes;
+};
+
+void count_list(Faults& faults, const Value& root, std::string_view key,
+                std::string_view default_class, Census& census) {
+  const auto list = child(root, key);
+  if (!list || list->node->kind != NodeKind::list) return;
+  for (std::size_t i = 0; i < list->node->items.size(); ++i) {
+    const Value entry = item(*list, i);
+    if (entry.node->kind != NodeKind::map) continue;
+    if (const auto name = child(entry, "name"); name && name->node->kind == NodeKind::scalar) {
+      const auto [first, fresh] = census.name_paths.emplace(name->node->text, name->path);
+      if (!fresh) {
+        add_fault(faults, name->place, name->path,
+                  fmt::format("the name {} is taken by {}, names of objects, point targets "
+                              "and volumes must differ",
+                              shown(name->node->text), first->second));
+      }
+    }
+    const auto class_name = child(entry, "class");
+    const std::string_view name = class_name ? class_name->node->text : default_class;
+    if (census.classes.insert(name).second && census.classes.size() == kMaxClasses + 1) {
+      const Value& culprit = class_name ? *class_name : entry;
+      add_fault(faults, culprit.place, culprit.path,
+                fmt::format("more than {} different classes, which is what a semantic mask holds",
+                            kMaxClasses));
+    }
+  }
+}
+
+void add_class(const std::string& name, std::vector<std::string>& names) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+// All scalars below: the value of `class`, or what it is drawn from.
+void add_scalars(const Node& node, std::vector<std::string>& names) {
+  if (node.kind == NodeKind::scalar) add_class(node.text, names);
+  for (const Node& item : node.items) add_scalars(item, names);
+}
+
+// Of an entry, or of all that it, or the list, is drawn from.
+void add_classes(const Node& node, const std::string& default_class,
+                 std::vector<std::string>& names) {
+  const Node* alternatives = node.kind == NodeKind::map ? find(node, "choice") : nullptr;
+  if (alternatives != nullptr || node.kind == NodeKind::list) {
+    for (const Node& item : (alternatives != nullptr ? *alternatives : node).items) {
+      add_classes(item, default_class, names);
+    }
+  } else if (const Node* given = find(node, "class")) {
+    add_scalars(*given, names);
+  } else {
+    add_class(default_class, names);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> class_names(const Value& root) {
+  std::vector<std::string> names;
+  const auto add_list = [&](std::string_view key, const std::string& default_class) {
+    const auto list = child(root, key);
+    if (list && !list->node->items.empty()) add_classes(*list->node, default_class, names);
+  };
+  add_list("objects", ObjectSpec{}.class_name);
+  add_list("point_targets", PointTargetSpec{}.class_name);
+  add_list("volumes", VolumeSpec{}.class_name);
+  return names;
+}
+
+void rotation_fields(Fields& f, RotationSpec& rotation) {
+  constexpr std::string_view kKeys[] = {"rotation_deg", "quaternion_wxyz"};
+  const auto which =
+      f.only_key(kKeys, rotation.index(), "rotation_deg (roll, pitch, yaw) or quaternion_wxyz",
+                 Need::optional);
+  if (which == 0u) {
+    const auto* given = std::get_if<std::array<double, 3>>(&rotation);
+    std::array<double, 3> angles = given != nullptr ? *given : std::array<double, 3>{};
+    if (f.numbers(kKeys[0], angles, from_to(-36000, 36000))) rotation = angles;
+  } else if (which == 1u) {
+    const auto* given = std::get_if<Quat>(&rotation);
+    std::array<double, 4> q{};
+    if (given != nullptr) q = {given->w, given->x, given->y, given->z};
+    if (!f.numbers(kKeys[1], q, from_to(-1e6, 1e6))) return;
+    if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] < 1e-12) {
+      f.fault(kKeys[1],
+              "has no length and so no direction, accepted is any quaternion w, x, y, z longer "
+              "than 1e-6; it is normalised");
+      return;
+    }
+    rotation = Quat{q[0], q[1], q[2], q[3]};
+  }
+}
+
+void fields(Fields& f, PoseSpec& pose) {
+  f.numbers("position_m", pose.position_m, kPosition);
+  rotation_fields(f, pose.rotation);
+}
+
+void fields(Fields& f, PlaceSpec& place) {
+  f.text("on", place.on, kRequired);
+  area_fields(f, place);
+  f.number("clearance_m", place.clearance_m, from_to(0, kMaxLengthM));
+  f.number("sink_m", place.sink_m, kPosition);
+  f.choice<bool>("yaw", place.any_yaw, {{"any", true}, {"fixed", false}});
+  f.choice<bool>("align", place.along_surface, {{"up", false}, {"surface", true}});
+  rotation_fields(f, place.rotation);
+}
+
+void fields(Fields& f, ObjectSpec& object) {
+  const bool writing = f.writing();
+  const bool moves = writing ? object.trajectory.has_value() : f.peek("trajectory") != nullptr;
+  const bool placed = writing ? object.place.has_value() : f.peek("place") != nullptr;
+  constexpr std::string_view kBesidePlace = "beside a place, accepted is either alone";
+  f.text("name", object.name, kRequired);
+  f.text("class", object.class_name);
+  f.material("material", object.material);
+  f.map("shape", object.shape, kRequired);
+  f.map("pose", object.pose,
+        useless_if(placed, kBesidePlace,
+                   useless_if(moves, "beside trajectory, whose poses take its place")));
+  f.map("place", object.place, written_if(!moves));
+  f.map("trajectory", object.trajectory, useless_if(placed && !writing, kBesidePlace));
+}
+
+void fields(Fields& f, PointTargetSpec& target) {
+  f.text("name", target.name, kRequired);
+  f.text("class", target.class_name);
+  f.number("target_strength_db", target.target_strength_db, from_to(-300, 300), kRequired);
+  f.numbers("position_m", target.position_m, kPosition, kRequired);
+}
+
+void check_places(Faults& faults, const Value& root) {
+  const auto list = child(root, "objects");
+  if (!list || list->node->kind != NodeKind::list) return;
+  const Value& objects = *list;
+  std::unordered_set<std::string_view> before;
+  std::vector<std::string_view> all;
+  for (std::size_t i = 0; i < objects.node->items.size(); ++i) {
+    if (const std::string* name = text_of(item(objects, i), "name")) all.push_back(*name);
+  }
+  for (std::size_t i = 0; i < objects.node->items.size(); ++i) {
+    const Value object = item(objects, i);
+    const std::string* name = text_of(object, "name");
+    const auto place = object.node->kind == NodeKind::map ? child(object, "place") : std::nullopt;
+    const std::string* on = place ? text_of(*place, "on") : nullptr;
+    if (on != nullptr && !before.contains(*on)) {
+      const Value value = *child(*place, "on");
+      if (!needs_words(faults, value.place, value.path)) continue;
+      const bool later = std::find(all.begin(), all.end(), *on) != all.end();
+      add_fault(faults, value.place, value.path,
+                fmt::format("{} {}{}, accepted is the name of an object that stands before this "
+                            "one in the list",
+                            later ? "the object" : "no object", shown(*on),
+                            later ? " does not stand before this one" : hint(*on, all)));
+    }
+    if (name != nullptr) before.insert(*name);
+  }
+}
+
+void check_instances(Faults& faults, const Value& root) {
+  const ObjectSpec object;
+  const PointTargetSpec target;
+  const VolumeSpec volume;
+  Census census;
+  count_list(faults, root, "objects", object.class_name, census);
+  count_list(faults, root, "point_targets", target.class_name, census);
+  count_list(faults, root, "volumes", volume.class_name, census);
+  std::size_t count = 0;
+  for (const char* key : {"objects", "point_targets", "volumes"}) {
+    const auto list = child(root, key);
+    if (!list || list->node->kind != NodeKind::list) continue;
+    const std::size_t before = count;
+    count += list->node->items.size();
+    if (before <= kMaxInstances && count > kMaxInstances) {
+      add_fault(faults, list->place, list->path,
+                fmt::format("more than {} objects, point targets and volumes, which is what an "
+                            "instance mask holds",
+                            kMaxInstances));
+    }
+  }
+}
+
+Pose pose_of(const PoseSpec& spec) {
+  Pose pose;
+  pose.position_m = {spec.position_m[0], spec.position_m[1], spec.position_m[2]};
+  if (const auto* angles = std::get_if<std::array<double, 3>>(&spec.rotation)) {
+    pose.rotation =
+        from_roll_pitch_yaw(radians((*angles)[0]), radians((*angles)[1]), radians((*angles)[2]));
+  } else {
+    pose.rotation = normalized(std::get<Quat>(spec.rotation));
+  }
+  return pose;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,76 @@
+// The sections of a scenario by their fields, and what is checked of several keys together.
+//
+//   fields            of each struct, in the file of its section
+//   limits            that several sections share
+//   preset_trees      blamed             sonar.cpp, presets.cpp
+//   check_...         what only shows when several sections are known
+//   class_names  layer_target_words      from the tree before it is drawn
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scenario/field_reader.h"
+#include "scenario/scenario.h"
+
+namespace ensonify {
+
+// Metres: far beyond any sonar, near enough that squares stay exact.
+inline constexpr double kMaxLengthM = 1e7;
+
+inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
+inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
+inline constexpr NumberRange kLevelDb = from_to(-300, 400);
+inline constexpr NumberRange kAngle = above_up_to(0, 180);
+inline constexpr NumberRange kLambertExponent = from_to(0, 100);
+
+void fields(Fields& f, Scenario& scenario);
+void fields(Fields& f, SonarSpec& sonar);
+void beam_fields(Fields& f, SonarSpec& sonar, Need need);
+void receiver_fields(Fields& f, SonarSpec& sonar);
+void fields(Fields& f, WaterSpec& water);
+void fields(Fields& f, MaterialSpec& material);
+void fields(Fields& f, ObjectSpec& object);
+void fields(Fields& f, ShapeSpec& shape);
+void fields(Fields& f, HeightfieldSpec& field);
+void fields(Fields& f, PointTargetSpec& target);
+void fields(Fields& f, VolumeSpec& volume);
+void fields(Fields& f, PoseSpec& pose);
+void rotation_fields(Fields& f, RotationSpec& rotation);
+void fields(Fields& f, PlaceSpec& place);
+void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
+void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
+void output_fields(Fields& f, Scenario& scenario);  // multipath is known
+
+// The presets that are built in, read once for all scenarios; in the order of sonar_presets().
+const std::vector<Node>& preset_trees();
+
+// Of two values that contradict each other, the one that the user wrote.
+Value blamed(const Value& value, const Value& other);
+
+// What does not go with the receiver, in scattering and output.
+void check_array(Faults& faults, const Value& root, const Scenario& scenario);
+
+// What only shows when sonar and water are both known: the size of a ping, a burst longer than the
+// record.
+void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario);
+void check_burst_length(Faults& faults, const Value& root, const Scenario& scenario);
+
+// What a sound speed profile cannot stand beside yet.
+void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);
+
+// What objects are placed on: objects that stand before them.
+void check_places(Faults& faults, const Value& root);
+
+// Names told apart, ids and classes within what the masks can hold.
+void check_instances(Faults& faults, const Value& root);
+
+// Every class that the lists name, behind draws too, in order of appearance; with the defaults of
+// those that name none.
+std::vector<std::string> class_names(const Value& root);
+
+// What output.layers.targets may name: objects, point targets and their classes, behind draws too.
+std::vector<std::string> layer_target_words(const Value& root);
+void check_layer_targets(Faults& faults, const Value& root, const std::vector<std::string>& words);
+
+}  // namespace ensonify

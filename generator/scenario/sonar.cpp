@@ -1,0 +1,223 @@
+// The sonar: preset, pulse, ranges, elevation and rays.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/units.h"
+#include "scenario/merge.h"
+#include "scenario/sections.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kMaxRays = 1'000'000;
+constexpr int kMaxPerCell = 1000;
+constexpr NumberRange kDuration = above_up_to(0, 100);
+constexpr NumberRange kTaper = above_up_to(0, 0.5);
+
+// Larger pings would take more than 2 GiB for one stage alone, or run for days.
+constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
+constexpr double kMaxSonarRays = 134217728.0;  // 2^27 beams x rays
+
+// `1.0` in a file is rounded: a product that ought to be one may fall short of it by this.
+constexpr double kRounding = 1e-9;
+
+void set_source(Node& node, int source) {
+  node.place.source = source;
+  for (Key& key : node.keys) key.place.source = source;
+  for (Node& item : node.items) set_source(item, source);
+}
+
+// Lays the preset that the map names under it. Returns what holds for keys that a preset would
+// bring.
+Need read_preset(Fields& f) {
+  std::vector<std::string_view> names;
+  for (const SonarPreset& preset : sonar_presets()) names.push_back(preset.name);
+  std::size_t index = 0;
+  const bool read = f.word("preset", names, index, written_if(false));
+  FieldReader* reader = f.reader();
+  if (reader == nullptr) return Need::required;
+  if (!read) {
+    // A preset that is not known would have set the rest: one fault is enough.
+    if (f.peek("preset") != nullptr) return Need::optional;
+    if (f.peek("frequency_hz") != nullptr) return Need::required;
+    f.fault("preset",
+            "missing, and so is frequency_hz; accepted is a preset (`ensonify presets` lists "
+            "them), or every key named here");
+    return Need::required;
+  }
+  Node tree = preset_trees()[index];
+  set_source(tree, add_source(reader->faults(), "preset " + sonar_presets()[index].name));
+  reader->replace_map(merge_over(std::move(tree), *reader->map().node));
+  return Need::required;
+}
+
+// The value of the pulse's duration, if it has one.
+std::optional<Value> duration_in(const Value& sonar) {
+  const auto pulse = child(sonar, "pulse");
+  if (!pulse) return std::nullopt;
+  for (const char* word : {"lfm", "cw"}) {
+    if (const auto options = child(*pulse, word)) return child(*options, "duration_s");
+  }
+  return std::nullopt;
+}
+
+void pulse_fields(Fields& f, PulseSpec& pulse) {
+  if (!f.begin_kind("pulse", pulse.shape, PulseShape::table)) return;
+  if (pulse.shape == PulseShape::lfm || pulse.shape == PulseShape::cw) {
+    f.number("duration_s", pulse.duration_s, kDuration, kRequired);
+  }
+  if (pulse.shape == PulseShape::lfm) f.number("taper", pulse.taper, kTaper);
+  if (pulse.shape == PulseShape::table) f.file("file", pulse.file, {".csv"}, kRequired);
+  f.end();
+}
+
+void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {
+  const auto frequency = child(map, "frequency_hz");
+  const auto bandwidth = child(map, "bandwidth_hz");
+  if (!frequency || !bandwidth || sonar.frequency_hz == 0 || sonar.bandwidth_hz == 0) return;
+  if (sonar.frequency_hz > sonar.bandwidth_hz / 2) return;
+  const Value culprit = blamed(*bandwidth, *frequency);
+  add_fault(faults, culprit.place, culprit.path,
+            fmt::format("a band of {} Hz around {} Hz reaches below zero, accepted is a "
+                        "bandwidth_hz of less than twice frequency_hz",
+                        sonar.bandwidth_hz, sonar.frequency_hz));
+}
+
+// A chirp or burst against the bandwidth.
+void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec& sonar) {
+  const auto duration = duration_in(sonar_value);
+  const auto bandwidth = child(sonar_value, "bandwidth_hz");
+  const double duration_s = sonar.pulse.duration_s;
+  if (!duration || !bandwidth || duration_s == 0 || sonar.bandwidth_hz == 0) return;
+  if (duration_s * sonar.bandwidth_hz >= 1 - kRounding) return;
+  const Value culprit = blamed(*duration, *bandwidth);
+  const std::string_view trouble = sonar.pulse.shape == PulseShape::cw
+                                       ? "a burst this short is wider than the band"
+                                       : "a chirp this short has nothing to compress";
+  add_fault(faults, culprit.place, culprit.path,
+            fmt::format("duration_s {} times bandwidth_hz {} is {:.3g}: {}, accepted is a product "
+                        "of at least 1",
+                        duration_s, sonar.bandwidth_hz, duration_s * sonar.bandwidth_hz, trouble));
+}
+
+void check_ranges(Faults& faults, const Value& map, const SonarSpec& sonar) {
+  const auto far = child(map, "range_max_m");
+  const auto near = child(map, "range_min_m");
+  if (!far || sonar.range_max_m == 0 || sonar.range_max_m > sonar.range_min_m) return;
+  const Value culprit = near ? blamed(*far, *near) : *far;
+  add_fault(faults, culprit.place, culprit.path,
+            fmt::format("range_min_m {} is not below range_max_m {}, accepted is "
+                        "0 <= range_min_m < range_max_m",
+                        sonar.range_min_m, sonar.range_max_m));
+}
+
+}  // namespace
+
+Value blamed(const Value& value, const Value& other) {
+  return other.place.source < value.place.source ? other : value;
+}
+
+void fields(Fields& f, SonarSpec& sonar) {
+  const Need need = read_preset(f);
+  const Rule needed{.need = need};
+  f.number("frequency_hz", sonar.frequency_hz, above_up_to(0, 1e9), needed);
+  f.number("bandwidth_hz", sonar.bandwidth_hz, above_up_to(0, 1e9), needed);
+  pulse_fields(f, sonar.pulse);
+  f.choice<Window>("window", sonar.window, words_to(Window::blackman));
+  f.number("source_level_db", sonar.source_level_db, kLevelDb, needed);
+  f.number("range_min_m", sonar.range_min_m, from_to(0, kMaxLengthM));
+  f.number("range_max_m", sonar.range_max_m, above_up_to(0, kMaxLengthM), needed);
+  if (f.begin("beams", needed)) {
+    beam_fields(f, sonar, need);
+    f.end();
+  }
+  if (f.begin("elevation", needed)) {
+    f.number("width_deg", sonar.elevation_width_deg, kAngle, needed);
+    if (!f.writing()) sonar.elevation_fan_deg = sonar.elevation_width_deg;
+    f.number("fan_deg", sonar.elevation_fan_deg, kAngle);
+    f.end();
+  }
+  if (f.begin("rays", needed)) {
+    f.integer("elevation", sonar.rays_elevation, 1, kMaxRays, needed);
+    f.integer("azimuth", sonar.rays_azimuth, 1, kMaxRays);
+    f.integer("per_cell", sonar.rays_per_cell, 0, kMaxPerCell);
+    f.end();
+  }
+  // Left out, it says as much.
+  if (f.begin("receiver", written_if(sonar.array || sonar.adc))) {
+    receiver_fields(f, sonar);
+    f.end();
+  }
+  f.map("mount", sonar.mount);
+  const FieldReader* reader = f.reader();
+  if (reader == nullptr) return;
+  check_band(reader->faults(), reader->map(), sonar);
+  check_pulse_band(reader->faults(), reader->map(), sonar);
+  check_ranges(reader->faults(), reader->map(), sonar);
+}
+
+void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario) {
+  const auto value = child(root, "sonar");
+  if (!value) return;
+  const SonarSpec& sonar = scenario.sonar;
+  const double samples =
+      std::ceil(sonar.bandwidth_hz * 2 * sonar.range_max_m / scenario.water.sound_speed_m_s);
+  if (sonar.beam_count * samples > kMaxPixels) {
+    add_fault(faults, value->place, value->path,
+              fmt::format("{} beams of {} samples are more than 2^28 (268435456) a ping; lower "
+                          "beams.count, range_max_m or bandwidth_hz",
+                          sonar.beam_count, samples));
+  }
+  const double rays = double{1} * sonar.beam_count * sonar.rays_elevation * sonar.rays_azimuth;
+  if (rays > kMaxSonarRays) {
+    add_fault(faults, value->place, value->path,
+              fmt::format("{} beams of {} x {} rays are more than 2^27 (134217728) a ping; lower "
+                          "rays.elevation, rays.azimuth or beams.count",
+                          sonar.beam_count, sonar.rays_elevation, sonar.rays_azimuth));
+  }
+}
+
+void check_burst_length(Faults& faults, const Value& root, const Scenario& scenario) {
+  const SonarSpec& sonar = scenario.sonar;
+  const auto value = child(root, "sonar");
+  if (!value || sonar.pulse.shape != PulseShape::cw || sonar.range_max_m == 0) return;
+  const double record_s = 2 * sonar.range_max_m / scenario.water.sound_speed_m_s;
+  if (sonar.pulse.duration_s <= record_s * (1 + kRounding)) return;
+  // The duration may come from a preset, which is not in this tree.
+  const auto duration = duration_in(*value);
+  const Value& culprit = duration ? *duration : *value;
+  add_fault(faults, culprit.place, culprit.path,
+            fmt::format("a burst of {} s is longer than the record of {:.4g} s (2 range_max_m / "
+                        "sound speed), accepted is a shorter one",
+                        sonar.pulse.duration_s, record_s));
+}
+
+Sonar sonar_of(const Scenario& scenario) {
+  const SonarSpec& spec = scenario.sonar;
+  Sonar sonar;
+  sonar.frequency_hz = spec.frequency_hz;
+  sonar.bandwidth_hz = spec.bandwidth_hz;
+  sonar.pulse.shape = spec.pulse.shape;
+  sonar.pulse.duration_s = spec.pulse.duration_s;
+  sonar.pulse.taper = spec.pulse.taper;
+  sonar.window = spec.window;
+  sonar.shading = spec.shading;
+  sonar.transmit_width_rad = radians(spec.transmit_width_deg.value_or(0));
+  sonar.adc = spec.adc;
+  sonar.source_level_db = spec.source_level_db;
+  sonar.range_min_m = spec.range_min_m;
+  sonar.range_max_m = spec.range_max_m;
+  sonar.beam_count = spec.beam_count;
+  sonar.beam_spacing_rad = radians(spec.beam_fov_deg) / spec.beam_count;
+  sonar.beam_width_rad = radians(spec.beam_width_deg);
+  sonar.elevation_width_rad = radians(spec.elevation_width_deg);
+  sonar.elevation_fan_rad = radians(spec.elevation_fan_deg);
+  sonar.rays_elevation = spec.rays_elevation;
+  sonar.rays_azimuth = spec.rays_azimuth;
+  sonar.rays_per_cell = spec.rays_per_cell;
+  sonar.normalization = scenario.scattering.normalization;
+  return sonar;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,45 @@
+#include "synthesis/beamforming.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "acoustics/pattern.h"
+#include "core/error.h"
+
+namespace ensonify {
+
+Mixing make_mixing(const Sonar& sonar) {
+  const int count = sonar.beam_count;
+  Mixing mixing;
+  mixing.weight.resize(count);
+  const ReceivePattern pattern = make_receive_pattern(sonar.shading, sonar.beam_width_rad);
+  for (int k = 0; k < count; ++k) {
+    mixing.weight[k] = receive_pattern(pattern, k * sonar.beam_spacing_rad);
+  }
+  mixing.scale.assign(count, 1.0);
+  if (sonar.normalization == Normalization::calibrated) return mixing;
+  for (int j = 0; j < count; ++j) {
+    double energy = 0;
+    for (int i = 0; i < count; ++i) {
+      const double w = mixing.weight[std::abs(i - j)];
+      energy += w * w;
+    }
+    mixing.scale[j] = 1.0 / std::sqrt(energy);
+  }
+  return mixing;
+}
+
+ArrayGeometry make_array_geometry(const Sonar& sonar) {
+  ENSONIFY_ASSERT(sonar.array.has_value());
+  const ArrayReceiver& array = *sonar.array;
+  ENSONIFY_ASSERT(array.response.size() == static_cast<std::size_t>(array.elements));
+  ArrayGeometry geometry;
+  for (int n = 0; n < array.elements; ++n) {
+    geometry.y_m.push_back((n - (array.elements - 1) / 2.0) * array.spacing_m);
+  }
+  geometry.weight = array_weights(array.shading, array.elements);
+  geometry.response = array.response;
+  return geometry;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,260 @@
+#include "synthesis/cuda/device_tables.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "acoustics/pulse.h"
+#include "core/error.h"
+#include "core/units.h"
+#include "synthesis/beamforming.h"
+#include "synthesis/cpu/array_records.h"
+#include "synthesis/cpu/doppler_synthesis.h"
+#include "synthesis/cuda/beam_kernels.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Single precision leaves 1e-6 anyway.
+constexpr double kPowerError = 1e-6;
+
+DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
+  const int bins = static_cast<int>(autospectrum.size());
+  const SpreadKernel kernel = choose_spread_kernel(autospectrum, 0, kPowerError);
+  DeviceSpread spread = spread_of(kernel, bins);
+  for (int k = 0; k < bins; ++k) {
+    const Complex upper = k > 0 ? std::conj(autospectrum[bins - k]) : Complex(0);
+    spread.filter[k] = narrow(autospectrum[k] * kernel.correction[k]);
+    if (k > 0) spread.upper_filter[k] = narrow(upper * kernel.correction[bins - k]);
+    spread.cell_filter[k] = narrow(autospectrum[k] + upper);
+  }
+  return spread;
+}
+
+// A burst's shifted spectrum may be all at the band's edge, where the kernel is up to five times
+// worse than over a flat one.
+constexpr double kFlatError = 1e-6;
+// Above: the mean enters the expected power as a square. Below: single precision.
+constexpr double kMostTolerance = 3e-5, kLeastTolerance = 5e-6;
+// Band b of rising shifts is b + 1, of falling ones -b - 1.
+std::set<int> bands_of(const DopplerNodes& nodes, std::span<const ShiftRecord> shifts) {
+  std::set<int> bands;
+  int latest = 0;
+  for (const ShiftRecord& s : shifts) {
+    const double doppler = s.doppler;
+    const int above = 1 + static_cast<int>(std::abs(doppler) / nodes.width);
+    const int band = doppler < 0 ? -above : above;
+    if (band != latest) bands.insert(band);
+    latest = band;
+  }
+  return bands;
+}
+
+std::vector<double> beam_cosines(const Sonar& sonar) {
+  std::vector<double> cosines;
+  for (const double azimuth : beam_azimuths_rad(sonar)) cosines.push_back(std::sin(azimuth));
+  return cosines;
+}
+
+void fill_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry, ArrayTables& tables) {
+  BeamTaps taps = make_beam_taps(setup, geometry);
+  const int period = 2 * setup.record.transform;
+  for (const double c : taps.correction) tables.correction.push_back(static_cast<float>(c));
+  for (const std::int32_t at : taps.begin) {
+    tables.begin.push_back((at % period + period) % period);
+  }
+  tables.tap = std::move(taps.tap);
+}
+
+// The sectors that reach a row's two nodes, each with its weights there.
+void fill_sectors(const SynthesisSetup& setup, ArrayPowerTables& tables) {
+  const std::vector<double> cosines = beam_cosines(setup.sonar);
+  tables.row_offset.push_back(0);
+  for (int row = 0; row < tables.grid.nodes / 2; ++row) {
+    for (std::size_t j = 0; j < cosines.size(); ++j) {
+      const int cell = tables.grid.cell_of(cosines[j]), first = cell / kCellsPerNode;
+      const auto weight_at = [&](int node) {
+        const bool reached = node >= first && node < first + kPatternTaps;
+        return reached ? tables.cell_weight[cell * kPatternTaps + node - first] : 0.0f;
+      };
+      const float even = weight_at(2 * row), odd = weight_at(2 * row + 1);
+      if (even == 0 && odd == 0) continue;
+      tables.sectors.push_back({static_cast<std::uint32_t>(j), even, odd});
+    }
+    tables.row_offset.push_back(static_cast<std::uint32_t>(tables.sectors.size()));
+  }
+}
+
+void fill_filters(const NodePlan& plan, ArrayPowerTables& tables) {
+  tables.row_filters = plan.row_filter.empty() ? 1 : plan.rows;
+  for (const Complex& f : plan.row_filter) tables.filter.push_back(narrow(f));
+  if (!plan.row_filter.empty()) return;
+  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.filter[k]));
+  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.upper_filter[k]));
+}
+
+}  // namespace
+
+DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
+  ENSONIFY_ASSERT(kernel.points > 0);
+  DeviceSpread spread;
+  spread.points = kernel.points;
+  spread.width = kernel.width;
+  spread.degree = kernel.degree;
+  const std::size_t pairs = std::size_t(kernel.polynomial().chunks) * 8;
+  for (int d = 0; d <= kernel.degree; ++d) {
+    for (int l = 0; l < kernel.width; ++l) {
+      spread.coefficient.push_back(kernel.coefficient[d * pairs + 2 * l]);
+    }
+  }
+  spread.filter.resize(transform);
+  spread.upper_filter.resize(transform);
+  spread.cell_filter.resize(transform);
+  return spread;
+}
+
+DeviceSpread series_spread(const std::vector<Complex>& spectrum, double error) {
+  const int bins = static_cast<int>(spectrum.size()), half = bins / 2;
+  const SpreadKernel kernel = choose_spread_kernel(spectrum, -half, error);
+  DeviceSpread spread = spread_of(kernel, bins);
+  for (int k = -half; k < half; ++k) {
+    const int bin = k < 0 ? k + bins : k;
+    spread.filter[bin] = narrow(spectrum[k + half] * kernel.correction[std::abs(k)]);
+    spread.cell_filter[bin] = narrow(spectrum[k + half]);
+  }
+  return spread;
+}
+
+BeamTables make_beam_tables(const SynthesisSetup& setup) {
+  const std::vector<Complex> spectrum = pulse_spectrum(setup.sonar, setup.record.transform);
+  const Mixing mixing = make_mixing(setup.sonar);
+  const int beams = setup.sonar.beam_count;
+  BeamTables tables;
+  tables.series = series_spread(spectrum);
+  tables.power = power_spread(pulse_autospectrum(spectrum));
+  tables.weight.assign(2 * kBeamsAThread + 2 * beams - 1, 0.0f);
+  tables.power_weight = tables.weight;
+  for (int d = 1 - beams; d < beams; ++d) {
+    const double w = mixing.weight[std::abs(d)];
+    tables.weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w);
+    tables.power_weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w * w);
+  }
+  for (const double s : mixing.scale) {
+    tables.scale.push_back(static_cast<float>(s));
+    tables.power_scale.push_back(static_cast<float>(s * s));
+  }
+  return tables;
+}
+
+DopplerTables make_doppler_tables(const SynthesisSetup& setup) {
+  const int bins = setup.record.transform;
+  DopplerTables tables;
+  tables.pulse = make_doppler_pulse(setup.sonar, bins);
+  tables.nodes = choose_doppler_nodes(tables.pulse,
+                                      std::clamp(setup.tolerance, kLeastTolerance, kMostTolerance));
+  ENSONIFY_ASSERT(tables.nodes.degree > 0);
+  for (int q = 0; q <= tables.nodes.degree; ++q) {
+    tables.place.push_back(node_doppler(tables.nodes, q) / tables.nodes.width);
+  }
+  tables.spread = series_spread(std::vector<Complex>(bins, 1), kFlatError);
+  tables.loudest = largest_magnitude(doppler_spectrum(tables.pulse, 0));
+  return tables;
+}
+
+std::vector<Complex32> node_filter(const DopplerTables& tables, int node) {
+  const std::vector<Complex> spectrum =
+      doppler_spectrum(tables.pulse, node_doppler(tables.nodes, node));
+  if (largest_magnitude(spectrum) <= kInaudible * tables.loudest) return {};
+  const int bins = static_cast<int>(spectrum.size()), half = bins / 2;
+  std::vector<Complex32> filter(bins);
+  for (int m = 0; m < bins; ++m) {
+    const int bin = m < half ? m + half : m - half;
+    filter[bin] = narrow(spectrum[m] * static_cast<double>(tables.spread.filter[bin].re));
+  }
+  return filter;
+}
+
+NodesInUse nodes_in_use(const DopplerNodes& nodes, const PingBatch& batch, const Workers& workers) {
+  const std::size_t pings = batch.pings.size();
+  std::vector<std::set<int>> bands(pings);
+  workers.for_each(pings, [&](std::size_t p) {
+    const std::uint32_t* at = batch.shift_offset.data() + batch.pings[p].first_offset;
+    const std::size_t sectors = batch.shift_offset.size() / pings - 1;
+    const std::span<const ShiftRecord> all = batch.shifts;
+    bands[p] = bands_of(nodes, all.subspan(at[0], at[sectors] - at[0]));
+  });
+  std::map<int, std::vector<unsigned char>> uses;
+  for (std::size_t p = 0; p < pings; ++p) {
+    for (const int band : bands[p]) {
+      const int step = band < 0 ? -1 : 1, first = (std::abs(band) - 1) * nodes.degree;
+      for (int q = 0; q <= nodes.degree; ++q) {
+        if (first + q == 0) continue;
+        auto& pings_of = uses[step * (first + q)];
+        pings_of.resize(pings);
+        pings_of[p] = 1;
+      }
+    }
+  }
+  NodesInUse used;
+  for (const auto& [node, pings_of] : uses) {
+    used.node.push_back(node);
+    used.uses.insert(used.uses.end(), pings_of.begin(), pings_of.end());
+  }
+  return used;
+}
+
+ArrayTables make_array_tables(const SynthesisSetup& setup) {
+  const Sonar& sonar = setup.sonar;
+  const ArrayGeometry geometry = make_array_geometry(sonar);
+  ArrayTables tables;
+  tables.series = series_spread(pulse_spectrum(sonar, setup.record.transform));
+  tables.y_m = geometry.y_m;
+  const auto noise = static_cast<float>(std::sqrt(element_noise_power_pa2(geometry, 1)));
+  for (std::size_t n = 0; n < geometry.y_m.size(); ++n) {
+    tables.weight.push_back(static_cast<float>(geometry.weight[n]));
+    tables.response.push_back(narrow(geometry.response[n]));
+    tables.noise_factor.push_back(geometry.response[n] == Complex(0) ? 0.0f : noise);
+  }
+  tables.beam_cosine = beam_cosines(sonar);
+  for (const double azimuth : beam_azimuths_rad(sonar)) {
+    for (std::size_t n = 0; n < geometry.y_m.size(); ++n) {
+      const double turns = sonar.frequency_hz *
+                           steering_delay_s(geometry.y_m[n], azimuth, setup.water.sound_speed_m_s);
+      tables.steering.push_back(
+          narrow(std::polar(geometry.weight[n], 2 * kPi * (turns - std::rint(turns)))));
+    }
+  }
+  fill_taps(setup, geometry, tables);
+  return tables;
+}
+
+ArrayPowerTables make_array_power_tables(const SynthesisSetup& setup) {
+  const Sonar& sonar = setup.sonar;
+  const ArrayGeometry geometry = make_array_geometry(sonar);
+  SynthesisTables shared{setup, {}, pulse_spectrum(sonar, setup.record.transform), {}};
+  shared.autospectrum = pulse_autospectrum(shared.spectrum);
+  ArrayPowerTables tables;
+  tables.grid = make_power_grid(setup);
+  const std::unique_ptr<const NodePlan> plan = make_array_power_plan(shared, tables.grid);
+  tables.power = spread_of(plan->spread, setup.record.transform);
+  tables.cell_weight = plan->weight;
+  fill_filters(*plan, tables);
+  const double wavelength_m = setup.water.sound_speed_m_s / sonar.frequency_hz;
+  for (int q = 0; q < tables.grid.nodes; ++q) {
+    const double u = tables.grid.node_u(q);
+    const double heard = element_pattern(u, sonar.array->element_width_m, wavelength_m);
+    tables.node_cosine.push_back(u);
+    tables.node_heard.push_back(static_cast<float>(heard * heard));
+  }
+  for (std::size_t n = 0; n < geometry.y_m.size(); ++n) {
+    tables.received.push_back(narrow(geometry.weight[n] * geometry.response[n]));
+  }
+  fill_sectors(setup, tables);
+  tables.blocks = pattern_blocks(setup);
+  return tables;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,322 @@
+// Doppler echoes of a batch on a device, with the nodes that they need. Nothing is worked out for
+// them before a batch has one.
+//
+// Functors are as in beam_kernels.h. The node at rest is the series' own: shifted echoes stay in it
+// with what they give to it. The other nodes come one after another, each with a grid of the
+// shifted echoes alone.
+//
+//   PlaceShifts    copies the shifted echoes, and leaves their share at rest behind
+//   WeighShifts    what they give to a node
+//   GatherNode     these -> a point of a sector's grid
+//   AddNode        spectrum of a node's grid -> spectrum of a record, of a sector or an element
+//   DopplerEchoes  what programs of beams and of arrays share
+//   DopplerProgram the part of a program of beams that adds them
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "core/parallel.h"
+#include "synthesis/cpu/fft.h"
+#include "synthesis/cuda/beam_kernels.h"
+#include "synthesis/cuda/device_tables.h"
+#include "synthesis/cuda/ping_batch.h"
+#include "synthesis/cuda/queue.h"
+
+namespace ensonify {
+
+// DopplerNodes there: place [degree + 1].
+struct DeviceNodes {
+  const double* place;
+  int degree;
+  double width;
+};
+
+// A shift among nodes first, first + step, ... of its band.
+struct NodePlace {
+  double at;     // in the band, in [0, 1)
+  double scale;  // one over the sum of barycentric terms; 0: `at` is a node's own place
+  int first, step;
+};
+
+ENSONIFY_HD inline double barycentric_term(const DeviceNodes& nodes, int q, double distance) {
+  const double end = q == 0 || q == nodes.degree ? 0.5 : 1.0;
+  return (q % 2 == 0 ? end : -end) / distance;
+}
+
+// As weights_at.
+ENSONIFY_HD inline NodePlace node_place(const DeviceNodes& nodes, double doppler) {
+  NodePlace place;
+  place.step = doppler < 0 ? -1 : 1;
+  const double bands = (doppler < 0 ? -doppler : doppler) / nodes.width;
+  const int band = static_cast<int>(bands);
+  place.at = bands - band;
+  place.first = place.step * band * nodes.degree;
+  place.scale = 0;
+  double sum = 0;
+  for (int q = 0; q <= nodes.degree; ++q) {
+    const double distance = place.at - nodes.place[q];
+    if (distance == 0) return place;
+    sum += barycentric_term(nodes, q, distance);
+  }
+  place.scale = 1 / sum;
+  return place;
+}
+
+ENSONIFY_HD inline double node_weight(const DeviceNodes& nodes, const NodePlace& place, int node) {
+  const int q = place.step * (node - place.first);
+  if (q < 0 || q > nodes.degree) return 0;
+  const double distance = place.at - nodes.place[q];
+  if (place.scale == 0) return distance == 0 ? 1 : 0;
+  return place.scale * barycentric_term(nodes, q, distance);
+}
+
+ENSONIFY_HD inline Complex32 scaled(double factor, Complex32 z) {
+  return {static_cast<float>(factor * z.re), static_cast<float>(factor * z.im)};
+}
+
+struct PlaceShifts {
+  const ShiftRecord* shifts;
+  const EchoRecord* echoes;
+  DeviceNodes nodes;
+  double points_per_s;
+  int width;
+  Complex32* at_rest;  // [echoes]
+  Complex32* value;    // [shifts], and so on
+  NodePlace* node;
+  PlacedEchoes out;  // without its value
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const ShiftRecord& shift = shifts[i];
+    node[i] = node_place(nodes, shift.doppler);
+    value[i] = at_rest[shift.echo];
+    at_rest[shift.echo] = scaled(node_weight(nodes, node[i], 0), value[i]);
+    place_echo(echoes[shift.echo].delay_s, points_per_s, width, out.offset[i], out.first[i]);
+  }
+};
+
+ENSONIFY_HD inline Complex32& value_of(Complex32& echo) { return echo; }
+
+// `Echo` is whatever has a value_of().
+template <class Echo>
+struct WeighShifts {
+  const Complex32* value;
+  const NodePlace* place;
+  DeviceNodes nodes;
+  int node;
+  Echo* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    value_of(out[i]) = scaled(node_weight(nodes, place[i], node), value[i]);
+  }
+};
+
+// In pings that use the node; of others the grid holds nothing that is asked for.
+struct GatherNode {
+  GatherSeries gather;
+  const unsigned char* uses;  // [pings]
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    if (uses[i / gather.kernel.points / gather.sectors] != 0) gather(i);
+  }
+};
+
+// record [pings][rows][transform] plus the filtered transforms of grids [pings][rows][points], in
+// pings that use the node.
+struct AddNode {
+  const Complex32* grid;
+  const Complex32* filter;    // [transform], bin 0 first
+  const Complex32* response;  // [rows]; null: 1
+  const unsigned char* uses;  // [pings]
+  int rows, points, transform;
+  Complex32* record;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const std::int64_t row = i / transform;
+    if (uses[row / rows] == 0) return;
+    const auto k = static_cast<int>(i % transform);
+    const int at = k < transform / 2 ? k : points - transform + k;
+    Complex32 part = product(grid[row * points + at], filter[k]);
+    if (response != nullptr) part = product(response[row % rows], part);
+    record[i] += part;
+  }
+};
+
+// What all that works on shifted echoes takes.
+struct DopplerOnDevice {
+  const ShiftRecord* shifts;
+  DeviceNodes nodes;
+  Complex32* value;  // [shifts], before a node's weight
+  NodePlace* place;  // [shifts]
+};
+
+template <class Queue>
+class DopplerEchoes {
+ public:
+  DopplerEchoes(Queue& queue, const SynthesisSetup& setup) : queue_(queue), setup_(setup) {
+    if (setup.min_doppler != 0 || setup.max_doppler != 0) need_tables();
+  }
+
+  // The points of a node's grid, where echoes may be shifted or have been; 0 elsewhere.
+  std::uint64_t points() const { return tables_ ? tables_->spread.points : 0; }
+  // What each takes on the device.
+  static constexpr std::uint64_t echo_bytes() {
+    return sizeof(ShiftRecord) + sizeof(NodePlace) + sizeof(Complex32);
+  }
+
+  // The batch must last until the queue has waited.
+  void upload(const PingBatch& batch, const Workers& workers) {
+    count_ = static_cast<std::int64_t>(batch.shifts.size());
+    used_ = {};
+    if (count_ == 0) return;
+    need_tables();
+    node_place_.put(tables_->place);
+    coefficient_.put(tables_->spread.coefficient);
+    used_ = nodes_in_use(tables_->nodes, batch, workers);
+    for (const int node : used_.node) need_filter(node);
+    uses_.put(used_.uses);
+    shifts_.put(batch.shifts);
+    value_.need(count_);
+    place_.need(count_);
+  }
+
+  // The rest needs an upload of some.
+  std::int64_t count() const { return count_; }
+  DopplerOnDevice on_device() const {
+    const DeviceNodes nodes{node_place_.data(), tables_->nodes.degree, tables_->nodes.width};
+    return {shifts_.data(), nodes, value_.data(), place_.data()};
+  }
+  DeviceKernel kernel() const {
+    const DeviceSpread& spread = tables_->spread;
+    return {coefficient_.data(), spread.width, spread.degree, spread.points};
+  }
+  double points_per_s() const {
+    return setup_.sonar.bandwidth_hz * tables_->spread.points / setup_.record.transform;
+  }
+
+  // add(node, its filter, which pings use it) for every node that is heard.
+  template <class Add>
+  void for_each_node(std::int64_t pings, const Add& add) const {
+    for (std::size_t i = 0; i < used_.node.size(); ++i) {
+      const auto& filter = filters_.at(used_.node[i]);
+      if (filter != nullptr) add(used_.node[i], filter->data(), uses_.data() + i * pings);
+    }
+  }
+
+  // Those of a batch.
+  void drop_buffers() {
+    uses_.drop();
+    shifts_.drop();
+    value_.drop();
+    place_.drop();
+  }
+
+ private:
+  using Filter = DeviceBuffer<Complex32, Queue>;
+
+  void need_tables() {
+    if (!tables_) tables_ = make_doppler_tables(setup_);
+  }
+  void need_filter(int node) {
+    if (filters_.contains(node)) return;
+    const std::vector<Complex32> values = node_filter(*tables_, node);
+    std::unique_ptr<Filter> filter;
+    if (!values.empty()) {
+      filter = std::make_unique<Filter>(queue_);
+      filter->put(values);
+      queue_.wait();
+    }
+    filters_.emplace(node, std::move(filter));
+  }
+
+  Queue& queue_;
+  SynthesisSetup setup_;
+  std::optional<DopplerTables> tables_;
+  std::map<int, std::unique_ptr<Filter>> filters_;  // null where the pulse has left the band
+  std::int64_t count_ = 0;
+  NodesInUse used_;
+  DeviceBuffer<double, Queue> node_place_{queue_};
+  DeviceBuffer<float, Queue> coefficient_{queue_};
+  DeviceBuffer<unsigned char, Queue> uses_{queue_};
+  DeviceBuffer<ShiftRecord, Queue> shifts_{queue_};
+  DeviceBuffer<Complex32, Queue> value_{queue_};
+  DeviceBuffer<NodePlace, Queue> place_{queue_};
+};
+
+template <class Queue>
+class DopplerProgram {
+ public:
+  DopplerProgram(Queue& queue, const SynthesisSetup& setup)
+      : queue_(queue), setup_(setup), shifted_(queue, setup) {}
+
+  // As DopplerEchoes.
+  std::uint64_t points() const { return shifted_.points(); }
+  static constexpr std::uint64_t echo_bytes() {
+    return DopplerEchoes<Queue>::echo_bytes() + sizeof(Complex32) + 2 * sizeof(float);
+  }
+
+  // The batch must last until the queue has waited.
+  void upload(const PingBatch& batch, const Workers& workers) {
+    shifted_.upload(batch, workers);
+    if (shifted_.count() == 0) return;
+    offset_.put(batch.shift_offset);
+    weighed_.need(shifted_.count());
+    offset_in_grid_.need(shifted_.count());
+    first_.need(shifted_.count());
+  }
+
+  // After PlaceEchoes of the series, whose values become what is left at rest.
+  void place(const EchoRecord* echoes, Complex32* at_rest) {
+    if (shifted_.count() == 0) return;
+    const DopplerOnDevice all = shifted_.on_device();
+    queue_.run(shifted_.count(),
+               PlaceShifts{all.shifts, echoes, all.nodes, shifted_.points_per_s(),
+                           shifted_.kernel().width, at_rest, all.value, all.place, placed()});
+  }
+
+  // To records [pings][sectors][transform], before they are transformed back.
+  void add(const BatchPing* pings, std::int64_t ping_count, DeviceBuffer<Complex32, Queue>& grid,
+           Complex32* record) {
+    if (shifted_.count() == 0) return;
+    const int sectors = setup_.sonar.beam_count, bins = setup_.record.transform;
+    const DopplerOnDevice all = shifted_.on_device();
+    const DeviceKernel kernel = shifted_.kernel();
+    const std::int64_t rows = ping_count * sectors;
+    grid.need(rows * kernel.points);
+    shifted_.for_each_node(ping_count, [&](int node, const Complex32* filter,
+                                           const unsigned char* uses) {
+      queue_.run(shifted_.count(),
+                 WeighShifts<Complex32>{all.value, all.place, all.nodes, node, weighed_.data()});
+      queue_.run(rows * kernel.points,
+                 GatherNode{{placed(), pings, offset_.data(), kernel, sectors, grid.data()}, uses});
+      queue_.transform(grid.data(), kernel.points, sectors, ping_count, FftDirection::forward);
+      queue_.run(rows * bins,
+                 AddNode{grid.data(), filter, nullptr, uses, sectors, kernel.points, bins, record});
+    });
+  }
+
+  // Those of a batch.
+  void drop_buffers() {
+    shifted_.drop_buffers();
+    offset_.drop();
+    weighed_.drop();
+    offset_in_grid_.drop();
+    first_.drop();
+  }
+
+ private:
+  PlacedEchoes placed() const { return {weighed_.data(), offset_in_grid_.data(), first_.data()}; }
+
+  Queue& queue_;
+  SynthesisSetup setup_;
+  DopplerEchoes<Queue> shifted_;
+  DeviceBuffer<std::uint32_t, Queue> offset_{queue_};
+  DeviceBuffer<Complex32, Queue> weighed_{queue_};
+  DeviceBuffer<float, Queue> offset_in_grid_{queue_};
+  DeviceBuffer<std::int32_t, Queue> first_{queue_};
+};
+
+}  // namespace ensonify

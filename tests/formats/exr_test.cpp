@@ -1,0 +1,266 @@
+#include "formats/exr.h"
+
+#include "formats/half_floats.h"
+
+#include <ImfChannelList.h>
+#include <ImfCompression.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <half.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "catch.h"
+#include "dataset/sample.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr int kRows = 5, kColumns = 4;
+const ExrAttributes kAttributes = {{{"axes", "rows: samples"}}, {{"metres_per_pixel", 1.0 / 3}}};
+
+std::string encode(const LabelledImage& image) {
+  const auto bytes = encode_exr(image, kAttributes);
+  REQUIRE(bytes);
+  return *bytes;
+}
+
+std::vector<half> read_channel(Imf::MultiPartInputFile& file, int part, const char* channel) {
+  const auto window = file.header(part).dataWindow();
+  const auto columns = static_cast<std::size_t>(window.max.x + 1);
+  std::vector<half> pixels(columns * static_cast<std::size_t>(window.max.y + 1));
+  Imf::FrameBuffer frame;
+  frame.insert(channel, Imf::Slice::Make(Imf::HALF, pixels.data(), window));
+  Imf::InputPart input(file, part);
+  input.setFrameBuffer(frame);
+  input.readPixels(0, window.max.y);
+  return pixels;
+}
+
+// One alone and eight together go different ways, and must come to the same.
+std::uint16_t to_half(float value) {
+  std::array<float, 9> values;
+  values.fill(value);
+  std::array<std::uint16_t, 9> bits{};
+  to_halves(values, bits);
+  if (std::count(bits.begin(), bits.end(), bits[8]) != 9) throw std::logic_error("not alike");
+  return bits[8];
+}
+
+// By Imath, which knows nothing of our limits.
+std::uint16_t expected_half(float value) {
+  if (std::isnan(value)) return half::qNan().bits();
+  return half(std::clamp(value, -65504.0f, 65504.0f)).bits();
+}
+
+}  // namespace
+
+// Protects what viewers and cv2 rely on: `level` first, channel Y alone in it, uncompressed; labels
+// behind it under their names; all of them half.
+TEST_CASE("an EXR picture has its parts, channels and compressions") {
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(sample::image(kRows, kColumns, 0)));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  REQUIRE(file.parts() == 2);
+  CHECK(file.header(0).name() == "level");
+  CHECK(file.header(0).compression() == Imf::NO_COMPRESSION);
+  CHECK(file.header(1).name() == "labels");
+  CHECK(file.header(1).compression() == Imf::ZIP_COMPRESSION);
+
+  const auto parts = read_exr_parts(folder.path() / "a.exr");
+  REQUIRE(parts);
+  REQUIRE(parts->size() == 2);
+  CHECK((*parts)[0].half_channels == std::vector<std::string>{"Y"});
+  CHECK((*parts)[1].half_channels == std::vector<std::string>{"clean_db", "elevation_rad",
+                                                              "elevation_std_rad",
+                                                              "instance_fraction"});
+  CHECK((*parts)[0].other_channels.empty());
+  CHECK((*parts)[1].other_channels.empty());
+  CHECK((*parts)[1].width == kColumns);
+  CHECK((*parts)[1].height == kRows);
+}
+
+// Protects every pixel's place and value, -99 dB and NaN included.
+TEST_CASE("EXR pixels read back") {
+  const sample::TemporaryFolder folder;
+  const LabelledImage image = sample::image(kRows, kColumns, 3);
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const std::pair<const char*, const std::vector<float>*> labels[] = {
+      {"clean_db", &image.clean_db},
+      {"elevation_rad", &image.elevation_rad},
+      {"elevation_std_rad", &image.elevation_std_rad},
+      {"instance_fraction", &image.instance_fraction}};
+  const auto compare = [](const std::vector<half>& got, const std::vector<float>& expected) {
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      if (std::isnan(expected[i])) {
+        CHECK(got[i].isNan());
+      } else {
+        CHECK(static_cast<float>(got[i]) == Approx(expected[i]).epsilon(1e-3));
+      }
+    }
+  };
+  compare(read_channel(file, 0, "Y"), image.level_db);
+  for (const auto& [name, values] : labels) compare(read_channel(file, 1, name), *values);
+  CHECK(read_channel(file, 0, "Y")[0] == -99);
+  CHECK(read_channel(file, 1, "elevation_rad")[0].isNan());
+}
+
+// Protects readers from infinities: what a half cannot hold stops at its largest value.
+TEST_CASE("EXR levels do not overflow to infinity") {
+  const sample::TemporaryFolder folder;
+  LabelledImage image = sample::image(kRows, kColumns, 0);
+  image.level_db[1] = 1e6f;
+  image.level_db[2] = -std::numeric_limits<float>::infinity();
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const auto level = read_channel(file, 0, "Y");
+  CHECK(level[1] == 65504);
+  CHECK(level[2] == -65504);
+}
+
+// Protects every value that a half can have, what lies between two of them and beside that middle.
+TEST_CASE("halves are the nearest ones, half to even") {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  int wrong = 0;
+  for (unsigned bits = 0; bits < 65536; ++bits) {
+    half exact;
+    exact.setBits(static_cast<std::uint16_t>(bits));
+    half next;
+    next.setBits(static_cast<std::uint16_t>(bits + 1));
+    const float value = exact;
+    if (exact.isFinite()) wrong += to_half(value) != bits;
+    const float middle = (value + static_cast<float>(next)) / 2;
+    for (const float x :
+         {value, middle, std::nextafter(middle, kInfinity), std::nextafter(middle, -kInfinity)}) {
+      wrong += to_half(x) != expected_half(x);
+    }
+  }
+  CHECK(wrong == 0);
+}
+
+// Protects the rest of the floats: a million of all bit patterns, NaN and beyond the range
+// included.
+TEST_CASE("random floats become the halves that Imath makes of them") {
+  std::mt19937 random(1);
+  int wrong = 0;
+  for (int i = 0; i < 1000000; ++i) {
+    const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    wrong += to_half(value) != expected_half(value);
+  }
+  CHECK(wrong == 0);
+}
+
+// Protects chunks: the last one has fewer rows than the others; noise does not compress and is
+// stored as it is; constants and noise stand side by side.
+TEST_CASE("EXR pixels read back from several chunks") {
+  constexpr int kTall = 37, kWide = 129;
+  LabelledImage image = sample::image(kTall, kWide, 1);
+  std::mt19937 random(2);
+  const auto fill = [&](std::vector<float>& layer) {
+    for (float& x : layer) {
+      half h;
+      h.setBits(static_cast<std::uint16_t>(random()));
+      x = h.isFinite() ? static_cast<float>(h) : -99;
+    }
+  };
+  fill(image.level_db);
+  fill(image.clean_db);
+  SECTION("all noise") {
+    fill(image.elevation_rad);
+    fill(image.elevation_std_rad);
+    fill(image.instance_fraction);
+  }
+  SECTION("noise and constants") {
+    image.elevation_rad.assign(kTall * kWide, std::numeric_limits<float>::quiet_NaN());
+    image.instance_fraction.assign(kTall * kWide, 1);
+  }
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(image));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  const auto wrong = [&](int part, const char* name, const std::vector<float>& layer) {
+    const auto got = read_channel(file, part, name);
+    REQUIRE(got.size() == layer.size());
+    int count = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) count += got[i].bits() != expected_half(layer[i]);
+    return count;
+  };
+  CHECK(wrong(0, "Y", image.level_db) == 0);
+  CHECK(wrong(1, "clean_db", image.clean_db) == 0);
+  CHECK(wrong(1, "elevation_rad", image.elevation_rad) == 0);
+  CHECK(wrong(1, "elevation_std_rad", image.elevation_std_rad) == 0);
+  CHECK(wrong(1, "instance_fraction", image.instance_fraction) == 0);
+}
+
+// Protects the units and scales in the headers, and that nothing of the machine or the clock is
+// beside them.
+TEST_CASE("EXR headers hold units and scales and no date or host") {
+  const sample::TemporaryFolder folder;
+  sample::write(folder.path() / "a.exr", encode(sample::image(kRows, kColumns, 0)));
+  Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
+  for (int part = 0; part < 2; ++part) {
+    const Imf::Header& header = file.header(part);
+    CHECK(header.typedAttribute<Imf::DoubleAttribute>("metres_per_pixel").value() == 1.0 / 3);
+    CHECK(header.typedAttribute<Imf::StringAttribute>("axes").value() == "rows: samples");
+    CHECK(header.typedAttribute<Imf::StringAttribute>("units").value().find("dB re 1 uPa") !=
+          std::string::npos);
+    CHECK_FALSE(Imf::hasCapDate(header));
+    CHECK_FALSE(Imf::hasOwner(header));
+    std::vector<std::string> names;
+    for (auto a = header.begin(); a != header.end(); ++a) names.emplace_back(a.name());
+    const std::vector<std::string> expected = {"axes",
+                                               "channels",
+                                               "chunkCount",
+                                               "compression",
+                                               "dataWindow",
+                                               "displayWindow",
+                                               "lineOrder",
+                                               "metres_per_pixel",
+                                               "name",
+                                               "no_energy",
+                                               "pixelAspectRatio",
+                                               "screenWindowCenter",
+                                               "screenWindowWidth",
+                                               "type",
+                                               "units"};
+    CHECK(names == expected);
+  }
+}
+
+// Protects the promise of equal bytes for equal pictures, and that a NaN's bits do not matter.
+TEST_CASE("EXR bytes depend on the picture alone") {
+  LabelledImage image = sample::image(kRows, kColumns, 0);
+  const std::string first = encode(image);
+  image.elevation_rad[0] = -image.elevation_rad[0];  // NaN with the other sign
+  REQUIRE(std::isnan(image.elevation_rad[0]));
+  CHECK(encode(image) == first);
+  image.instance_fraction[1] += 0.25f;
+  CHECK(encode(image) != first);
+}
+
+// Protects verify: what ends before its pixels is no picture.
+TEST_CASE("an EXR file that is cut short in its headers is damage") {
+  const sample::TemporaryFolder folder;
+  const std::string bytes = encode(sample::image(kRows, kColumns, 0));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, bytes.size() / 3}) {
+    sample::write(folder.path() / "a.exr", bytes.substr(0, size));
+    const auto parts = read_exr_parts(folder.path() / "a.exr");
+    REQUIRE_FALSE(parts);
+    CHECK(parts.error().kind == ErrorKind::damage);
+  }
+}

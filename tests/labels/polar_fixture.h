@@ -1,0 +1,44 @@
+// A ping of given echoes, as the labels take it.
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "labels/polar.h"
+
+namespace ensonify::test {
+
+struct PolarPing {
+  ScattererList list;
+  std::vector<VolumeEcho> volumes;
+  std::vector<std::complex<float>> pressure;
+  std::vector<float> clean;
+  std::vector<std::uint8_t> classes;
+  PolarInput input;
+
+  PolarPing(std::vector<Scatterer> echoes, int beams, int samples, double bandwidth_hz,
+            std::vector<std::uint8_t> class_of_instance)
+      : list(sorted_by_beam_and_delay(std::move(echoes), beams)),
+        pressure(std::size_t(beams) * samples, {1e-3f, 0}),
+        clean(pressure.size(), 1e-6f),
+        classes(std::move(class_of_instance)) {
+    input.scatterers = &list;
+    input.pressure_pa = pressure;
+    input.clean_power_pa2 = clean;
+    input.bandwidth_hz = bandwidth_hz;
+    input.beams = beams;
+    input.samples = samples;
+    input.class_of_instance = classes;
+  }
+  PolarPing(const PolarPing&) = delete;
+  PolarPing& operator=(const PolarPing&) = delete;
+
+  LabelledImage image(int threads = 2) {
+    input.volumes = volumes;
+    return polar_image(input, Workers(threads));
+  }
+};
+
+}  // namespace ensonify::test

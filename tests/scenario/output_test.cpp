@@ -1,0 +1,158 @@
+// What is written: distance fields, statistics, masks of multipath.
+#include "catch.h"
+#include "scenario_texts.h"
+
+namespace ensonify {
+namespace {
+
+using testing::emit;
+using testing::faults_of;
+using testing::kHead;
+using testing::parse;
+
+TEST_CASE("the distance field is asked for by its voxels") {
+  CHECK_FALSE(parse(kHead)->output.sdf);
+  CHECK_FALSE(parse(kHead + "output: {sdf: false}\n")->output.sdf);
+  const auto scenario = parse(kHead + "output: {sdf: {voxel_m: 0.05}}\n");
+  REQUIRE(scenario.ok());
+  REQUIRE(scenario->output.sdf);
+  CHECK(scenario->output.sdf->voxel_m == 0.05);
+  CHECK(scenario->output.sdf->band_voxels == 3);
+  const auto again = parse(emit(*scenario));
+  REQUIRE(again.ok());
+  CHECK(emit(*again) == emit(*scenario));
+  const auto drawn =
+      parse(kHead + "output: {sdf: {voxel_m: 0.1, band_voxels: {uniform: [4, 4]}}}\n");
+  REQUIRE(drawn.ok());
+  CHECK(drawn->output.sdf->band_voxels == 4);
+}
+
+TEST_CASE("a distance field without a voxel size is a fault") {
+  for (const char* text : {"true", "{}", "{band_voxels: 3}"}) {
+    INFO(text);
+    const auto faults = faults_of(kHead + "output: {sdf: " + text + "}\n");
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0].find("output.sdf.voxel_m: missing") != std::string::npos);
+  }
+  CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 0}}\n").size() == 1);
+  CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 1, band_voxels: 0}}\n").size() == 1);
+}
+
+// Protects the bytes of data sets without statistics: their resolved scenario has no word of them.
+TEST_CASE("statistics are off, and then nothing is said of them") {
+  const auto scenario = parse(kHead);
+  REQUIRE(scenario.ok());
+  CHECK_FALSE(scenario->output.selection.statistics);
+  CHECK(scenario->output.selection.pings);
+  CHECK(emit(*scenario).find("statistics") == std::string::npos);
+}
+
+TEST_CASE("statistics go with the pings' files or stand for them") {
+  const auto both = parse(kHead + "output: {statistics: true, layers: true}\n");
+  REQUIRE(both.ok());
+  CHECK(both->output.selection.statistics);
+  CHECK(both->output.selection.timeseries);
+  CHECK(emit(*parse(emit(*both))) == emit(*both));
+
+  const auto alone =
+      parse(kHead +
+            "output: {statistics: true, pings: false, timeseries: both, polar: true, "
+            "shadow: true, png: {scale: amplitude}, scatterers: true, points: true, "
+            "layers: {targets: [object]}, pack: ping, polygons: true, "
+            "sdf: {voxel_m: 0.1}}\n");
+  REQUIRE(alone.ok());
+  const OutputSelection& output = alone->output.selection;
+  CHECK_FALSE((output.any_timeseries() || output.polar || output.cartesian || output.png));
+  CHECK_FALSE((output.shadow || output.amodal || output.polygons || output.scatterers));
+  CHECK_FALSE((output.points || output.layers || output.channels || output.packed));
+  CHECK(alone->output.sdf);  // of the sequence, not of a ping
+  const auto again = parse(emit(*alone));
+  REQUIRE(again.ok());
+  CHECK_FALSE(again->output.selection.pings);
+  CHECK(emit(*again) == emit(*alone));
+}
+
+TEST_CASE("nothing at all cannot be asked for") {
+  const auto faults = faults_of(kHead + "output: {pings: false}\n");
+  REQUIRE(faults.size() == 1);
+  CHECK(faults[0].find("output.pings: without statistics") != std::string::npos);
+}
+
+const std::string kSurface = "multipath: {surface: {z_m: 2, reflection: -1}}\n";
+
+bool is_one_fault(const std::string& text, const std::string& what) {
+  const auto faults = faults_of(kHead + text);
+  CAPTURE(text, faults);
+  return faults.size() == 1 && faults[0].find(what) != std::string::npos;
+}
+
+TEST_CASE("multipath is read with its defaults and written back") {
+  CHECK_FALSE(parse(kHead)->multipath);
+  CHECK(emit(*parse(kHead)).find("multipath") == std::string::npos);
+  const auto scenario = parse(kHead + kSurface);
+  REQUIRE(scenario.ok());
+  const Multipath& plain = *scenario->multipath;
+  CHECK(plain.surface->z_m == 2);
+  CHECK(plain.surface->reflection == -1);
+  CHECK(plain.surface->roughness_rms_m == 0);
+  CHECK_FALSE(plain.bottom);
+  CHECK_FALSE(plain.objects);
+  CHECK(plain.bounces == 2);
+  const auto full = parse(kHead +
+                          "multipath: {surface: {z_m: 2, reflection: -0.9, roughness_rms_m: 0.01}, "
+                          "bottom: {z_m: -7.5, reflection: 0.25}, objects: true, bounces: 4}\n"
+                          "output: {multipath: false}\n");
+  REQUIRE(full.ok());
+  const auto again = parse(emit(*full));
+  REQUIRE(again.ok());
+  CHECK(emit(*again) == emit(*full));
+  CHECK(again->multipath->surface->roughness_rms_m == 0.01);
+  CHECK(again->multipath->bottom->z_m == -7.5);
+  CHECK(again->multipath->objects);
+  CHECK(again->multipath->bounces == 4);
+  CHECK_FALSE(again->output.selection.multipath);
+}
+
+TEST_CASE("numbers of multipath may be drawn") {
+  const auto drawn =
+      parse(kHead + "multipath: {surface: {z_m: {uniform: [4, 4]}, reflection: -1}}\n");
+  REQUIRE(drawn.ok());
+  CHECK(drawn->multipath->surface->z_m == 4);
+  CHECK(drawn->has_draws);
+  CHECK(parse(emit(*drawn))->multipath->surface->z_m == 4);
+}
+
+TEST_CASE("the mask of bounced echoes goes with multipath and pictures") {
+  const auto has_mask = [](const std::string& text) {
+    const auto scenario = parse(kHead + text);
+    REQUIRE(scenario.ok());
+    return scenario->output.selection.multipath;
+  };
+  CHECK_FALSE(has_mask(""));
+  CHECK_FALSE(has_mask("output: {multipath: false}\n"));
+  CHECK(has_mask(kSurface));
+  CHECK(has_mask(kSurface + "output: {multipath: on}\n"));
+  CHECK(has_mask(kSurface + "output: {polar: false}\n"));
+  CHECK_FALSE(has_mask(kSurface + "output: {multipath: false}\n"));
+  CHECK_FALSE(has_mask(kSurface + "output: {polar: false, cartesian: false}\n"));
+  CHECK(is_one_fault("output: {multipath: true}\n", "output.multipath: nothing bounces"));
+  CHECK(is_one_fault(kSurface + "output: {multipath: true, polar: false, cartesian: false}\n",
+                     "output.multipath: there are no pictures for it"));
+}
+
+TEST_CASE("mirrors that cannot be are faults") {
+  CHECK(is_one_fault("multipath: {}\n", "multipath: there is nothing to bounce off"));
+  CHECK(is_one_fault("multipath: {objects: false}\n", "multipath: there is nothing to bounce off"));
+  CHECK(is_one_fault("multipath: {surface: {z_m: 1}}\n", "multipath.surface.reflection: missing"));
+  CHECK(is_one_fault("multipath: {bottom: {reflection: 1}}\n", "multipath.bottom.z_m: missing"));
+  CHECK(is_one_fault("multipath: {surface: {z_m: 1, reflection: -1.5}}\n",
+                     "multipath.surface.reflection"));
+  CHECK(is_one_fault("multipath: {objects: true, bounces: 5}\n", "multipath.bounces"));
+  CHECK(is_one_fault("multipath: {objects: true, bounces: 0}\n", "multipath.bounces"));
+  CHECK(is_one_fault(
+      "multipath: {surface: {z_m: -3, reflection: -1}, bottom: {z_m: -3, reflection: 1}}\n",
+      "multipath.bottom.z_m: not below the surface"));
+}
+
+}  // namespace
+}  // namespace ensonify
