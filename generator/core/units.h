@@ -40,7 +40,7 @@ ENSONIFY_HD inline double mean_square_pa2(double level_db) {
 //   10 lg x = 10 lg 2 e + 20 / ln 10 (s + s^3 / 3 + s^5 / 5 + ...),
 // and the terms left out are below 6e-6 dB. It takes the same steps for every x, with a mask of
 // bits for a choice, since compilers make a branch of anything else and then do not vectorise.
-ENSONIFY_HD inline float image_level_db(float mean_square_pa2) {
+inline float image_level_db(float mean_square_pa2) {
   constexpr std::uint32_t kSqrtHalfBits = 0x3f3504f3;
   constexpr float kDbPerOctave = 3.01029996f, kTwentyByLn10 = 8.68588964f;
   constexpr float kLeast_pa2 = 1.25892541e-22f;  // kNoEnergyDb
