@@ -5,7 +5,6 @@
 //   image_level_db   level_db in single precision, in a form that vectorises
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -40,21 +39,22 @@ ENSONIFY_HD inline double mean_square_pa2(double level_db) {
 //   10 lg x = 10 lg 2 e + 20 / ln 10 (s + s^3 / 3 + s^5 / 5 + ...),
 // and the terms left out are below 6e-6 dB. It takes the same steps for every x, with a mask of
 // bits for a choice, since compilers make a branch of anything else and then do not vectorise.
-inline float image_level_db(float mean_square_pa2) {
+// __builtin_bit_cast, since CUDA refuses the host's std::bit_cast on the device.
+ENSONIFY_HD inline float image_level_db(float mean_square_pa2) {
   constexpr std::uint32_t kSqrtHalfBits = 0x3f3504f3;
   constexpr float kDbPerOctave = 3.01029996f, kTwentyByLn10 = 8.68588964f;
   constexpr float kLeast_pa2 = 1.25892541e-22f;  // kNoEnergyDb
-  const auto bits = std::bit_cast<std::uint32_t>(mean_square_pa2);
+  const auto bits = __builtin_bit_cast(std::uint32_t, mean_square_pa2);
   const std::int32_t exponent = static_cast<std::int32_t>(bits - kSqrtHalfBits) >> 23;
-  const float m = std::bit_cast<float>(bits - (static_cast<std::uint32_t>(exponent) << 23));
+  const float m = __builtin_bit_cast(float, bits - (static_cast<std::uint32_t>(exponent) << 23));
   const float s = (m - 1.0f) / (m + 1.0f);
   const float square = s * s;
   const float series = s * (1.0f + square * (1.0f / 3.0f + square * (1.0f / 5.0f)));
   const float level =
       (static_cast<float>(exponent) * kDbPerOctave + 120.0f) + kTwentyByLn10 * series;
   const std::uint32_t holds = 0u - static_cast<std::uint32_t>(mean_square_pa2 > kLeast_pa2);
-  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(level) & holds) |
-                              (std::bit_cast<std::uint32_t>(kNoEnergyDb) & ~holds));
+  return __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, level) & holds) |
+                                       (__builtin_bit_cast(std::uint32_t, kNoEnergyDb) & ~holds));
 }
 
 }  // namespace ensonify
