@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Makes docs/scenario_keys.md and docs/file_members.md from output_schema and configs/sonars.
+"""Makes output_schema/scenario.schema.json by the program, and from the schemas and configs/sonars
+docs/scenario_keys.md and docs/file_members.md.
 
-    scripts/make_reference.py            writes both pages
-    scripts/make_reference.py --check    writes nothing; exit status 1 where a page is not up to date
+    scripts/make_reference.py            writes all three
+    scripts/make_reference.py --check    writes nothing; exit status 1 where one is not up to date
 """
 import argparse
 import pathlib
+import subprocess
 import sys
 
 from reference import files_page, scenario_page
@@ -17,21 +19,32 @@ def pages(root=ROOT):
     return {"scenario_keys.md": scenario_page.make(root)[0], "file_members.md": files_page.make(root)}
 
 
+def schema(program):
+    done = subprocess.run([program, "--help-format", "schema"], check=True, capture_output=True, text=True)
+    return done.stdout
+
+
+def replaced(path, text, write):
+    """Whether the file held something else."""
+    if path.exists() and path.read_text() == text:
+        return False
+    if write:
+        path.write_text(text)
+    return True
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="only say which pages are not up to date")
-    check = parser.parse_args().check
-    old = []
-    for name, text in pages().items():
-        path = ROOT / "docs" / name
-        if path.exists() and path.read_text() == text:
-            continue
-        old.append(name)
-        if not check:
-            path.write_text(text)
-    for name in old if check else []:
-        print(f"docs/{name} is not up to date; run scripts/make_reference.py", file=sys.stderr)
-    return 1 if check and old else 0
+    parser.add_argument("--program", default=ROOT / "build/release/ensonify", help="the built ensonify")
+    arguments = parser.parse_args()
+    write = not arguments.check
+    scenario = ROOT / "output_schema/scenario.schema.json"
+    old = [scenario] if replaced(scenario, schema(arguments.program), write) else []
+    old += [ROOT / "docs" / name for name, text in pages().items() if replaced(ROOT / "docs" / name, text, write)]
+    for path in old if arguments.check else []:
+        print(f"{path.relative_to(ROOT)} is not up to date; run scripts/make_reference.py", file=sys.stderr)
+    return 1 if arguments.check and old else 0
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ for scene in sonar_tank wreck_survey; do
   valgrind -q --trace-children=yes --error-exitcode=9 \
     --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
     "$root/build/release/ensonify" generate "$root/scenes/$scene.yaml" -o "$out/$scene" --quiet --pings 0:1 \
-    --threads 2 --set 'sonar.beams={count: 16, fov_deg: 40}' --set 'sonar.rays={elevation: 8, per_cell: 8}' \
+    --threads 2 --set 'sonar.beams={count: 16, fov_deg: 40}' --set 'sonar.rays={elevation: 8, min_per_cell: 8}' \
     --set sequences=1
   "$root/build/release/ensonify" verify "$out/$scene"
 done

@@ -41,7 +41,7 @@ constexpr FileKind kKinds[] = {
     {"points", "{polar: false, cartesian: false, png: false, points: true}"},
     {"layers", "{polar: false, cartesian: false, png: false, layers: true}"},
     {"default", "{}"},
-    {"default_packed", "{pack: sequence}"},
+    {"default_packed", "{one_file_per: sequence}"},
     {"every", "{timeseries: both, polygons: true, scatterers: true, points: true, layers: true}"}};
 
 struct TimedRun {

@@ -82,7 +82,7 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
   command.add_option("--view", words.view, "cartesian (default) or polar")
       ->check(CLI::IsMember({"cartesian", "polar"}));
   command
-      .add_option("--channel", words.channel,
+      .add_option("--quantity", words.quantity,
                   "level (default), clean, elevation, instance, semantic, shadow or multipath")
       ->check(CLI::IsMember(
           {"level", "clean", "elevation", "instance", "semantic", "shadow", "multipath"}));
@@ -125,13 +125,13 @@ Status run_figure(const ViewArguments& arguments) {
     if (!db) return Error{ErrorKind::usage, "--db " + words.db + ": accepted is MIN:MAX in dB"};
     options.db = {db->first, db->second};
   }
-  constexpr std::pair<std::string_view, FigureChannel> kChannels[] = {
-      {"level", FigureChannel::level},         {"clean", FigureChannel::clean},
-      {"elevation", FigureChannel::elevation}, {"instance", FigureChannel::instance},
-      {"semantic", FigureChannel::semantic},   {"shadow", FigureChannel::shadow},
-      {"multipath", FigureChannel::multipath}};
-  for (const auto& [name, channel] : kChannels) {
-    if (words.channel == name) options.channel = channel;
+  constexpr std::pair<std::string_view, FigureQuantity> kQuantities[] = {
+      {"level", FigureQuantity::level},         {"clean", FigureQuantity::clean},
+      {"elevation", FigureQuantity::elevation}, {"instance", FigureQuantity::instance},
+      {"semantic", FigureQuantity::semantic},   {"shadow", FigureQuantity::shadow},
+      {"multipath", FigureQuantity::multipath}};
+  for (const auto& [name, quantity] : kQuantities) {
+    if (words.quantity == name) options.quantity = quantity;
   }
   options.view = words.view == "polar" ? FigureView::polar : FigureView::cartesian;
   options.bilinear = words.interpolation == "bilinear";

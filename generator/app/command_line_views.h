@@ -24,7 +24,7 @@ namespace ensonify {
 
 // Options of figures as they are written.
 struct FigureWords {
-  std::string pings, view, channel, db, interpolation;
+  std::string pings, view, quantity, db, interpolation;
 };
 
 struct ViewArguments {

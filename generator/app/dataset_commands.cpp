@@ -139,7 +139,7 @@ Status figure_command(FigureOptions options, bool quiet) {
   if (quiet) return {};
   std::string limits;
   if (report->limits) {
-    const bool angle = options.channel == FigureChannel::elevation;
+    const bool angle = options.quantity == FigureQuantity::elevation;
     limits = fmt::format(", {:g} to {:g} {}", (*report->limits)[0], (*report->limits)[1],
                          angle ? "degrees" : "dB");
   }

@@ -169,7 +169,7 @@ Status generate(const GenerateOptions& options) {
   const Session& session = worlds.first();
   std::vector<std::string> warnings = session.world.warnings;
   if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
-  for (auto& text : starved_warnings(session, worlds.first_tracer(), workers)) {
+  for (auto& text : undersampled_warnings(session, worlds.first_tracer(), workers)) {
     warnings.push_back(std::move(text));
   }
   for (const std::string& text : warnings) tell("warning: {}\n", text);
@@ -235,7 +235,8 @@ Status check(const ScenarioOptions& options) {
     tell("warning: {}\n", warning);
   }
   const int threads = Workers().threads();
-  for (const auto& text : starved_warnings(*session, Tracer(session->world), Workers(threads))) {
+  for (const auto& text :
+       undersampled_warnings(*session, Tracer(session->world), Workers(threads))) {
     tell("warning: {}\n", text);
   }
   // Before anything else takes memory: it looks at what the process has.

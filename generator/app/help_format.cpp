@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "scenario/schema.h"
+
 namespace ensonify {
 namespace {
 
@@ -31,6 +33,9 @@ HelpOption read_option(const CLI::Option& option) {
   if (read.names.empty()) read.names.push_back(option.get_name(true));
   if (option.get_items_expected_max() > 0) read.value = option.get_type_name();
   read.choices = choices_of(read.value);
+  if (option.get_name() == "--set") {
+    for (const std::string& path : key_paths()) read.choices.push_back(path + "=");
+  }
   read.description = option.get_description();
   read.excludes = names_of(option.get_excludes());
   read.needs = names_of(option.get_needs());
@@ -136,13 +141,15 @@ void add_help_format(CLI::App& app, const std::string& version) {
     if (format == "bash") text = bash_completion(help);
     if (format == "zsh") text = zsh_completion(help);
     if (format == "fish") text = fish_completion(help);
+    if (format == "schema") text = scenario_schema();
     text.pop_back();  // the parser's exit ends the last line
     throw CLI::CallForVersion(text, 0);
   };
   app.add_option_function<std::string>(
          "--help-format", print,
-         "print the help of all commands as a man page or as completions for a shell")
-      ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
+         "print the help of all commands as a man page or as completions for a shell, or the "
+         "JSON Schema of scenarios for editors")
+      ->check(CLI::IsMember({"man", "bash", "zsh", "fish", "schema"}));
 }
 
 void offer_choices(CLI::Option& option, const std::vector<std::string>& choices) {
@@ -288,6 +295,8 @@ _ensonify() {{
   return text + R"(  esac
   # Without words of its own bash completes file names.
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
+  # A key of --set goes on with its value.
+  if [[ ${COMPREPLY[0]-} == *= ]]; then compopt -o nospace 2>/dev/null || :; fi
 }
 complete -o bashdefault -o default -F _ensonify ensonify
 )";

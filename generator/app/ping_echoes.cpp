@@ -24,7 +24,7 @@ constexpr double kLeast = 1e-9;  // a body that may move, but was not seen to
 
 bool has_one_pose(const Path& path) {
   const auto* sampled = std::get_if<SampledPath>(&path.nominal);
-  return sampled != nullptr && sampled->points.size() == 1 && !path.jitter;
+  return sampled != nullptr && sampled->points.size() == 1 && !path.wave_motion;
 }
 
 // The times at which speeds are looked at: when a ping goes out, when half its sound is back and
@@ -200,10 +200,11 @@ void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
   echoes.scatterers = moved(echoes.scatterers).list;
   if (!moment.with_hidden) return;
   MovedEchoes hidden = moved(echoes.hidden.list);
-  std::vector<std::uint32_t> caster;
-  for (const std::uint32_t before : hidden.origin) caster.push_back(echoes.hidden.caster[before]);
+  std::vector<std::uint32_t> occluder;
+  for (const std::uint32_t before : hidden.origin)
+    occluder.push_back(echoes.hidden.occluder[before]);
   echoes.hidden.list = std::move(hidden.list);
-  echoes.hidden.caster = std::move(caster);
+  echoes.hidden.occluder = std::move(occluder);
 }
 
 }  // namespace

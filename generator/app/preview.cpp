@@ -93,7 +93,7 @@ void warn(const PreviewOptions& options, const Preview& preview, const Workers& 
   std::vector<std::string> warnings = preview.session.world.warnings;
   // Fewer rays than the scenario's say nothing of those.
   if (options.full) {
-    for (auto& text : starved_warnings(preview.session, *preview.tracer, workers)) {
+    for (auto& text : undersampled_warnings(preview.session, *preview.tracer, workers)) {
       warnings.push_back(std::move(text));
     }
   }

@@ -300,8 +300,8 @@ namespace {
 
 constexpr double kShare = 0.05;
 
-std::string starved_text(const Session& session, double share, const std::string& begin,
-                         const std::string& advice) {
+std::string undersampled_text(const Session& session, double share, const std::string& begin,
+                              const std::string& advice) {
   return fmt::format(
       "ping 0: {}{:.0f} % of the surface in range has fewer than {:.0f} scatterers in a resolution "
       "cell ({:.2g} deg x {:.2g} m): speckle is not developed there, and gaps may show; {}",
@@ -311,8 +311,8 @@ std::string starved_text(const Session& session, double share, const std::string
 
 }  // namespace
 
-std::vector<std::string> starved_warnings(const Session& session, const Tracer& tracer,
-                                          const Workers& workers) {
+std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
+                                               const Workers& workers) {
   const Fan fan = make_fan(session.sonar);
   const Pose pose = sonar_pose(session, 0);
   const std::vector<Hit> hits = trace_fan(tracer.at(object_poses(session, 0)), fan, pose,
@@ -327,19 +327,20 @@ std::vector<std::string> starved_warnings(const Session& session, const Tracer& 
   const double share = session.surface_tiles ? 0 : share_of(session.sonar);
   if (share > kShare) {
     warnings.push_back(
-        starved_text(session, share, "",
-                     by_need ? "raise sonar.rays.elevation or sonar.rays.per_cell"
-                             : "sonar.rays.per_cell: 20 adds rays where they are needed"));
+        undersampled_text(session, share, "",
+                          by_need ? "raise sonar.rays.elevation or sonar.rays.min_per_cell"
+                                  : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
   }
   if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
   Sonar of_fan = session.sonar;
   of_fan.rays_per_cell = 0;
   const double bounced = share_of(of_fan);
   if (bounced > kShare) {
-    warnings.push_back(starved_text(session, bounced,
-                                    "echoes over mirrors come of the rays of the fan alone, with "
-                                    "which ",
-                                    "raise sonar.rays.elevation"));
+    warnings.push_back(
+        undersampled_text(session, bounced,
+                          "echoes over mirrors come of the rays of the fan alone, with "
+                          "which ",
+                          "raise sonar.rays.elevation"));
   }
   return warnings;
 }

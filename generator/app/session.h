@@ -6,7 +6,7 @@
 //   sequence_info    what one sequence's files say of it
 //   pick_split       train, val or test
 //   reach_of  sdf_size_of
-//   starved_warnings  whether a scene has scatterers enough for speckle
+//   undersampled_warnings  whether a scene has scatterers enough for speckle
 #pragma once
 
 #include <cstdint>
@@ -82,7 +82,7 @@ inline constexpr double kFewScatterers = 10;
 // pass over has fewer than kFewScatterers a cell; bounced echoes, which no rays by need reach and
 // no scatterers fixed on surfaces make, are judged by the rays of the fan. `tracer` is of the
 // session's world.
-std::vector<std::string> starved_warnings(const Session& session, const Tracer& tracer,
-                                          const Workers& workers);
+std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
+                                               const Workers& workers);
 
 }  // namespace ensonify

@@ -25,7 +25,7 @@ enum class Stream : std::uint32_t {
   split = 3,
   volume = 4,   // echoes of volumes
   terrain = 5,  // procedural seabed
-  motion = 6,   // jitter of paths
+  motion = 6,   // wave motion of paths
   world = 7,    // values of a scenario that are drawn
   place = 8,    // where objects come to lie
   bubbles = 9,  // procedural volumes

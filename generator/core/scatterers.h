@@ -102,8 +102,8 @@ inline double total_energy(std::span<const VolumeEcho> volumes, std::size_t cell
 }
 
 struct HiddenEchoes {
-  ScattererList list;                 // as they would be heard were nothing before them
-  std::vector<std::uint32_t> caster;  // one each: the instance that alone hides it; 0: several do
+  ScattererList list;                   // as they would be heard were nothing before them
+  std::vector<std::uint32_t> occluder;  // one each: the instance that alone hides it; 0: several do
   // By instance id: of the rays (point targets, fish) that meet it, the share that meets another
   // instance first. NaN: none meets it.
   std::vector<double> occlusion;

@@ -1,6 +1,6 @@
-// Arrays of all pings of a sequence, with `output.pack: sequence`. While pings are made, each has
-// a piece: its part of every array, one behind the other. Finishing the sequence strings them
-// together; catalogue.h says which there are. Private to dataset/.
+// Arrays of all pings of a sequence, with `output.one_file_per: sequence`. While pings are made,
+// each has a piece: its part of every array, one behind the other. Finishing the sequence strings
+// them together; catalogue.h says which there are. Private to dataset/.
 //
 //   encode_piece                      a ping's parts
 //   write_arrays  remove_pieces       pieces -> arrays

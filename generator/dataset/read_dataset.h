@@ -62,7 +62,7 @@ struct StoredSequence {
   double beam_width_rad = 0, elevation_width_rad = 0;
   std::vector<StoredInstance> instances;  // by id - 1
   std::vector<std::string> each_ping;     // templates of layout.h
-  bool packed = false;                    // output.pack: sequence
+  bool packed = false;                    // output.one_file_per: sequence
   std::vector<std::string> arrays;        // ... then the files that hold all pings
 
   bool has(std::string_view name_template) const;

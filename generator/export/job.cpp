@@ -14,7 +14,7 @@ Status for_each_sequence(const ExportJob& job,
       return Error{ErrorKind::usage,
                    job.dataset.dir.string() +
                        ": its pings are packed into arrays of each sequence; accepted are data "
-                       "sets of output.pack: ping"};
+                       "sets of output.one_file_per: ping"};
     }
     if (const Status used = use(*sequence); !used) return used;
   }

@@ -44,8 +44,8 @@ constexpr int kMinWidth = 200, kMaxWidth = 8000;
 
 Error usage(const std::string& what) { return {ErrorKind::usage, what}; }
 
-bool is_level(FigureChannel channel) {
-  return channel == FigureChannel::level || channel == FigureChannel::clean;
+bool is_level(FigureQuantity quantity) {
+  return quantity == FigureQuantity::level || quantity == FigureQuantity::clean;
 }
 
 std::optional<FigureFormat> format_of(const std::filesystem::path& output) {
@@ -70,25 +70,25 @@ Status check_options(const FigureOptions& o, FigureFormat format) {
   if (o.fps && !(*o.fps >= 0.1 && *o.fps <= 60)) {
     return usage(fmt::format("--fps {}: accepted is 0.1 to 60 frames a second", *o.fps));
   }
-  if (o.db && !is_level(o.channel)) return usage("--db is of the channels level and clean");
+  if (o.db && !is_level(o.quantity)) return usage("--db is of the quantities level and clean");
   if (o.db &&
       !(std::isfinite((*o.db)[0]) && std::isfinite((*o.db)[1]) && (*o.db)[0] < (*o.db)[1])) {
     return usage(fmt::format("--db {}:{}: accepted is MIN:MAX in dB, the lower one first",
                              (*o.db)[0], (*o.db)[1]));
   }
-  if (o.bilinear && !is_level(o.channel)) {
-    return usage("--interpolation bilinear is of the channels level and clean");
+  if (o.bilinear && !is_level(o.quantity)) {
+    return usage("--interpolation bilinear is of the quantities level and clean");
   }
-  if (is_mask(o.channel) && !o.colour_map.empty()) {
+  if (is_mask(o.quantity) && !o.colour_map.empty()) {
     return usage("--colour-map is of level, clean and elevation; ids have colours of their own");
   }
-  if (is_mask(o.channel) && o.outlines) {
+  if (is_mask(o.quantity) && o.outlines) {
     return usage("--outlines is of level, clean and elevation; a mask shows the same");
   }
   const bool by_instance =
-      o.outlines || (is_mask(o.channel) && o.channel != FigureChannel::semantic);
+      o.outlines || (is_mask(o.quantity) && o.quantity != FigureQuantity::semantic);
   if (!o.instances.empty() && !by_instance) {
-    return usage("--instances needs --outlines, or --channel instance, shadow or multipath");
+    return usage("--instances needs --outlines, or --quantity instance, shadow or multipath");
   }
   if (o.width_px != 0 && (o.width_px < kMinWidth || o.width_px > kMaxWidth)) {
     return usage(
@@ -139,7 +139,7 @@ Status choose_pings(const FigureOptions& o, FigureJob& job) {
 }
 
 // What is read of each picture; the clean levels and elevations of a level tell its limits.
-Status choose_channels(const FigureOptions& o, FigureJob& job) {
+Status choose_planes(const FigureOptions& o, FigureJob& job) {
   const PlaneNames there = stored_planes(job.sequence, ImageView::polar);
   if (!there.contains("level_db")) {
     return usage(fmt::format(
@@ -147,7 +147,7 @@ Status choose_channels(const FigureOptions& o, FigureJob& job) {
         "generate the data set with `output.polar: true` and `output.pings: true`",
         o.dataset.string(), job.sequence.row.sequence));
   }
-  const std::string_view plane = plane_of(o.channel);
+  const std::string_view plane = plane_of(o.quantity);
   if (!there.contains(plane)) {
     return usage(
         fmt::format("{}: its pings have no {} masks; generate the data set with "
@@ -155,8 +155,8 @@ Status choose_channels(const FigureOptions& o, FigureJob& job) {
                     o.dataset.string(), plane, plane));
   }
   job.planes = {plane};
-  if (is_level(o.channel)) job.planes.insert("clean_db");
-  if (!is_mask(o.channel)) job.planes.insert("elevation_rad");
+  if (is_level(o.quantity)) job.planes.insert("clean_db");
+  if (!is_mask(o.quantity)) job.planes.insert("elevation_rad");
   if (o.outlines) job.planes.insert("instance");
   return {};
 }
@@ -208,13 +208,13 @@ bool is_animated(FigureFormat format) {
   return format == FigureFormat::webp || format == FigureFormat::mp4;
 }
 
-std::string_view plane_of(FigureChannel channel) {
+std::string_view plane_of(FigureQuantity quantity) {
   constexpr std::string_view kPlanes[] = {"level_db", "clean_db", "elevation_rad", "instance",
                                           "semantic", "shadow",   "multipath"};
-  return kPlanes[static_cast<std::size_t>(channel)];
+  return kPlanes[static_cast<std::size_t>(quantity)];
 }
 
-bool is_mask(FigureChannel channel) { return channel >= FigureChannel::instance; }
+bool is_mask(FigureQuantity quantity) { return quantity >= FigureQuantity::instance; }
 
 std::string colour_map_list() {
   std::string names;
@@ -231,8 +231,8 @@ Result<FigureJob> choose(const FigureOptions& o) {
   }
   job.format = *format;
   if (const Status fits = check_options(o, *format); !fits) return fits.error();
-  if (!is_mask(o.channel)) {
-    const char* own = o.channel == FigureChannel::elevation ? "viridis" : "inferno";
+  if (!is_mask(o.quantity)) {
+    const char* own = o.quantity == FigureQuantity::elevation ? "viridis" : "inferno";
     job.map = find_colour_map(o.colour_map.empty() ? own : o.colour_map);
     if (job.map == nullptr) {
       return usage(
@@ -248,7 +248,7 @@ Result<FigureJob> choose(const FigureOptions& o) {
   if (!sequence) return sequence.error();
   job.sequence = std::move(*sequence);
   Status chosen = choose_pings(o, job);
-  if (chosen) chosen = choose_channels(o, job);
+  if (chosen) chosen = choose_planes(o, job);
   if (chosen) chosen = choose_instances(o, job);
   if (!chosen) return chosen.error();
   return job;

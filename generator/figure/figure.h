@@ -17,7 +17,7 @@
 namespace ensonify {
 
 enum class FigureView { cartesian, polar };
-enum class FigureChannel { level, clean, elevation, instance, semantic, shadow, multipath };
+enum class FigureQuantity { level, clean, elevation, instance, semantic, shadow, multipath };
 
 // What is not given has the default that docs/figures.md states.
 struct FigureOptions {
@@ -28,9 +28,9 @@ struct FigureOptions {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;  // [first, last) of webp and mp4
   std::optional<double> fps;                                     // of webp and mp4
   FigureView view = FigureView::cartesian;
-  FigureChannel channel = FigureChannel::level;
+  FigureQuantity quantity = FigureQuantity::level;
   std::optional<std::array<double, 2>> db;  // of level and clean
-  std::string colour_map;                   // empty: the channel's own
+  std::string colour_map;                   // empty: the quantity's own
   bool bilinear = false;                    // of level and clean
   bool outlines = false;                    // over level, clean and elevation
   std::vector<std::string> instances;       // these alone are outlined or have a mask

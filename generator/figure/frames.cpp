@@ -91,15 +91,15 @@ Status FrameMaker::read_times() {
 }
 
 void FrameMaker::set_scale(const StoredPixels& first) {
-  if (is_mask(options_.channel)) return;
+  if (is_mask(options_.quantity)) return;
   ColourBar bar;
   bar.map = job_.map;
-  if (options_.channel == FigureChannel::elevation) {
+  if (options_.quantity == FigureQuantity::elevation) {
     bar.label = "elevation (\xc2\xb0)";
     bar.limits = degree_limits(in_degrees(first.elevation_rad));
   } else {
-    bar.label = options_.channel == FigureChannel::level ? "level (dB re 1 \xc2\xb5Pa)"
-                                                         : "expected level (dB re 1 \xc2\xb5Pa)";
+    bar.label = options_.quantity == FigureQuantity::level ? "level (dB re 1 \xc2\xb5Pa)"
+                                                           : "expected level (dB re 1 \xc2\xb5Pa)";
     bar.limits = options_.db.value_or(db_limits_from_clean(first.clean_db, first.elevation_rad));
   }
   around_.bar = bar;
@@ -131,19 +131,19 @@ void FrameMaker::set_legend(const StoredPixels& first) {
       around_.legend.push_back({id_colour(static_cast<std::uint32_t>(id)), name});
     }
   };
-  if (is_mask(options_.channel)) {
+  if (is_mask(options_.quantity)) {
     around_.legend.push_back(
-        {kNoIdColour, options_.channel == FigureChannel::shadow ? "no shadow" : "none"});
+        {kNoIdColour, options_.quantity == FigureQuantity::shadow ? "no shadow" : "none"});
   }
-  if (options_.channel == FigureChannel::semantic) {
+  if (options_.quantity == FigureQuantity::semantic) {
     for (std::size_t k = 0; k < job_.dataset.classes.size(); ++k) {
       add(first.semantic, k + 1, job_.dataset.classes[k]);
     }
     return;
   }
-  if (!is_mask(options_.channel) && !options_.outlines) return;
-  const bool shadow = options_.channel == FigureChannel::shadow;
-  const bool ghosts = options_.channel == FigureChannel::multipath;
+  if (!is_mask(options_.quantity) && !options_.outlines) return;
+  const bool shadow = options_.quantity == FigureQuantity::shadow;
+  const bool ghosts = options_.quantity == FigureQuantity::multipath;
   for (const StoredInstance& instance : job_.sequence.instances) {
     if (!drawn_[instance.id]) continue;
     add(shadow   ? first.shadow
@@ -200,14 +200,14 @@ RgbImage FrameMaker::paint(const StoredPixels& pixels) const {
   const auto mask = [&](std::span<const std::uint16_t> ids) {
     return paint_ids(cells_, width, height, ids, pixels.columns);
   };
-  if (options_.channel == FigureChannel::semantic) {
+  if (options_.quantity == FigureQuantity::semantic) {
     return mask(std::vector<std::uint16_t>(pixels.semantic.begin(), pixels.semantic.end()));
   }
-  if (options_.channel == FigureChannel::instance) return mask(only(pixels.instance, drawn_));
-  if (options_.channel == FigureChannel::shadow) return mask(only(pixels.shadow, drawn_));
-  if (options_.channel == FigureChannel::multipath) return mask(only(pixels.multipath, drawn_));
-  const std::vector<float> values = options_.channel == FigureChannel::level ? pixels.level_db
-                                    : options_.channel == FigureChannel::clean
+  if (options_.quantity == FigureQuantity::instance) return mask(only(pixels.instance, drawn_));
+  if (options_.quantity == FigureQuantity::shadow) return mask(only(pixels.shadow, drawn_));
+  if (options_.quantity == FigureQuantity::multipath) return mask(only(pixels.multipath, drawn_));
+  const std::vector<float> values = options_.quantity == FigureQuantity::level ? pixels.level_db
+                                    : options_.quantity == FigureQuantity::clean
                                         ? pixels.clean_db
                                         : in_degrees(pixels.elevation_rad);
   const ValueScale scale{job_.map, around_.bar->limits, kNoIdColour};

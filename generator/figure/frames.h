@@ -31,8 +31,8 @@ struct FigureJob {
 
 bool is_animated(FigureFormat format);
 // The plane that it shows (core/image_planes.h).
-std::string_view plane_of(FigureChannel channel);
-bool is_mask(FigureChannel channel);
+std::string_view plane_of(FigureQuantity quantity);
+bool is_mask(FigureQuantity quantity);
 
 // Error (usage): not a finished data set, or it has not got what was asked for; (io) it is damaged.
 Result<FigureJob> choose(const FigureOptions& options);

@@ -29,12 +29,12 @@ struct SectorEcho {
   double sample = 0;  // its delay in samples
   double energy = 0, elevation_rad = 0, elevation_variance_rad2 = 0;
   std::uint32_t instance = 0;
-  std::uint32_t caster = 0;  // the instance that alone hides it; 0: it is heard, or several do
+  std::uint32_t occluder = 0;  // the instance that alone hides it; 0: it is heard, or several do
   bool bounced = false;
 };
 
-// `caster` is empty for what is heard.
-inline void gather_sector(const ScattererList& list, std::span<const std::uint32_t> caster,
+// `occluder` is empty for what is heard.
+inline void gather_sector(const ScattererList& list, std::span<const std::uint32_t> occluder,
                           std::size_t beam, double bandwidth_hz, std::vector<SectorEcho>& echoes) {
   echoes.clear();
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
@@ -42,7 +42,7 @@ inline void gather_sector(const ScattererList& list, std::span<const std::uint32
     const double energy = expected_energy(s);
     if (!(energy > 0)) continue;
     echoes.push_back({s.delay_s * bandwidth_hz, energy, s.arrival.elevation_rad, 0, s.instance,
-                      caster.empty() ? 0 : caster[i], s.path != 0});
+                      occluder.empty() ? 0 : occluder[i], s.path != 0});
   }
 }
 

@@ -51,7 +51,8 @@ class BeamLabeller {
     const PolarInput& heard_input = input_.heard;
     const HiddenEchoes& hidden_input = input_.hidden;
     gather_sector(*heard_input.scatterers, {}, beam, heard_input.bandwidth_hz, heard_);
-    gather_sector(hidden_input.list, hidden_input.caster, beam, heard_input.bandwidth_hz, hidden_);
+    gather_sector(hidden_input.list, hidden_input.occluder, beam, heard_input.bandwidth_hz,
+                  hidden_);
     for (auto* echoes : {&heard_, &hidden_}) std::erase_if(*echoes, is_bounced);
     EchoWindow heard_window(heard_), hidden_window(hidden_);
     for (int n = 0; n < heard_input.samples; ++n) {
@@ -61,7 +62,7 @@ class BeamLabeller {
                                  hidden_window.silent_until(heard_input.samples)));
         continue;
       }
-      shadow[n] = static_cast<std::uint16_t>(caster_of(beam, n, heard, hidden));
+      shadow[n] = static_cast<std::uint16_t>(occluder_of(beam, n, heard, hidden));
       set[n] = amodal_set(beam, n, heard, hidden, sets);
     }
   }
@@ -86,15 +87,15 @@ class BeamLabeller {
     return sum;
   }
 
-  std::uint32_t caster_of(int beam, int sample, std::span<const SectorEcho> heard,
-                          std::span<const SectorEcho> hidden) {
+  std::uint32_t occluder_of(int beam, int sample, std::span<const SectorEcho> heard,
+                            std::span<const SectorEcho> hidden) {
     shares_.clear();
     double energy = 0, power = 0;
     for (const SectorEcho& echo : hidden) {
-      if (echo.caster == 0) continue;
+      if (echo.occluder == 0) continue;
       energy += echo.energy;
       power += power_of(echo, sample);
-      add_share(echo.caster, echo.energy, 0, shares_);
+      add_share(echo.occluder, echo.energy, 0, shares_);
     }
     if (shares_.empty() || is_under_noise(beam, power)) return 0;
     double heard_energy = input_.heard.volumes.empty() ? 0 : volume_energy(beam, sample);
@@ -211,7 +212,7 @@ HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
                            const Workers& workers) {
   const PolarInput& heard = input.heard;
   ENSONIFY_ASSERT(image.rows == heard.samples && image.columns == heard.beams);
-  ENSONIFY_ASSERT(input.hidden.caster.size() == input.hidden.list.size());
+  ENSONIFY_ASSERT(input.hidden.occluder.size() == input.hidden.list.size());
   if (heard.noise_power_pa2 > 0) {
     ENSONIFY_ASSERT(input.pulse_power.size() == kPulseSteps + 1 &&
                     input.power_per_energy.size() == static_cast<std::size_t>(heard.beams));

@@ -51,7 +51,7 @@ struct HiddenLabels {
 // A pixel hears and would hear the direct echoes of its own sector within c/2b of its sample.
 // Shadow: where the energy of the hidden echoes that one instance alone keeps away is above that of
 // all that are heard, volumes included, and, where noise is given, their power not under the
-// noise's. Its caster is the instance that keeps most energy away, ties go to the lower id.
+// noise's. Its occluder is the instance that keeps most energy away, ties go to the lower id.
 // Amodal: the instances with any energy, heard or hidden, each with power not under the noise's
 // where noise is given, and the pixel's own label. `image` is polar_image's.
 HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,

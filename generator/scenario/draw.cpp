@@ -17,7 +17,6 @@
 namespace ensonify {
 namespace {
 
-constexpr int kMaxCount = 65534;
 constexpr std::int64_t kMaxWhole = std::int64_t{1} << 53;
 
 // How a node is reached.
@@ -105,8 +104,7 @@ class Drawer {
 
   // The head of a scenario and names: they key the draws of the rest.
   bool may_be_drawn(const Node& node, const Way& way, std::string_view key) {
-    const bool head = way.path == "ensonify" || way.path == "seed" || way.path == "sequences";
-    if ((!head && key != "name") || !is_distribution(node)) return true;
+    if ((!is_head_key(way.path) && key != "name") || !is_distribution(node)) return true;
     refuse(node, way.path, "may not be drawn, accepted is a plain value: the draws hang on it");
     leave_wrong(node);
     return false;
@@ -323,6 +321,10 @@ class Drawer {
 };
 
 }  // namespace
+
+bool is_head_key(std::string_view key) {
+  return key == "ensonify" || key == "seed" || key == "sequences";
+}
 
 bool is_distribution(const Node& node) {
   if (node.kind != NodeKind::map || node.keys.size() != 1) return false;

@@ -4,6 +4,7 @@
 //
 //   is_distribution     {uniform: [a, b]}, {log_uniform: ...}, {normal: ...}, {choice: [...]}
 //   holds_distribution  anywhere in a tree
+//   is_head_key         of the top level, which key the draws of the rest and are not drawn
 //   has_counts          entries of objects or point_targets that stand for several
 //   draw_values         the tree of one sequence
 //
@@ -31,6 +32,7 @@ namespace ensonify {
 
 bool is_distribution(const Node& node);
 bool holds_distribution(const Node& node);
+bool is_head_key(std::string_view key);
 bool has_counts(std::string_view section, const Node& node);
 
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its

@@ -232,7 +232,8 @@ bool FieldReader::wants(std::string_view key, const Rule& rule) {
   return false;
 }
 
-bool FieldReader::leaf(std::string_view key, const Leaf& leaf, const Rule& rule) {
+bool FieldReader::leaf(const KeyText& text, const Leaf& leaf, const Rule& rule) {
+  const std::string_view key = text.key;
   const auto* numbers = std::get_if<NumbersLeaf>(&leaf);
   if (key.empty() && numbers != nullptr) {
     frames_.back().is_read = true;
@@ -242,7 +243,8 @@ bool FieldReader::leaf(std::string_view key, const Leaf& leaf, const Rule& rule)
   return std::visit([&](const auto& l) { return read(*this, key, l, rule.need); }, leaf);
 }
 
-bool FieldReader::begin(std::string_view key, const Branch& branch, const Rule& rule) {
+bool FieldReader::begin(const KeyText& text, const Branch& branch, const Rule& rule) {
+  const std::string_view key = text.key;
   if (!wants(key, rule)) return false;
   auto value = std::visit([&](const auto& b) { return open(*this, key, b, rule.need); }, branch);
   const bool has_own_keys =
@@ -268,6 +270,12 @@ std::optional<std::size_t> FieldReader::only_key(std::span<const std::string_vie
   const auto key = only_key_of(faults(), map(), as_vector(keys), what);
   if (!key) return std::nullopt;
   return static_cast<std::size_t>(std::find(keys.begin(), keys.end(), *key) - keys.begin());
+}
+
+void FieldReader::renamed(std::string_view before, std::string_view today) {
+  if (peek(before) == nullptr) return;
+  know(before);
+  fault(before, fmt::format("this key is now called {}", today));
 }
 
 void FieldReader::fault(std::string_view key, std::string text) {

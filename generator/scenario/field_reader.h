@@ -41,11 +41,12 @@ class FieldReader : public Fields {
 
   bool writing() const override { return false; }
   FieldReader* reader() override { return is_mute() ? nullptr : this; }
-  bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) override;
-  bool begin(std::string_view key, const Branch& branch, const Rule& rule) override;
+  bool leaf(const KeyText& key, const Leaf& leaf, const Rule& rule) override;
+  bool begin(const KeyText& key, const Branch& branch, const Rule& rule) override;
   void end() override;
   std::optional<std::size_t> only_key(std::span<const std::string_view> keys, std::size_t held,
                                       std::string_view what, Need need) override;
+  void renamed(std::string_view before, std::string_view today) override;
   void fault(std::string_view key, std::string text) override;
   const Node* peek(std::string_view key) override;
   std::optional<std::size_t> peek_kind(std::string_view key,

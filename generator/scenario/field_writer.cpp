@@ -53,6 +53,10 @@ std::string leaf_text(const WordLeaf& leaf) { return std::string(leaf.words[leaf
 
 }  // namespace
 
+std::string leaf_text(const Leaf& leaf) {
+  return std::visit([](const auto& l) { return leaf_text(l); }, leaf);
+}
+
 FieldWriter::FieldWriter(const Scenario& scenario, const NameFile& name_file)
     : scenario_(scenario), name_file_(name_file) {
   frames_.emplace_back();
@@ -115,15 +119,16 @@ void FieldWriter::end() {
   put(key, std::move(text));
 }
 
-bool FieldWriter::leaf(std::string_view key, const Leaf& leaf, const Rule& rule) {
+bool FieldWriter::leaf(const KeyText& text, const Leaf& leaf, const Rule& rule) {
+  const std::string_view key = text.key;
   if (!wants(key, rule)) return false;
   const auto* file = std::get_if<FileLeaf>(&leaf);
-  put(key, file != nullptr ? quoted_if_needed(name_file_(file->out))
-                           : std::visit([](const auto& l) { return leaf_text(l); }, leaf));
+  put(key, file != nullptr ? quoted_if_needed(name_file_(file->out)) : leaf_text(leaf));
   return false;
 }
 
-bool FieldWriter::begin(std::string_view key, const Branch& branch, const Rule& rule) {
+bool FieldWriter::begin(const KeyText& text, const Branch& branch, const Rule& rule) {
+  const std::string_view key = text.key;
   if (!wants(key, rule)) return false;
   const auto* switched = std::get_if<SwitchBranch>(&branch);
   if (switched != nullptr && !switched->on) {

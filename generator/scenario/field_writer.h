@@ -1,7 +1,7 @@
 // The resolved text of a scenario, from its fields.
 //
 //   NameFile                     how an input file is named in the text
-//   number  quoted_if_needed     single values
+//   number  quoted_if_needed  leaf_text   single values
 //   FieldWriter                  entries of the map in hand; drawn sections as they were
 #pragma once
 
@@ -26,6 +26,9 @@ std::string number(double value);
 // Plain only if no reader could take it for anything else.
 std::string quoted_if_needed(const std::string& text);
 
+// Empty for a file, which takes a name first.
+std::string leaf_text(const Leaf& leaf);
+
 class FieldWriter : public Fields {
  public:
   FieldWriter(const Scenario& scenario, const NameFile& name_file);
@@ -34,8 +37,8 @@ class FieldWriter : public Fields {
   std::string text_of_scenario() const;
 
   bool writing() const override { return true; }
-  bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) override;
-  bool begin(std::string_view key, const Branch& branch, const Rule& rule) override;
+  bool leaf(const KeyText& key, const Leaf& leaf, const Rule& rule) override;
+  bool begin(const KeyText& key, const Branch& branch, const Rule& rule) override;
   void end() override;
   std::optional<std::size_t> only_key(std::span<const std::string_view>, std::size_t held,
                                       std::string_view, Need) override {

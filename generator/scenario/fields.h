@@ -2,6 +2,7 @@
 // variable, its range and its rule, in the order of the resolved text. FieldReader fills the struct
 // from a tree and tells what is wrong with it; FieldWriter makes the resolved text of it.
 //
+//   KeyText  KindText                         a key and what it means, for the schema and the docs
 //   Rule  kRequired  useless_if  written_if   what holds for one key
 //   Leaf  Branch                              a single value; what holds others
 //   Fields                                    the values, maps and lists of a struct by their keys
@@ -31,9 +32,31 @@ namespace ensonify {
 
 class FieldReader;
 
+// A key in the words of the schema and of docs/scenario_keys.md. A reader needs the key alone.
+struct KeyText {
+  std::string_view key;
+  std::string_view title = {};
+  std::string_view meaning = {};  // ends with "left out: ..." where no value stands for that
+  std::string_view unit = {};     // where the end of the key does not tell it
+
+  constexpr KeyText(const char* name) : key(name) {}
+  constexpr KeyText(std::string_view name) : key(name) {}
+  KeyText(const std::string& name) : key(name) {}
+  constexpr KeyText(std::string_view name, std::string_view heading, std::string_view text,
+                    std::string_view unit_text = {})
+      : key(name), title(heading), meaning(text), unit(unit_text) {}
+};
+
+// The same of one of the words of a kind.
+struct KindText {
+  std::string_view title, meaning;
+};
+
 struct Rule {
   Need need = Need::optional;
+  std::string_view unless = {};   // needed only where this key, here or farther up, is not given
   bool written = true;            // whether the resolved text holds the key
+  bool has_default = true;        // whether the variable holds what a key left out stands for
   bool in_lines = false;          // there, each key or item of it has a line of its own
   std::string_view useless = {};  // not empty: the key is of no effect here, and this says why
 };
@@ -105,6 +128,7 @@ struct NamesBranch {                // a map whose keys are names
 struct KindBranch {  // one of the words, or a map of it with its options, which are entered
   std::span<const std::string_view> words;
   std::size_t& index;
+  std::span<const KindText> texts;  // of the words
 };
 struct SwitchBranch {  // true, false, or a map of options, which are entered
   bool& on;
@@ -123,8 +147,8 @@ class Fields {
   virtual FieldReader* reader() { return nullptr; }
 
   // Numbers without a key are the value itself, where a kind has been entered.
-  virtual bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) = 0;
-  virtual bool begin(std::string_view key, const Branch& branch, const Rule& rule) = 0;
+  virtual bool leaf(const KeyText& key, const Leaf& leaf, const Rule& rule) = 0;
+  virtual bool begin(const KeyText& key, const Branch& branch, const Rule& rule) = 0;
   virtual void end() = 0;
 
   // Which of these keys, which exclude each other, the map holds; `held` while writing. Nothing
@@ -132,6 +156,11 @@ class Fields {
   virtual std::optional<std::size_t> only_key(std::span<const std::string_view> keys,
                                               std::size_t held, std::string_view what,
                                               Need need = Need::required) = 0;
+
+  // An earlier name of a key of this map: an error that names the one of today.
+  virtual void renamed(std::string_view, std::string_view) {}
+  // A whole number that has been looked at before the fields are: it is described, not read.
+  virtual void describe_count(const KeyText&, int, int) {}
 
   // Adds a fault at a key; no key: at the map itself.
   virtual void fault(std::string_view, std::string) {}
@@ -144,73 +173,76 @@ class Fields {
     return held;
   }
 
-  bool number(std::string_view key, double& out, const NumberRange& range, Rule rule = {}) {
+  bool number(const KeyText& key, double& out, const NumberRange& range, Rule rule = {}) {
     return leaf(key, NumberLeaf{out, range}, rule);
   }
-  bool numbers(std::string_view key, std::span<double> out, const NumberRange& range,
+  bool numbers(const KeyText& key, std::span<double> out, const NumberRange& range,
                Rule rule = {}) {
     return leaf(key, NumbersLeaf{out, range}, rule);
   }
-  bool integer(std::string_view key, int& out, int low, int high, Rule rule = {}) {
+  bool integer(const KeyText& key, int& out, int low, int high, Rule rule = {}) {
     return leaf(key, IntegerLeaf{out, low, high}, rule);
   }
-  bool seed(std::string_view key, std::uint64_t& out) { return leaf(key, SeedLeaf{out}, {}); }
-  bool boolean(std::string_view key, bool& out, Rule rule = {}) {
+  bool seed(const KeyText& key, std::uint64_t& out) { return leaf(key, SeedLeaf{out}, {}); }
+  bool boolean(const KeyText& key, bool& out, Rule rule = {}) {
     return leaf(key, BooleanLeaf{out}, rule);
   }
-  bool text(std::string_view key, std::string& out, Rule rule = {}) {
+  bool text(const KeyText& key, std::string& out, Rule rule = {}) {
     return leaf(key, TextLeaf{out}, rule);
   }
-  bool material(std::string_view key, std::string& out) {
+  bool material(const KeyText& key, std::string& out) {
     return leaf(key, MaterialLeaf{out}, kRequired);
   }
-  bool file(std::string_view key, std::filesystem::path& out,
+  bool file(const KeyText& key, std::filesystem::path& out,
             std::initializer_list<std::string_view> endings, Rule rule = {}) {
     return leaf(key, FileLeaf{out, endings}, rule);
   }
-  bool word(std::string_view key, std::span<const std::string_view> words, std::size_t& index,
+  bool word(const KeyText& key, std::span<const std::string_view> words, std::size_t& index,
             Rule rule = {}) {
     return leaf(key, WordLeaf{words, index}, rule);
   }
-  bool begin(std::string_view key, Rule rule = {}) { return begin(key, MapBranch{}, rule); }
-  bool begin_kind(std::string_view key, std::span<const std::string_view> words, std::size_t& index,
-                  Rule rule = {}) {
-    return begin(key, KindBranch{words, index}, rule);
+  bool begin(const KeyText& key, Rule rule = {}) { return begin(key, MapBranch{}, rule); }
+  bool begin_kind(const KeyText& key, std::span<const std::string_view> words,
+                  std::span<const KindText> texts, std::size_t& index, Rule rule = {}) {
+    return begin(key, KindBranch{words, index, texts}, rule);
   }
-  bool begin_switch(std::string_view key, bool& on, Rule rule = {}) {
+  bool begin_switch(const KeyText& key, bool& on, Rule rule = {}) {
     return begin(key, SwitchBranch{on}, rule);
   }
 
   // What may be absent.
-  bool number(std::string_view key, std::optional<double>& out, const NumberRange& range,
+  bool number(const KeyText& key, std::optional<double>& out, const NumberRange& range,
               Rule rule = {}) {
     double value = out.value_or(0);
+    rule.has_default = out.has_value();
     const bool read = number(key, value, range, written_if(rule.written && out, rule));
     if (read) out = value;
     return read;
   }
-  bool integer(std::string_view key, std::optional<int>& out, int low, int high, Rule rule = {}) {
+  bool integer(const KeyText& key, std::optional<int>& out, int low, int high, Rule rule = {}) {
     int value = out.value_or(0);
+    rule.has_default = out.has_value();
     const bool read = integer(key, value, low, high, written_if(rule.written && out, rule));
     if (read) out = value;
     return read;
   }
   template <std::size_t N>
-  bool numbers(std::string_view key, std::optional<std::array<double, N>>& out,
+  bool numbers(const KeyText& key, std::optional<std::array<double, N>>& out,
                const NumberRange& range, Rule rule = {}) {
     std::array<double, N> values = out.value_or(std::array<double, N>{});
+    rule.has_default = out.has_value();
     const bool read = numbers(key, values, range, written_if(rule.written && out, rule));
     if (read) out = values;
     return read;
   }
 
   // A switch without options.
-  void toggle(std::string_view key, bool& on, Rule rule = {}) {
+  void toggle(const KeyText& key, bool& on, Rule rule = {}) {
     if (begin_switch(key, on, rule)) end();
   }
 
   template <class T>
-  bool choice(std::string_view key, T& out, std::span<const std::pair<std::string_view, T>> choices,
+  bool choice(const KeyText& key, T& out, std::span<const std::pair<std::string_view, T>> choices,
               Rule rule = {}) {
     std::vector<std::string_view> words;
     std::size_t index = 0;
@@ -223,32 +255,34 @@ class Fields {
     return read;
   }
   template <class T>
-  bool choice(std::string_view key, T& out,
+  bool choice(const KeyText& key, T& out,
               std::initializer_list<std::pair<std::string_view, T>> choices, Rule rule = {}) {
     return choice(key, out, std::span(choices.begin(), choices.size()), rule);
   }
 
   // One kind of an enumeration from 0 to `last`, as name_of spells them.
   template <class T>
-  bool begin_kind(std::string_view key, T& out, T last, Rule rule = {}) {
+  bool begin_kind(const KeyText& key, T& out, T last, std::span<const KindText> texts,
+                  Rule rule = {}) {
     std::vector<std::string_view> words;
     for (const auto& kind : words_to(last)) words.push_back(kind.first);
     auto index = static_cast<std::size_t>(out);
-    const bool entered = begin_kind(key, words, index, rule);
+    const bool entered = begin_kind(key, words, texts, index, rule);
     if (entered) out = static_cast<T>(index);
     return entered;
   }
 
   // A map of one struct.
   template <class T>
-  bool map(std::string_view key, T& value, Rule rule = {}) {
+  bool map(const KeyText& key, T& value, Rule rule = {}) {
     if (!begin(key, rule)) return false;
     fields(*this, value);
     end();
     return true;
   }
   template <class T>
-  void map(std::string_view key, std::optional<T>& value, Rule rule = {}) {
+  void map(const KeyText& key, std::optional<T>& value, Rule rule = {}) {
+    rule.has_default = value.has_value();
     if (!begin(key, written_if(rule.written && value, rule))) return;
     if (!value) value.emplace();
     fields(*this, *value);
@@ -258,16 +292,17 @@ class Fields {
   // One kind of thing, a map under the key of the kind.
   template <class... Kinds>
   std::optional<std::size_t> one_of(std::variant<Kinds...>& value,
-                                    const std::array<std::string_view, sizeof...(Kinds)>& keys) {
-    const auto index =
-        only_key(keys, value.index(), "one of " + joined({keys.begin(), keys.end()}));
-    if (index) map_kind(value, *index, keys[*index], std::index_sequence_for<Kinds...>{});
+                                    const std::array<KeyText, sizeof...(Kinds)>& kinds) {
+    std::vector<std::string_view> keys;
+    for (const KeyText& kind : kinds) keys.push_back(kind.key);
+    const auto index = only_key(keys, value.index(), "one of " + joined(keys));
+    if (index) map_kind(value, *index, kinds[*index], std::index_sequence_for<Kinds...>{});
     return index;
   }
 
   // A list; `each(key, item)` reads or writes an item.
   template <class T, class Each>
-  bool list(std::string_view key, std::vector<T>& items, const ListWords& words, Rule rule,
+  bool list(const KeyText& key, std::vector<T>& items, const ListWords& words, Rule rule,
             Each each) {
     std::size_t count = items.size();
     if (!begin(key, ListBranch{count, words}, rule)) return false;
@@ -277,15 +312,14 @@ class Fields {
     return true;
   }
   template <class T>
-  void maps(std::string_view key, std::vector<T>& items, Rule rule = {},
+  void maps(const KeyText& key, std::vector<T>& items, Rule rule = {},
             const ListWords& words = {}) {
     list(key, items, words, rule, [this](const std::string& at, T& item) { map(at, item); });
   }
 
  private:
   template <class Variant, std::size_t... I>
-  void map_kind(Variant& value, std::size_t index, std::string_view key,
-                std::index_sequence<I...>) {
+  void map_kind(Variant& value, std::size_t index, const KeyText& key, std::index_sequence<I...>) {
     const auto enter = [&]<std::size_t i>() {
       if (i != index) return;
       if (!writing()) value.template emplace<i>();

@@ -1,22 +1,221 @@
 #include "scenario/key_catalogue.h"
 
+#include <algorithm>
 #include <functional>
-#include <map>
 #include <set>
-#include <string>
 
+#include "scenario/field_writer.h"
 #include "scenario/sections.h"
 
 namespace ensonify {
 namespace {
 
-using Keys = std::set<std::string, std::less<>>;
+KeyNode& child_of(KeyNode& map, std::string_view key) {
+  for (KeyNode& node : map.keys) {
+    if (node.key == key) return node;
+  }
+  map.keys.emplace_back();
+  map.keys.back().key = key;
+  return map.keys.back();
+}
 
-struct KeyNode {
-  bool is_whole = false, is_kind = false, has_names = false, is_list = false;
-  std::map<std::string, KeyNode, std::less<>> keys;  // one for all items and all names
-  std::size_t visits = 0, peeks = 0;
+void set_value(KeyNode& node, const NumberLeaf& leaf) {
+  node.type = ValueType::number;
+  node.range = leaf.range;
+}
+void set_value(KeyNode& node, const NumbersLeaf& leaf) {
+  node.type = ValueType::numbers;
+  node.range = leaf.range;
+  node.count = leaf.out.size();
+}
+void set_value(KeyNode& node, const IntegerLeaf& leaf) {
+  node.type = ValueType::integer;
+  node.low = leaf.low;
+  node.high = leaf.high;
+}
+void set_value(KeyNode& node, const SeedLeaf&) { node.type = ValueType::seed; }
+void set_value(KeyNode& node, const BooleanLeaf&) { node.type = ValueType::boolean; }
+void set_value(KeyNode& node, const TextLeaf&) { node.type = ValueType::text; }
+void set_value(KeyNode& node, const MaterialLeaf&) { node.type = ValueType::material; }
+void set_value(KeyNode& node, const FileLeaf& leaf) {
+  node.type = ValueType::file;
+  node.endings.assign(leaf.endings.begin(), leaf.endings.end());
+}
+void set_value(KeyNode& node, const WordLeaf& leaf) {
+  node.type = ValueType::word;
+  node.words.assign(leaf.words.begin(), leaf.words.end());
+}
+
+// Walks through the fields without anything to read. Each visit to a choice takes another
+// alternative, so that many walks have seen them all.
+class KeyLister : public Fields {
+ public:
+  explicit KeyLister(KeyNode& root) { frames_.push_back({&root, {}, 1}); }
+
+  bool writing() const override { return false; }
+
+  bool leaf(const KeyText& text, const Leaf& leaf, const Rule& rule) override {
+    KeyNode& node = text.key.empty() ? *frames_.back().node : note(text, rule);
+    const auto* word = std::get_if<WordLeaf>(&leaf);
+    if (node.unit.empty()) node.unit = text.unit;
+    if (node.type == ValueType::none) {
+      std::visit([&](const auto& l) { set_value(node, l); }, leaf);
+      const bool has_default = rule.has_default && !std::holds_alternative<FileLeaf>(leaf);
+      if (has_default && !text.key.empty()) node.default_text = leaf_text(leaf);
+    }
+    if (word == nullptr) return false;
+    word->index = next(text.key, word->words.size());
+    if (!rule.useless.empty()) return false;
+    happens(text.key, word->words[word->index]);
+    return true;
+  }
+
+  bool begin(const KeyText& text, const Branch& branch, const Rule& rule) override {
+    KeyNode* node = &note(text, rule);
+    if (const auto* list = std::get_if<ListBranch>(&branch)) {
+      list->count = 1;
+      node->is_list = true;
+      node->least = list->words.least;
+      node->most = list->words.most;
+    } else if (const auto* names = std::get_if<NamesBranch>(&branch)) {
+      names->names = {"*"};
+      node->has_names = true;
+    } else if (const auto* kind = std::get_if<KindBranch>(&branch)) {
+      node = &enter_kind(*node, *kind, rule);
+    } else if (const auto* switched = std::get_if<SwitchBranch>(&branch)) {
+      if (!node->is_switch && rule.has_default) {
+        node->default_text = switched->on ? "true" : "false";
+      }
+      node->is_switch = true;
+      switched->on = true;
+    } else {
+      node->is_map = true;
+    }
+    frames_.push_back({node, {}, 1});
+    return true;
+  }
+  void end() override { frames_.pop_back(); }
+
+  std::optional<std::size_t> only_key(std::span<const std::string_view> keys, std::size_t,
+                                      std::string_view, Need need) override {
+    std::vector<KeyGroup>& groups = frames_.back().node->groups;
+    KeyGroup group{{keys.begin(), keys.end()}, need == Need::required};
+    const auto known = std::find_if(groups.begin(), groups.end(), [&](const KeyGroup& other) {
+      return other.keys == group.keys;
+    });
+    if (known == groups.end()) {
+      for (const std::string_view key : keys) child_of(*frames_.back().node, key);
+      groups.push_back(std::move(group));
+    } else {
+      known->is_required = known->is_required && need == Need::required;
+    }
+    const std::size_t index = next(std::string(keys[0]) + " or another", keys.size());
+    happens(keys[index], "");
+    return index;
+  }
+  const Node* peek(std::string_view key) override {
+    static const Node kNodes[] = {{.kind = NodeKind::scalar}, {.kind = NodeKind::map}};
+    const std::size_t index = next(key, 1 + std::size(kNodes));
+    if (index == 0) return nullptr;
+    happens(key, "");
+    return &kNodes[index - 1];
+  }
+  std::optional<std::size_t> peek_kind(std::string_view key,
+                                       std::span<const std::string_view> words,
+                                       std::size_t) override {
+    const std::size_t index = next(key, words.size());
+    happens(key, words[index]);
+    return index;
+  }
+  void describe_count(const KeyText& text, int low, int high) override {
+    int one = 1;
+    leaf(text, IntegerLeaf{one, low, high}, {});
+  }
+
+ private:
+  struct Frame {
+    KeyNode* node = nullptr;
+    std::vector<KeyNode::Circumstance> circumstances;
+    std::size_t combinations = 1;  // of the choices so far
+  };
+
+  // The digits of a number that grows with each visit: all combinations in turn.
+  std::size_t next(std::string_view key, std::size_t count) {
+    Frame& frame = frames_.back();
+    int& turn = frame.node->turns.try_emplace(std::string(key)).first->second;
+    const std::size_t index = static_cast<std::size_t>(turn++) / frame.combinations % count;
+    frame.combinations *= count;
+    return index;
+  }
+
+  void happens(std::string_view key, std::string_view word) {
+    frames_.back().circumstances.emplace_back(key, word);
+  }
+
+  KeyNode& note(const KeyText& text, const Rule& rule) {
+    KeyNode& map = *frames_.back().node;
+    KeyNode& node = child_of(map, map.is_list || map.has_names ? "*" : text.key);
+    if (node.title.empty()) {
+      node.title = text.title;
+      node.meaning = text.meaning;
+      node.unit = text.unit;
+    }
+    node.unless = rule.unless;
+    const auto count = [&](KeyNode::Visits& visits) {
+      ++visits.all;
+      if (!rule.useless.empty()) ++visits.useless;
+      if (rule.useless.empty() && rule.need == Need::required) ++visits.needed;
+    };
+    count(node.visits);
+    for (const auto& circumstance : frames_.back().circumstances) {
+      if (circumstance.first != text.key) count(node.visits_with[circumstance]);
+    }
+    return node;
+  }
+
+  KeyNode& enter_kind(KeyNode& node, const KindBranch& kind, const Rule& rule) {
+    if (!node.is_kind) {
+      node.is_kind = true;
+      node.words.assign(kind.words.begin(), kind.words.end());
+      node.kinds.assign(kind.texts.begin(), kind.texts.end());
+      node.groups.push_back({node.words, true});
+      if (rule.has_default) node.default_text = kind.words[kind.index];
+      for (const std::string_view word : kind.words) child_of(node, word).is_map = true;
+    }
+    kind.index = next(node.key, kind.words.size());
+    happens(node.key, kind.words[kind.index]);
+    return child_of(node, kind.words[kind.index]);
+  }
+
+  std::vector<Frame> frames_;
 };
+
+// What many walks have shown of the keys of a map.
+void settle(KeyNode& map) {
+  const auto in_group = [&](const KeyNode& node) {
+    return std::any_of(map.groups.begin(), map.groups.end(), [&](const KeyGroup& group) {
+      return std::find(group.keys.begin(), group.keys.end(), node.key) != group.keys.end();
+    });
+  };
+  // Keys that are asked for only to be refused.
+  std::erase_if(map.keys, [](const KeyNode& node) {
+    return node.visits.all > 0 && node.visits.useless == node.visits.all;
+  });
+  for (KeyNode& node : map.keys) {
+    const KeyNode::Visits& visits = node.visits;
+    for (const auto& [circumstance, with] : node.visits_with) {
+      if (with.useless < with.all) continue;
+      map.exclusions.push_back({node.key, circumstance.first, circumstance.second});
+    }
+    const bool needed = visits.needed > 0 && visits.needed == visits.all - visits.useless;
+    if (needed && !in_group(node)) {
+      (visits.useless > 0 ? node.is_required_alone : node.is_required) = true;
+    }
+    settle(node);
+  }
+}
+
+using Keys = std::set<std::string, std::less<>>;
 
 struct ValueExclusion {
   std::string key, word;
@@ -30,130 +229,54 @@ struct Catalogue {
   Keys files;
 };
 
-// Walks through the fields without anything to read. Each visit to a choice takes the next
-// alternative, so that many walks have seen them all.
-class KeyLister : public Fields {
- public:
-  explicit KeyLister(Catalogue& catalogue) : catalogue_(catalogue) {
-    frames_.push_back({&catalogue.root, "", "", ""});
-  }
+void exclude(Catalogue& listed, const std::string& one, const std::string& other) {
+  listed.excluded[one].emplace(other);
+  listed.excluded[other].emplace(one);
+}
 
-  bool writing() const override { return false; }
-  bool leaf(std::string_view key, const Leaf& leaf, const Rule& rule) override {
-    if (key.empty()) return false;
-    KeyNode& node = note(key, rule);
-    node.is_whole = std::holds_alternative<IntegerLeaf>(leaf);
-    if (std::holds_alternative<FileLeaf>(leaf)) catalogue_.files.emplace(key);
-    const auto* word = std::get_if<WordLeaf>(&leaf);
-    if (word == nullptr) return false;
-    word->index = next(node, word->words.size());
-    if (!rule.useless.empty()) return false;
-    frames_.back().key = key;
-    frames_.back().word = word->words[word->index];
-    return true;
+void exclude_by_value(Catalogue& listed, const KeyExclusion& exclusion) {
+  for (ValueExclusion& known : listed.by_value) {
+    if (known.key != exclusion.by || known.word != exclusion.word) continue;
+    known.excluded.emplace(exclusion.key);
+    return;
   }
+  listed.by_value.push_back({exclusion.by, exclusion.word, {exclusion.key}});
+}
 
-  bool begin(std::string_view key, const Branch& branch, const Rule& rule) override {
-    KeyNode* node = &note(key, rule);
-    if (const auto* list = std::get_if<ListBranch>(&branch)) {
-      list->count = 1;
-      node->is_list = true;
-    } else if (const auto* names = std::get_if<NamesBranch>(&branch)) {
-      names->names = {"*"};
-      node->has_names = true;
-    } else if (const auto* kind = std::get_if<KindBranch>(&branch)) {
-      node->is_kind = true;
-      exclude_each_other(kind->words);
-      kind->index = next(*node, kind->words.size());
-      node = &node->keys[std::string(kind->words[kind->index])];
-    } else if (const auto* switched = std::get_if<SwitchBranch>(&branch)) {
-      switched->on = true;
-    }
-    frames_.push_back({node, "", "", ""});
-    return true;
-  }
-  void end() override { frames_.pop_back(); }
-
-  std::optional<std::size_t> only_key(std::span<const std::string_view> keys, std::size_t,
-                                      std::string_view, Need) override {
-    exclude_each_other(keys);
-    const std::size_t index = next(*frames_.back().node, keys.size());
-    // What is of no effect beside one of many may well be so beside others.
-    frames_.back().chosen = keys.size() == 2 ? keys[index] : "";
-    return index;
-  }
-  const Node* peek(std::string_view key) override {
-    static const Node something;
-    if (child(key).peeks++ % 2 == 0) return nullptr;
-    frames_.back().chosen = key;
-    return &something;
-  }
-  std::optional<std::size_t> peek_kind(std::string_view key,
-                                       std::span<const std::string_view> words,
-                                       std::size_t) override {
-    const std::size_t index = next(child(key), words.size());
-    frames_.back().key = key;
-    frames_.back().word = words[index];
-    return index;
-  }
-
- private:
-  struct Frame {
-    KeyNode* node = nullptr;
-    std::string chosen;     // among keys that exclude each other
-    std::string key, word;  // the last word, of which key
-  };
-
-  static std::size_t next(KeyNode& node, std::size_t count) { return node.visits++ % count; }
-
-  KeyNode& child(std::string_view key) {
-    KeyNode& node = *frames_.back().node;
-    return node.keys[node.is_list || node.has_names ? "*" : std::string(key)];
-  }
-
-  KeyNode& note(std::string_view key, const Rule& rule) {
-    const Frame& frame = frames_.back();
-    if (!rule.useless.empty() && !frame.chosen.empty()) exclude(frame.chosen, key);
-    if (!rule.useless.empty() && !frame.word.empty()) exclude_by_value(frame, key);
-    return child(key);
-  }
-
-  void exclude(std::string_view one, std::string_view other) {
-    catalogue_.excluded[std::string(one)].emplace(other);
-    catalogue_.excluded[std::string(other)].emplace(one);
-  }
-
-  void exclude_each_other(std::span<const std::string_view> keys) {
-    for (const std::string_view one : keys) {
-      for (const std::string_view other : keys) {
-        if (one != other) exclude(one, other);
+void gather(Catalogue& listed, const KeyNode& map) {
+  for (const KeyGroup& group : map.groups) {
+    for (const std::string& one : group.keys) {
+      for (const std::string& other : group.keys) {
+        if (one != other) exclude(listed, one, other);
       }
     }
   }
-
-  void exclude_by_value(const Frame& frame, std::string_view key) {
-    for (ValueExclusion& exclusion : catalogue_.by_value) {
-      if (exclusion.key != frame.key || exclusion.word != frame.word) continue;
-      exclusion.excluded.emplace(key);
-      return;
+  for (const KeyExclusion& exclusion : map.exclusions) {
+    if (exclusion.word.empty()) {
+      exclude(listed, exclusion.key, exclusion.by);
+    } else {
+      exclude_by_value(listed, exclusion);
     }
-    catalogue_.by_value.push_back({frame.key, frame.word, {std::string(key)}});
   }
-
-  Catalogue& catalogue_;
-  std::vector<Frame> frames_;
-};
+  for (const KeyNode& node : map.keys) {
+    if (node.type == ValueType::file) listed.files.emplace(node.key);
+    gather(listed, node);
+  }
+}
 
 const Catalogue& catalogue() {
   static const Catalogue made = [] {
     // Eight shapes, of which terrain has two sources, and some to spare.
-    constexpr int kWalks = 40;
+    constexpr int kWalks = 64;
     Catalogue listed;
     for (int walk = 0; walk < kWalks; ++walk) {
       Scenario scenario;
-      KeyLister lister(listed);
+      KeyLister lister(listed.root);
       fields(lister, scenario);
     }
+    listed.root.is_map = true;
+    settle(listed.root);
+    gather(listed, listed.root);
     return listed;
   }();
   return made;
@@ -162,15 +285,21 @@ const Catalogue& catalogue() {
 const KeyNode* node_at(std::span<const std::string_view> path) {
   const KeyNode* node = &catalogue().root;
   for (const std::string_view segment : path) {
-    const auto found =
-        node->keys.find(node->is_list || node->has_names ? std::string_view("*") : segment);
-    if (found == node->keys.end()) return nullptr;
-    node = &found->second;
+    node = find_key(*node, node->is_list || node->has_names ? "*" : segment);
+    if (node == nullptr) return nullptr;
   }
   return node;
 }
 
 }  // namespace
+
+const KeyNode& key_tree() { return catalogue().root; }
+
+const KeyNode* find_key(const KeyNode& map, std::string_view key) {
+  const auto found = std::find_if(map.keys.begin(), map.keys.end(),
+                                  [&](const KeyNode& node) { return node.key == key; });
+  return found == map.keys.end() ? nullptr : &*found;
+}
 
 std::vector<std::string_view> excluded_by(std::string_view key) {
   const auto found = catalogue().excluded.find(key);
@@ -198,10 +327,8 @@ bool reads_whole_numbers(std::string_view path) {
     if (dot == std::string_view::npos) break;
     path.remove_prefix(dot + 1);
   }
-  const bool counted = segments.size() == 3 && segments[2] == "count" &&
-                       (segments[0] == "objects" || segments[0] == "point_targets");
   const KeyNode* node = node_at(segments);
-  return counted || (node != nullptr && node->is_whole);
+  return node != nullptr && node->type == ValueType::integer;
 }
 
 bool holds_kind(std::span<const std::string_view> path) {

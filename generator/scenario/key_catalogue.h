@@ -1,17 +1,74 @@
-// What the fields of all sections say of keys as such, without a scenario.
+// What the fields of all sections state about keys as such, without a scenario: the schema, the key
+// reference, completions, and what takes the place of what when trees are merged come from here.
 //
-//   excluded_by  excluded_by_value    keys that cannot stand beside a key, or beside its value
+//   KeyNode  key_tree                 every key with its text, its value and its map
+//   excluded_by  excluded_by_value    keys that cannot stand with a key, or with its value
 //   names_file                        keys of input files
 //   reads_whole_numbers  holds_kind  holds_names   of a key path; items by index or by name
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "scenario/fields.h"
 #include "scenario/yaml_tree.h"
 
 namespace ensonify {
+
+enum class ValueType { none, number, numbers, integer, seed, boolean, text, material, file, word };
+
+// A key that cannot be given where its map holds `by`; with the value `word`, if there is one.
+struct KeyExclusion {
+  std::string key, by, word;
+};
+
+// Keys of a map of which one can be given.
+struct KeyGroup {
+  std::vector<std::string> keys;
+  bool is_required = false;
+};
+
+struct KeyNode {
+  std::string key;  // "*": each item of a list, each name of the user's
+  std::string title, meaning, unit;
+  bool is_required = false;
+  bool is_required_alone = false;  // where no exclusion of its map takes it away
+  std::string unless;              // required only where this key is not given
+
+  // A single value, of which `words` are those of a kind as well.
+  ValueType type = ValueType::none;
+  NumberRange range;
+  int low = 0, high = 0;
+  std::size_t count = 0;  // of numbers
+  std::vector<std::string> words, endings;
+  std::vector<KindText> kinds;
+  std::string default_text;  // as YAML; empty: there is none
+
+  // What holds other values. A kind has one node in `keys` for each of its words.
+  bool is_map = false, is_list = false, has_names = false, is_kind = false, is_switch = false;
+  std::size_t least = 0, most = std::numeric_limits<std::size_t>::max();
+  std::vector<KeyNode> keys;
+  std::vector<KeyGroup> groups;
+  std::vector<KeyExclusion> exclusions;
+
+  // Gathered by walking: how often the key was asked for, in which circumstances of its map.
+  struct Visits {
+    int all = 0, useless = 0, needed = 0;
+  };
+  using Circumstance = std::pair<std::string, std::string>;  // a key, a word or nothing
+  Visits visits;
+  std::map<Circumstance, Visits> visits_with;
+  std::map<std::string, int, std::less<>> turns;  // of each choice in the map
+};
+
+const KeyNode& key_tree();
+
+const KeyNode* find_key(const KeyNode& map, std::string_view key);
 
 std::vector<std::string_view> excluded_by(std::string_view key);
 

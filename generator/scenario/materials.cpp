@@ -1,4 +1,6 @@
-// Materials: how surfaces scatter at random, and what they throw back in phase.
+// The keys of materials: how surfaces scatter diffusely, and their coherent part.
+#include <cmath>
+
 #include "scenario/sections.h"
 
 namespace ensonify {
@@ -6,25 +8,64 @@ namespace {
 
 constexpr std::string_view kLaws[] = {"lambert", "lommel_seeliger", "table"};
 
-// A table holds the strength itself; a law that cannot be read may have been a table.
-Rule reflectivity_rule(Fields& f, const MaterialSpec& material) {
+constexpr NumberRange kReflectivity = from_to(0, 1e6);
+constexpr NumberRange kBackscatterStrengthDb = from_to(-200, 60);
+
+// The material has either key, or a table, which holds the strength itself. A law that cannot be
+// read may have been a table, so that neither key is missed then.
+void reflectivity_fields(Fields& f, MaterialSpec& material) {
+  constexpr std::string_view kKeys[] = {"reflectivity", "backscatter_strength_db"};
   const auto law = f.peek_kind("law", kLaws, material.law.index());
-  return useless_if(law == 2u,
-                    "beside a table, which holds the strength itself; accepted is either alone",
-                    {.need = law ? Need::required : Need::optional});
+  const bool is_table = law == 2u;
+  const Rule rule = useless_if(
+      is_table, "beside a table, which holds the strength itself; accepted is either alone",
+      {.has_default = false});
+  std::optional<std::size_t> which;
+  if (!is_table) {
+    which = f.only_key(
+        kKeys, 0, "either alone: reflectivity, or backscatter_strength_db, which is 10 log10 of it",
+        law ? Need::required : Need::optional);
+  }
+  if (which == 0u || is_table) {
+    f.number({kKeys[0], "Reflectivity",
+              "μ, the surface backscattering coefficient at normal incidence, from which law gives "
+              "it at other angles; 0 is black: the surface casts a shadow and has no echo",
+              "sr⁻¹"},
+             material.reflectivity, kReflectivity, rule);
+  }
+  if (which == 1u || is_table) {
+    double strength_db = 0;
+    if (f.number(
+            {kKeys[1], "Backscattering strength", "10 log10 of the reflectivity, in place of it"},
+            strength_db, kBackscatterStrengthDb, rule)) {
+      material.reflectivity = std::pow(10.0, strength_db / 10);
+    }
+  }
 }
+
+// These are in the order of kLaws.
+constexpr KindText kLawTexts[] = {
+    {"Lambert", "Backscattering coefficient μ cosⁿ⁺¹(α) at the angle of incidence α"},
+    {"Lommel-Seeliger", "Backscattering coefficient μ cos(α) at the angle of incidence α"},
+    {"Measured strength", "Backscattering strength from a table, linear in dB between rows"},
+};
 
 void law_fields(Fields& f, LawSpec& law) {
   std::size_t index = law.index();
-  if (!f.begin_kind("law", kLaws, index)) return;
+  if (!f.begin_kind({"law", "Scattering law", "How the backscattering depends on the angle"}, kLaws,
+                    kLawTexts, index)) {
+    return;
+  }
   if (index == 0) {
     if (!f.writing()) law = LambertSpec{};
-    f.number("exponent", std::get<LambertSpec>(law).exponent, kLambertExponent);
+    f.number({"exponent", "Exponent", "n; left out: the value of scattering.lambert_exponent"},
+             std::get<LambertSpec>(law).exponent, kLambertExponent);
   } else if (index == 1) {
     law = LommelSeeligerSpec{};
   } else {
     if (!f.writing()) law = BackscatterTableSpec{};
-    f.file("file", std::get<BackscatterTableSpec>(law).file, {".csv"}, kRequired);
+    f.file({"file", "Strength file", "CSV file with the columns grazing_deg and strength_db"},
+           std::get<BackscatterTableSpec>(law).file, {".csv"}, kRequired);
   }
   f.end();
 }
@@ -36,14 +77,26 @@ void coherent_fields(Fields& f, CoherentSpec& coherent) {
   RicianSpec rician = given_rician != nullptr ? *given_rician : RicianSpec{};
   KirchhoffSpec kirchhoff = given_kirchhoff != nullptr ? *given_kirchhoff : KirchhoffSpec{};
   std::size_t model = given_kirchhoff != nullptr ? 1 : 0;
-  const bool known = f.word("model", kModels, model, kRequired) || f.writing();
+  const bool known =
+      f.word(
+          {"model", "Model",
+           "rician: a constant part of each echo; kirchhoff: specular echoes of a smooth surface"},
+          kModels, model, kRequired) ||
+      f.writing();
   const bool is_rician = known && model == 0, is_kirchhoff = known && model == 1;
   const Rule of_kirchhoff = useless_if(is_rician, "in the model rician, accepted with kirchhoff");
-  f.number("k", rician.k, from_to(0, 1e6),
+  f.number({"k", "K factor",
+            "Of rician: power of the constant part divided by that of the random part; needed with "
+            "rician"},
+           rician.k, from_to(0, 1e6),
            useless_if(is_kirchhoff, "in the model kirchhoff, accepted with rician",
-                      {.need = is_rician ? Need::required : Need::optional}));
-  f.number("reflection", kirchhoff.reflection, from_to(-1, 1), of_kirchhoff);
-  f.number("roughness_rms_m", kirchhoff.roughness_rms_m, from_to(0, 1), of_kirchhoff);
+                      {.need = is_rician ? Need::required : Need::optional, .has_default = false}));
+  f.number(
+      {"reflection", "Reflection coefficient", "Of kirchhoff: amplitude reflection coefficient"},
+      kirchhoff.reflection, from_to(-1, 1), of_kirchhoff);
+  f.number({"roughness_rms_m", "Roughness",
+            "Of kirchhoff: rms height of the surface, which reduces the reflection coefficient"},
+           kirchhoff.roughness_rms_m, from_to(0, 1), of_kirchhoff);
   if (is_rician) coherent = rician;
   if (is_kirchhoff) coherent = kirchhoff;
 }
@@ -51,10 +104,11 @@ void coherent_fields(Fields& f, CoherentSpec& coherent) {
 }  // namespace
 
 void fields(Fields& f, MaterialSpec& material) {
-  f.number("reflectivity", material.reflectivity, from_to(0, 1e6), reflectivity_rule(f, material));
+  reflectivity_fields(f, material);
   law_fields(f, material.law);
   const bool has_part = !std::holds_alternative<std::monostate>(material.coherent);
-  if (f.begin("coherent", written_if(has_part))) {
+  if (f.begin({"coherent", "Coherent part", "Part of the echo that is not random; left out: none"},
+              written_if(has_part, {.has_default = false}))) {
     coherent_fields(f, material.coherent);
     f.end();
   }

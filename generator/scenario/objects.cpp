@@ -1,4 +1,4 @@
-// Objects and point targets: names, classes, poses and places.
+// The keys of objects and point targets: names, classes, poses and places.
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
@@ -18,7 +18,12 @@ constexpr std::size_t kMaxClasses = 255;
 void area_fields(Fields& f, PlaceSpec& place) {
   std::size_t corners = 2;
   const ListWords words{"", "are two corners [[x0, y0], [x1, y1]]", 2, 2};
-  if (!f.begin("area_m", ListBranch{corners, words}, kRequired)) return;
+  if (!f.begin({"area_m", "Area",
+                "[[x0, y0], [x1, y1]] in the world: the rectangle in which the center of the "
+                "object is placed"},
+               ListBranch{corners, words}, kRequired)) {
+    return;
+  }
   const bool has_first = f.numbers("0", place.area_m[0], kPosition);
   const bool has_second = f.numbers("1", place.area_m[1], kPosition);
   f.end();
@@ -35,7 +40,7 @@ const std::string* text_of(const Value& map, std::string_view key) {
   return node != nullptr && node->kind == NodeKind::scalar ? &node->text : nullptr;
 }
 
-// Names and classes of everything that gets an id.
+// Holds the names and classes of everything that gets an id.
 struct Census {
   std::unordered_map<std::string_view, std::string> name_paths;
   std::unordered_set<std::string_view> classes;
@@ -72,13 +77,13 @@ void add_class(const std::string& name, std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
-// All scalars below: the value of `class`, or what it is drawn from.
+// Adds all scalars below the node: the value of `class`, or what it is sampled from.
 void add_scalars(const Node& node, std::vector<std::string>& names) {
   if (node.kind == NodeKind::scalar) add_class(node.text, names);
   for (const Node& item : node.items) add_scalars(item, names);
 }
 
-// Of an entry, or of all that it, or the list, is drawn from.
+// Adds the classes of an entry, or of everything that the entry or the list is sampled from.
 void add_classes(const Node& node, const std::string& default_class,
                  std::vector<std::string>& names) {
   const Node* alternatives = node.kind == NodeKind::map ? find(node, "choice") : nullptr;
@@ -107,7 +112,7 @@ std::vector<std::string> class_names(const Value& root) {
   return names;
 }
 
-void rotation_fields(Fields& f, RotationSpec& rotation) {
+static void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning) {
   constexpr std::string_view kKeys[] = {"rotation_deg", "quaternion_wxyz"};
   const auto which =
       f.only_key(kKeys, rotation.index(), "rotation_deg (roll, pitch, yaw) or quaternion_wxyz",
@@ -115,12 +120,16 @@ void rotation_fields(Fields& f, RotationSpec& rotation) {
   if (which == 0u) {
     const auto* given = std::get_if<std::array<double, 3>>(&rotation);
     std::array<double, 3> angles = given != nullptr ? *given : std::array<double, 3>{};
-    if (f.numbers(kKeys[0], angles, from_to(-36000, 36000))) rotation = angles;
+    const KeyText text = {kKeys[0], "Rotation", meaning};
+    if (f.numbers(text, angles, from_to(-36000, 36000))) rotation = angles;
   } else if (which == 1u) {
     const auto* given = std::get_if<Quat>(&rotation);
     std::array<double, 4> q{};
     if (given != nullptr) q = {given->w, given->x, given->y, given->z};
-    if (!f.numbers(kKeys[1], q, from_to(-1e6, 1e6))) return;
+    const KeyText text = {kKeys[1], "Rotation as a quaternion",
+                          "[w, x, y, z] of any length, normalized by the program; in place of "
+                          "rotation_deg; left out: as rotation_deg states"};
+    if (!f.numbers(text, q, from_to(-1e6, 1e6), {.has_default = false})) return;
     if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] < 1e-12) {
       f.fault(kKeys[1],
               "has no length and so no direction, accepted is any quaternion w, x, y, z longer "
@@ -131,19 +140,37 @@ void rotation_fields(Fields& f, RotationSpec& rotation) {
   }
 }
 
+void rotation_fields(Fields& f, RotationSpec& rotation) {
+  rotation_fields(f, rotation,
+                  "[roll, pitch, yaw], intrinsic z-y'-x''; positive pitch is nose down, positive "
+                  "yaw is to port");
+}
+
 void fields(Fields& f, PoseSpec& pose) {
-  f.numbers("position_m", pose.position_m, kPosition);
+  f.numbers({"position_m", "Position", "[x, y, z]: x east, y north, z up"}, pose.position_m,
+            kPosition);
   rotation_fields(f, pose.rotation);
 }
 
 void fields(Fields& f, PlaceSpec& place) {
-  f.text("on", place.on, kRequired);
+  f.text({"on", "On", "Name of the object to stand on, which comes earlier in the list"}, place.on,
+         kRequired);
   area_fields(f, place);
-  f.number("clearance_m", place.clearance_m, from_to(0, kMaxLengthM));
-  f.number("sink_m", place.sink_m, kPosition);
-  f.choice<bool>("yaw", place.any_yaw, {{"any", true}, {"fixed", false}});
-  f.choice<bool>("align", place.along_surface, {{"up", false}, {"surface", true}});
-  rotation_fields(f, place.rotation);
+  f.number({"clearance_m", "Clearance",
+            "Smallest distance between the bounding circles of placed objects, seen from above"},
+           place.clearance_m, from_to(0, kMaxLengthM));
+  f.number({"sink_m", "Burial depth", "How far the object is lowered into the ground"},
+           place.sink_m, kPosition);
+  f.choice<bool>({"yaw", "Yaw",
+                  "any: the object is turned about the vertical by a random angle; fixed: it is "
+                  "not turned"},
+                 place.any_yaw, {{"any", true}, {"fixed", false}});
+  f.choice<bool>({"align", "Alignment",
+                  "up: the z axis of the object is vertical; surface: it is normal to the ground "
+                  "under the object"},
+                 place.along_surface, {{"up", false}, {"surface", true}});
+  rotation_fields(f, place.rotation,
+                  "[roll, pitch, yaw] of the object before it is turned and aligned");
 }
 
 void fields(Fields& f, ObjectSpec& object) {
@@ -151,22 +178,42 @@ void fields(Fields& f, ObjectSpec& object) {
   const bool moves = writing ? object.trajectory.has_value() : f.peek("trajectory") != nullptr;
   const bool placed = writing ? object.place.has_value() : f.peek("place") != nullptr;
   constexpr std::string_view kBesidePlace = "beside a place, accepted is either alone";
-  f.text("name", object.name, kRequired);
-  f.text("class", object.class_name);
-  f.material("material", object.material);
-  f.map("shape", object.shape, kRequired);
-  f.map("pose", object.pose,
+  f.text({"name", "Name", "Name that no other object, point target or volume has"}, object.name,
+         kRequired);
+  f.text(
+      {"class", "Class", "Class of the instance; class ids follow the order of first appearance"},
+      object.class_name);
+  f.describe_count({"count", "Copies",
+                    "Number of objects that the entry stands for, called name_0, name_1, ...; each "
+                    "is sampled separately; left out: one object, called name"},
+                   0, kMaxCount);
+  f.material({"material", "Material", "A key of materials"}, object.material);
+  f.map({"shape", "Shape", "Exactly one shape"}, object.shape, kRequired);
+  f.map({"pose", "Pose", "Pose of an object at rest"}, object.pose,
         useless_if(placed, kBesidePlace,
                    useless_if(moves, "beside trajectory, whose poses take its place")));
-  f.map("place", object.place, written_if(!moves));
-  f.map("trajectory", object.trajectory, useless_if(placed && !writing, kBesidePlace));
+  f.map({"place", "Place",
+         "A random place on another object, in place of pose; left out: the object is where pose "
+         "states"},
+        object.place, written_if(!moves));
+  f.map({"trajectory", "Trajectory of an object",
+         "Exactly one path, and the wave motion, in place of pose; left out: at rest"},
+        object.trajectory, useless_if(placed && !writing, kBesidePlace));
 }
 
 void fields(Fields& f, PointTargetSpec& target) {
-  f.text("name", target.name, kRequired);
-  f.text("class", target.class_name);
-  f.number("target_strength_db", target.target_strength_db, from_to(-300, 300), kRequired);
-  f.numbers("position_m", target.position_m, kPosition, kRequired);
+  f.text({"name", "Name", "Name that no other object, point target or volume has"}, target.name,
+         kRequired);
+  f.text({"class", "Class", "Class of the instance"}, target.class_name);
+  f.describe_count({"count", "Copies",
+                    "Number of point targets that the entry stands for, called name_0, name_1, "
+                    "...; each is sampled separately; left out: one point target, called name"},
+                   0, kMaxCount);
+  f.number({"target_strength_db", "Target strength", "Target strength of the point target",
+            "dB re 1 m²"},
+           target.target_strength_db, from_to(-300, 300), kRequired);
+  f.numbers({"position_m", "Position", "[x, y, z] in the world"}, target.position_m, kPosition,
+            kRequired);
 }
 
 void check_places(Faults& faults, const Value& root) {

@@ -1,4 +1,4 @@
-// What `output` says of each kind of file.
+// The keys of `output`, which select the files.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -21,7 +21,9 @@ struct SeriesFormats {
 
 void timeseries_field(Fields& f, OutputSelection& selection) {
   SeriesFormats formats{selection.timeseries, selection.timeseries_exr};
-  f.choice<SeriesFormats>("timeseries", formats,
+  f.choice<SeriesFormats>({"timeseries", "Time series",
+                           "File format of the beamformed complex baseband (IQ) of all beams"},
+                          formats,
                           {{"npy", {true, false}},
                            {"exr", {false, true}},
                            {"both", {true, true}},
@@ -30,77 +32,120 @@ void timeseries_field(Fields& f, OutputSelection& selection) {
   selection.timeseries_exr = formats.exr;
 }
 
-// `true` is what echoes of single targets need, 40 log10 r + 2 alpha r.
+// The word `true` stands for what echoes of single targets need, 40 log10 r + 2 alpha r.
 void tvg_fields(Fields& f, GreySettings& grey) {
   bool on = f.writing();
-  const bool has_options = f.begin_switch("tvg", on);
+  const bool has_options =
+      f.begin_switch({"tvg", "Time-varied gain", "Gain that increases with range"}, on);
   if (!f.writing() && on) {
     grey.spreading = 40;
     grey.absorption = true;
   }
   if (!has_options) return;
-  f.number("spreading", grey.spreading, kSpreading);
-  f.boolean("absorption", grey.absorption);
+  f.number({"spreading", "Spreading",
+            "Gain for each tenfold of range: 40 levels the echoes of targets, 30 those of a seabed "
+            "at grazing angles, 20 those of a volume",
+            "dB per tenfold of range"},
+           grey.spreading, kSpreading);
+  f.boolean({"absorption", "Absorption",
+             "Whether the gain compensates the two-way absorption of the water"},
+            grey.absorption);
   f.end();
 }
 
 void png_fields(Fields& f, OutputSpec& output) {
-  if (!f.begin_switch("png", output.selection.png)) return;
+  if (!f.begin_switch(
+          {"png", "8-bit display images", "PNG files; a map of options switches them on"},
+          output.selection.png)) {
+    return;
+  }
   const bool plain = !output.png_db && output.png == GreySettings{};
   if (!f.writing() || !plain) {
-    f.choice<GreyScale>("scale", output.png.scale,
+    f.choice<GreyScale>({"scale", "Scale",
+                         "db: the gray level is linear in dB from black to white; amplitude: it is "
+                         "proportional to the amplitude, and 0 is black"},
+                        output.png.scale,
                         {{"db", GreyScale::db}, {"amplitude", GreyScale::amplitude}});
-    const bool limited = f.numbers("db", output.png_db, kGreyDb);
+    const bool limited = f.numbers({"db", "Limits",
+                                    "[black, white], black below white; left out: from the clean "
+                                    "image of ping 0",
+                                    "dB re 1 µPa"},
+                                   output.png_db, kGreyDb);
     if (limited && (*output.png_db)[0] >= (*output.png_db)[1]) {
       f.fault("db", fmt::format("the first level, {} dB, is not below the second, {} dB; accepted "
                                 "is [black, white] with black below white",
                                 (*output.png_db)[0], (*output.png_db)[1]));
     }
     tvg_fields(f, output.png);
-    f.number("gain_db", output.png.gain_db, kGreyDb);
+    f.number({"gain_db", "Gain", "Constant gain"}, output.png.gain_db, kGreyDb);
   }
   f.end();
 }
 
-// Labels that go with images: on where there are polar or Cartesian ones.
+// These labels go with images; they are on where there are polar or Cartesian ones.
 void hidden_label_fields(Fields& f, OutputSelection& selection) {
   const bool with_labels = selection.polar || selection.cartesian;
-  const auto label = [&](const char* key, bool possible, const char* pictures, bool& wanted) {
+  const auto label = [&](const KeyText& text, bool possible, const char* pictures, bool& wanted) {
     if (!f.writing()) wanted = with_labels;
-    f.toggle(key, wanted);
-    if (f.peek(key) == nullptr || !wanted || possible) return;
-    f.fault(key, fmt::format("there are no pictures for it, accepted with {}", pictures));
+    f.toggle(text, wanted, {.has_default = false});
+    if (f.peek(text.key) == nullptr || !wanted || possible) return;
+    f.fault(text.key, fmt::format("there are no pictures for it, accepted with {}", pictures));
   };
-  label("shadow", with_labels, "polar or cartesian", selection.shadow);
-  label("amodal", with_labels || selection.png, "polar, cartesian or png", selection.amodal);
+  label({"shadow", "Shadow masks",
+         "Masks of the shadows with the polar and Cartesian masks; needs polar or cartesian; left "
+         "out: true with polar or cartesian"},
+        with_labels, "polar or cartesian", selection.shadow);
+  label({"amodal", "Amodal masks",
+         "Masks of every instance with its hidden parts, in the annotations of all images, and the "
+         "hidden fraction of it; left out: true with polar or cartesian"},
+        with_labels || selection.png, "polar, cartesian or png", selection.amodal);
 }
 
 void layers_fields(Fields& f, OutputSpec& output) {
-  if (!f.begin_switch("layers", output.selection.layers)) return;
+  if (!f.begin_switch({"layers", "Layers",
+                       "Time series of the signal components noise, volumes, targets and "
+                       "background, which add up to the whole; a map of options switches them on"},
+                      output.selection.layers)) {
+    return;
+  }
   std::vector<std::string> targets = output.layer_targets.value_or(std::vector<std::string>{});
-  if (f.list("targets", targets, {}, written_if(output.layer_targets.has_value()),
+  if (f.list({"targets", "Targets",
+              "Names and classes of the objects and point targets in the layer target; left out: "
+              "all but planes, terrain and inward-facing shapes"},
+             targets, {}, written_if(output.layer_targets.has_value(), {.has_default = false}),
              [&](const std::string& at, std::string& name) { f.text(at, name); })) {
     output.layer_targets = std::move(targets);
   }
   f.end();
 }
 
-void pack_field(Fields& f, OutputSelection& selection) {
-  f.choice<bool>("pack", selection.packed, {{"ping", false}, {"sequence", true}});
+void packing_field(Fields& f, OutputSelection& selection) {
+  f.renamed("pack", "one_file_per");
+  f.choice<bool>({"one_file_per", "One file per",
+                  "ping: each ping has files of its own; sequence: arrays hold all pings of a "
+                  "sequence"},
+                 selection.packed, {{"ping", false}, {"sequence", true}});
   if (!selection.packed || !selection.timeseries_exr) return;
-  f.fault("pack",
+  f.fault("one_file_per",
           "sequence holds arrays, and output.timeseries asks for EXR files of each ping; accepted "
           "with it is timeseries npy or none");
 }
 
 void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
   bool on = sdf.has_value();
-  const bool has_options = f.begin_switch("sdf", on, written_if(on));
+  const bool has_options =
+      f.begin_switch({"sdf", "Distance field",
+                      "Signed distance field of the scene as an OpenVDB file; a map of options "
+                      "switches it on"},
+                     on, written_if(on));
   if (!on) return;
   if (!sdf) sdf.emplace();
   if (has_options) {
-    f.number("voxel_m", sdf->voxel_m, above_up_to(0, kMaxLengthM), kRequired);
-    f.integer("band_voxels", sdf->band_voxels, 1, kMaxSdfBand);
+    f.number({"voxel_m", "Voxel size", "Edge of a voxel"}, sdf->voxel_m,
+             above_up_to(0, kMaxLengthM), kRequired);
+    f.integer(
+        {"band_voxels", "Band", "Voxels with distances on either side of a surface", "voxels"},
+        sdf->band_voxels, 1, kMaxSdfBand);
     f.end();
   } else if (const FieldReader* reader = f.reader()) {
     const Value value = *child(reader->map(), "sdf");
@@ -109,9 +154,12 @@ void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
   }
 }
 
-// The last of them: without pings it takes away what the others ask for.
+// This is the last key: without pings it takes away what the others ask for.
 void pings_field(Fields& f, OutputSelection& selection) {
-  f.toggle("pings", selection.pings, written_if(selection.statistics));
+  f.toggle({"pings", "Files of pings",
+            "Whether pings have files; false writes none, whatever the other keys select, and "
+            "needs statistics"},
+           selection.pings, written_if(selection.statistics));
   if (f.writing() || selection.pings) return;
   if (!selection.statistics) {
     f.fault("pings",
@@ -125,7 +173,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
   selection = none;
 }
 
-// Names and classes anywhere below, so that those behind a choice are found.
+// Adds the names and classes anywhere below, so that those behind a choice are found.
 void add_names(const Node& node, std::vector<std::string>& words) {
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool is_map = node.kind == NodeKind::map;
@@ -135,11 +183,35 @@ void add_names(const Node& node, std::vector<std::string>& words) {
   }
 }
 
-// The name of the entry with a count that `name` may stem from.
+// Returns the name of the entry with a count that `name` may stem from.
 std::string without_number(const std::string& name) {
   const auto digits = name.find_last_not_of("0123456789");
   if (digits == std::string::npos || digits + 1 == name.size() || name[digits] != '_') return name;
   return name.substr(0, digits);
+}
+
+void image_fields(Fields& f, OutputSpec& output) {
+  f.toggle({"polar", "Polar images", "EXR images and masks in polar geometry"},
+           output.selection.polar);
+  if (f.begin_switch(
+          {"cartesian", "Cartesian images",
+           "The same images and masks seen from above; a map of options switches them on"},
+          output.selection.cartesian)) {
+    f.integer(
+        {"height_px", "Height", "Rows of the image; the number of columns follows from the fan"},
+        output.cartesian_height_px, 1, kMaxImageHeight);
+    f.end();
+  }
+}
+
+void extra_fields(Fields& f, OutputSelection& selection) {
+  f.toggle({"polygons", "Polygons",
+            "Closed polygons along the pixel edges of every mask, with the masks"},
+           selection.polygons);
+  f.toggle({"scatterers", "Scatterers", "List of the echoes from which the time series is made"},
+           selection.scatterers);
+  f.toggle({"points", "Point clouds", "What each ping hits, as a PLY point cloud"},
+           selection.points);
 }
 
 }  // namespace
@@ -148,25 +220,28 @@ void output_fields(Fields& f, Scenario& scenario) {
   OutputSpec& output = scenario.output;
   OutputSelection& selection = output.selection;
   timeseries_field(f, selection);
-  f.toggle("polar", selection.polar);
-  if (f.begin_switch("cartesian", selection.cartesian)) {
-    f.integer("height_px", output.cartesian_height_px, 1, kMaxImageHeight);
-    f.end();
-  }
+  image_fields(f, output);
   png_fields(f, output);
   hidden_label_fields(f, selection);
   const bool pictures = selection.polar || selection.cartesian;
   const bool bounces = scenario.multipath.has_value();
   if (!f.writing()) selection.multipath = bounces && pictures;
-  f.toggle("multipath", selection.multipath, written_if(bounces));
-  f.toggle("polygons", selection.polygons);
-  f.toggle("scatterers", selection.scatterers);
-  f.toggle("points", selection.points);
+  f.toggle({"multipath", "Multipath masks",
+            "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
+            "multipath; left out: true with multipath and polar or cartesian"},
+           selection.multipath, written_if(bounces, {.has_default = false}));
+  extra_fields(f, selection);
   layers_fields(f, output);
-  pack_field(f, selection);
-  f.toggle("channels", selection.channels, written_if(selection.channels));
+  packing_field(f, selection);
+  f.toggle({"channels", "Element channels",
+            "Signal of each element of an array; needs sonar.receiver.mode array"},
+           selection.channels, written_if(selection.channels));
   sdf_fields(f, output.sdf);
-  f.toggle("statistics", selection.statistics, written_if(selection.statistics));
+  f.toggle({"statistics", "Statistics",
+            "Moments of every pixel over the pings of a sequence, which are independent "
+            "realizations of one scene; everything must be at rest, and scattering.speckle must be "
+            "per_ping"},
+           selection.statistics, written_if(selection.statistics));
   pings_field(f, selection);
   if (!selection.multipath || (bounces && pictures)) return;
   f.fault("multipath", pictures ? "nothing bounces, accepted with multipath"

@@ -2,7 +2,7 @@
 //
 //   PoseSpec        position and rotation
 //   PlaceSpec       somewhere on an object, left to be placed
-//   TrajectorySpec  poses, a file, or one of the ways below; jitter; when the pings go out
+//   TrajectorySpec  poses, a file, or one of the ways below; wave motion; when the pings go out
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ struct SplineSpec {
 };
 
 // Rms values; the period of the spectrum's peak and its relative width. The period must be given.
-struct JitterSpec {
+struct WaveMotionSpec {
   double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
   double heave_m = 0;
   double period_s = 0;
@@ -75,7 +75,7 @@ struct JitterSpec {
 // Left out: at rest at the origin. Times of poses increase strictly; a single pose needs none.
 struct TrajectorySpec {
   std::variant<std::vector<TimedPoseSpec>, PathFileSpec, LawnmowerSpec, OrbitSpec, SplineSpec> path;
-  std::optional<JitterSpec> jitter;
+  std::optional<WaveMotionSpec> wave_motion;
   double ping_rate_hz = 1;   // of the sonar's
   std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };

@@ -1,4 +1,4 @@
-// The beams and the receiver of the sonar: fan, shading, array, converter.
+// The keys of the beams and the receiver of the sonar: fan, shading, array, ADC.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,8 @@ namespace {
 constexpr int kMaxBeams = 65536;
 constexpr int kMaxNbar = 50;
 
-// At -13.3 dB a line without weights is there already; at -80 dB no array is built well enough.
+// A line without weights has side lobes of -13.3 dB already, and no array is built well enough for
+// less than -80 dB.
 constexpr NumberRange kSideLobe = from_to(-80, -14);
 
 // The smallest nbar from which on Taylor's sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2) falls with
@@ -32,36 +33,64 @@ constexpr NumberRange kGainErrorDb = from_to(0, 40);
 constexpr NumberRange kPhaseErrorDeg = from_to(0, 360);
 
 void taylor_fields(Fields& f, BeamShading& shading) {
-  f.number("side_lobe_db", shading.side_lobe_db, kSideLobe);
+  f.number(
+      {"side_lobe_db", "Side-lobe level", "Level of the near side lobes relative to the main lobe"},
+      shading.side_lobe_db, kSideLobe);
   const int smallest = smallest_nbar(shading.side_lobe_db);
   if (!f.writing() && shading.nbar < smallest) shading.nbar = smallest;
-  if (!f.integer("nbar", shading.nbar, 2, kMaxNbar) || shading.nbar >= smallest) return;
+  const bool read =
+      f.integer({"nbar", "Near side lobes",
+                 "Number of near side lobes, large enough for side_lobe_db; left out: 5, or more "
+                 "where side_lobe_db requires it"},
+                shading.nbar, 2, kMaxNbar, {.has_default = false});
+  if (!read || shading.nbar >= smallest) return;
   f.fault("nbar",
           fmt::format("nbar {} is too small for side lobes of {} dB, which would grow outwards; "
                       "accepted is {} or more",
                       shading.nbar, shading.side_lobe_db, smallest));
 }
 
-// Whether a kind of shading was read or written.
-bool shading_fields(Fields& f, BeamShading& shading, Rule rule = {}) {
-  if (!f.begin_kind("shading", shading.kind, Shading::chebyshev, rule)) return false;
+// These are in the order of Shading.
+constexpr KindText kShadingTexts[] = {
+    {"Uniform", "No weighting; highest side lobe at -13.3 dB"},
+    {"Hann", "Highest side lobe at -31.5 dB; the others fall fast"},
+    {"Taylor", "Near side lobes at about side_lobe_db; those beyond number nbar fall"},
+    {"Chebyshev", "All side lobes at side_lobe_db"},
+};
+
+// Returns whether a kind of shading was read or written.
+bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {}) {
+  if (!f.begin_kind(key, shading.kind, Shading::chebyshev, kShadingTexts, rule)) return false;
   if (shading.kind == Shading::taylor) taylor_fields(f, shading);
   if (shading.kind == Shading::chebyshev) {
-    f.number("side_lobe_db", shading.side_lobe_db, kSideLobe);
+    f.number(
+        {"side_lobe_db", "Side-lobe level", "Level of all side lobes relative to the main lobe"},
+        shading.side_lobe_db, kSideLobe);
   }
   f.end();
   return true;
 }
 
-// fov_deg, or spacing_deg, which is that divided by the count.
+// A fan has either fov_deg or spacing_deg, which is fov_deg divided by the count.
 void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
   constexpr std::string_view kKeys[] = {"spacing_deg", "fov_deg"};
   const auto which = f.only_key(
       kKeys, 1, "either alone: spacing_deg, or fov_deg, which is that times count", Need::optional);
-  if (which == 1u) f.number("fov_deg", sonar.beam_fov_deg, kAngle);
+  const Rule given{.has_default = false};
+  if (which == 1u) {
+    f.number({kKeys[1], "Fan width",
+              "Angle from the outer edge of the first beam cell to the outer edge of the last; in "
+              "place of spacing_deg"},
+             sonar.beam_fov_deg, kAngle, given);
+  }
   if (which == 0u) {
     double spacing_deg = 0;
-    if (!f.number("spacing_deg", spacing_deg, kAngle)) return;
+    const bool read =
+        f.number({kKeys[0], "Beam spacing",
+                  "Angle between neighboring beams, fov_deg / count; its product with count is at "
+                  "most 180 degrees; in place of fov_deg"},
+                 spacing_deg, kAngle, given);
+    if (!read) return;
     const double fov = spacing_deg * sonar.beam_count;
     if (!counted || fov <= kAngle.high) {
       sonar.beam_fov_deg = fov;
@@ -78,35 +107,94 @@ void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
                       in_words(kAngle, "number")));
 }
 
-void array_fields(Fields& f, ArraySpec& array, const Rule& rule) {
-  f.integer("elements", array.elements, 1, kMaxElements, rule);
-  f.number("spacing_m", array.spacing_m, above_up_to(0, kMaxElementM), rule);
+void element_fields(Fields& f, ArraySpec& array, const Rule& rule) {
+  f.integer({"elements", "Elements",
+             "Number of elements of the array; left out: as many as give the receive beam width"},
+            array.elements, 1, kMaxElements, rule);
+  f.number({"spacing_m", "Element spacing",
+            "Distance from one element to the next; left out: half a wavelength"},
+           array.spacing_m, above_up_to(0, kMaxElementM), rule);
   BeamShading shading = array.shading.value_or(BeamShading{});
-  const Rule shading_rule = written_if(array.shading.has_value(), rule);
-  if (shading_fields(f, shading, shading_rule)) array.shading = shading;
-  f.number("element_width_m", array.element_width_m, from_to(0, kMaxElementM), rule);
-  f.choice<Focus>("focus", array.focus, words_to(Focus::dynamic), rule);
-  f.choice<Steering>("steering", array.steering, words_to(Steering::phase), rule);
-  f.number("gain_error_db", array.gain_error_db, kGainErrorDb, rule);
-  f.number("phase_error_deg", array.phase_error_deg, kPhaseErrorDeg, rule);
+  Rule shading_rule = written_if(array.shading.has_value(), rule);
+  shading_rule.has_default = array.shading.has_value();
+  if (shading_fields(f,
+                     {"shading", "Element weights",
+                      "Weights of the array's elements; left out: those of beams.shading"},
+                     shading, shading_rule)) {
+    array.shading = shading;
+  }
+  f.number({"element_width_m", "Element width",
+            "Aperture of each element along the array; 0: the element is omnidirectional"},
+           array.element_width_m, from_to(0, kMaxElementM), rule);
+}
+
+void array_fields(Fields& f, ArraySpec& array, const Rule& rule) {
+  element_fields(f, array, rule);
+  f.choice<Focus>({"focus", "Focus",
+                   "dynamic: each sample is focused at the range of its echoes; none: the array is "
+                   "focused at infinity"},
+                  array.focus, words_to(Focus::dynamic), rule);
+  f.choice<Steering>({"steering", "Steering",
+                      "true_delay: beams are steered by delaying the whole signal; phase: by the "
+                      "phase of the carrier alone"},
+                     array.steering, words_to(Steering::phase), rule);
+  f.number({"gain_error_db", "Gain error",
+            "Standard deviation of the gain over the elements, sampled once for the data set"},
+           array.gain_error_db, kGainErrorDb, rule);
+  f.number({"phase_error_deg", "Phase error",
+            "Standard deviation of the phase over the elements, sampled once for the data set"},
+           array.phase_error_deg, kPhaseErrorDeg, rule);
   const ReadWatch watch(f);
-  const bool listed = f.list("dead", array.dead, {}, rule, [&](const std::string& at, int& dead) {
-    f.integer(at, dead, 0, kMaxElements - 1);
-  });
+  const bool listed = f.list(
+      {"dead", "Dead elements",
+       "Indices of the elements that receive nothing; element 0 is to starboard; left out: none"},
+      array.dead, {}, rule,
+      [&](const std::string& at, int& dead) { f.integer(at, dead, 0, kMaxElements - 1); });
   if (!listed || !watch.is_well()) return;
-  // How many there are may be known with the sound speed only.
+  // The number of elements may only be known together with the sound speed.
   const std::string trouble = dead_trouble(array.dead, array.elements.value_or(kMaxElements));
   if (!trouble.empty()) f.fault("dead", trouble);
+}
+
+void adc_fields(Fields& f, std::optional<Adc>& given) {
+  const Rule rule = written_if(given.has_value(), {.has_default = given.has_value()});
+  if (!f.begin({"adc", "ADC",
+                "Analog-to-digital converter: the real and imaginary parts of each sample are "
+                "rounded to its steps and clipped; left out: no ADC"},
+               rule)) {
+    return;
+  }
+  Adc adc = given.value_or(Adc{});
+  f.integer({"bits", "Bits", "Bits of the ADC, which has 2^bits steps"}, adc.bits, 1, kMaxBits,
+            kRequired);
+  f.number({"full_scale_db", "Full scale", "Largest real or imaginary part that is not clipped",
+            "dB re 1 µPa"},
+           adc.full_scale_db, kLevelDb, kRequired);
+  given = adc;
+  f.end();
 }
 
 }  // namespace
 
 void beam_fields(Fields& f, SonarSpec& sonar, Need need) {
-  const bool counted = f.integer("count", sonar.beam_count, 1, kMaxBeams, {.need = need});
+  const Rule needed{.need = need, .unless = "preset"};
+  const bool counted =
+      f.integer({"count", "Number of beams", "Beams of the fan; beam 0 is to starboard"},
+                sonar.beam_count, 1, kMaxBeams, needed);
   fan_fields(f, sonar, need, counted);
-  f.number("width_deg", sonar.beam_width_deg, kAngle, {.need = need});
-  shading_fields(f, sonar.shading);
-  f.number("transmit_width_deg", sonar.transmit_width_deg, kAngle);
+  // Where the earlier name is given, its error is enough.
+  const FieldReader* reader = f.reader();
+  const bool outdated = reader != nullptr && child(reader->map(), "width_deg").has_value();
+  f.renamed("width_deg", "receive_width_deg");
+  f.number(
+      {"receive_width_deg", "Receive beam width", "-3 dB width of the receive pattern in azimuth"},
+      sonar.beam_width_deg, kAngle, outdated ? Rule{.unless = "preset"} : needed);
+  shading_fields(f, {"shading", "Shading", "Weights of the receive array; the -3 dB width is kept"},
+                 sonar.shading);
+  f.number({"transmit_width_deg", "Transmit beam width",
+            "-3 dB width of the transmit pattern in azimuth, centered on the boresight; left out: "
+            "uniform over the fan"},
+           sonar.transmit_width_deg, kAngle);
 }
 
 std::string dead_trouble(const std::vector<int>& dead, int elements) {
@@ -126,19 +214,17 @@ std::string dead_trouble(const std::vector<int>& dead, int elements) {
 
 void receiver_fields(Fields& f, SonarSpec& sonar) {
   bool is_array = sonar.array.has_value();
-  const bool read =
-      f.choice<bool>("mode", is_array, {{"beams", false}, {"array", true}}, written_if(is_array));
+  const bool read = f.choice<bool>(
+      {"mode", "Mode",
+       "beams: ideal beam cells combined by the beam pattern; array: a line of elements, each with "
+       "its own path to every scatterer"},
+      is_array, {{"beams", false}, {"array", true}}, written_if(is_array));
   const bool useless = !is_array && (f.writing() || read || f.peek("mode") == nullptr);
   ArraySpec array = sonar.array.value_or(ArraySpec{});
   array_fields(f, array,
                useless_if(useless, "beside mode: beams (the default), accepted with mode: array"));
   if (is_array) sonar.array = std::move(array);
-  if (!f.begin("adc", written_if(sonar.adc.has_value()))) return;
-  Adc adc = sonar.adc.value_or(Adc{});
-  f.integer("bits", adc.bits, 1, kMaxBits, kRequired);
-  f.number("full_scale_db", adc.full_scale_db, kLevelDb, kRequired);
-  sonar.adc = adc;
-  f.end();
+  adc_fields(f, sonar.adc);
 }
 
 void check_array(Faults& faults, const Value& root, const Scenario& scenario) {

@@ -1,5 +1,5 @@
-// The top level of a scenario and its small sections: scattering, multipath, noise, synthesis,
-// splits.
+// The keys of the top level of a scenario and of its small sections: scattering, multipath, noise,
+// synthesis, splits.
 #include <algorithm>
 
 #include "scenario/sections.h"
@@ -11,11 +11,15 @@ constexpr int kMaxSequences = 1'000'000;
 
 void head_fields(Fields& f, Scenario& scenario) {
   int version = 1;
-  f.integer("ensonify", version, 1, 1, kRequired);
-  f.text("name", scenario.name);
-  f.seed("seed", scenario.seed);
+  f.integer({"ensonify", "Format version", "Version of the scenario format"}, version, 1, 1,
+            kRequired);
+  f.text({"name", "Name", "Name of the data set; left out: the file's name without its ending"},
+         scenario.name, {.has_default = false});
+  f.seed({"seed", "Seed", "Seed of everything that is random"}, scenario.seed);
   auto sequences = static_cast<int>(scenario.sequences);
-  f.integer("sequences", sequences, 1, kMaxSequences);
+  f.integer({"sequences", "Sequences",
+             "Number of worlds; sampled values, speckle, noise and split differ between them"},
+            sequences, 1, kMaxSequences);
   scenario.sequences = static_cast<std::uint32_t>(sequences);
 }
 
@@ -24,7 +28,11 @@ void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   for (const MaterialSpec& material : materials) names.push_back(material.name);
   const std::string_view what =
       "no map, accepted is a map of names, as in {steel: {reflectivity: 1e-2}}";
-  if (!f.begin("materials", NamesBranch{names, what}, {.in_lines = true})) return;
+  if (!f.begin({"materials", "Materials",
+                "Materials by names that are free to choose: how surfaces scatter; left out: none"},
+               NamesBranch{names, what}, {.in_lines = true})) {
+    return;
+  }
   materials.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     f.map(names[i], materials[i]);
@@ -33,7 +41,7 @@ void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   f.end();
 }
 
-// What objects may refer to from here on.
+// Objects may refer to these materials from here on.
 void know_materials(Fields& f, const std::vector<MaterialSpec>& materials) {
   FieldReader* reader = f.reader();
   if (reader == nullptr) return;
@@ -46,36 +54,70 @@ void know_materials(Fields& f, const std::vector<MaterialSpec>& materials) {
 void noise_fields(Fields& f, Scenario& scenario) {
   constexpr std::string_view kKeys[] = {"spectrum_level_db", "snr_db"};
   const bool by_level = scenario.noise_spectrum_level_db.has_value();
-  if (!f.begin("noise", written_if(by_level || scenario.noise_snr_db))) return;
+  const bool has_noise = by_level || scenario.noise_snr_db;
+  if (!f.begin({"noise", "Noise", "Level of the receiver noise; left out: no noise"},
+               written_if(has_noise, {.has_default = has_noise}))) {
+    return;
+  }
   const auto which = f.only_key(
       kKeys, by_level ? 0 : 1, "either alone: spectrum_level_db (dB re 1 uPa^2/Hz) or snr_db (dB)");
-  if (which == 0u) f.number(kKeys[0], scenario.noise_spectrum_level_db, from_to(-300, 300));
-  if (which == 1u) f.number(kKeys[1], scenario.noise_snr_db, from_to(-100, 200));
+  if (which == 0u) {
+    f.number({kKeys[0], "Spectrum level", "NL, in place of snr_db", "dB re 1 µPa²/Hz"},
+             scenario.noise_spectrum_level_db, from_to(-300, 300));
+  }
+  if (which == 1u) {
+    f.number(
+        {kKeys[1], "Signal-to-noise ratio",
+         "Mean clean power of ping 0 over the samples that hold an echo, relative to the noise "
+         "power; in place of spectrum_level_db"},
+        scenario.noise_snr_db, from_to(-100, 200));
+  }
   f.end();
 }
 
 }  // namespace
 
 static void fields(Fields& f, ScatteringSpec& scattering) {
-  f.number("lambert_exponent", scattering.lambert_exponent, kLambertExponent);
+  f.number(
+      {"lambert_exponent", "Lambert exponent",
+       "n of σ² = μ cosⁿ(α) dA, for materials without an exponent of their own; 1 is Lambert's "
+       "law"},
+      scattering.lambert_exponent, kLambertExponent);
   f.choice<Normalization>(
-      "normalization", scattering.normalization,
+      {"normalization", "Normalization",
+       "calibrated: levels satisfy the sonar equation; mean_square: Eq. 16 of Choi et al. 2021"},
+      scattering.normalization,
       {{"calibrated", Normalization::calibrated}, {"mean_square", Normalization::mean_square}});
-  f.choice<SpeckleMode>("speckle", scattering.speckle, words_to(SpeckleMode::surface));
+  f.choice<SpeckleMode>(
+      {"speckle", "Speckle",
+       "per_ping: each ping has a new random pattern; per_ray: one pattern, fixed "
+       "in the sonar's frame; surface: scatterers are fixed on the surfaces"},
+      scattering.speckle, words_to(SpeckleMode::surface));
 }
 
 static void fields(Fields& f, FlatSurface& surface) {
-  f.number("z_m", surface.z_m, kPosition, kRequired);
-  f.number("reflection", surface.reflection, from_to(-1, 1), kRequired);
-  f.number("roughness_rms_m", surface.roughness_rms_m, from_to(0, 1));
+  f.number({"z_m", "Height", "Height in the world"}, surface.z_m, kPosition, kRequired);
+  f.number({"reflection", "Reflection coefficient",
+            "Amplitude reflection coefficient; a negative one inverts the phase"},
+           surface.reflection, from_to(-1, 1), kRequired);
+  f.number({"roughness_rms_m", "Roughness", "Rms height, which reduces the reflection"},
+           surface.roughness_rms_m, from_to(0, 1));
 }
 
 static void fields(Fields& f, Multipath& multipath) {
   const ReadWatch watch(f);
-  f.map("surface", multipath.surface);
-  f.map("bottom", multipath.bottom);
-  f.boolean("objects", multipath.objects);
-  f.integer("bounces", multipath.bounces, 1, kMaxBounces);
+  f.map({"surface", "Sea surface",
+         "Infinite horizontal specular reflector that sound stays below; left out: none"},
+        multipath.surface);
+  f.map({"bottom", "Bottom",
+         "Infinite horizontal specular reflector below the surface; left out: none"},
+        multipath.bottom);
+  f.boolean({"objects", "Objects",
+             "Whether planes and box faces with a kirchhoff material are specular reflectors"},
+            multipath.objects);
+  f.integer({"bounces", "Bounces",
+             "Largest number of reflections of an echo, outbound and inbound together"},
+            multipath.bounces, 1, kMaxBounces);
   if (!watch.is_well()) return;
   const auto& [surface, bottom, objects, bounces] = multipath;
   if (!surface && !bottom && !objects) {
@@ -92,45 +134,92 @@ static void fields(Fields& f, SplitsSpec& splits) {
   const NumberRange fraction = from_to(0, 1e6);
   const ReadWatch watch(f);
   if (!f.writing()) splits = {0, 0, 0};
-  f.number("train", splits.train, fraction);
-  f.number("val", splits.val, fraction);
-  f.number("test", splits.test, fraction);
+  f.number({"train", "Training", "Share of the sequences in train"}, splits.train, fraction);
+  f.number({"val", "Validation", "Share of the sequences in val"}, splits.val, fraction);
+  f.number({"test", "Test", "Share of the sequences in test"}, splits.test, fraction);
   if (!watch.is_well()) return;
   if (splits.train + splits.val + splits.test > 0) return;
   f.fault("", "the fractions train, val and test are all zero, accepted is a sum above zero");
 }
 
-void fields(Fields& f, Scenario& scenario) {
-  constexpr Rule kLines{.in_lines = true};
-  constexpr Rule kRequiredLines{.need = Need::required, .in_lines = true};
-  head_fields(f, scenario);
-  f.map("sonar", scenario.sonar, kRequiredLines);
-  f.map("water", scenario.water, kLines);
-  f.map("scattering", scenario.scattering);
-  materials_fields(f, scenario.materials);
-  know_materials(f, scenario.materials);
-  f.maps("objects", scenario.objects, kLines);
-  f.maps("point_targets", scenario.point_targets, kLines);
-  f.maps("volumes", scenario.volumes, kLines);
-  f.map("multipath", scenario.multipath);
-  if (f.begin("trajectory", kRequiredLines)) {
+static constexpr Rule kLines{.in_lines = true};
+static constexpr Rule kRequiredLines{.need = Need::required, .in_lines = true};
+
+static void instrument_fields(Fields& f, Scenario& scenario) {
+  f.map({"sonar", "Sonar",
+         "The instrument: a preset, keys that override it, or all keys without a preset"},
+        scenario.sonar, kRequiredLines);
+  f.map({"water", "Water", "Sound speed and absorption"}, scenario.water, kLines);
+  f.map({"scattering", "Scattering", "Defaults of the surfaces, and the speckle"},
+        scenario.scattering);
+}
+
+static void world_fields(Fields& f, Scenario& scenario) {
+  f.maps(
+      {"objects", "Objects",
+       "Surfaces with a material, at rest or moving; each is one instance in the labels, and ids "
+       "follow the order of the list; left out: none"},
+      scenario.objects, kLines);
+  f.maps({"point_targets", "Point targets",
+          "Ideal point reflectors, labeled as instances after the objects; left out: none"},
+         scenario.point_targets, kLines);
+  f.maps({"volumes", "Volumes",
+          "Scattering in the water itself, each exactly one of uniform, vdb, plume and school, "
+          "labeled as instances after the point targets; left out: none"},
+         scenario.volumes, kLines);
+  f.map(
+      {"multipath", "Multipath",
+       "Echoes via specular reflectors, in addition to the direct echoes; left out: direct echoes "
+       "only"},
+      scenario.multipath);
+}
+
+static void motion_fields(Fields& f, Scenario& scenario) {
+  if (f.begin({"trajectory", "Trajectory",
+               "Where the body is at each time, and when the sonar pings; left out: at rest at the "
+               "origin"},
+              kLines)) {
     sonar_trajectory_fields(f, scenario.trajectory);
     f.end();
+  } else if (!f.writing()) {
+    scenario.trajectory.path = std::vector<TimedPoseSpec>(1);
+    scenario.trajectory.pings = 1;
   }
-  f.boolean("motion_within_ping", scenario.motion_within_ping,
-            written_if(scenario.motion_within_ping));
-  noise_fields(f, scenario);
-  if (f.begin("synthesis")) {
-    f.number("tolerance", scenario.synthesis_tolerance, from_to(1e-7, 1e-3));
+  f.boolean({"motion_within_ping", "Motion within the ping",
+             "Whether sonar and objects move while the sound travels, which changes arrivals, "
+             "delays and Doppler"},
+            scenario.motion_within_ping, written_if(scenario.motion_within_ping));
+}
+
+static void product_fields(Fields& f, Scenario& scenario) {
+  if (f.begin({"synthesis", "Synthesis", "Accuracy of the time series"})) {
+    f.number(
+        {"tolerance", "Tolerance",
+         "Relative error (L2) of the time series over the record, compared with the direct sum "
+         "in double precision"},
+        scenario.synthesis_tolerance, from_to(1e-7, 1e-3));
     f.end();
   }
-  if (f.begin("output")) {
+  if (f.begin({"output", "Output", "Which files each ping has"})) {
     output_fields(f, scenario);
     f.end();
   } else if (!f.writing()) {
     scenario.output.selection.multipath = scenario.multipath.has_value();
   }
-  f.map("splits", scenario.splits);
+  f.map({"splits", "Splits",
+         "Relative shares of the sequences, with a sum above zero; left out: all in train"},
+        scenario.splits);
+}
+
+void fields(Fields& f, Scenario& scenario) {
+  head_fields(f, scenario);
+  instrument_fields(f, scenario);
+  materials_fields(f, scenario.materials);
+  know_materials(f, scenario.materials);
+  world_fields(f, scenario);
+  motion_fields(f, scenario);
+  noise_fields(f, scenario);
+  product_fields(f, scenario);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_places(reader->faults(), reader->map());
@@ -145,13 +234,13 @@ bool varies_by_sequence(const Scenario& scenario) {
   const auto is_drawn = [](const ObjectSpec& object) {
     const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
     return (field != nullptr && field->file.empty()) ||
-           (object.trajectory && object.trajectory->jitter);
+           (object.trajectory && object.trajectory->wave_motion);
   };
   const auto is_drawn_volume = [](const VolumeSpec& volume) {
     return std::holds_alternative<PlumeSpec>(volume.kind) ||
            std::holds_alternative<SchoolSpec>(volume.kind);
   };
-  return scenario.has_draws || scenario.trajectory.jitter ||
+  return scenario.has_draws || scenario.trajectory.wave_motion ||
          std::any_of(scenario.volumes.begin(), scenario.volumes.end(), is_drawn_volume) ||
          std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
 }

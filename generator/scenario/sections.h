@@ -22,6 +22,7 @@ inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
 inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
 inline constexpr NumberRange kLevelDb = from_to(-300, 400);
 inline constexpr NumberRange kAngle = above_up_to(0, 180);
+inline constexpr int kMaxCount = 65534;  // of the instances that an entry stands for
 inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 
 void fields(Fields& f, Scenario& scenario);

@@ -1,4 +1,4 @@
-// Shapes of objects, terrain among them.
+// The keys of the shapes of objects, terrain among them.
 #include <algorithm>
 #include <cmath>
 
@@ -12,21 +12,24 @@ namespace {
 
 constexpr double kMaxVertices = 64e6;
 
-// 1 GiB while the waves are summed.
+// The waves then take 1 GiB while they are summed.
 constexpr double kMaxPeriodCells = 1 << 26;
 
-// Coarser ones would be drawn as zigzags.
+// Coarser ripples would turn into zigzags.
 constexpr double kMinCellsPerRipple = 4;
 
-// Under the trochoid's cusp at 1/pi; sand of more than 0.16 would slide.
+// This is below the trochoid's cusp at 1/pi; sand steeper than 0.16 would slide.
 constexpr double kMaxSteepness = 0.3;
 
 int cells_along(double size_m, double cell_m) {
   return std::max(1, static_cast<int>(std::lround(size_m / cell_m)));
 }
 
-void normals_field(Fields& f, bool& smooth) {
-  f.choice<bool>("normals", smooth, {{"face", false}, {"smooth", true}});
+constexpr std::string_view kMeshNormals =
+    "face: normals of the faces; smooth: interpolated between the vertices";
+
+void normals_field(Fields& f, std::string_view meaning, bool& smooth) {
+  f.choice<bool>({"normals", "Normals", meaning}, smooth, {{"face", false}, {"smooth", true}});
 }
 
 void parts_fields(Fields& f, std::vector<PartSpec>& parts) {
@@ -34,7 +37,12 @@ void parts_fields(Fields& f, std::vector<PartSpec>& parts) {
   for (const PartSpec& part : parts) names.push_back(part.part);
   const std::string_view what =
       "no map, accepted is a map of the file's parts to materials, as in {hull: steel}";
-  if (!f.begin("parts", NamesBranch{names, what}, written_if(!parts.empty()))) return;
+  if (!f.begin({"parts", "Materials of parts",
+                "Materials of parts of the mesh, by the names that the file gives them; the other "
+                "parts have the object's material; left out: none"},
+               NamesBranch{names, what}, written_if(!parts.empty()))) {
+    return;
+  }
   parts.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     f.material(names[i], parts[i].material);
@@ -44,9 +52,14 @@ void parts_fields(Fields& f, std::vector<PartSpec>& parts) {
 }
 
 void ripple_fields(Fields& f, RippleSpec& ripple, double cell_m) {
-  const bool has_height = f.number("height_m", ripple.height_m, from_to(0, 1e3), kRequired);
-  const bool has_length = f.number("wavelength_m", ripple.wavelength_m, kLength, kRequired);
-  f.number("direction_deg", ripple.direction_deg, from_to(-360, 360));
+  const bool has_height =
+      f.number({"height_m", "Height", "Height from trough to crest, at most 0.3 of wavelength_m"},
+               ripple.height_m, from_to(0, 1e3), kRequired);
+  const bool has_length =
+      f.number({"wavelength_m", "Wavelength", "Distance between crests, at least 4 times cell_m"},
+               ripple.wavelength_m, kLength, kRequired);
+  f.number({"direction_deg", "Direction", "Direction of the wave vector, from x toward y"},
+           ripple.direction_deg, from_to(-360, 360));
   if (!has_length) return;
   if (ripple.wavelength_m < kMinCellsPerRipple * cell_m) {
     f.fault("wavelength_m",
@@ -85,48 +98,95 @@ void check_size(Fields& f, const HeightfieldSpec& field) {
 
 }  // namespace
 
+static constexpr KeyText kInwardText = {
+    "inward_facing", "Inward facing",
+    "Whether the shape is a room, seen from inside; from outside, sound passes through its walls"};
+
 static void fields(Fields& f, BoxSpec& box) {
-  f.numbers("size_m", box.size_m, kLength, kRequired);
-  f.boolean("inside", box.inside);
+  f.numbers({"size_m", "Size", "[x, y, z]"}, box.size_m, kLength, kRequired);
+  f.renamed("inside", "inward_facing");
+  f.boolean(kInwardText, box.inside);
 }
 
 static void fields(Fields& f, SphereSpec& sphere) {
-  f.number("radius_m", sphere.radius_m, kLength, kRequired);
-  f.boolean("inside", sphere.inside);
+  f.number({"radius_m", "Radius", "Radius of the sphere"}, sphere.radius_m, kLength, kRequired);
+  f.renamed("inside", "inward_facing");
+  f.boolean(kInwardText, sphere.inside);
 }
 
 static void fields(Fields& f, CylinderSpec& cylinder) {
-  f.number("radius_m", cylinder.radius_m, kLength, kRequired);
-  f.number("height_m", cylinder.height_m, kLength, kRequired);
+  f.number({"radius_m", "Radius", "Radius of the cylinder"}, cylinder.radius_m, kLength, kRequired);
+  f.number({"height_m", "Height", "Height along z"}, cylinder.height_m, kLength, kRequired);
 }
 
 static void fields(Fields&, PlaneSpec&) {}
 
 static void fields(Fields& f, MeshSpec& mesh) {
-  f.file("file", mesh.file, {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"}, kRequired);
-  f.number("scale", mesh.scale, kLength);
-  normals_field(f, mesh.smooth_normals);
-  f.choice<bool>("reflectivity", mesh.vertex_reflectivity,
-                 {{"material", false}, {"vertex_color", true}});
+  f.file({"file", "Mesh file", "OBJ, STL, PLY, DAE, GLB, or glTF with embedded buffers"}, mesh.file,
+         {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"}, kRequired);
+  f.number({"scale", "Scale", "Factor applied to all lengths in the file"}, mesh.scale, kLength);
+  normals_field(f, kMeshNormals, mesh.smooth_normals);
+  f.choice<bool>({"reflectivity", "Reflectivity",
+                  "material: that of the material alone; vertex_color: that of the material times "
+                  "the brightness of the mesh's vertex colors"},
+                 mesh.vertex_reflectivity, {{"material", false}, {"vertex_color", true}});
   parts_fields(f, mesh.parts);
 }
 
 static void fields(Fields& f, ModelSpec& model) {
-  f.choice<ModelKind>("kind", model.kind, kModelKinds, kRequired);
-  f.number("size_m", model.size_m, kLength, kRequired);
+  f.choice<ModelKind>({"kind", "Kind", "Kind of object"}, model.kind, kModelKinds, kRequired);
+  f.number({"size_m", "Size", "Longest edge of the bounding box"}, model.size_m, kLength,
+           kRequired);
 }
 
 static void fields(Fields& f, LevelSetSpec& level_set) {
-  f.file("file", level_set.file, {".vdb"}, kRequired);
-  f.text("grid", level_set.grid, written_if(!level_set.grid.empty()));
-  normals_field(f, level_set.smooth_normals);
+  f.file({"file", "Level-set file", "OpenVDB file (.vdb)"}, level_set.file, {".vdb"}, kRequired);
+  f.text({"grid", "Grid", "Name of the grid in the file; left out: the only grid of the file"},
+         level_set.grid, written_if(!level_set.grid.empty(), {.has_default = false}));
+  normals_field(f, kMeshNormals, level_set.smooth_normals);
 }
 
 static void fields(Fields& f, RoughnessSpec& roughness) {
-  f.number("rms_m", roughness.rms_m, from_to(0, 1e3), kRequired);
+  f.number({"rms_m", "Rms height", "Rms of the heights over waves of all lengths"}, roughness.rms_m,
+           from_to(0, 1e3), kRequired);
   // At 2 the mean square of a surface with ever shorter waves has no limit.
-  f.number("exponent", roughness.exponent, above_up_to(2, 8));
-  f.number("outer_scale_m", roughness.outer_scale_m, kLength);
+  f.number({"exponent", "Exponent",
+            "γ, the exponent of the power-law spectrum; sea floors have 2.5 to 4"},
+           roughness.exponent, above_up_to(2, 8));
+  f.number(
+      {"outer_scale_m", "Outer scale", "Wavelength above which the spectrum no longer increases"},
+      roughness.outer_scale_m, kLength);
+}
+
+// These keys state how the values of a file become heights.
+static void height_fields(Fields& f, HeightfieldSpec& field, const Rule& rule) {
+  f.number({"height_scale", "Height scale",
+            "Factor applied to the values of the file: height = height_scale · value + "
+            "height_offset_m"},
+           field.height_scale, from_to(-1e6, 1e6), rule);
+  f.number({"height_offset_m", "Height offset", "Added to the scaled values of the file"},
+           field.height_offset_m, kPosition, rule);
+}
+
+static void ripples_field(Fields& f, HeightfieldSpec& field, const Rule& rule) {
+  f.list({"ripples", "Ripples",
+          "Trains of sand ripples: trochoids with sharp crests and wide troughs; left out: none"},
+         field.ripples, {}, rule, [&](const std::string& at, RippleSpec& ripple) {
+           if (!f.begin(at)) return;
+           ripple_fields(f, ripple, field.cell_m);
+           f.end();
+         });
+}
+
+static bool size_field(Fields& f, HeightfieldSpec& field) {
+  return f.numbers(
+      {"size_m", "Size", "[x, y] of a synthetic seabed, rounded to whole cells; in place of file"},
+      field.size_m, kLength, kRequired);
+}
+
+static bool height_file_field(Fields& f, HeightfieldSpec& field) {
+  return f.file({"file", "Height file", "File of heights, .npy, .png or .asc; in place of size_m"},
+                field.file, {".npy", ".png", ".asc"}, kRequired);
 }
 
 void fields(Fields& f, HeightfieldSpec& field) {
@@ -134,34 +194,43 @@ void fields(Fields& f, HeightfieldSpec& field) {
   const auto source = f.only_key(kSources, field.file.empty() ? 1 : 0,
                                  "a file of heights or the size_m of a made one");
   const bool from_file = source == 0u, made = source == 1u;
-  const bool found = from_file && f.file("file", field.file, {".npy", ".png", ".asc"}, kRequired);
-  const bool has_size = made && f.numbers("size_m", field.size_m, kLength, kRequired);
+  const bool found = from_file && height_file_field(f, field);
+  const bool has_size = made && size_field(f, field);
   const bool own_cell = from_file && equals_ignoring_case(field.file.extension().string(), ".asc");
-  const bool has_cell =
-      f.number("cell_m", field.cell_m, kLength,
-               useless_if(own_cell, "beside an .asc file, which brings its own",
-                          {.need = found || made ? Need::required : Need::optional}));
-  const Rule of_file = useless_if(made, "without a file");
-  f.number("height_scale", field.height_scale, from_to(-1e6, 1e6), of_file);
-  f.number("height_offset_m", field.height_offset_m, kPosition, of_file);
-  const Rule of_made = useless_if(from_file, "beside a file");
-  f.map("roughness", field.roughness, of_made);
+  const bool has_cell = f.number(
+      {"cell_m", "Cell size",
+       "Distance between neighboring grid points; needed except with an .asc file; left "
+       "out: that of the .asc file"},
+      field.cell_m, kLength,
+      useless_if(own_cell, "beside an .asc file, which brings its own",
+                 {.need = found || made ? Need::required : Need::optional, .has_default = false}));
+  height_fields(f, field, useless_if(made, "without a file"));
+  f.map({"roughness", "Roughness", "Random heights with a power-law spectrum; left out: none"},
+        field.roughness, useless_if(from_file, "beside a file"));
   if (has_size && has_cell) check_size(f, field);
-  f.list("ripples", field.ripples, {},
-         useless_if(from_file, "beside a file", written_if(!field.ripples.empty())),
-         [&](const std::string& at, RippleSpec& ripple) {
-           if (!f.begin(at)) return;
-           ripple_fields(f, ripple, field.cell_m);
-           f.end();
-         });
-  normals_field(f, field.smooth_normals);
-  f.file("reflectivity_map", field.reflectivity_map, {".npy", ".png"},
-         written_if(!field.reflectivity_map.empty()));
+  ripples_field(f, field,
+                useless_if(from_file, "beside a file", written_if(!field.ripples.empty())));
+  normals_field(f,
+                "face: normals of the triangles; smooth: from central differences between heights",
+                field.smooth_normals);
+  f.file({"reflectivity_map", "Reflectivity map",
+          ".npy or .png file with a factor on the material's reflectivity; left out: none"},
+         field.reflectivity_map, {".npy", ".png"},
+         written_if(!field.reflectivity_map.empty(), {.has_default = false}));
 }
 
 void fields(Fields& f, ShapeSpec& shape) {
   f.one_of(shape,
-           {"box", "sphere", "cylinder", "plane", "mesh", "heightfield", "model", "level_set"});
+           {{{"box", "Box", "A box centered at the origin"},
+             {"sphere", "Sphere", "A sphere centered at the origin"},
+             {"cylinder", "Cylinder",
+              "A cylinder around z, centered at the origin and closed by two discs"},
+             {"plane", "Plane", "The infinite plane z = 0, visible from both sides: {plane: {}}"},
+             {"mesh", "Mesh", "A surface from a file"},
+             {"heightfield", "Terrain",
+              "Heights over a regular grid centered at the origin, from a file or synthetic"},
+             {"model", "Model", "A built-in everyday object that rests on z = 0"},
+             {"level_set", "Level set", "The zero surface of an OpenVDB level set"}}});
 }
 
 std::array<int, 2> vertices_along(const HeightfieldSpec& field) {

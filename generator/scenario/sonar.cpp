@@ -1,4 +1,4 @@
-// The sonar: preset, pulse, ranges, elevation and rays.
+// The keys of the sonar: preset, pulse, ranges, elevation and rays.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ constexpr NumberRange kTaper = above_up_to(0, 0.5);
 constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
 constexpr double kMaxSonarRays = 134217728.0;  // 2^27 beams x rays
 
-// `1.0` in a file is rounded: a product that ought to be one may fall short of it by this.
+// Numbers in a file are rounded: a product that ought to be 1 may fall short of it by this.
 constexpr double kRounding = 1e-9;
 
 void set_source(Node& node, int source) {
@@ -28,17 +28,21 @@ void set_source(Node& node, int source) {
   for (Node& item : node.items) set_source(item, source);
 }
 
-// Lays the preset that the map names under it. Returns what holds for keys that a preset would
-// bring.
+// Merges the map over the preset that it names. Returns the need of the keys that a preset would
+// provide.
 Need read_preset(Fields& f) {
   std::vector<std::string_view> names;
   for (const SonarPreset& preset : sonar_presets()) names.push_back(preset.name);
   std::size_t index = 0;
-  const bool read = f.word("preset", names, index, written_if(false));
+  const bool read = f.word(
+      {"preset", "Preset",
+       "Built-in sonar whose keys the other keys override; `ensonify presets NAME` prints it "
+       "with its sources; left out: the other keys describe the whole sonar"},
+      names, index, written_if(false, {.has_default = false}));
   FieldReader* reader = f.reader();
   if (reader == nullptr) return Need::required;
   if (!read) {
-    // A preset that is not known would have set the rest: one fault is enough.
+    // An unknown preset would have set the other keys, so one error is enough.
     if (f.peek("preset") != nullptr) return Need::optional;
     if (f.peek("frequency_hz") != nullptr) return Need::required;
     f.fault("preset",
@@ -52,7 +56,7 @@ Need read_preset(Fields& f) {
   return Need::required;
 }
 
-// The value of the pulse's duration, if it has one.
+// Returns the value of the pulse's duration, if it has one.
 std::optional<Value> duration_in(const Value& sonar) {
   const auto pulse = child(sonar, "pulse");
   if (!pulse) return std::nullopt;
@@ -62,13 +66,38 @@ std::optional<Value> duration_in(const Value& sonar) {
   return std::nullopt;
 }
 
+// These are in the order of PulseShape.
+constexpr KindText kPulseTexts[] = {
+    {"Gaussian", "The pulse of Choi et al. 2021"},
+    {"Flat spectrum", "The whole band, as short as the band allows"},
+    {"Linear chirp", "A linear frequency-modulated chirp after its matched filter"},
+    {"Tone burst", "A tone burst at the carrier frequency"},
+    {"Measured spectrum", "A spectrum read from a table"},
+};
+
 void pulse_fields(Fields& f, PulseSpec& pulse) {
-  if (!f.begin_kind("pulse", pulse.shape, PulseShape::table)) return;
-  if (pulse.shape == PulseShape::lfm || pulse.shape == PulseShape::cw) {
-    f.number("duration_s", pulse.duration_s, kDuration, kRequired);
+  if (!f.begin_kind({"pulse", "Pulse", "Shape of the echo of a single point"}, pulse.shape,
+                    PulseShape::table, kPulseTexts)) {
+    return;
   }
-  if (pulse.shape == PulseShape::lfm) f.number("taper", pulse.taper, kTaper);
-  if (pulse.shape == PulseShape::table) f.file("file", pulse.file, {".csv"}, kRequired);
+  const bool is_chirp = pulse.shape == PulseShape::lfm;
+  if (is_chirp || pulse.shape == PulseShape::cw) {
+    f.number({"duration_s", "Duration",
+              is_chirp ? "Duration of the chirp; its product with bandwidth_hz is at least 1"
+                       : "Duration of the burst; its product with bandwidth_hz is at least 1, and "
+                         "it is no longer than the record"},
+             pulse.duration_s, kDuration, kRequired);
+  }
+  if (is_chirp) {
+    f.number(
+        {"taper", "Taper", "Fraction of the band over which the spectrum falls off at each edge"},
+        pulse.taper, kTaper);
+  }
+  if (pulse.shape == PulseShape::table) {
+    f.file({"file", "Spectrum file",
+            "CSV file with the columns frequency_hz, amplitude and phase_deg"},
+           pulse.file, {".csv"}, kRequired);
+  }
   f.end();
 }
 
@@ -84,7 +113,7 @@ void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {
                         sonar.bandwidth_hz, sonar.frequency_hz));
 }
 
-// A chirp or burst against the bandwidth.
+// Checks that a chirp or burst is long enough for the bandwidth.
 void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec& sonar) {
   const auto duration = duration_in(sonar_value);
   const auto bandwidth = child(sonar_value, "bandwidth_hz");
@@ -112,6 +141,58 @@ void check_ranges(Faults& faults, const Value& map, const SonarSpec& sonar) {
                         sonar.range_min_m, sonar.range_max_m));
 }
 
+void carrier_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
+  f.number({"frequency_hz", "Carrier frequency", "f_c"}, sonar.frequency_hz, above_up_to(0, 1e9),
+           needed);
+  f.number(
+      {"bandwidth_hz", "Bandwidth",
+       "b, less than twice frequency_hz; the sample interval is 1/b and the range step c/(2b)"},
+      sonar.bandwidth_hz, above_up_to(0, 1e9), needed);
+  pulse_fields(f, sonar.pulse);
+  f.choice<Window>({"window", "Spectral window",
+                    "Window that the receiver applies to the spectrum over the band: it lowers the "
+                    "range side lobes and widens the peak"},
+                   sonar.window, words_to(Window::blackman));
+  f.number({"source_level_db", "Source level", "Source level (rms)", "dB re 1 µPa·m"},
+           sonar.source_level_db, kLevelDb, needed);
+}
+
+void range_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
+  f.number({"range_min_m", "Minimum range",
+            "Echoes closer than this are dropped; their samples stay in the time series"},
+           sonar.range_min_m, from_to(0, kMaxLengthM));
+  f.number({"range_max_m", "Maximum range",
+            "Range of the farthest echo and length of the record; above range_min_m"},
+           sonar.range_max_m, above_up_to(0, kMaxLengthM), needed);
+}
+
+void elevation_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
+  if (!f.begin({"elevation", "Elevation", "Beam pattern in elevation"}, needed)) return;
+  f.number({"width_deg", "Beam width", "-3 dB width of the two-way pattern in elevation"},
+           sonar.elevation_width_deg, kAngle, needed);
+  if (!f.writing()) sonar.elevation_fan_deg = sonar.elevation_width_deg;
+  f.number({"fan_deg", "Fan of rays",
+            "Angle in elevation that the rays span, half of it on either side of the boresight; "
+            "left out: the value of width_deg"},
+           sonar.elevation_fan_deg, kAngle, {.has_default = false});
+  f.end();
+}
+
+void ray_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
+  if (!f.begin({"rays", "Rays", "How densely the fan is sampled"}, needed)) return;
+  f.integer({"elevation", "Rays in elevation", "Rays over the height of the fan in each column"},
+            sonar.rays_elevation, 1, kMaxRays, needed);
+  f.integer({"azimuth", "Columns of rays", "Columns of rays in each beam cell"}, sonar.rays_azimuth,
+            1, kMaxRays);
+  f.renamed("per_cell", "min_per_cell");
+  f.integer({"min_per_cell", "Minimum per resolution cell",
+             "Adaptive refinement: cells of the fan are split in elevation until a resolution cell "
+             "of every surface holds at least this many scatterers; 20 is enough for speckle, 0 "
+             "splits no cell"},
+            sonar.rays_per_cell, 0, kMaxPerCell);
+  f.end();
+}
+
 }  // namespace
 
 Value blamed(const Value& value, const Value& other) {
@@ -120,36 +201,24 @@ Value blamed(const Value& value, const Value& other) {
 
 void fields(Fields& f, SonarSpec& sonar) {
   const Need need = read_preset(f);
-  const Rule needed{.need = need};
-  f.number("frequency_hz", sonar.frequency_hz, above_up_to(0, 1e9), needed);
-  f.number("bandwidth_hz", sonar.bandwidth_hz, above_up_to(0, 1e9), needed);
-  pulse_fields(f, sonar.pulse);
-  f.choice<Window>("window", sonar.window, words_to(Window::blackman));
-  f.number("source_level_db", sonar.source_level_db, kLevelDb, needed);
-  f.number("range_min_m", sonar.range_min_m, from_to(0, kMaxLengthM));
-  f.number("range_max_m", sonar.range_max_m, above_up_to(0, kMaxLengthM), needed);
-  if (f.begin("beams", needed)) {
+  const Rule needed{.need = need, .unless = "preset"};
+  carrier_fields(f, sonar, needed);
+  range_fields(f, sonar, needed);
+  if (f.begin({"beams", "Beams", "Receive fan in azimuth"}, needed)) {
     beam_fields(f, sonar, need);
     f.end();
   }
-  if (f.begin("elevation", needed)) {
-    f.number("width_deg", sonar.elevation_width_deg, kAngle, needed);
-    if (!f.writing()) sonar.elevation_fan_deg = sonar.elevation_width_deg;
-    f.number("fan_deg", sonar.elevation_fan_deg, kAngle);
-    f.end();
-  }
-  if (f.begin("rays", needed)) {
-    f.integer("elevation", sonar.rays_elevation, 1, kMaxRays, needed);
-    f.integer("azimuth", sonar.rays_azimuth, 1, kMaxRays);
-    f.integer("per_cell", sonar.rays_per_cell, 0, kMaxPerCell);
-    f.end();
-  }
-  // Left out, it says as much.
-  if (f.begin("receiver", written_if(sonar.array || sonar.adc))) {
+  elevation_fields(f, sonar, needed);
+  ray_fields(f, sonar, needed);
+  // A receiver with ideal beam cells and no ADC is what a scenario without the key has.
+  if (f.begin({"receiver", "Receiver",
+               "How beams are formed, from ideal beam cells or from an array of elements, and the "
+               "ADC; left out: ideal beam cells without an ADC"},
+              written_if(sonar.array || sonar.adc, {.has_default = false}))) {
     receiver_fields(f, sonar);
     f.end();
   }
-  f.map("mount", sonar.mount);
+  f.map({"mount", "Mount", "Pose of the sonar on the body that the trajectory moves"}, sonar.mount);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_band(reader->faults(), reader->map(), sonar);

@@ -1,4 +1,4 @@
-// Trajectories: poses, a file, or a path by a formula; jitter; when the pings go out.
+// The keys of trajectories: poses, a file, or a path by a formula; wave motion; ping times.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,16 +9,16 @@
 namespace ensonify {
 namespace {
 
-// Recorded stamps count from 1970.
+// Time stamps of recordings count from 1970.
 constexpr NumberRange kPathTime = from_to(-1e12, 1e12);
 constexpr NumberRange kSpeed = above_up_to(0, 1e4);
 constexpr NumberRange kBearing = from_to(-36000, 36000);
 
 Vec3 vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// Nearer points have no direction between them.
+// Points closer together than this have no direction between them.
 constexpr double kLeastStepM = 1e-6;
-// Of the sum of two unit vectors: directions closer to opposite than 0.06 degrees.
+// The sum of two unit vectors is shorter than this where they are within 0.06 degrees of opposite.
 constexpr double kLeastBisector = 1e-3;
 
 void check_points(Faults& faults, const Value& list, const SplineSpec& spline) {
@@ -45,8 +45,11 @@ void check_points(Faults& faults, const Value& list, const SplineSpec& spline) {
 void points_fields(Fields& f, SplineSpec& spline) {
   const ReadWatch watch(f);
   const bool listed =
-      f.list("points_m", spline.points_m, {"", "is a list of at least two points [x, y, z]", 2},
-             kRequired, [&](const std::string& at, std::array<double, 3>& point) {
+      f.list({"points_m", "Points",
+              "Points [x, y, z], each apart from the one before; the path must not double back at "
+              "any of them"},
+             spline.points_m, {"", "is a list of at least two points [x, y, z]", 2}, kRequired,
+             [&](const std::string& at, std::array<double, 3>& point) {
                f.numbers(at, point, kPosition);
              });
   if (!listed || !watch.is_well()) return;
@@ -55,25 +58,33 @@ void points_fields(Fields& f, SplineSpec& spline) {
 
 void look_fields(Fields& f, SplineSpec& spline) {
   constexpr std::string_view kWords[] = {"along", "at_m"};
+  constexpr KindText kTexts[] = {{"Along", "Along the path"},
+                                 {"At a point", "At the point [x, y, z] in the world"}};
   std::size_t look = spline.look_at_m ? 1 : 0;
-  if (!f.begin_kind("look", kWords, look)) return;
+  if (!f.begin_kind({"look", "Look", "Where the x axis of the body points"}, kWords, kTexts,
+                    look)) {
+    return;
+  }
   if (look == 1) {
     std::array<double, 3> at = spline.look_at_m.value_or(std::array<double, 3>{});
-    f.numbers("", at, kPosition);
+    f.numbers({"", "At a point", "[x, y, z] in the world", "m"}, at, kPosition);
     spline.look_at_m = at;
   }
   f.end();
 }
 
-// The first pose's time does not matter, but with several each needs its own.
+// The time of a single pose does not matter, but each of several poses needs its own.
 void poses_fields(Fields& f, std::vector<TimedPoseSpec>& poses) {
   std::optional<double> last_time;
   const ListWords words{"", "is a list of at least one pose", 1};
-  f.list("poses", poses, words, {.in_lines = true},
-         [&](const std::string& at, TimedPoseSpec& pose) {
+  f.list({"poses", "Poses",
+          "Poses at increasing times; positions and attitudes are interpolated between them"},
+         poses, words, {.in_lines = true}, [&](const std::string& at, TimedPoseSpec& pose) {
            if (!f.begin(at)) return;
            const Need need = poses.size() > 1 ? Need::required : Need::optional;
-           const bool timed = f.number("time_s", pose.time_s, kPathTime, {.need = need});
+           const bool timed = f.number(
+               {"time_s", "Time", "Time of the pose; needed where there are several poses"},
+               pose.time_s, kPathTime, {.need = need});
            if (timed && last_time && pose.time_s <= *last_time) {
              f.fault("time_s", fmt::format("{} s does not come after the {} s before it, accepted "
                                            "are times that increase from pose to pose",
@@ -87,50 +98,73 @@ void poses_fields(Fields& f, std::vector<TimedPoseSpec>& poses) {
 
 }  // namespace
 
+static constexpr KeyText kSpeedText = {"speed_m_s", "Speed", "Speed along the path"};
+static constexpr KeyText kStartTimeText = {
+    "start_time_s", "Start time",
+    "Time at the start of the path; it matters only where there is another trajectory"};
+
 static void fields(Fields& f, LawnmowerSpec& path) {
-  f.numbers("corner_m", path.corner_m, kPosition, kRequired);
-  f.number("length_m", path.length_m, kLength, kRequired);
-  f.number("width_m", path.width_m, from_to(0, kMaxLengthM), kRequired);
-  f.number("spacing_m", path.spacing_m, kLength, kRequired);
-  f.number("heading_deg", path.heading_deg, kBearing);
-  f.number("speed_m_s", path.speed_m_s, kSpeed, kRequired);
-  f.number("start_time_s", path.start_time_s, kPathTime);
+  f.numbers({"corner_m", "Corner", "[x, y, z] at which the first line starts"}, path.corner_m,
+            kPosition, kRequired);
+  f.number({"length_m", "Length", "Length of each line"}, path.length_m, kLength, kRequired);
+  f.number({"width_m", "Width", "Width of the area to port of the first line, filled with lines"},
+           path.width_m, from_to(0, kMaxLengthM), kRequired);
+  f.number({"spacing_m", "Spacing", "Distance between neighboring lines"}, path.spacing_m, kLength,
+           kRequired);
+  f.number({"heading_deg", "Heading", "Heading of the first line, from x (east) toward y (north)"},
+           path.heading_deg, kBearing);
+  f.number(kSpeedText, path.speed_m_s, kSpeed, kRequired);
+  f.number(kStartTimeText, path.start_time_s, kPathTime);
 }
 
 static void fields(Fields& f, OrbitSpec& path) {
-  f.numbers("center_m", path.center_m, kPosition, kRequired);
-  f.number("radius_m", path.radius_m, kLength, kRequired);
-  f.number("speed_m_s", path.speed_m_s, kSpeed, kRequired);
-  if (f.number("turns", path.turns, from_to(-1e6, 1e6)) && std::abs(path.turns) < 1e-9) {
+  f.numbers({"center_m", "Center", "[x, y, z] of the center"}, path.center_m, kPosition, kRequired);
+  f.number({"radius_m", "Radius", "Radius of the circle"}, path.radius_m, kLength, kRequired);
+  f.number(kSpeedText, path.speed_m_s, kSpeed, kRequired);
+  const bool has_turns = f.number(
+      {"turns", "Turns", "Number of turns, not 0; below 0 the path is clockwise, seen from above"},
+      path.turns, from_to(-1e6, 1e6));
+  if (has_turns && std::abs(path.turns) < 1e-9) {
     f.fault("turns", "no way to go, accepted is a number other than 0, below 0 for clockwise");
   }
-  f.number("start_deg", path.start_deg, kBearing);
-  f.choice<OrbitLook>("look", path.look,
+  f.number({"start_deg", "Start bearing",
+            "Bearing of the first position from the center, from x toward y"},
+           path.start_deg, kBearing);
+  f.choice<OrbitLook>({"look", "Look",
+                       "Where the x axis of the body points: to the center (inward), away from it "
+                       "(outward) or along the path (along)"},
+                      path.look,
                       {{"inward", OrbitLook::inward},
                        {"outward", OrbitLook::outward},
                        {"along", OrbitLook::along}});
-  f.number("start_time_s", path.start_time_s, kPathTime);
+  f.number(kStartTimeText, path.start_time_s, kPathTime);
 }
 
 static void fields(Fields& f, SplineSpec& path) {
   points_fields(f, path);
-  f.number("speed_m_s", path.speed_m_s, kSpeed, kRequired);
+  f.number(kSpeedText, path.speed_m_s, kSpeed, kRequired);
   look_fields(f, path);
-  f.number("start_time_s", path.start_time_s, kPathTime);
+  f.number(kStartTimeText, path.start_time_s, kPathTime);
 }
 
-static void fields(Fields& f, JitterSpec& jitter) {
-  f.number("roll_deg", jitter.roll_deg, from_to(0, 60));
-  f.number("pitch_deg", jitter.pitch_deg, from_to(0, 60));
-  f.number("yaw_deg", jitter.yaw_deg, from_to(0, 60));
-  f.number("heave_m", jitter.heave_m, from_to(0, 1000));
-  f.number("period_s", jitter.period_s, above_up_to(0, 1e6), kRequired);
-  f.number("bandwidth", jitter.bandwidth, from_to(0.01, 0.33));
+static void fields(Fields& f, WaveMotionSpec& motion) {
+  f.number({"roll_deg", "Roll", "Rms roll in the frame of the body"}, motion.roll_deg,
+           from_to(0, 60));
+  f.number({"pitch_deg", "Pitch", "Rms pitch in the frame of the body"}, motion.pitch_deg,
+           from_to(0, 60));
+  f.number({"yaw_deg", "Yaw", "Rms yaw in the frame of the body"}, motion.yaw_deg, from_to(0, 60));
+  f.number({"heave_m", "Heave", "Rms displacement along the z axis of the world"}, motion.heave_m,
+           from_to(0, 1000));
+  f.number({"period_s", "Period", "Period at the peak of the spectrum"}, motion.period_s,
+           above_up_to(0, 1e6), kRequired);
+  f.number({"bandwidth", "Relative bandwidth",
+            "Standard deviation of the spectrum divided by its peak frequency"},
+           motion.bandwidth, from_to(0.01, 0.33));
 }
 
 namespace {
 
-// A path that is entered anew while reading, and is there while writing.
+// Returns a path that is new while reading, and that is there already while writing.
 template <class Path>
 Path& path_as(const Fields& f, TrajectorySpec& trajectory) {
   if (!f.writing()) trajectory.path.emplace<Path>();
@@ -145,12 +179,26 @@ void path_fields(Fields& f, TrajectorySpec& trajectory, Need need) {
   if (!f.writing()) trajectory.path = std::vector<TimedPoseSpec>(1);
   if (which == 0u) poses_fields(f, std::get<0>(trajectory.path));
   if (which == 1u) {
-    f.file("file", path_as<PathFileSpec>(f, trajectory).file, {".tum", ".txt", ".csv"}, kRequired);
+    f.file({"file", "Trajectory file", "TUM file (.tum, .txt) or CSV file (.csv)"},
+           path_as<PathFileSpec>(f, trajectory).file, {".tum", ".txt", ".csv"}, kRequired);
   }
-  if (which == 2u) f.map("lawnmower", path_as<LawnmowerSpec>(f, trajectory));
-  if (which == 3u) f.map("orbit", path_as<OrbitSpec>(f, trajectory));
-  if (which == 4u) f.map("spline", path_as<SplineSpec>(f, trajectory));
-  f.map("jitter", trajectory.jitter);
+  if (which == 2u) {
+    f.map({"lawnmower", "Lawnmower",
+           "Parallel lines in alternating directions, joined by half circles"},
+          path_as<LawnmowerSpec>(f, trajectory));
+  }
+  if (which == 3u) {
+    f.map({"orbit", "Orbit", "A horizontal circle"}, path_as<OrbitSpec>(f, trajectory));
+  }
+  if (which == 4u) {
+    f.map({"spline", "Spline", "A smooth curve through points, at constant speed"},
+          path_as<SplineSpec>(f, trajectory));
+  }
+  f.renamed("jitter", "wave_motion");
+  f.map({"wave_motion", "Wave motion",
+         "Motion in waves that is added to the path: four independent sums of sinusoids; left out: "
+         "none"},
+        trajectory.wave_motion);
 }
 
 }  // namespace
@@ -166,13 +214,17 @@ void fields(Fields& f, TrajectorySpec& trajectory) {
 
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory) {
   path_fields(f, trajectory, Need::optional);
-  f.number("ping_rate_hz", trajectory.ping_rate_hz, above_up_to(0, 1e6));
-  if (!f.writing()) {
-    trajectory.pings.reset();
-    const auto* poses = std::get_if<std::vector<TimedPoseSpec>>(&trajectory.path);
-    if (poses != nullptr && poses->size() == 1) trajectory.pings = 1;
-  }
-  f.integer("pings", trajectory.pings, 1, kMaxPings);
+  f.number({"ping_rate_hz", "Ping rate", "Pings per second"}, trajectory.ping_rate_hz,
+           above_up_to(0, 1e6));
+  if (!f.writing()) trajectory.pings.reset();
+  const bool has_pings =
+      f.integer({"pings", "Pings",
+                 "Number of pings; left out: 1 with a single pose, else as many as fit the "
+                 "duration of the path"},
+                trajectory.pings, 1, kMaxPings);
+  if (f.writing() || has_pings) return;
+  const auto* poses = std::get_if<std::vector<TimedPoseSpec>>(&trajectory.path);
+  if (poses != nullptr && poses->size() == 1) trajectory.pings = 1;
 }
 
 }  // namespace ensonify

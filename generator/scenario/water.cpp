@@ -1,4 +1,4 @@
-// The water: sound speed, its profile, absorption; and what scatters in it.
+// The keys of the water: sound speed, its profile, absorption, and the volumes that scatter in it.
 #include <fmt/format.h>
 
 #include "scenario/sections.h"
@@ -7,9 +7,12 @@
 namespace ensonify {
 
 static void fields(Fields& f, SoundSpeedSpec& from) {
-  f.number("temperature_c", from.temperature_c, from_to(-5, 40), kRequired);
-  f.number("salinity_psu", from.salinity_psu, from_to(0, 45), kRequired);
-  f.number("depth_m", from.depth_m, from_to(0, 12000), kRequired);
+  f.number({"temperature_c", "Temperature", "Temperature of the water"}, from.temperature_c,
+           from_to(-5, 40), kRequired);
+  f.number({"salinity_psu", "Salinity", "Salinity of the water"}, from.salinity_psu, from_to(0, 45),
+           kRequired);
+  f.number({"depth_m", "Depth", "Depth below the surface"}, from.depth_m, from_to(0, 12000),
+           kRequired);
 }
 
 namespace {
@@ -17,17 +20,34 @@ namespace {
 constexpr NumberRange kStrength = from_to(-200, 60);
 constexpr NumberRange kExtinction = from_to(0, 1e4);
 
-// A number, or {from: {temperature_c, salinity_psu, depth_m}}.
+constexpr KeyText kSoundSpeedText = {
+    "sound_speed_m_s", "Sound speed",
+    "A number, or {from: {temperature_c, salinity_psu, depth_m}}; with a profile, the value that "
+    "the instrument assumes"};
+
+// The value is a number, or {from: {temperature_c, salinity_psu, depth_m}}.
 void sound_speed_fields(Fields& f, WaterSpec& water) {
   const Node* given = f.peek("sound_speed_m_s");
   const bool from = f.writing() ? water.sound_speed_from.has_value()
                                 : given != nullptr && given->kind == NodeKind::map;
   if (!from) {
-    f.number("sound_speed_m_s", water.sound_speed_m_s, from_to(kMinSoundSpeed, kMaxSoundSpeed));
-  } else if (f.begin("sound_speed_m_s")) {
-    f.map("from", water.sound_speed_from, kRequired);
+    f.number(kSoundSpeedText, water.sound_speed_m_s, from_to(kMinSoundSpeed, kMaxSoundSpeed));
+  } else if (f.begin(kSoundSpeedText)) {
+    f.map({"from", "Sea water",
+           "Properties of the sea water from which the sound speed is computed after Leroy et al. "
+           "2008"},
+          water.sound_speed_from, kRequired);
     f.end();
   }
+}
+
+void sea_fields(Fields& f, SeaAbsorptionSpec& model, const Rule& rule) {
+  f.number({"temperature_c", "Temperature", "Temperature of the water in the model"},
+           model.temperature_c, from_to(-5, 60), rule);
+  f.number({"salinity_psu", "Salinity", "Salinity of the water in the model"}, model.salinity_psu,
+           from_to(0, 100), rule);
+  f.number({"ph", "pH", "pH of the water in the model"}, model.ph, from_to(5, 10), rule);
+  f.number({"depth_m", "Depth", "Depth in the model"}, model.depth_m, from_to(0, 12000), rule);
 }
 
 void absorption_fields(Fields& f, WaterSpec& water) {
@@ -40,17 +60,20 @@ void absorption_fields(Fields& f, WaterSpec& water) {
   if (f.writing() && which == 0u) fixed = std::get<FixedAbsorptionSpec>(water.absorption);
   if (f.writing() && which == 1u) model = std::get<SeaAbsorptionSpec>(water.absorption);
   const Rule of_model = useless_if(which == 0u, "beside fixed_db_m, accepted is either alone");
-  if (which == 0u) f.number("fixed_db_m", fixed.db_m, from_to(0, 1000));
+  if (which == 0u) {
+    f.number({kKeys[0], "Fixed absorption", "Absorption, in place of a model"}, fixed.db_m,
+             from_to(0, 1000), {.has_default = false});
+  }
   if (which == 1u) {
-    f.choice<AbsorptionModel>("model", model.model,
+    f.choice<AbsorptionModel>({kKeys[1], "Model",
+                               "Francois and Garrison 1982, or Ainslie and McColm 1998; in place "
+                               "of fixed_db_m"},
+                              model.model,
                               {{"francois_garrison", AbsorptionModel::francois_garrison},
                                {"ainslie_mccolm", AbsorptionModel::ainslie_mccolm}},
                               kRequired);
   }
-  f.number("temperature_c", model.temperature_c, from_to(-5, 60), of_model);
-  f.number("salinity_psu", model.salinity_psu, from_to(0, 100), of_model);
-  f.number("ph", model.ph, from_to(5, 10), of_model);
-  f.number("depth_m", model.depth_m, from_to(0, 12000), of_model);
+  sea_fields(f, model, of_model);
   if (which == 0u) water.absorption = fixed;
   if (which == 1u) water.absorption = model;
 }
@@ -76,9 +99,12 @@ void check_rows(FieldReader& reader, const ProfileSpec& profile) {
 
 static void fields(Fields& f, ProfileSpec& profile) {
   const bool from_file = f.writing() ? !profile.file.empty() : f.peek("file") != nullptr;
-  f.file("file", profile.file, {".csv"}, written_if(from_file));
+  f.file({"file", "Profile file",
+          "CSV file with the columns depth_m and sound_speed_m_s, in place of the two lists; left "
+          "out: the two lists"},
+         profile.file, {".csv"}, written_if(from_file, {.has_default = false}));
   const ReadWatch watch(f);
-  const auto column = [&](std::string_view key, const NumberRange& range,
+  const auto column = [&](const KeyText& key, const NumberRange& range,
                           std::vector<double>& values) {
     const std::string missing = "is a list of " + in_words(range, "number");
     const ListWords words{missing, "is one row and more", 1};
@@ -87,68 +113,103 @@ static void fields(Fields& f, ProfileSpec& profile) {
         useless_if(from_file, "beside file, accepted is either the file or both lists", kRequired),
         [&](const std::string& at, double& value) { f.number(at, value, range); });
   };
-  const bool depths = column("depth_m", from_to(kMinDepthM, kMaxDepthM), profile.depth_m);
-  const bool speeds =
-      column("sound_speed_m_s", from_to(kMinSoundSpeed, kMaxSoundSpeed), profile.sound_speed_m_s);
+  const bool depths = column({"depth_m", "Depths", "Depths below the surface, in increasing order"},
+                             from_to(kMinDepthM, kMaxDepthM), profile.depth_m);
+  const bool speeds = column({"sound_speed_m_s", "Sound speeds",
+                              "Sound speed at each of these depths, linear between them and "
+                              "constant beyond"},
+                             from_to(kMinSoundSpeed, kMaxSoundSpeed), profile.sound_speed_m_s);
   if (depths && speeds && watch.is_well()) check_rows(*f.reader(), profile);
-  f.number("surface_z_m", profile.surface_z_m, kPosition);
+  f.number({"surface_z_m", "Surface height", "Height in the world of depth 0"}, profile.surface_z_m,
+           kPosition);
 }
 
 void fields(Fields& f, WaterSpec& water) {
   sound_speed_fields(f, water);
-  f.map("profile", water.profile);
-  if (f.begin("absorption")) {
+  f.map({"profile", "Sound speed profile",
+         "Sound speed as a function of depth, which refracts the rays; left out: sound_speed_m_s "
+         "everywhere"},
+        water.profile);
+  if (f.begin({"absorption", "Absorption",
+               "A model of sea water, or one number; left out: francois_garrison with the defaults "
+               "of its keys"})) {
     absorption_fields(f, water);
     f.end();
   }
 }
 
+static constexpr KeyText kStrengthText = {"strength_db", "Volume scattering strength",
+                                          "Backscattering strength of a unit volume of density 1",
+                                          "dB re 1/m"};
+static constexpr KeyText kExtinctionText = {
+    "extinction_db_m", "Extinction",
+    "One-way loss through a volume of density 1, in addition to the absorption of the water"};
+
 static void fields(Fields& f, UniformVolumeSpec& uniform) {
-  f.number("strength_db", uniform.strength_db, kStrength, kRequired);
-  f.numbers("size_m", uniform.size_m, kLength);
+  f.number({kStrengthText.key, kStrengthText.title, "Backscattering strength of a unit volume",
+            kStrengthText.unit},
+           uniform.strength_db, kStrength, kRequired);
+  f.numbers({"size_m", "Size", "[x, y, z]; left out: all the water"}, uniform.size_m, kLength);
 }
 
 static void fields(Fields& f, VdbVolumeSpec& vdb) {
-  f.file("file", vdb.file, {".vdb"}, kRequired);
-  f.text("grid", vdb.grid);
-  f.number("strength_db", vdb.strength_db, kStrength, kRequired);
-  f.number("extinction_db_m", vdb.extinction_db_m, kExtinction);
+  f.file({"file", "Volume file", "OpenVDB file (.vdb)"}, vdb.file, {".vdb"}, kRequired);
+  f.text({"grid", "Grid", "Name of the grid in the file"}, vdb.grid);
+  f.number(kStrengthText, vdb.strength_db, kStrength, kRequired);
+  f.number(kExtinctionText, vdb.extinction_db_m, kExtinction);
 }
 
 static void fields(Fields& f, PlumeSpec& plume) {
-  const bool has_radius = f.number("radius_m", plume.radius_m, kLength, kRequired);
-  const bool has_height = f.number("height_m", plume.height_m, kLength, kRequired);
+  const bool has_radius =
+      f.number({"radius_m", "Radius", "Radius at the foot"}, plume.radius_m, kLength, kRequired);
+  const bool has_height =
+      f.number({"height_m", "Height", "Height of the plume, at most 1000 times radius_m"},
+               plume.height_m, kLength, kRequired);
   if (has_radius && has_height && plume.height_m > kMaxPlumeSlimness * plume.radius_m) {
     f.fault("height_m", fmt::format("more than {} times radius_m, accepted is a plume that is "
                                     "less slim",
                                     kMaxPlumeSlimness));
   }
-  f.number("spread_deg", plume.spread_deg, from_to(0, 60));
-  f.number("strength_db", plume.strength_db, kStrength, kRequired);
-  f.number("extinction_db_m", plume.extinction_db_m, kExtinction);
+  f.number({"spread_deg", "Spread", "Angle between the axis and the rim"}, plume.spread_deg,
+           from_to(0, 60));
+  f.number(kStrengthText, plume.strength_db, kStrength, kRequired);
+  f.number(kExtinctionText, plume.extinction_db_m, kExtinction);
 }
 
 static void fields(Fields& f, SchoolSpec& school) {
-  f.numbers("size_m", school.size_m, kLength, kRequired);
-  f.integer("fish", school.fish, 1, kMaxFish, kRequired);
-  f.number("target_strength_db", school.target_strength_db, from_to(-300, 300), kRequired);
+  f.numbers({"size_m", "Size", "Axes [a, b, c] of the ellipsoid"}, school.size_m, kLength,
+            kRequired);
+  f.integer({"fish", "Fish", "Number of fish"}, school.fish, 1, kMaxFish, kRequired);
+  f.number({"target_strength_db", "Target strength", "Target strength of one fish", "dB re 1 m²"},
+           school.target_strength_db, from_to(-300, 300), kRequired);
 }
 
 void fields(Fields& f, VolumeSpec& volume) {
-  f.text("name", volume.name, kRequired);
-  f.text("class", volume.class_name);
-  const auto kind = f.one_of(volume.kind, {"uniform", "vdb", "plume", "school"});
+  f.text({"name", "Name", "Name that no other object, point target or volume has"}, volume.name,
+         kRequired);
+  f.text({"class", "Class", "Class of the instance"}, volume.class_name);
+  const auto kind = f.one_of(
+      volume.kind,
+      {{{"uniform", "Uniform volume", "A box centered at the origin, or all the water"},
+        {"vdb", "OpenVDB volume", "The active voxels of a fog volume of floats, in meters, z up"},
+        {"plume", "Bubble plume", "Bubbles that rise along z from a disc at the origin"},
+        {"school", "School of fish",
+         "Fish at rest, anywhere in an ellipsoid centered at the origin"}}});
   auto* uniform = kind ? std::get_if<UniformVolumeSpec>(&volume.kind) : nullptr;
   const bool is_school = std::holds_alternative<SchoolSpec>(volume.kind);
   double none = 0;
-  f.number("extinction_db_m", uniform != nullptr ? uniform->extinction_db_m : none, kExtinction,
+  f.number({kExtinctionText.key, kExtinctionText.title,
+            "Of a uniform volume: one-way loss through it, in addition to the absorption of the "
+            "water"},
+           uniform != nullptr ? uniform->extinction_db_m : none, kExtinction,
            useless_if(kind && uniform == nullptr,
                       is_school ? "on a school: fish do not attenuate"
                                 : "here: it belongs among the keys of its kind"));
   const Node* given = f.peek("uniform");
   const bool may_end =
       given != nullptr && (given->kind != NodeKind::map || find(*given, "size_m") != nullptr);
-  f.map("pose", volume.pose,
+  f.map({"pose", "Pose", "Pose of the volume; not for a uniform volume without size_m"},
+        volume.pose,
         useless_if(uniform != nullptr && !uniform->size_m && !may_end,
                    "on a uniform volume without size_m: it has no end"));
 }

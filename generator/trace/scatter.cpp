@@ -346,10 +346,10 @@ HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanH
   hidden.list = sorted_by_beam_and_delay(all, fan.beams, workers);
   for (const Scatterer& s : hidden.list.items) {
     if ((s.key & kTargetKey) != 0) {
-      hidden.caster.push_back(points.hidden[s.key & ~kTargetKey].caster);
+      hidden.occluder.push_back(points.hidden[s.key & ~kTargetKey].occluder);
     } else {
       const bool next = s.key % kMostLayers == 0;
-      hidden.caster.push_back(next ? hits[s.key / kMostLayers].instance : 0);
+      hidden.occluder.push_back(next ? hits[s.key / kMostLayers].instance : 0);
     }
   }
   hidden.occlusion = occlusion_of(hits, behind.behind, points, scattering.sonar, instances);

@@ -53,7 +53,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
 // A point target or a fish behind a surface, as it would be heard were that not there.
 struct HiddenTarget {
   Scatterer scatterer;
-  std::uint32_t caster = 0;  // the instance that alone hides it; 0: several do
+  std::uint32_t occluder = 0;  // the instance that alone hides it; 0: several do
 };
 
 // Point targets inside the fan and its ranges with no surface before them; amplitude 10^(TS/20).

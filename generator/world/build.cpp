@@ -153,7 +153,7 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
   return materials;
 }
 
-// Moves with a jitter of its own, keyed by its name: objects added beside it change nothing.
+// Moves with a wave motion of its own, keyed by its name: objects added beside it change nothing.
 void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
               const std::string& key, WorldObject& object, WorldFaults& faults) {
   if (!spec.trajectory) return;

@@ -38,7 +38,7 @@ TimeSpan span_of(const SampledPath& path) {
   return {path.points.front().time_s, path.points.back().time_s};
 }
 
-Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t jitter_key) {
+Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key) {
   Path path;
   if (const auto* file = std::get_if<PathFileSpec>(&spec.path)) {
     Result<SampledPath> sampled = load_path_file(file->file);
@@ -53,14 +53,16 @@ Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t jitter_key) {
   } else {
     path.nominal = make_path(std::get<std::vector<TimedPoseSpec>>(spec.path));
   }
-  if (spec.jitter) path.jitter = make_jitter(*spec.jitter, jitter_key, span_of(path).start_s);
+  if (spec.wave_motion) {
+    path.wave_motion = make_wave_motion(*spec.wave_motion, wave_key, span_of(path).start_s);
+  }
   return path;
 }
 
 Pose pose_at(const Path& path, double time_s) {
   const Pose pose =
       std::visit([&](const auto& nominal) { return pose_at(nominal, time_s); }, path.nominal);
-  return path.jitter ? jittered(*path.jitter, time_s, pose) : pose;
+  return path.wave_motion ? moved_by_waves(*path.wave_motion, time_s, pose) : pose;
 }
 
 TimeSpan span_of(const Path& path) {

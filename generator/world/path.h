@@ -2,8 +2,8 @@
 //
 //   SampledPath  SplinePath  make_path                  nominal paths; others are their specs
 //   load_path_file                                      a sampled path from a file
-//   Jitter  make_jitter  jittered                       what the sea adds to a nominal path
-//   Path    load_path                                   a nominal path with its jitter
+//   WaveMotion  make_wave_motion  moved_by_waves        what the sea adds to a nominal path
+//   Path    load_path                                   a nominal path with its wave motion
 //   pose_at  span_of                                    of any of them
 //   ping_times                                          when the pings of a trajectory go out
 #pragma once
@@ -75,7 +75,7 @@ TimeSpan span_of(const SplinePath& path);
 
 // Attitude and heave that the sea adds: a sum of sinusoids, known at every instant, whose equal
 // amplitudes are sqrt(2 / kTerms) rms, so that the mean square over time tends to rms^2.
-struct Jitter {
+struct WaveMotion {
   static constexpr int kTerms = 32;
   struct Sinusoid {
     double rad_s = 0, phase_rad = 0;
@@ -91,20 +91,20 @@ struct Jitter {
 // Frequencies drawn from a normal density about 1 / period, of standard deviation
 // bandwidth / period, cut at three of them: one in each of kTerms strata of equal probability, so
 // that each key has the whole spectrum and no two terms fall together.
-Jitter make_jitter(const JitterSpec& spec, std::uint64_t key, double start_time_s);
+WaveMotion make_wave_motion(const WaveMotionSpec& spec, std::uint64_t key, double start_time_s);
 
 // Roll, pitch and yaw as a further rotation in the body's frame, heave along the world's z.
-Pose jittered(const Jitter& jitter, double time_s, const Pose& pose);
+Pose moved_by_waves(const WaveMotion& motion, double time_s, const Pose& pose);
 
 struct Path {
   std::variant<SampledPath, LawnmowerSpec, OrbitSpec, SplinePath> nominal;
-  std::optional<Jitter> jitter;
+  std::optional<WaveMotion> wave_motion;
 };
 
 // Errors (usage): those of load_path_file.
-Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t jitter_key);
+Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key);
 
-// Beyond its ends the body rests, but for the jitter.
+// Beyond its ends the body rests, but for its wave motion.
 Pose pose_at(const Path& path, double time_s);
 TimeSpan span_of(const Path& path);
 

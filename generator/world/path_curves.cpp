@@ -1,4 +1,5 @@
-// Paths known at every instant: lawnmower, orbit and spline, and the jitter on top of any path.
+// Paths known at every instant: lawnmower, orbit and spline, and the wave motion on top of any
+// path.
 #include <algorithm>
 #include <cmath>
 
@@ -184,40 +185,41 @@ double cut_normal(double probability) {
   return std::clamp(z, -kCut, kCut);
 }
 
-Jitter::Axis make_axis(const JitterSpec& spec, double rms, std::uint64_t key, std::uint32_t axis) {
-  Jitter::Axis made;
+WaveMotion::Axis make_axis(const WaveMotionSpec& spec, double rms, std::uint64_t key,
+                           std::uint32_t axis) {
+  WaveMotion::Axis made;
   made.rms = rms;
   if (rms == 0) return made;
-  for (int i = 0; i < Jitter::kTerms; ++i) {
+  for (int i = 0; i < WaveMotion::kTerms; ++i) {
     const Philox4 words = random_words(key, axis, static_cast<std::uint64_t>(i), 0);
-    const double stratum = (i + uniform_from_word(words.v[0])) / Jitter::kTerms;
+    const double stratum = (i + uniform_from_word(words.v[0])) / WaveMotion::kTerms;
     made.terms[i] = {2 * kPi / spec.period_s * (1 + spec.bandwidth * cut_normal(stratum)),
                      2 * kPi * uniform_from_word(words.v[1])};
   }
   return made;
 }
 
-double value_of(const Jitter::Axis& axis, double time_s) {
+double value_of(const WaveMotion::Axis& axis, double time_s) {
   if (axis.rms == 0) return 0;
   double sum = 0;
-  for (const Jitter::Sinusoid& term : axis.terms)
+  for (const WaveMotion::Sinusoid& term : axis.terms)
     sum += std::cos(term.rad_s * time_s + term.phase_rad);
-  return axis.rms * std::sqrt(2.0 / Jitter::kTerms) * sum;
+  return axis.rms * std::sqrt(2.0 / WaveMotion::kTerms) * sum;
 }
 
 }  // namespace
 
-Jitter make_jitter(const JitterSpec& spec, std::uint64_t key, double start_time_s) {
+WaveMotion make_wave_motion(const WaveMotionSpec& spec, std::uint64_t key, double start_time_s) {
   return {start_time_s, make_axis(spec, radians(spec.roll_deg), key, 0),
           make_axis(spec, radians(spec.pitch_deg), key, 1),
           make_axis(spec, radians(spec.yaw_deg), key, 2), make_axis(spec, spec.heave_m, key, 3)};
 }
 
-Pose jittered(const Jitter& jitter, double time_s, const Pose& pose) {
-  const double t = time_s - jitter.start_time_s;
-  const Quat turn = from_roll_pitch_yaw(value_of(jitter.roll, t), value_of(jitter.pitch, t),
-                                        value_of(jitter.yaw, t));
-  return {pose.position_m + Vec3{0, 0, value_of(jitter.heave, t)}, pose.rotation * turn};
+Pose moved_by_waves(const WaveMotion& motion, double time_s, const Pose& pose) {
+  const double t = time_s - motion.start_time_s;
+  const Quat turn = from_roll_pitch_yaw(value_of(motion.roll, t), value_of(motion.pitch, t),
+                                        value_of(motion.yaw, t));
+  return {pose.position_m + Vec3{0, 0, value_of(motion.heave, t)}, pose.rotation * turn};
 }
 
 }  // namespace ensonify

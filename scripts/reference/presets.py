@@ -35,7 +35,7 @@ def row(path):
     return (f"`{path.stem}`", sonar["instrument"], f"{sonar['frequency_hz'] / 1e3:g}",
             f"{sonar['bandwidth_hz'] / 1e3:g}", f"{sonar['source_level_db']:g}",
             f"{sonar['range_min_m']:g} to {sonar['range_max_m']:g}", f"{beams['count']:g}",
-            f"{beams['fov_deg']:g} × {elevation['width_deg']:g}", f"{beams['width_deg']:g}",
+            f"{beams['fov_deg']:g} × {elevation['width_deg']:g}", f"{beams['receive_width_deg']:g}",
             f"{sonar['rays']['elevation']:g}")
 
 

@@ -1,6 +1,5 @@
 """docs/scenario_keys.md: every key of a scenario, from its schema, and the presets."""
 import json
-import re
 
 from . import presets
 from .schema_words import code, describe, meaning, meant, own_keys, slug, table
@@ -8,22 +7,22 @@ from .schema_words import code, describe, meaning, meant, own_keys, slug, table
 # A heading, the definition whose keys stand under it, and the heading of docs/scenario.md that explains
 # them. Parents stand before their parts; a definition without a heading stands in the table of its parent.
 SECTIONS = [
-    ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse_kind", "Pulses"),
-    ("receiver", "receiver", "Array of elements"), ("Shading", "shading_kind", "Shading"),
+    ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse", "Pulses"),
+    ("receiver", "receiver", "Array of elements"), ("Shading", "shading", "Shading"),
     ("water", "water", "water"), ("scattering", "scattering", "scattering"),
-    ("materials", "material", "materials"), ("objects", "object", "objects"),
+    ("materials", "materials_item", "materials"), ("objects", "objects_item", "objects"),
     ("shape", "shape", "objects"), ("heightfield", "heightfield", "Terrain"),
-    ("place", "place", "Places"), ("point_targets", "point_target", "point_targets"),
-    ("volumes", "volume", "volumes"), ("multipath", "multipath", "multipath"),
-    ("trajectory", "trajectory", "trajectory"), ("lawnmower", "lawnmower", "Ways by a formula"),
+    ("place", "place", "Places"), ("point_targets", "point_targets_item", "point_targets"),
+    ("volumes", "volumes_item", "volumes"), ("multipath", "multipath", "multipath"),
+    ("trajectory", "scenario_trajectory", "trajectory"), ("lawnmower", "lawnmower", "Ways by a formula"),
     ("orbit", "orbit", "Ways by a formula"),
-    ("spline", "spline", "Ways by a formula"), ("jitter", "jitter", "jitter"),
-    ("Timed poses", "timed_pose", "trajectory"), ("Poses", "pose", "Poses"), ("noise", "noise", "noise"),
+    ("spline", "spline", "Ways by a formula"), ("wave_motion", "wave_motion", "wave_motion"),
+    ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"), ("noise", "noise", "noise"),
     ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
 ]
 HEAD = ("key", "type", "unit", "default", "accepted", "meaning")
 INTRODUCTION = """\
-*Made by `scripts/make_reference.py` from `output_schema/scenario.schema.json`; change that, not this page.*
+*Made by `scripts/make_reference.py` from the `fields` functions in `generator/scenario`; change those, not this page.*
 
 # Scenario keys
 
@@ -39,20 +38,6 @@ it means. [scenario.md](scenario.md) explains them together, with examples, and 
 """
 
 
-def alternatives(node):
-    """Sets of keys of which one has to be there."""
-    rest = node.get("else", {})
-    for choice in (node.get("anyOf"), rest.get("anyOf"), rest.get("oneOf")):
-        sets = [part["required"] for part in choice or [] if "required" in part and "properties" not in part]
-        if len(sets) > 1:
-            return sets
-    return []
-
-
-def needed(node):
-    return set(node.get("required", [])) - {"choice"} | set(node.get("else", {}).get("required", []))
-
-
 class Page:
     def __init__(self, whole):
         self.whole = whole
@@ -63,46 +48,19 @@ class Page:
         self.seen = {}      # maps that have their rows, by identity: the path
         self.shown = []     # (map, key) of every row
 
-    def without_preset(self, name):
-        """Keys of a part of the sonar that must be there where no preset is."""
-        alone = self.whole["definitions"]["whole_sonar"]
-        if name == "sonar":
-            return alone["required"], []
-        rules = alone["properties"].get(name, {"anyOf": [{}, {}]})["anyOf"][1]
-        return rules.get("required", []), [part["required"] for part in rules.get("anyOf", [])]
-
-    def default(self, node, name, key, use, said, text):
-        """What the key is when left out, and the description without that."""
-        left_out = re.search(r"[;.:]? ?left out: (.*?)\.?$", text)
-        asked = re.search(r"; (required .*?)\.?$", text)
+    def default(self, where, key, use):
+        """What the key is when left out."""
         if "default" in use:
             value = json.dumps(use["default"]).replace('"', "").replace("e-0", "e-")
-            return "keys' defaults" if value == "{}" else f"`{value}`", text
-        if left_out:
-            return code(left_out[1]), text[:left_out.start()] + "."
-        if asked:
-            return asked[1], text[:asked.start()] + "."
-        if key in needed(node):
-            return "required", text
-        required, either = self.without_preset(name)
-        if key in required:
-            return "required without a preset", text
-        sets = either or alternatives(node)
-        for keys in sets:
-            if key in keys:
-                others = [" with ".join(f"`{k}`" for k in other) for other in sets if other is not keys]
-                same = "".join(f" with `{k}`" for k in keys if k != key)
-                return ("this" + same + " or " + " or ".join(others)) if len(sets) < 4 else "one of these", text
-        if node.get("maxProperties") == 1:
-            return "one of these", text
-        if said.inner is not None and not said.step and not needed(said.inner):
-            return "keys' defaults", text
-        raise ValueError(f"{name or 'top level'}: {key}: no default, not required, and no \"left out: ...\"")
+            return f"`{value}`"
+        if "left_out" in use:
+            return code(use["left_out"])
+        raise ValueError(f"{where or 'top level'}: {key}: no default, not required, and no \"left out: ...\"")
 
     def row(self, node, name, path, key, use):
         said = describe(self.whole, use)
         flat, _ = meant(self.whole, use)
-        default, text = self.default(node, name, key, use, said, flat["description"])
+        default = self.default(name, key, use)
         unit = use.get("unit", "")
         section = next((n for n in said.names if n in self.sections), None)
         more = ""
@@ -112,7 +70,7 @@ class Page:
         elif said.inner is not None and id(said.inner) in self.seen:
             more = f" Keys as of `{self.seen[id(said.inner)]}`."
         self.shown.append((id(node), key))
-        row = (f"`{path}`", said.kind, unit, default, said.accepted, meaning(flat["title"], text, unit) + more)
+        row = (f"`{path}`", said.kind, unit, default, said.accepted, meaning(flat["title"], flat["description"]) + more)
         return row, None if section is not None else said
 
     def rows(self, node, name, prefix):
@@ -129,6 +87,7 @@ class Page:
 
     def section(self, title, name, link):
         node = self.whole["definitions"][name] if name else self.whole
+        node = next((part for part in node.get("anyOf", []) if part.get("type") == "object"), node)
         places = self.places[name]
         one = len(places) == 1
         prefix = places[0] + "." if one and places[0] else ""

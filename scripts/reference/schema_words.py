@@ -121,7 +121,7 @@ def of_alternatives(whole, use, names):
     """A word or a map, true or false or a map, a number or a map."""
     kinds, accepted, all_names, inner = [], [], list(names), None
     for part in use["anyOf"]:
-        if part.get("$ref", "").endswith("/drawn_word") or part.get("enum") == ["on", "off"]:
+        if part.get("$ref", "").endswith("/sampled_word") or part.get("enum") == ["on", "off"]:
             continue
         said = describe(whole, part)
         all_names += said.names

@@ -225,7 +225,7 @@ class DataSets(Case):
         for dangerous in ("<script>alert", "<img src=x", "onerror=alert(2)>\""):
             self.assertNotIn(dangerous, text)
         svg = self.folder / "f.svg"
-        self.assertEqual(run("figure", folder, "-o", svg, "--channel", "instance").returncode, 0)
+        self.assertEqual(run("figure", folder, "-o", svg, "--quantity", "instance").returncode, 0)
         self.assertNotIn("<script", svg.read_text())
         self.assertNotIn("<img", svg.read_text())
 

@@ -20,10 +20,10 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 2
   beams: {{count: 24, fov_deg: 40}}
-  rays: {{elevation: 4, per_cell: 4}}
+  rays: {{elevation: 4, min_per_cell: 4}}
 materials: {{m: {{reflectivity: 1e-3}}}}
 objects:
-  - {{name: room, class: room, material: m, shape: {{box: {{size_m: [7, 7, 2], inside: true}}}}}}
+  - {{name: room, class: room, material: m, shape: {{box: {{size_m: [7, 7, 2], inward_facing: true}}}}}}
   - {{name: ball, class: target, material: m, shape: {{sphere: {{radius_m: 0.3}}}}, pose: {{position_m: [1.5, 0, 0]}}}}
 trajectory: {{ping_rate_hz: 5, pings: {PINGS}}}
 noise: {{spectrum_level_db: 30}}

@@ -20,12 +20,12 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 4
   beams: {count: 48, fov_deg: 60}
-  rays: {elevation: 12, per_cell: 8}
+  rays: {elevation: 12, min_per_cell: 8}
 materials:
   m: {reflectivity: 1e-3}
   steel: {reflectivity: {log_uniform: [1e-2, 1e-1]}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inward_facing: true}}}
   - name: ball
     class: target
     material: steel

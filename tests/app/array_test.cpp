@@ -25,13 +25,13 @@ seed: 5
 sonar:
   preset: blueview_p900_90
   range_max_m: 1.4
-  beams: {count: 6, fov_deg: 24, width_deg: 8}
+  beams: {count: 6, fov_deg: 24, receive_width_deg: 8}
   rays: {elevation: 4}
   receiver: {mode: array}
 water: {absorption: {fixed_db_m: 0.3}}
 materials: {wall: {reflectivity: 1e-3}, mirror: {reflectivity: 1e-2, coherent: {model: rician, k: 1}}}
 objects:
-  - {name: room, material: wall, shape: {box: {size_m: [2.4, 2.4, 2], inside: true}}}
+  - {name: room, material: wall, shape: {box: {size_m: [2.4, 2.4, 2], inward_facing: true}}}
   - {name: ball, material: mirror, shape: {sphere: {radius_m: 0.1}}, pose: {position_m: [0.9, 0, 0]}}
 output: {cartesian: false, png: false}
 )";
@@ -62,7 +62,7 @@ PingResult ping_of(const std::vector<Override>& overrides) {
 
 // Protects the defaults: half a wavelength of the water at hand, and the aperture of the beam.
 TEST_CASE("an array's elements follow from width, shading and sound speed") {
-  const ArrayReceiver plain = array_of({{"sonar.beams.width_deg", "1"}});
+  const ArrayReceiver plain = array_of({{"sonar.beams.receive_width_deg", "1"}});
   CHECK(plain.elements == 101);
   CHECK(plain.spacing_m == Approx(1500 / 900e3 / 2));
   const ArrayReceiver warm = array_of(
@@ -71,12 +71,12 @@ TEST_CASE("an array's elements follow from width, shading and sound speed") {
   CHECK(warm.elements == array_of({}).elements);
   // The raised cosine is 1.626 times as long for the same width.
   const ArrayReceiver shaded =
-      array_of({{"sonar.beams.width_deg", "1"}, {"sonar.beams.shading", "hann"}});
+      array_of({{"sonar.beams.receive_width_deg", "1"}, {"sonar.beams.shading", "hann"}});
   CHECK(shaded.shading.kind == Shading::hann);
   CHECK(shaded.elements == Approx(165).margin(1));
   CHECK(array_of({{"sonar.receiver.shading", "hann"}}).shading.kind == Shading::hann);
   CHECK(array_of({{"sonar.receiver.elements", "7"}}).elements == 7);
-  CHECK(array_of({{"sonar.beams.width_deg", "170"}}).elements == 1);
+  CHECK(array_of({{"sonar.beams.receive_width_deg", "170"}}).elements == 1);
 }
 
 TEST_CASE("an array that cannot be is told with its key") {
@@ -84,7 +84,8 @@ TEST_CASE("an array that cannot be is told with its key") {
     const auto session = session_of(overrides);
     return session ? std::string() : session.error().message;
   };
-  CHECK(fault({{"sonar.beams.width_deg", "0.02"}}).find("sonar.receiver.elements: a beam of") == 0);
+  CHECK(fault({{"sonar.beams.receive_width_deg", "0.02"}})
+            .find("sonar.receiver.elements: a beam of") == 0);
   CHECK(fault({{"sonar.receiver.dead", "[14]"}}).find("sonar.receiver.dead: there is no element") ==
         0);
   CHECK(fault({{"sonar.receiver.dead", "[12]"}}).empty());
@@ -153,7 +154,8 @@ TEST_CASE("layers of an array add up, and channels are written") {
 // Protects the scale of hidden echoes: the mean of what a beam of sound elements at half a
 // wavelength hears is that of the beam model, whose pattern it has; errors and width change it.
 TEST_CASE("hidden power of an array is that of its pattern") {
-  const std::vector<Override> fine = {{"sonar.beams", "{count: 200, fov_deg: 40, width_deg: 1}"}};
+  const std::vector<Override> fine = {
+      {"sonar.beams", "{count: 200, fov_deg: 40, receive_width_deg: 1}"}};
   const auto power_of = [&](std::vector<Override> more) {
     more.insert(more.begin(), fine.begin(), fine.end());
     const auto session = session_of(more);
@@ -183,8 +185,9 @@ TEST_CASE("the cost of channels is announced") {
 
 namespace {
 
-const std::vector<Override> kSmallFan = {{"sonar.beams", "{count: 64, fov_deg: 60, width_deg: 2}"},
-                                         {"sonar.rays.elevation", "20"}};
+const std::vector<Override> kSmallFan = {
+    {"sonar.beams", "{count: 64, fov_deg: 60, receive_width_deg: 2}"},
+    {"sonar.rays.elevation", "20"}};
 
 std::vector<Override> small_with(std::vector<Override> more) {
   more.insert(more.begin(), kSmallFan.begin(), kSmallFan.end());

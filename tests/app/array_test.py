@@ -21,14 +21,14 @@ seed: 3
 sonar:
   preset: blueview_p900_90
   range_max_m: 1.5
-  beams: {count: 8, fov_deg: 60, width_deg: 8}
+  beams: {count: 8, fov_deg: 60, receive_width_deg: 8}
   rays: {elevation: 4}
   receiver: {mode: array, spacing_m: 1.2e-3, element_width_m: 6e-4, shading: taylor, gain_error_db: 1,
              phase_error_deg: 10, dead: [2]}
 water: {sound_speed_m_s: 1480}
 materials: {m: {reflectivity: 1e-3, coherent: {model: rician, k: 1}}}
 objects:
-  - {name: room, material: m, shape: {box: {size_m: [2.4, 2.4, 1], inside: true}}}
+  - {name: room, material: m, shape: {box: {size_m: [2.4, 2.4, 1], inward_facing: true}}}
 point_targets: [{name: tip, target_strength_db: -30, position_m: [0.7, 0.2, 0.05]}]
 trajectory: {ping_rate_hz: 5, pings: 2}
 output: {cartesian: false, png: false, channels: true, scatterers: true}
@@ -137,7 +137,7 @@ class Arrays(unittest.TestCase):
         self.assertIn("channels/000001.npy", result.stdout + result.stderr)
 
     def test_packed_channels_are_those_of_the_pings(self):
-        packed = self.generate("packed", "output.pack=sequence")
+        packed = self.generate("packed", "output.one_file_per=sequence")
         self.assertEqual(run("verify", packed).returncode, 0)
         about = json.loads((packed / "sequences/000000/sequence.json").read_text())
         elements, samples = 12, about["record"]["samples"]

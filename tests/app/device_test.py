@@ -20,12 +20,12 @@ seed: 3
 sonar:
   preset: blueview_p900_90
   range_max_m: 3
-  beams: {count: 32, fov_deg: 60, width_deg: 4}
-  rays: {elevation: 6, per_cell: 12}
+  beams: {count: 32, fov_deg: 60, receive_width_deg: 4}
+  rays: {elevation: 6, min_per_cell: 12}
   receiver: {mode: array, shading: taylor, gain_error_db: 1, phase_error_deg: 10, dead: [2]}
 materials: {m: {reflectivity: 1e-3, coherent: {model: rician, k: 1}}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [5, 5, 2], inward_facing: true}}}
 volumes: [{name: water, uniform: {strength_db: -60}}]
 noise: {spectrum_level_db: 30}
 trajectory: {ping_rate_hz: 5, pings: 2, poses: [{time_s: 0, position_m: [0, 0, 0]},

@@ -22,7 +22,7 @@ sonar:
   rays: {elevation: 12}
 materials: {m: {reflectivity: 1e-3}}
 objects:
-  - {name: room, material: m, shape: {box: {size_m: [9, 9, 3], inside: true}}}
+  - {name: room, material: m, shape: {box: {size_m: [9, 9, 3], inward_facing: true}}}
   - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
 water: {absorption: {fixed_db_m: 0.35}}
 noise: {spectrum_level_db: 40}

@@ -64,7 +64,7 @@ std::string wall(double y_m) {
 
 }  // namespace
 
-// Protects the place of a shadow and its caster: on the middle beam the floor is in shadow between
+// Protects the place of a shadow and its occluder: on the middle beam the floor is in shadow between
 // the rays that touch the ball below and above, at slant ranges h / sin(depression). Rays of 0.033
 // degrees are 0.012 m apart there, a sample is 0.025 m. And the Cartesian shadow is the polar one
 // through the map, pixel by pixel.

@@ -34,7 +34,7 @@ const std::string kRoom = R"(materials:
   mirror: {reflectivity: 1e-2, coherent: {model: kirchhoff, reflection: 0.8, roughness_rms_m: 1e-4}}
   glint: {reflectivity: 1e-2, coherent: {model: rician, k: 2}}
 objects:
-  - {name: room, class: structure, material: wall, shape: {box: {size_m: [7, 7, 3], inside: true}}}
+  - {name: room, class: structure, material: wall, shape: {box: {size_m: [7, 7, 3], inward_facing: true}}}
   - {name: ball, class: ball, material: mirror, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
   - {name: post, class: post, material: glint, shape: {cylinder: {radius_m: 0.1, height_m: 2}}, pose: {position_m: [2, 0.6, 0]}}
 point_targets: [{name: tip, target_strength_db: -30, position_m: [1, 0.3, 0]}]

@@ -23,7 +23,7 @@ trajectory: {ping_rate_hz: 5, pings: 4}
 ROOM = HEAD + """
 sonar: {preset: blueview_p900_90, range_max_m: 20, rays: {elevation: 60}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [40, 40, 6], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [40, 40, 6], inward_facing: true}}}
 """
 
 MESH = HEAD + """
@@ -101,7 +101,7 @@ class Memory(unittest.TestCase):
                              "noise={spectrum_level_db: 30}")
 
     def test_packed_sequences(self):
-        self.check_announced(ROOM, "output.pack=sequence", "output.layers=true")
+        self.check_announced(ROOM, "output.one_file_per=sequence", "output.layers=true")
 
     def test_large_mesh(self):
         (self.folder / "floor.obj").write_text(floor(340))

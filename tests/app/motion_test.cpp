@@ -128,7 +128,7 @@ TEST_CASE("where nothing moves the key changes nothing") {
   const std::string scene = kSonar + kTarget +
                             "materials: {m: {reflectivity: 1e-3}}\n"
                             "objects: [{name: room, material: m, shape: {box: {size_m: [14, 9, 4], "
-                            "inside: true}}}]\n"
+                            "inward_facing: true}}}]\n"
                             "noise: {spectrum_level_db: 40}\n";
   const SceneRun off = SceneRun::of_text(scene), with = SceneRun::of_text(scene + on(true));
   CHECK_FALSE(moves(with.session()));
@@ -149,19 +149,19 @@ TEST_CASE("where nothing moves the key changes nothing") {
   CHECK(ended.ping(0).scatterers.items[0].doppler != 0);
 }
 
-// Everything at once: a mirror and a wall, fish, shadows with their casters, layers, noise, jitter;
-// the same with any number of threads, and layers that add up.
+// Everything at once: a mirror and a wall, fish, shadows with their occluders, layers, noise, wave
+// motion; the same with any number of threads, and layers that add up.
 TEST_CASE("a moving scene with all that a ping can hold") {
   std::string scene = kSonar + on(true) + R"(materials:
   wall: {reflectivity: 1e-3}
   mirror: {reflectivity: 1e-2, coherent: {model: kirchhoff, reflection: 0.8, roughness_rms_m: 1e-4}}
 objects:
-  - {name: room, material: wall, shape: {box: {size_m: [12, 10, 4], inside: true}}}
+  - {name: room, material: wall, shape: {box: {size_m: [12, 10, 4], inward_facing: true}}}
   - {name: ball, material: mirror, shape: {sphere: {radius_m: 0.2}}, trajectory: {poses: [{time_s: 0, position_m: [2.5, 0.3, 0]}, {time_s: 1, position_m: [1.5, -0.4, 0.2], rotation_deg: [0, 50, 0]}]}}
 point_targets: [{name: tip, target_strength_db: -30, position_m: [3, -0.5, 0]}]
 volumes:
   - {name: herring, pose: {position_m: [3.5, 0.5, 0]}, school: {size_m: [1, 1, 1], fish: 40, target_strength_db: -40}}
-trajectory: {poses: [{time_s: 0}, {time_s: 1, position_m: [1.5, 0.5, 0]}], ping_rate_hz: 4, pings: 2, jitter: {yaw_deg: 2, roll_deg: 3, period_s: 1}}
+trajectory: {poses: [{time_s: 0}, {time_s: 1, position_m: [1.5, 0.5, 0]}], ping_rate_hz: 4, pings: 2, wave_motion: {yaw_deg: 2, roll_deg: 3, period_s: 1}}
 noise: {spectrum_level_db: 40}
 )";
   scene.replace(scene.find("shadow: false, amodal: false"), 28, "layers: true, scatterers: true");

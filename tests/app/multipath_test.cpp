@@ -144,8 +144,8 @@ TEST_CASE("a data set with bounced echoes is whole") {
   GenerateOptions one = maker.options("one_thread");
   one.threads = 1;
   CHECK(maker.make(one) == files);
-  maker.scenario =
-      maker.folder.write("packed.yaml", text.substr(0, text.rfind("}")) + ", pack: sequence}\n");
+  maker.scenario = maker.folder.write(
+      "packed.yaml", text.substr(0, text.rfind("}")) + ", one_file_per: sequence}\n");
   const auto packed = maker.make(maker.options("packed"));
   for (const char* name :
        {"polar_multipath.npy", "cartesian_multipath.npy", "layers_multipath.npy"}) {

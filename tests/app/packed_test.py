@@ -26,7 +26,7 @@ sonar:
   receiver: {adc: {bits: 14, full_scale_db: 190}}
 materials: {m: {reflectivity: 1e-3}}
 objects:
-  - {name: room, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: room, material: m, shape: {box: {size_m: [5, 5, 2], inward_facing: true}}}
   - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
 trajectory: {ping_rate_hz: 5, pings: 4}
 noise: {spectrum_level_db: 40}
@@ -57,7 +57,7 @@ class Packed(unittest.TestCase):
         for pack in ("ping", "sequence"):
             cls.made[pack] = Path(cls.folder.name, pack)
             run("generate", cls.scenario, "-o", cls.made[pack], "--quiet", "--pings", "1:4",
-                "--set", f"output.pack={pack}")
+                "--set", f"output.one_file_per={pack}")
             run("verify", cls.made[pack])
 
     def unpacked(self, sequence, name, ping):
@@ -120,7 +120,7 @@ class Packed(unittest.TestCase):
     def test_check_tells_the_number_of_files(self):
         for pack, folder in self.made.items():
             # `check` is asked for all pings, of which one was left out.
-            told = run("check", self.scenario, "--set", f"output.pack={pack}").stdout
+            told = run("check", self.scenario, "--set", f"output.one_file_per={pack}").stdout
             files = int(re.search(r"# files: (\d+)", told).group(1))
             found = sum(path.is_file() for path in folder.rglob("*"))
             self.assertEqual(files - found, 2 * (2 if pack == "sequence" else 17), pack)
@@ -129,7 +129,7 @@ class Packed(unittest.TestCase):
         whole = self.made["sequence"]
         other = Path(self.folder.name, "other")
         command = ["generate", self.scenario, "-o", other, "--quiet", "--pings", "1:4",
-                   "--threads", "1", "--set", "output.pack=sequence"]
+                   "--threads", "1", "--set", "output.one_file_per=sequence"]
         process = subprocess.Popen([ENSONIFY, *map(str, command)])
         while process.poll() is None and not list(other.glob("sequences/*/pieces/*.bin")):
             pass

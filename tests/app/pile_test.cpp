@@ -40,7 +40,7 @@ double expected_m(const Pose& sonar, double azimuth_rad, double fan_rad) {
 }  // namespace
 
 // Protects the way: once around at the orbit's distance and speed, looking inward but for the
-// jitter, whose heave is all that moves the vehicle off its circle.
+// wave motion, whose heave is all that moves the vehicle off its circle.
 TEST_CASE("the inspection goes once around the pile") {
   const SceneRun run("pile_inspection");
   const std::vector<double>& times = run.session().ping_times_s;
@@ -65,7 +65,7 @@ TEST_CASE("the inspection goes once around the pile") {
 }
 
 // Protects pose, tracer and labels together, where nothing but the pile stands before the sonar:
-// the first return of the centre beams is the pile's distance along them under the jittered
+// the first return of the centre beams is the pile's distance along them under the rocked
 // attitude, and the nearest of all beams that of its skin from the orbit. 64 rays over 20 degrees
 // miss the nearest point by at most 0.16 degrees, 1e-5 m; beam centres 0.51 degrees apart by
 // 0.25 degrees, which at 2.55 m from a skin of 0.45 m radius is (2.55 * 3 / 0.45) (0.0044)^2 / 2
@@ -91,14 +91,14 @@ TEST_CASE("the pile stands where the centre beam meets it") {
   }
 }
 
-// Protects the jitter's place in the chain: without it a centre beam that meets the pile first
+// Protects the wave motion's place in the chain: without it a centre beam that meets the pile first
 // reads the same on either side of it.
-TEST_CASE("the jitter moves the centre beam's reading") {
-  const auto reading = [](const std::string& jitter, std::uint32_t number) {
-    const SceneRun run("pile_inspection", {{"trajectory.jitter.yaw_deg", jitter},
-                                           {"trajectory.jitter.heave_m", "0"},
-                                           {"trajectory.jitter.pitch_deg", "0"},
-                                           {"trajectory.jitter.roll_deg", "0"}});
+TEST_CASE("the wave motion moves the centre beam's reading") {
+  const auto reading = [](const std::string& yaw_deg, std::uint32_t number) {
+    const SceneRun run("pile_inspection", {{"trajectory.wave_motion.yaw_deg", yaw_deg},
+                                           {"trajectory.wave_motion.heave_m", "0"},
+                                           {"trajectory.wave_motion.pitch_deg", "0"},
+                                           {"trajectory.wave_motion.roll_deg", "0"}});
     return static_cast<double>(run.ping(number).first_return_m[128]);
   };
   const double still = reading("0", 10);

@@ -25,14 +25,14 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 4
   beams: {count: 64, fov_deg: 64}
-  rays: {elevation: 40, azimuth: 2, per_cell: 24}
+  rays: {elevation: 40, azimuth: 2, min_per_cell: 24}
 materials: {m: {reflectivity: 1e-3}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inward_facing: true}}}
 trajectory:
   poses: [{time_s: 0, position_m: [0, -1, 0]}, {time_s: 5.8, position_m: [0, 1, 0]}]
   ping_rate_hz: 5
-output: {cartesian: {height_px: 100}, scatterers: true, points: true, pack: sequence}
+output: {cartesian: {height_px: 100}, scatterers: true, points: true, one_file_per: sequence}
 """
 
 TETRAHEDRON = """v {0} -1 -1
@@ -189,7 +189,7 @@ class Failures(Case):
                                  "noise: {snr_db: 20}\n")
         self.assertIn("noise.snr_db", self.preview("small.yaml", status=2).stderr)
         (self.folder / "bad.stl").write_text("nothing")
-        self.scenario.write_text(SMALL.replace("box: {size_m: [7, 7, 2], inside: true}",
+        self.scenario.write_text(SMALL.replace("box: {size_m: [7, 7, 2], inward_facing: true}",
                                                "mesh: {file: bad.stl}"))
         self.assertIn("small.yaml:11:", self.preview("small.yaml", status=2).stderr)
         self.assertEqual(self.files(), ["bad.stl", "small.yaml"])

@@ -107,7 +107,8 @@ TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
 TEST_CASE("real: hand-held motion, TUM") {
   if (const auto file = real_data("freiburg1_xyz_groundtruth.tum")) {
     generate_with(
-        "objects: [{name: room, material: m, shape: {box: {size_m: [9, 9, 9], inside: true}}}]\n",
+        "objects: [{name: room, material: m, shape: {box: {size_m: [9, 9, 9], inward_facing: "
+        "true}}}]\n",
         "trajectory: {file: " + file->string() + ", ping_rate_hz: 1, pings: 6}\n");
   }
 }

@@ -21,7 +21,7 @@ sonar:
   rays: {elevation: 8}
 materials: {m: {reflectivity: {log_uniform: [1e-4, 1e-2]}}}
 objects:
-  - {name: room, class: structure, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: room, class: structure, material: m, shape: {box: {size_m: [5, 5, 2], inward_facing: true}}}
   - name: ball
     count: {uniform: [0, 3]}
     class: {choice: [ball, buoy]}

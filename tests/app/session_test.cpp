@@ -74,14 +74,14 @@ std::vector<std::string> warnings(const std::string& rays, const std::string& mo
       "}\nmaterials: {sand: {reflectivity: 1e-3}}\nobjects: [{name: bed, material: sand, shape: "
       "{plane: {}}, pose: {position_m: [0, 0, -" +
       depth_m + "]}}]\ntrajectory: {pings: 1}\n" + more);
-  return starved_warnings(run.session(), Tracer(run.session().world), Workers(2));
+  return undersampled_warnings(run.session(), Tracer(run.session().world), Workers(2));
 }
 
 bool holds(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-const std::string kFew = "{elevation: 30}", kByNeed = "{elevation: 30, per_cell: 20}";
+const std::string kFew = "{elevation: 30}", kByNeed = "{elevation: 30, min_per_cell: 20}";
 const std::string kMany = "{elevation: 20000}";
 const std::string kMirror = "multipath: {surface: {z_m: 1, reflection: -1}}\n";
 const std::string kFixed = "scattering: {speckle: surface}\n";
@@ -91,7 +91,7 @@ const std::string kFixed = "scattering: {speckle: surface}\n";
 TEST_CASE("too few rays on a slanting bed are told, with what helps") {
   const auto few = warnings(kFew);
   REQUIRE(few.size() == 1);
-  CHECK(holds(few[0], "sonar.rays.per_cell: 20 adds rays"));
+  CHECK(holds(few[0], "sonar.rays.min_per_cell: 20 adds rays"));
   CHECK(warnings(kByNeed).empty());
   CHECK(warnings(kMany).empty());
   CHECK(warnings(kFew, kFixed).empty());
@@ -118,5 +118,5 @@ TEST_CASE("rays are judged where the water bends them to") {
   CHECK(warnings(kFew, "", "3").empty());
   const auto told = warnings(kFew, bending, "3");
   REQUIRE(told.size() == 1);
-  CHECK(holds(told[0], "sonar.rays.per_cell: 20 adds rays"));
+  CHECK(holds(told[0], "sonar.rays.min_per_cell: 20 adds rays"));
 }

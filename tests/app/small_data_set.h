@@ -23,7 +23,7 @@ sonar:
   rays: {elevation: 8}
 materials: {m: {reflectivity: 1e-3}}
 objects:
-  - {name: room, class: structure, material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: room, class: structure, material: m, shape: {box: {size_m: [5, 5, 2], inward_facing: true}}}
   - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
 point_targets: [{name: p, target_strength_db: -40, position_m: [1, 0.3, 0]}]
 trajectory: {ping_rate_hz: 5, pings: 4}

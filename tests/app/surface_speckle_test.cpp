@@ -108,9 +108,10 @@ TEST_CASE("more scatterers than fit are refused") {
   const Maker maker;
   GenerateOptions o = on_surfaces(maker, "huge");
   o.input.overrides.push_back({"sonar.range_max_m", "200"});
-  o.input.overrides.push_back({"sonar.beams", "{count: 24, fov_deg: 90, width_deg: 0.002}"});
   o.input.overrides.push_back(
-      {"objects.0.shape", "{box: {size_m: [300, 300, 100], inside: true}}"});
+      {"sonar.beams", "{count: 24, fov_deg: 90, receive_width_deg: 0.002}"});
+  o.input.overrides.push_back(
+      {"objects.0.shape", "{box: {size_m: [300, 300, 100], inward_facing: true}}"});
   const Status refused = generate(o);
   REQUIRE_FALSE(refused.ok());
   CHECK(refused.error().kind == ErrorKind::usage);

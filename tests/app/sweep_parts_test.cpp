@@ -64,7 +64,7 @@ const std::vector<Override> kChanges = {
     {"output.png", "false"},
     {"output.png", "{db: [-10, 60]}"},
     {"output.shadow", "false"},
-    {"output.pack", "sequence"},
+    {"output.one_file_per", "sequence"},
     {"output.layers", "true"},
     {"output.cartesian", "false"},
     {"output.cartesian", "{height_px: 100}"},

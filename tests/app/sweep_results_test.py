@@ -121,7 +121,7 @@ class Failures(SweepTest):
     @unittest.skipIf(os.environ.get("SANITIZED"), "a sanitizer takes memory of its own")
     def test_a_run_without_memory_fails_alone(self):
         """Protects the night: one run that is too large is no reason to leave out all others."""
-        huge = "{sonar.range_max_m: 60, sonar.beams.count: 1024, sonar.beams.width_deg: 0.5, " \
+        huge = "{sonar.range_max_m: 60, sonar.beams.count: 1024, sonar.beams.receive_width_deg: 0.5, " \
                "sonar.rays.elevation: 1024}"
         (self.folder / "base.yaml").write_text(BASE)
         self.sweep.write_text("ensonify_sweep: 1\nname: failing\nbase: base.yaml\naxes:\n  - name: size\n"

@@ -27,7 +27,7 @@ sonar: {preset: blueview_p900_90, range_max_m: 4, bandwidth_hz: 1e4, beams: {cou
 materials: {m: {reflectivity: 1e-3}}
 objects:
   - {name: ball, material: m, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [3, 0, 0]}}
-  - {name: wall, material: m, shape: {box: {size_m: [8, 8, 4], inside: true}}}
+  - {name: wall, material: m, shape: {box: {size_m: [8, 8, 4], inward_facing: true}}}
 trajectory: {pings: 2}
 noise: {spectrum_level_db: 30}
 output: {cartesian: false, png: true, shadow: false, amodal: false}
@@ -337,10 +337,10 @@ class Sharing(SweepTest):
 base: base.yaml
 axes:
   - {key: scattering.speckle, values: [per_ping, surface]}
-  - {key: sonar.rays.per_cell, values: [0, 5]}
+  - {key: sonar.rays.min_per_cell, values: [0, 5]}
   - {key: materials.m.reflectivity, values: [1e-3, 1e-2]}
 seeds: [5, 6]
-skip_if: ["speckle == 1 && per_cell > 0"]
+skip_if: ["speckle == 1 && min_per_cell > 0"]
 """)
         self.go("--quiet")
         for i, line in enumerate(self.plan()):
@@ -348,7 +348,7 @@ skip_if: ["speckle == 1 && per_cell > 0"]
             values = line["values"]
             made = run("generate", self.folder / "base.yaml", "-o", alone, "--quiet",
                        "--set", f"scattering.speckle={values['speckle']}",
-                       "--set", f"sonar.rays.per_cell={values['per_cell']}",
+                       "--set", f"sonar.rays.min_per_cell={values['min_per_cell']}",
                        "--set", f"materials.m.reflectivity={values['reflectivity']}",
                        "--seed", line["seed"])
             self.assertEqual(made.returncode, 0, made.stderr)

@@ -46,13 +46,13 @@ class WrongScenarios(Case):
         self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: .nan"), "sonar.range_max_m")
 
     def test_missing_file(self):
-        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: gone.stl}}")
+        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inward_facing: true}}", "{mesh: {file: gone.stl}}")
         self.refuse(mesh, "objects.0.shape.mesh.file", "gone.stl")
         self.assertEqual(run("generate", self.folder / "no.yaml", "-o", self.folder / "o").returncode, 2)
 
     def test_broken_mesh_and_path(self):
         (self.folder / "bad.stl").write_text("nothing")
-        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: bad.stl}}")
+        mesh = SMALL.replace("{box: {size_m: [7, 7, 2], inward_facing: true}}", "{mesh: {file: bad.stl}}")
         self.refuse(mesh, "bad.stl")
         (self.folder / "bad.tum").write_text("1 2 3\n")
         self.refuse(SMALL.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"), "bad.tum:1")
@@ -80,7 +80,7 @@ class WrongScenarios(Case):
         for name in ("a.stl", "b.stl"):
             (self.folder / name).write_text("nothing")
         (self.folder / "bad.tum").write_text("1 2 3\n")
-        text = SMALL.replace("{box: {size_m: [7, 7, 2], inside: true}}", "{mesh: {file: a.stl}}")
+        text = SMALL.replace("{box: {size_m: [7, 7, 2], inward_facing: true}}", "{mesh: {file: a.stl}}")
         text = text.replace("trajectory:", "  - {name: b, material: m, shape: {mesh: {file: b.stl}}}\ntrajectory:")
         self.refuse(text.replace("{ping_rate_hz: 5, pings: 30}", "{file: bad.tum}"),
                     "objects.0.shape.mesh.file", "a.stl", "objects.1.shape.mesh.file", "b.stl",

@@ -36,12 +36,12 @@ splits: {val: 1}
 """, """\
 ensonify: 1
 sonar: {frequency_hz: 9e5, bandwidth_hz: 3e4, source_level_db: 200, range_max_m: 10, elevation: {width_deg: 20},
-        beams: {count: 8, fov_deg: 80, width_deg: 1, shading: {chebyshev: {}}}, rays: {elevation: 8}}
+        beams: {count: 8, fov_deg: 80, receive_width_deg: 1, shading: {chebyshev: {}}}, rays: {elevation: 8}}
 materials: {a: {reflectivity: 1, coherent: {model: kirchhoff}}}
 objects:
   - {name: ground, material: a, shape: {heightfield: {size_m: [40, 40], cell_m: 1, roughness: {rms_m: 0},
      ripples: [{height_m: 0, wavelength_m: 9}]}}}
-  - {name: box, material: a, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {jitter: {period_s: 5}, spline: {
+  - {name: box, material: a, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {wave_motion: {period_s: 5}, spline: {
      points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1}}}
   - {name: ball, material: a, shape: {sphere: {radius_m: 1}}, trajectory: {orbit: {center_m: [0, 0, 0],
      radius_m: 9, speed_m_s: 1}}}

@@ -32,7 +32,7 @@ sonar:
   rays: {elevation: 24}
 materials: {m: {reflectivity: 1e-3}, s: {reflectivity: 1e-2}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inward_facing: true}}}
   - {name: "ball/1", class: "ball & net", material: s, shape: {sphere: {radius_m: 0.3}},
      pose: {position_m: [{uniform: [1.5, 2.5]}, 0.3, 0]}}
   - {name: pole, class: pole, material: s, shape: {cylinder: {radius_m: 0.1, height_m: 2}},

@@ -45,8 +45,8 @@ class Refusals(Case):
         self.refuse(2, unfinished, "--format", "tum", expected=["not finished", "generate"])
 
     def test_packed_sequences(self):
-        packed = exported.dataset("--set", "output.pack=sequence", "--set", "trajectory.pings=1")
-        self.refuse(2, packed, "--format", "index_mask", expected=["output.pack: ping"])
+        packed = exported.dataset("--set", "output.one_file_per=sequence", "--set", "trajectory.pings=1")
+        self.refuse(2, packed, "--format", "index_mask", expected=["output.one_file_per: ping"])
 
     def test_an_option_of_another_format(self):
         self.refuse(2, exported.dataset(), "--format", "tum", "--view", "polar", expected=["--view", "tum"])

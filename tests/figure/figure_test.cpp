@@ -141,7 +141,7 @@ TEST_CASE("a target has the colour of its level in its place") {
         colour_at(map, (kFloorDb - 40) / 70));
   // To port is left of the middle.
   FigureOptions clean = o;
-  clean.channel = FigureChannel::clean;
+  clean.quantity = FigureQuantity::clean;
   CHECK(colour_of(decode_png(made.draw(clean)), l, kRow, kColumn) ==
         colour_at(map, (kTargetDb - 5 - 40) / 70));
 }
@@ -168,19 +168,19 @@ TEST_CASE("masks, elevation and outlines") {
   FigureOptions o = made.options("f.png");
   o.db.reset();
   SECTION("of instances and classes") {
-    o.channel = GENERATE(FigureChannel::instance, FigureChannel::semantic);
+    o.quantity = GENERATE(FigureQuantity::instance, FigureQuantity::semantic);
     const RgbImage image = decode_png(made.draw(o));
     const Layout l = layout_for(o);
     CHECK(colour_of(image, l, kRow, kColumn) == id_colour(2));
     CHECK(colour_of(image, l, kRow, 1) == kNoIdColour);
   }
   SECTION("of instances that were not chosen") {
-    o.channel = FigureChannel::instance;
+    o.quantity = FigureQuantity::instance;
     o.instances = {"wall"};
     CHECK(colour_of(decode_png(made.draw(o)), layout_for(o), kRow, kColumn) == kNoIdColour);
   }
   SECTION("elevation in degrees") {
-    o.channel = FigureChannel::elevation;
+    o.quantity = FigureQuantity::elevation;
     const RgbImage image = decode_png(made.draw(o));
     const Layout l = layout_for(o);
     const ColourMap& map = *find_colour_map("viridis");
@@ -295,7 +295,7 @@ TEST_CASE("wrong options are told with what there is") {
   if (name == "instances") o = (o.outlines = true, o.instances = {"bal"}, o);
   if (name == "pings") o.pings = {0, 2};
   if (name == "db") o.db = {50, 50};
-  if (name == "mask db") o.channel = FigureChannel::semantic;
+  if (name == "mask db") o.quantity = FigureQuantity::semantic;
   if (name == "animated ping") o = (o.output = made.folder.path() / "f.webp", o.ping = 1, o);
   if (name == "range") o = (o.output = made.folder.path() / "f.webp", o.pings = {2, 4}, o);
   if (name == "fps") o = (o.output = made.folder.path() / "f.webp", o.fps = 0, o);
@@ -303,7 +303,7 @@ TEST_CASE("wrong options are told with what there is") {
   if (name == "no set") o.dataset = made.folder.path() / "none";
   if (name == "inside") o.output = made.folder.path() / "set/f.png";
   if (name == "outlines")
-    o = (o.outlines = true, o.channel = FigureChannel::instance, o.db.reset(), o);
+    o = (o.outlines = true, o.quantity = FigureQuantity::instance, o.db.reset(), o);
   const Error error = made.refusal(o);
   INFO(name << ": " << error.message);
   CHECK(error.kind == ErrorKind::usage);

@@ -21,7 +21,7 @@ sonar:
   rays: {elevation: 8}
 materials: {m: {reflectivity: 1e-3}, s: {reflectivity: 1e-1}}
 objects:
-  - {name: room, class: "room <1>", material: m, shape: {box: {size_m: [5, 5, 2], inside: true}}}
+  - {name: room, class: "room <1>", material: m, shape: {box: {size_m: [5, 5, 2], inward_facing: true}}}
   - {name: "ball & <net>", class: ball, material: s, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0.3, 0]}}
 trajectory: {ping_rate_hz: 5, pings: 4}
 """
@@ -92,15 +92,15 @@ class Figures(unittest.TestCase):
                      self.folder / "b.svg")
         self.assertEqual(before.returncode, 0, before.stderr)
         self.assertIn(">room</text>", (self.folder / "b.svg").read_text())
-        mask = ElementTree.parse(self.draw("m.svg", "--channel", "semantic")).getroot()
+        mask = ElementTree.parse(self.draw("m.svg", "--quantity", "semantic")).getroot()
         self.assertIn("room <1>", [t.text for t in mask.iter(SVG + "text")])
         titled = ElementTree.parse(self.draw("t.svg", "--title", "a < b & c", "--view", "polar"))
         self.assertIn("a < b & c", [t.text for t in titled.getroot().iter(SVG + "text")])
 
-    def test_every_channel_and_the_message(self):
-        for channel in ["level", "clean", "elevation", "instance", "semantic", "shadow"]:
+    def test_every_quantity_and_the_message(self):
+        for quantity in ["level", "clean", "elevation", "instance", "semantic", "shadow"]:
             for view in ["cartesian", "polar"]:
-                png = self.draw(f"{channel}_{view}.png", "--channel", channel, "--view", view,
+                png = self.draw(f"{quantity}_{view}.png", "--quantity", quantity, "--view", view,
                                 "--width-px", 400)
                 self.assertEqual(png.read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
         done = run("figure", dataset(), "-o", self.folder / "l.png", "--db", "50:110", "--ping", 2)

@@ -21,7 +21,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parents[1] / "scenes"
-MODES = {"by ping": [], "packed": ["--set", "output.pack=sequence"]}
+MODES = {"by ping": [], "packed": ["--set", "output.one_file_per=sequence"]}
 LEFT_OUT = ("work.json", "provenance.json", "dataset.sha256")
 
 

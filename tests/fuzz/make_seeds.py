@@ -24,7 +24,7 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 3
   beams: {count: 8, fov_deg: 40}
-  rays: {elevation: 4, per_cell: 4}
+  rays: {elevation: 4, min_per_cell: 4}
 materials: {m: {reflectivity: 1e-3}}
 objects:
   - {name: ball, class: target, material: m, shape: {sphere: {radius_m: 0.4}}, pose: {position_m: [2, 0, 0]}}

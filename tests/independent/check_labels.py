@@ -133,7 +133,7 @@ def check_headers(checklist, ping):
 
 
 def check_masks(checklist, ping):
-    """Instance by the rule of most energy, semantic as its class, shadows behind their caster."""
+    """Instance by the rule of most energy, semantic as its class, shadows behind their occluder."""
     wrong = (ping.masks["instance"] != ping.instance) & ~ping.undecided
     where = [
         f"beam {b} sample {n}: {ping.masks['instance'][b, n]} beside {ping.instance[b, n]}"
@@ -166,7 +166,7 @@ def check_masks(checklist, ping):
 
 
 def check_shadow(checklist, ping):
-    """Every shadow: behind an echo of its caster in that beam, if it has one: black ones have none.
+    """Every shadow: behind an echo of its occluder in that beam, if it has one: black ones have none.
 
     A pixel may hear some echo and still lie in shadow: more is hidden than heard.
     """
@@ -184,7 +184,7 @@ def check_shadow(checklist, ping):
             offenders.append(
                 f"instance {identity}: {np.count_nonzero(before)} pixels before its echo"
             )
-    checklist.expect_none(offenders, f"{ping.label} shadows before their caster")
+    checklist.expect_none(offenders, f"{ping.label} shadows before their occluder")
     checklist.note(
         f"{ping.label} shadow pixels {np.count_nonzero(shadow)}, "
         f"of them with an own echo {np.count_nonzero((shadow > 0) & expected.has_echo)}"

@@ -21,7 +21,7 @@ LIMITS = ("--ulimit", "nofile=1024:1024", "--ulimit", "nproc=4096:4096")
 RUNC = shutil.which("runc", path="/usr/bin:/usr/sbin")
 RUNTIMES = [[], ["--runtime", RUNC]] if RUNC else [[]]
 SCENE = ("/usr/share/ensonify/scenes/seabed_and_target.yaml", "--pings", "0:1",
-         "--set", "sonar.beams={count: 16, fov_deg: 40}", "--set", "sonar.rays={elevation: 8, per_cell: 8}")
+         "--set", "sonar.beams={count: 16, fov_deg: 40}", "--set", "sonar.rays={elevation: 8, min_per_cell: 8}")
 
 
 def run(*command, **options):

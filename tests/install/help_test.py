@@ -78,12 +78,19 @@ class Help(Installed):
                 first = next((entry for entry in found if entry not in options), None)
                 asked.append(([*before, ""], first.choices if first else []))
             for entry in options:
-                for name in entry.names if entry.takes_value else []:
+                for name in entry.names if entry.takes_value and entry.names != ["--set"] else []:
                     asked.append(([*before, name, ""], entry.choices))
                     asked.append(([*before, name, "="], entry.choices))
                     asked.append(([*before, name, "=", ""], entry.choices))
         for (words, expected), offered in zip(asked, self.completed(words for words, _ in asked), strict=True):
             self.assertEqual(sorted(offered), sorted(expected), words)
+
+    def test_bash_offers_the_keys_of_a_scenario(self):
+        offered, some = self.completed([["ensonify", "generate", "--set", ""], ["ensonify", "sweep", "--set", "water.a"]])
+        self.assertGreater(len(offered), 60)
+        self.assertTrue(all(word.endswith("=") for word in offered), offered)
+        self.assertIn("sonar.beams.receive_width_deg=", offered)
+        self.assertEqual(some, [word for word in offered if word.startswith("water.absorption.")])
 
     def holds(self, text, entry, forms, where):
         for name in entry.names:

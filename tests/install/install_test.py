@@ -13,7 +13,7 @@ import unittest
 from installed import BUILD, Installed, run
 
 CPACK = os.environ.get("CPACK", "cpack")
-REDUCED = ("--set", "sonar.beams={count: 16, fov_deg: 40}", "--set", "sonar.rays={elevation: 8, per_cell: 8}",
+REDUCED = ("--set", "sonar.beams={count: 16, fov_deg: 40}", "--set", "sonar.rays={elevation: 8, min_per_cell: 8}",
            "--pings", "0:1")
 MISSING = [name for name in ("dpkg-shlibdeps", "dpkg-deb", "file") if not shutil.which(name)]
 

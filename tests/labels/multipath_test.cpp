@@ -105,7 +105,7 @@ TEST_CASE("a shadow is one whatever bounces into it") {
   behind.add(5, 2, 0.5, 0);
   HiddenEchoes hidden;
   hidden.list = sorted_by_beam_and_delay(behind.scatterers, 1);
-  hidden.caster = {3};
+  hidden.occluder = {3};
   PolarInput input;
   input.scatterers = &heard;
   input.bandwidth_hz = 1000;

@@ -32,7 +32,7 @@ struct ShadowedScene : test::PolarPing {
   HiddenEchoes hidden;
   std::vector<double> power_per_energy, pulse_power;
 
-  // The caster of a hidden echo is its key.
+  // The occluder of a hidden echo is its key.
   ShadowedScene(std::vector<Scatterer> heard_echoes, std::vector<Scatterer> hidden_echoes,
                 int beams, int samples, double noise_power = 0)
       : PolarPing(std::move(heard_echoes), beams, samples, kShadowBandwidth_hz,
@@ -43,7 +43,7 @@ struct ShadowedScene : test::PolarPing {
     input.noise_power_pa2 = noise_power;
     hidden.list = sorted_by_beam_and_delay(std::move(hidden_echoes), beams);
     for (const Scatterer& s : hidden.list.items) {
-      hidden.caster.push_back(static_cast<std::uint32_t>(s.key));
+      hidden.occluder.push_back(static_cast<std::uint32_t>(s.key));
     }
   }
   HiddenLabels labels(int threads = 2) {
@@ -52,8 +52,8 @@ struct ShadowedScene : test::PolarPing {
   }
 };
 
-Scatterer hidden_by(std::uint32_t caster, Scatterer s) {
-  s.key = caster;
+Scatterer hidden_by(std::uint32_t occluder, Scatterer s) {
+  s.key = occluder;
   return s;
 }
 
@@ -87,8 +87,8 @@ PlainShadow plain_labels(const ShadowedScene& scene, const LabelledImage& image,
   };
   for_each(scene.list, [&](std::size_t, double energy, double) { heard += energy; });
   for_each(scene.hidden.list, [&](std::size_t i, double energy, double power) {
-    if (scene.hidden.caster[i] == 0) return;
-    kept_by[scene.hidden.caster[i]] += energy;
+    if (scene.hidden.occluder[i] == 0) return;
+    kept_by[scene.hidden.occluder[i]] += energy;
     hidden += energy;
     hidden_power += power;
   });
@@ -133,7 +133,7 @@ std::vector<Scatterer> random_echoes(std::uint64_t seed, int beams, int samples,
 
 }  // namespace
 
-// Protects the rule of shadows: more is hidden than heard; equal is none; several casters; what
+// Protects the rule of shadows: more is hidden than heard; equal is none; several occluders; what
 // two surfaces hide casts none; in its own sector and within a sample.
 TEST_CASE("a shadow lies where most of what could be heard is hidden") {
   const HiddenLabels labels =

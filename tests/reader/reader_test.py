@@ -110,7 +110,7 @@ class Forms(Folder):
                 self.assertEqual([x.bbox for x in ours.annotations], [x.bbox for x in theirs.annotations])
 
     def test_packed_by_sequence(self):
-        self.compare("output.pack=sequence")
+        self.compare("output.one_file_per=sequence")
 
     def test_series_as_exr(self):
         self.compare("output.timeseries=exr")

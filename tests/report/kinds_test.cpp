@@ -26,8 +26,8 @@ std::vector<std::string> pictures_of(const Page& page, const Json& ping) {
 TEST_CASE("packed pings have the pictures of those in files") {
   const TemporaryFolder folder;
   const Page files = test::page_of(test::make_set(folder, "files", test::kScene));
-  const Page packed =
-      test::page_of(test::make_set(folder, "packed", test::kScene, {{"output.pack", "sequence"}}));
+  const Page packed = test::page_of(
+      test::make_set(folder, "packed", test::kScene, {{"output.one_file_per", "sequence"}}));
   REQUIRE(packed.json.at("pings").size() == 4);
   for (std::size_t i = 0; i < 4; ++i) {
     CHECK(pictures_of(packed, packed.json.at("pings").at(i)) ==

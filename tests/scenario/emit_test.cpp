@@ -23,7 +23,7 @@ sonar:
   source_level_db: 199.9
   range_min_m: 0.1
   range_max_m: 33.3
-  beams: {count: 7, spacing_deg: 0.1, width_deg: 1.7, shading: {taylor: {side_lobe_db: -30.5, nbar: 7}}, transmit_width_deg: 12.5}
+  beams: {count: 7, spacing_deg: 0.1, receive_width_deg: 1.7, shading: {taylor: {side_lobe_db: -30.5, nbar: 7}}, transmit_width_deg: 12.5}
   elevation: {width_deg: 12.5, fan_deg: 30}
   rays: {elevation: 9, azimuth: 2}
   receiver: {adc: {bits: 12, full_scale_db: 170.5}}
@@ -36,8 +36,8 @@ materials:
   "a: b": {reflectivity: 0, law: lommel_seeliger, coherent: {model: kirchhoff, reflection: -0.4, roughness_rms_m: 1e-4}}
   plain-name: {reflectivity: 12}
 objects:
-  - {name: "quote \" and \\", class: "null", material: "010", shape: {box: {size_m: [1, 2, 3], inside: true}}, pose: {position_m: [1, 2, 3], rotation_deg: [10, 20.5, -30]}}
-  - {name: "# no remark", class: "1.5", material: "yes", shape: {sphere: {radius_m: 0.1, inside: true}}}
+  - {name: "quote \" and \\", class: "null", material: "010", shape: {box: {size_m: [1, 2, 3], inward_facing: true}}, pose: {position_m: [1, 2, 3], rotation_deg: [10, 20.5, -30]}}
+  - {name: "# no remark", class: "1.5", material: "yes", shape: {sphere: {radius_m: 0.1, inward_facing: true}}}
   - {name: "käse 🐟", material: "a: b", shape: {cylinder: {radius_m: 0.1, height_m: 1e5}}}
   - {name: "*alias", material: plain-name, shape: {plane: {}}}
 point_targets:
@@ -53,7 +53,7 @@ trajectory:
 motion_within_ping: true
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
-output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, pack: sequence}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, one_file_per: sequence}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
 
@@ -209,7 +209,7 @@ TEST_CASE("every pulse and shading is written as it was given") {
     const auto scenario = parse("ensonify: 1\nsonar: {preset: seabat_f50, beams: {" + key + "}}\n");
     INFO(key << "\n" << (scenario.ok() ? "" : scenario.error().message));
     REQUIRE(scenario.ok());
-    CHECK(emit(*scenario).find("width_deg: 1, " + key + "}\n") != std::string::npos);
+    CHECK(emit(*scenario).find("receive_width_deg: 1, " + key + "}\n") != std::string::npos);
   }
 }
 

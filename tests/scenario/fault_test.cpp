@@ -101,8 +101,8 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
   });
   const auto lines = faults_of(kHead +
                                "objects: [{name: a, material: m, shape: {sphere: {radius_m: 1, "
-                               "inside: on}}}]\nmaterials: {m: {reflectivity: 1}}\n");
-  CHECK(tells(lines, "t.yaml:4:72: objects.0.shape.sphere.inside:", "true or false"));
+                               "inward_facing: on}}}]\nmaterials: {m: {reflectivity: 1}}\n");
+  CHECK(tells(lines, "t.yaml:4:79: objects.0.shape.sphere.inward_facing:", "true or false"));
 }
 
 // Protects the head: the format version decides how everything else is read.
@@ -154,7 +154,7 @@ TEST_CASE("objects are checked against materials and each other") {
        "6:58: objects.0.shape.box.size_m.1:", "a number > 0"},
       {steel + "objects:\n  - {name: a, material: steel, shape: {cylinder: {radius_m: 1}}}",
        "6:50: objects.0.shape.cylinder.height_m:", "missing"},
-      {"materials: {steel: {}}", "4:20: materials.steel.reflectivity:", "missing"},
+      {"materials: {steel: {}}", "4:20: materials.steel:", "either alone: reflectivity"},
       {"materials: {010: {reflectivity: 1}}", "4:13: materials.010:", "must be quoted"},
       {"materials: {a: {reflectivity: -1}}", "4:31: materials.a.reflectivity:", "from 0 to"},
       {"point_targets: [{name: a, position_m: [0, 0, 0]}]",

@@ -37,6 +37,8 @@ TEST_CASE("keys that cannot stand together exclude each other, either way") {
       {"lfm", "table"},
       {"hann", "chebyshev"},
       {"lambert", "table"},
+      {"reflectivity", "backscatter_strength_db"},
+      {"plume", "extinction_db_m"},
       {"snr_db", "spectrum_level_db"},
       {"pose", "place"},
   };
@@ -45,7 +47,7 @@ TEST_CASE("keys that cannot stand together exclude each other, either way") {
     CHECK(holds(excluded_by(one), other));
     CHECK(holds(excluded_by(other), one));
   }
-  for (const char* key : {"name", "cell_m", "position_m", "surface_z_m", "count", "jitter"}) {
+  for (const char* key : {"name", "cell_m", "position_m", "surface_z_m", "count", "wave_motion"}) {
     INFO(key);
     CHECK(excluded_by(key).empty());
   }
@@ -53,7 +55,7 @@ TEST_CASE("keys that cannot stand together exclude each other, either way") {
 
 TEST_CASE("a value excludes keys beside it") {
   using Keys = std::vector<std::string_view>;
-  CHECK(excluded_by_value("law", word("table")) == Keys{"reflectivity"});
+  CHECK(excluded_by_value("law", word("table")) == Keys{"backscatter_strength_db", "reflectivity"});
   CHECK(excluded_by_value("law", word("lambert")).empty());
   CHECK(excluded_by_value("model", word("rician")) == Keys{"reflection", "roughness_rms_m"});
   CHECK(excluded_by_value("model", word("kirchhoff")) == Keys{"k"});
@@ -69,7 +71,7 @@ TEST_CASE("key paths tell whole numbers, files, kinds and names") {
     INFO(path);
     CHECK(reads_whole_numbers(path));
   }
-  for (const char* path : {"sonar.beams.width_deg", "objects.2", "count", "seed", ""}) {
+  for (const char* path : {"sonar.beams.receive_width_deg", "objects.2", "count", "seed", ""}) {
     INFO(path);
     CHECK_FALSE(reads_whole_numbers(path));
   }

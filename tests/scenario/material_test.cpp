@@ -38,6 +38,12 @@ TEST_CASE("a material's law is a word or a map of one") {
   CHECK(dust.reflectivity == 2);
 }
 
+// Protects those who have strengths in dB from papers.
+TEST_CASE("a backscattering strength stands for a reflectivity") {
+  CHECK(material_with("backscatter_strength_db: -30").reflectivity == Approx(1e-3));
+  CHECK(material_with("backscatter_strength_db: 0, law: lommel_seeliger").reflectivity == 1);
+}
+
 TEST_CASE("a material's coherent part is a model with its keys") {
   const MaterialSpec rician = material_with("reflectivity: 1, coherent: {model: rician, k: 0}");
   CHECK(std::get<RicianSpec>(rician.coherent).k == 0);
@@ -54,8 +60,11 @@ TEST_CASE("a wrong material is told with its place") {
   const std::string head = "materials: {m: {reflectivity: 1, ";
   const std::string coherent = head + "coherent: {";
   check_single_faults({
-      {"materials: {m: {law: lambert}}", "4:16: materials.m.reflectivity:", "missing"},
-      {"materials: {m: {law: lommel_seeliger}}", "4:16: materials.m.reflectivity:", "missing"},
+      {"materials: {m: {law: lambert}}", "4:16: materials.m:", "either alone: reflectivity"},
+      {"materials: {m: {law: lommel_seeliger}}", "4:16: materials.m:", "backscatter_strength_db"},
+      {head + "backscatter_strength_db: 0}}", "4:34: materials.m:", "exclude each other"},
+      {"materials: {m: {backscatter_strength_db: 61}}",
+       "4:42: materials.m.backscatter_strength_db:", "from -200 to 60"},
       {head + "law: lamberts}}", "4:39: materials.m.law:", "did you mean lambert?"},
       {"materials: {m: {law: lamberts}}", "4:22: materials.m.law:", "did you mean lambert?"},
       {head + "law: {lambert: {n: 2}}}}",

@@ -58,7 +58,7 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
       parse(kHead +
             "output: {statistics: true, pings: false, timeseries: both, polar: true, "
             "shadow: true, png: {scale: amplitude}, scatterers: true, points: true, "
-            "layers: {targets: [object]}, pack: ping, polygons: true, "
+            "layers: {targets: [object]}, one_file_per: ping, polygons: true, "
             "sdf: {voxel_m: 0.1}}\n");
   REQUIRE(alone.ok());
   const OutputSelection& output = alone->output.selection;

@@ -87,7 +87,7 @@ TEST_CASE("faults of a sonar") {
   INFO(joined_lines(missing));
   for (const char* key :
        {"preset", "frequency_hz", "bandwidth_hz", "source_level_db", "range_max_m", "beams.count",
-        "beams.fov_deg", "beams.width_deg", "elevation.width_deg", "rays.elevation"}) {
+        "beams.fov_deg", "beams.receive_width_deg", "elevation.width_deg", "rays.elevation"}) {
     CHECK(tells(missing, std::string("t.yaml:1:1: sonar.") + key + ": ", "missing"));
   }
   CHECK(missing.size() == 10);

@@ -14,7 +14,7 @@ TEST_CASE("the stages get SI units and radians") {
   const auto scenario = parse(
       "ensonify: 1\nname: t\nscattering: {normalization: mean_square}\nsonar: {frequency_hz: 9e5, "
       "bandwidth_hz: 3e4, pulse: flat, source_level_db: 200, range_min_m: 1, range_max_m: 20, "
-      "beams: {count: 90, spacing_deg: 0.5, width_deg: 2}, elevation: {width_deg: 10}, "
+      "beams: {count: 90, spacing_deg: 0.5, receive_width_deg: 2}, elevation: {width_deg: 10}, "
       "rays: {elevation: 5, azimuth: 4}}\n");
   INFO((scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());

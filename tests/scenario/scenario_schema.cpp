@@ -56,7 +56,7 @@ sonar:
   bandwidth_hz: 3e4
   source_level_db: 200
   range_max_m: 10
-  beams: {count: 64, fov_deg: 60, width_deg: 1, shading: {uniform: {}}}
+  beams: {count: 64, fov_deg: 60, receive_width_deg: 1, shading: {uniform: {}}}
   elevation: {width_deg: 20}
   rays: {elevation: 8}
   pulse: {flat: {}}
@@ -77,7 +77,7 @@ objects:
   - {name: file, material: a, shape: {heightfield: {file: a.npy, cell_m: 1, reflectivity_map: a.png}}}
   - {name: made, material: a, shape: {heightfield: {size_m: [4, 4], cell_m: 1, roughness: {rms_m: 0}}}}
   - {name: mesh, material: b, shape: {mesh: {file: a.obj}}, trajectory: {file: a.tum}}
-  - {name: way, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {poses: [{}], jitter: {period_s: 5}}}
+  - {name: way, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {poses: [{}], wave_motion: {period_s: 5}}}
   - {name: lawn, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {lawnmower: {corner_m: [0, 0, 0], length_m: 9, width_m: 4, spacing_m: 2, speed_m_s: 1}}}
   - {name: orbit, material: b, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 9, speed_m_s: 1}}}
   - {name: solid, material: b, shape: {level_set: {file: a.vdb}}}
@@ -131,22 +131,6 @@ const Json* map_schema(const Json& use) {
 
 const Json* list_schema(const Json& use) {
   return find_schema(use, [](const Json& node) { return is_type(node, {"array", "object"}); });
-}
-
-std::map<const Json*, std::string> all_maps() {
-  std::map<const Json*, std::string> found;
-  const std::function<void(const Json&, const std::string&)> walk = [&](const Json& use,
-                                                                        const std::string& path) {
-    if (const Json* list = list_schema(use)) return walk(list->at("items"), path + ".0");
-    const Json* map = map_schema(use);
-    if (map == nullptr || map == &schema().at("definitions").at("drawn_word")) return;
-    if (!found.emplace(map, path).second) return;
-    for (const auto& [key, inner] : map->at("properties").items()) walk(inner, path + "." + key);
-    const Json& others = map->at("additionalProperties");
-    if (others.is_object()) walk(others, path + ".*");
-  };
-  walk(schema(), "");
-  return found;
 }
 
 bool schema_accepts(const Json& scenario) {

@@ -2,7 +2,6 @@
 //
 //   schema                    the whole of it
 //   map_schema  list_schema   what a use of it says of a map, of a list; null: none stands there
-//   all_maps                  every kind of map that can stand in a scenario
 //   schema_accepts            whether a scenario is as the schema says
 //   schema_fault              why it is not; empty: it is
 //   json_of                   a tree of the reader as JSON
@@ -10,7 +9,6 @@
 //   Samples                   scenarios that between them have every map, with the files they name
 #pragma once
 
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -25,7 +23,6 @@ using Json = nlohmann::json;
 const Json& schema();
 const Json* map_schema(const Json& use);
 const Json* list_schema(const Json& use);
-std::map<const Json*, std::string> all_maps();  // with the first key path that leads there
 
 bool schema_accepts(const Json& scenario);
 std::string schema_fault(const Json& scenario);

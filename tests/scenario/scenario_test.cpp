@@ -204,12 +204,14 @@ TEST_CASE("layers name their targets") {
 // Protects whoever asks for pictures that an array cannot be.
 TEST_CASE("pings are packed by sequence only as arrays") {
   CHECK_FALSE(parse(kHead)->output.selection.packed);
-  CHECK(parse(kHead + "output: {pack: sequence}\n")->output.selection.packed);
-  CHECK_FALSE(parse(kHead + "output: {pack: ping, timeseries: exr}\n")->output.selection.packed);
+  CHECK(parse(kHead + "output: {one_file_per: sequence}\n")->output.selection.packed);
+  CHECK_FALSE(
+      parse(kHead + "output: {one_file_per: ping, timeseries: exr}\n")->output.selection.packed);
   for (const char* format : {"exr", "both"}) {
-    const auto wrong = parse(kHead + "output: {pack: sequence, timeseries: " + format + "}\n");
+    const auto wrong =
+        parse(kHead + "output: {one_file_per: sequence, timeseries: " + format + "}\n");
     REQUIRE_FALSE(wrong.ok());
-    CHECK(wrong.error().message.find("output.pack") != std::string::npos);
+    CHECK(wrong.error().message.find("output.one_file_per") != std::string::npos);
   }
 }
 

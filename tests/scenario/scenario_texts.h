@@ -27,7 +27,7 @@ materials:
   concrete: {reflectivity: 1e-3}
   steel:    {reflectivity: 1e-2, coherent: {model: rician, k: 0.5}}
 objects:
-  - {name: tank, class: structure, material: concrete, shape: {box: {size_m: [11, 11, 4], inside: true}}, pose: {position_m: [0, 0, 0]}}
+  - {name: tank, class: structure, material: concrete, shape: {box: {size_m: [11, 11, 4], inward_facing: true}}, pose: {position_m: [0, 0, 0]}}
   - {name: target, class: cylinder, material: steel, shape: {cylinder: {radius_m: 0.2, height_m: 2}}, pose: {position_m: [4, 0, 0], rotation_deg: [0, 0, 0]}}
 point_targets:
   - {name: calibration, target_strength_db: -40, position_m: [3, 1, 0]}

@@ -63,17 +63,19 @@ TEST_CASE("splines are checked") {
   CHECK(faults_of(kHead + spline + "[[0, 0, 0], [1, 0, 0], [-4, 0.1, 0]], look: along}}").empty());
 }
 
-TEST_CASE("jitter is checked") {
+TEST_CASE("wave motion is checked") {
   check_single_faults({
-      {"trajectory: {jitter: {roll_deg: 1}}", "4:22: trajectory.jitter.period_s:", "missing"},
-      {"trajectory: {jitter: {roll_deg: -1, period_s: 4}}",
-       "4:33: trajectory.jitter.roll_deg:", "from 0 to 60"},
-      {"trajectory: {jitter: {heave_m: 1, period_s: 0}}",
-       "4:45: trajectory.jitter.period_s:", "a number > 0"},
-      {"trajectory: {jitter: {period_s: 4, bandwidth: 0.5}}",
-       "4:47: trajectory.jitter.bandwidth:", "from 0.01 to 0.33"},
-      {"trajectory: {jitter: {period_s: 4, surge_m: 0.5}}",
-       "4:36: trajectory.jitter.surge_m:", "accepted are roll_deg, pitch_deg, yaw_deg, heave_m"},
+      {"trajectory: {wave_motion: {roll_deg: 1}}",
+       "4:27: trajectory.wave_motion.period_s:", "missing"},
+      {"trajectory: {wave_motion: {roll_deg: -1, period_s: 4}}",
+       "4:38: trajectory.wave_motion.roll_deg:", "from 0 to 60"},
+      {"trajectory: {wave_motion: {heave_m: 1, period_s: 0}}",
+       "4:50: trajectory.wave_motion.period_s:", "a number > 0"},
+      {"trajectory: {wave_motion: {period_s: 4, bandwidth: 0.5}}",
+       "4:52: trajectory.wave_motion.bandwidth:", "from 0.01 to 0.33"},
+      {"trajectory: {wave_motion: {period_s: 4, surge_m: 0.5}}",
+       "4:41: trajectory.wave_motion.surge_m:",
+       "accepted are roll_deg, pitch_deg, yaw_deg, heave_m"},
   });
 }
 
@@ -83,7 +85,7 @@ TEST_CASE("trajectories of objects are checked") {
   const std::string at = "6:72: objects.0.trajectory";
   check_single_faults({
       {kBuoy + "trajectory: {}}", at + ":", "missing, accepted is one of poses, file, lawnmower"},
-      {kBuoy + "trajectory: {jitter: {period_s: 1}}}", at + ":", "missing"},
+      {kBuoy + "trajectory: {wave_motion: {period_s: 1}}}", at + ":", "missing"},
       {kBuoy + orbit + ", pings: 4}}", "6:137: objects.0.trajectory.pings:", "of no effect on an"},
       {kBuoy + orbit + ", ping_rate_hz: 4}}",
        "6:144: objects.0.trajectory.ping_rate_hz:", "of no effect on an object"},
@@ -97,8 +99,8 @@ TEST_CASE("trajectories of objects are checked") {
 
 // Protects the identity of a data set: each way is written in full and reads back to itself.
 TEST_CASE("the resolved text of ways reads back to itself") {
-  const std::string jitter =
-      "jitter: {roll_deg: 1.5, pitch_deg: 0.25, yaw_deg: 3, heave_m: 0.1, period_s: 7.5, "
+  const std::string waves =
+      "wave_motion: {roll_deg: 1.5, pitch_deg: 0.25, yaw_deg: 3, heave_m: 0.1, period_s: 7.5, "
       "bandwidth: 0.3}";
   const std::vector<std::string> ways = {
       "lawnmower: {corner_m: [1, 2.5, -3], length_m: 30, width_m: 9.1, spacing_m: 1e-1, "
@@ -114,9 +116,9 @@ TEST_CASE("the resolved text of ways reads back to itself") {
   };
   for (const std::string& way : ways) {
     for (const std::string& text :
-         {"trajectory: {" + way + "}\n", "trajectory: {" + way + ", " + jitter + ", pings: 3}\n",
+         {"trajectory: {" + way + "}\n", "trajectory: {" + way + ", " + waves + ", pings: 3}\n",
           kBuoy + "trajectory: {" + way + "}}\n",
-          kBuoy + "trajectory: {" + way + ", " + jitter + "}}\n"}) {
+          kBuoy + "trajectory: {" + way + ", " + waves + "}}\n"}) {
       const auto first = parse(kHead + text);
       INFO(text << (first.ok() ? "" : first.error().message));
       REQUIRE(first.ok());
@@ -135,7 +137,7 @@ TEST_CASE("the resolved text of ways keeps every value") {
   const auto first = parse(
       kHead + kBuoy +
       "trajectory: {spline: {points_m: [[0, 0, 0.5], [1, 2, 3]], speed_m_s: 0.3, look: {at_m: [4, "
-      "5, 6]}, start_time_s: 8}, jitter: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3, heave_m: 4, "
+      "5, 6]}, start_time_s: 8}, wave_motion: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3, heave_m: 4, "
       "period_s: 5, bandwidth: 0.25}}}\n"
       "trajectory: {lawnmower: {corner_m: [1, 2, 3], length_m: 4, width_m: 5, spacing_m: 6, "
       "heading_deg: 7, speed_m_s: 8, start_time_s: 9}, ping_rate_hz: 10}\n");
@@ -152,21 +154,21 @@ TEST_CASE("the resolved text of ways keeps every value") {
     CHECK(mow.speed_m_s == 8);
     CHECK(mow.start_time_s == 9);
     CHECK_FALSE(s.trajectory.pings);
-    CHECK_FALSE(s.trajectory.jitter);
+    CHECK_FALSE(s.trajectory.wave_motion);
     REQUIRE(s.objects[0].trajectory);
     const auto& spline = std::get<SplineSpec>(s.objects[0].trajectory->path);
     REQUIRE(spline.points_m.size() == 2);
     CHECK(spline.points_m[0][2] == 0.5);
     CHECK(spline.look_at_m == std::array<double, 3>{4, 5, 6});
     CHECK(spline.start_time_s == 8);
-    REQUIRE(s.objects[0].trajectory->jitter);
-    const JitterSpec& jitter = *s.objects[0].trajectory->jitter;
-    CHECK(jitter.roll_deg == 1);
-    CHECK(jitter.pitch_deg == 2);
-    CHECK(jitter.yaw_deg == 3);
-    CHECK(jitter.heave_m == 4);
-    CHECK(jitter.period_s == 5);
-    CHECK(jitter.bandwidth == 0.25);
+    REQUIRE(s.objects[0].trajectory->wave_motion);
+    const WaveMotionSpec& waves = *s.objects[0].trajectory->wave_motion;
+    CHECK(waves.roll_deg == 1);
+    CHECK(waves.pitch_deg == 2);
+    CHECK(waves.yaw_deg == 3);
+    CHECK(waves.heave_m == 4);
+    CHECK(waves.period_s == 5);
+    CHECK(waves.bandwidth == 0.25);
   }
   const auto orbit = parse(kHead +
                            "trajectory: {orbit: {center_m: [1, 2, 3], radius_m: 4, speed_m_s: 5, "

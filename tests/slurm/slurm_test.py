@@ -33,10 +33,10 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 4
   beams: {count: 64, fov_deg: 64}
-  rays: {elevation: 16, per_cell: 12}
+  rays: {elevation: 16, min_per_cell: 12}
 materials: {m: {reflectivity: 1e-3}}
 objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inside: true}}}
+  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inward_facing: true}}}
 trajectory: {ping_rate_hz: 5, pings: 80}
 output: {cartesian: false, png: false}
 """

@@ -27,7 +27,7 @@ sonar:
   bandwidth_hz: 3e4
   source_level_db: 200
   range_max_m: 100
-  beams: {{count: 30, fov_deg: {}, width_deg: 3, transmit_width_deg: 120}}
+  beams: {{count: 30, fov_deg: {}, receive_width_deg: 3, transmit_width_deg: 120}}
   elevation: {{width_deg: 60, fan_deg: {}}}
   rays: {{elevation: {}}}
 water: {{sound_speed_m_s: {}, absorption: {{fixed_db_m: {}}}}}

@@ -204,7 +204,7 @@ TEST_CASE("a box mirrors where its face is, a plane everywhere") {
   // A room's walls are mirrors from within: two faces beside, and those above and below.
   const auto room = Sea(head(170, 4, 170) + target_at(10, 1, 0.5) + kMaterials +
                         "objects: [{name: room, material: mirror, shape: {box: {size_m: [40, 8, "
-                        "12], inside: true}}}]\nmultipath: {objects: true, bounces: 1}\n")
+                        "12], inward_facing: true}}}]\nmultipath: {objects: true, bounces: 1}\n")
                         .bounced();
   std::vector<double> delays, expected;
   for (const Scatterer& s : room) {

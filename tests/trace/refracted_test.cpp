@@ -254,7 +254,7 @@ TEST_CASE("a target is hidden by what stands on its refracted path, not on the s
     const auto heard = point_target_scatterers(world, tracer, {}, upward_sonar(20),
                                                one_gradient(gradient), &hidden);
     CHECK(heard.size() + hidden.size() == 1);
-    if (!hidden.empty()) CHECK(hidden[0].caster == 1);
+    if (!hidden.empty()) CHECK(hidden[0].occluder == 1);
     return heard.size() == 1;
   };
   CHECK(sag > 0.2);

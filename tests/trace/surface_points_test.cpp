@@ -288,7 +288,7 @@ TEST_CASE("moments are those of the leaf") {
   CHECK(worst < 1e-5);
 }
 
-// Protects rays.per_cell beside scatterers on surfaces: twenty are the least, more may be asked
+// Protects rays.min_per_cell beside scatterers on surfaces: twenty are the least, more may be asked
 // for.
 TEST_CASE("a cell has as many leaves as are asked for, and no fewer than twenty") {
   Sonar sonar = open_sonar(20);

@@ -63,7 +63,7 @@ def default_scenario():
             "bandwidth_hz": 29900.0,
             "source_level_db": 220,
             "range_max_m": 6,
-            "beams": {"count": 41, "spacing_deg": 0.25, "width_deg": 1},
+            "beams": {"count": 41, "spacing_deg": 0.25, "receive_width_deg": 1},
             "elevation": {"width_deg": 20},
             "rays": {"elevation": 8, "azimuth": 1},
         },

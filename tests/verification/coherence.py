@@ -41,7 +41,7 @@ def run(bench):
             },
             "scattering": {"speckle": "surface"},
             "materials": {"m": {"reflectivity": 1e-3}},
-            "objects": [diffuse("sphere", {"sphere": {"radius_m": RADIUS_M, "inside": True}})],
+            "objects": [diffuse("sphere", {"sphere": {"radius_m": RADIUS_M, "inward_facing": True}})],
             "trajectory": {
                 "ping_rate_hz": 1,
                 "pings": len(LOOKS_DEG) * len(SHIFTS_M) * 2,

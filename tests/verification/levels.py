@@ -90,7 +90,7 @@ def sphere_run(bench, radius_m, normalization, pings=150):
             },
             "scattering": {"normalization": normalization},
             "materials": {"m": {"reflectivity": 1e-3}},
-            "objects": [diffuse("sphere", {"sphere": {"radius_m": radius_m, "inside": True}})],
+            "objects": [diffuse("sphere", {"sphere": {"radius_m": radius_m, "inward_facing": True}})],
             "trajectory": {"ping_rate_hz": 1, "pings": pings},
         }
     )

@@ -9,7 +9,7 @@ from bench import Row, case, diffuse, point_target
 SEABED = {
     "sonar": {
         "range_max_m": 3.2,
-        "beams": {"count": 12, "spacing_deg": 1, "width_deg": 2},
+        "beams": {"count": 12, "spacing_deg": 1, "receive_width_deg": 2},
         "rays": {"elevation": 96, "azimuth": 2},
         "mount": {"rotation_deg": [0, 30, 0]},
     },

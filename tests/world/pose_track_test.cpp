@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kSpan_s = 0.084;
 
-Path path_of(TrajectorySpec spec, bool jitter) {
-  if (jitter) spec.jitter = JitterSpec{3, 2, 4, 0.05, 1.5, 0.2};
+Path path_of(TrajectorySpec spec, bool waves) {
+  if (waves) spec.wave_motion = WaveMotionSpec{3, 2, 4, 0.05, 1.5, 0.2};
   auto path = load_path(spec, 77);
   REQUIRE(path.ok());
   return std::move(*path);
@@ -54,10 +54,10 @@ double small_angle_between(const Pose& a, const Pose& b) {
 }  // namespace
 
 // Protects the phase of echoes: 1e-9 m are 4e-6 rad at 900 kHz.
-TEST_CASE("a pose track is its body's way, corners and jitter included") {
-  const bool jitter = GENERATE(false, true);
+TEST_CASE("a pose track is its body's way, corners and wave motion included") {
+  const bool waves = GENERATE(false, true);
   const int kind = GENERATE(0, 1, 2);
-  const Path path = path_of(kind == 0 ? logged(0) : kind == 1 ? bent_path() : orbit(), jitter);
+  const Path path = path_of(kind == 0 ? logged(0) : kind == 1 ? bent_path() : orbit(), waves);
   for (const double start : {0.0, 0.0123, 0.5}) {
     const PoseTrack track([&](double t) { return pose_at(path, t); }, start, kSpan_s);
     CHECK_FALSE(track.rests());

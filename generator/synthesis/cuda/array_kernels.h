@@ -286,7 +286,7 @@ struct SumElements {
 
 // After HearEchoes.
 struct HearShifts {
-  const ShiftRecord* shifts;
+  const DopplerRecord* shifts;
   const EchoRecord* echoes;
   DeviceNodes nodes;
   double points_per_s;  // of the nodes' grids
@@ -296,7 +296,7 @@ struct HearShifts {
   Sound* out;  // without its value
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const ShiftRecord& shift = shifts[i];
+    const DopplerRecord& shift = shifts[i];
     Sound& sound = at_rest[shift.echo];
     place[i] = node_place(nodes, shift.doppler);
     value[i] = sound.value;

@@ -222,7 +222,7 @@ class DeviceBackend final : public Backend {
         cells * (sizeof(Complex32) + sizeof(float) + (has_volumes ? sizeof(float) : 0));
     const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
     memory.echo_bytes =
-        sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(ShiftRecord) : 0);
+        sizeof(EchoRecord) + sizeof(std::uint32_t) + (may_shift ? sizeof(DopplerRecord) : 0);
     if (setup_.sonar.array) {
       memory.echo_bytes += array_echo_bytes();
       memory.ping_bytes +=

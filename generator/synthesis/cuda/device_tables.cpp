@@ -40,10 +40,10 @@ constexpr double kFlatError = 1e-6;
 // Above: the mean enters the expected power as a square. Below: single precision.
 constexpr double kMostTolerance = 3e-5, kLeastTolerance = 5e-6;
 // Band b of rising shifts is b + 1, of falling ones -b - 1.
-std::set<int> bands_of(const DopplerNodes& nodes, std::span<const ShiftRecord> shifts) {
+std::set<int> bands_of(const DopplerNodes& nodes, std::span<const DopplerRecord> shifts) {
   std::set<int> bands;
   int latest = 0;
-  for (const ShiftRecord& s : shifts) {
+  for (const DopplerRecord& s : shifts) {
     const double doppler = s.doppler;
     const int above = 1 + static_cast<int>(std::abs(doppler) / nodes.width);
     const int band = doppler < 0 ? -above : above;
@@ -183,7 +183,7 @@ NodesInUse nodes_in_use(const DopplerNodes& nodes, const PingBatch& batch, const
   workers.for_each(pings, [&](std::size_t p) {
     const std::uint32_t* at = batch.shift_offset.data() + batch.pings[p].first_offset;
     const std::size_t sectors = batch.shift_offset.size() / pings - 1;
-    const std::span<const ShiftRecord> all = batch.shifts;
+    const std::span<const DopplerRecord> all = batch.shifts;
     bands[p] = bands_of(nodes, all.subspan(at[0], at[sectors] - at[0]));
   });
   std::map<int, std::vector<unsigned char>> uses;

@@ -79,7 +79,7 @@ ENSONIFY_HD inline Complex32 scaled(double factor, Complex32 z) {
 }
 
 struct PlaceShifts {
-  const ShiftRecord* shifts;
+  const DopplerRecord* shifts;
   const EchoRecord* echoes;
   DeviceNodes nodes;
   double points_per_s;
@@ -90,7 +90,7 @@ struct PlaceShifts {
   PlacedEchoes out;  // without its value
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const ShiftRecord& shift = shifts[i];
+    const DopplerRecord& shift = shifts[i];
     node[i] = node_place(nodes, shift.doppler);
     value[i] = at_rest[shift.echo];
     at_rest[shift.echo] = scaled(node_weight(nodes, node[i], 0), value[i]);
@@ -147,7 +147,7 @@ struct AddNode {
 
 // What all that works on shifted echoes takes.
 struct DopplerOnDevice {
-  const ShiftRecord* shifts;
+  const DopplerRecord* shifts;
   DeviceNodes nodes;
   Complex32* value;  // [shifts], before a node's weight
   NodePlace* place;  // [shifts]
@@ -164,7 +164,7 @@ class DopplerEchoes {
   std::uint64_t points() const { return tables_ ? tables_->spread.points : 0; }
   // What each takes on the device.
   static constexpr std::uint64_t echo_bytes() {
-    return sizeof(ShiftRecord) + sizeof(NodePlace) + sizeof(Complex32);
+    return sizeof(DopplerRecord) + sizeof(NodePlace) + sizeof(Complex32);
   }
 
   // The batch must last until the queue has waited.
@@ -241,7 +241,7 @@ class DopplerEchoes {
   DeviceBuffer<double, Queue> node_place_{queue_};
   DeviceBuffer<float, Queue> coefficient_{queue_};
   DeviceBuffer<unsigned char, Queue> uses_{queue_};
-  DeviceBuffer<ShiftRecord, Queue> shifts_{queue_};
+  DeviceBuffer<DopplerRecord, Queue> shifts_{queue_};
   DeviceBuffer<Complex32, Queue> value_{queue_};
   DeviceBuffer<NodePlace, Queue> place_{queue_};
 };

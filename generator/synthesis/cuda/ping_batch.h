@@ -21,7 +21,7 @@ struct PingBatch {
   std::pmr::vector<EchoRecord> echoes;      // of all pings, one after another
   std::pmr::vector<std::uint32_t> ping_of;  // [echoes]
   std::pmr::vector<std::uint32_t> offset;   // [pings][sectors + 1], among all echoes
-  std::pmr::vector<ShiftRecord> shifts;     // of those with doppler != 0, in the same order
+  std::pmr::vector<DopplerRecord> shifts;   // of those with doppler != 0, in the same order
   std::pmr::vector<std::uint32_t>
       shift_offset;  // as offset, among all shifts; empty: there are none
   std::pmr::vector<BatchPing> pings;

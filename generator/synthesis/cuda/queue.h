@@ -15,7 +15,7 @@
 //   DeviceBuffer   memory of a queue, owned
 //   Complex32
 //   EchoRecord     one scatterer; amplitude_of
-//   ShiftRecord    one that comes back shifted
+//   DopplerRecord  one that comes back shifted
 //   BatchPing      one ping of a batch
 //   ArrivalRecord  DirectionRecord  SectorRecord   for an array
 //   DeviceKernel   a spreading kernel as polynomials; kernel_at
@@ -56,7 +56,7 @@ struct EchoRecord {
 };
 
 // What a shifted scatterer has beside.
-struct ShiftRecord {
+struct DopplerRecord {
   std::uint32_t echo;  // of the batch's
   float doppler;
 };

@@ -13,8 +13,8 @@ using namespace ensonify;
 
 namespace {
 
-JitterSpec swell() {
-  JitterSpec spec;
+WaveMotionSpec swell() {
+  WaveMotionSpec spec;
   spec.roll_deg = 3;
   spec.pitch_deg = 2;
   spec.yaw_deg = 1;
@@ -40,11 +40,11 @@ Angles angles_of(Quat q) {
 // Cross terms of two frequencies f apart average to 1 / (pi f T); neighbours are on average
 // 0.2 * 6 / 32 / 8 Hz apart, which leaves 1e-2 of the mean square and half of it of the rms.
 TEST_CASE("the rms over time is the one asked for") {
-  const Jitter jitter = make_jitter(swell(), 42, 0);
+  const WaveMotion motion = make_wave_motion(swell(), 42, 0);
   double roll = 0, pitch = 0, yaw = 0, heave = 0;
   const int samples = 40000;
   for (int i = 0; i < samples; ++i) {
-    const Pose pose = jittered(jitter, 0.4 * i, {});
+    const Pose pose = moved_by_waves(motion, 0.4 * i, {});
     const Angles angles = angles_of(pose.rotation);
     roll += angles.roll * angles.roll;
     pitch += angles.pitch * angles.pitch;
@@ -65,7 +65,7 @@ TEST_CASE("over many keys an instant is nearly normal") {
   double mean = 0, square = 0, fourth = 0, cross_term = 0;
   for (int k = 0; k < keys; ++k) {
     const auto key = stream_key(5, Stream::motion, static_cast<std::uint32_t>(k));
-    const Pose pose = jittered(make_jitter(swell(), key, 0), 12.3, {});
+    const Pose pose = moved_by_waves(make_wave_motion(swell(), key, 0), 12.3, {});
     const double heave = pose.position_m.z / 0.25;
     mean += heave;
     square += heave * heave;
@@ -86,12 +86,12 @@ TEST_CASE("the spectrum has the period and the width asked for") {
   const int keys = 8000;
   const double lags[] = {0, 1, 2, 4, 6, 8, 12, 16, 24, 40};
   double sums[10] = {};
-  JitterSpec spec;
+  WaveMotionSpec spec;
   spec.heave_m = 0.25;
   spec.period_s = 8;
   for (int k = 0; k < keys; ++k) {
-    const Jitter jitter = make_jitter(spec, mix64(static_cast<std::uint64_t>(k)), 0);
-    const auto heave = [&](double t) { return jittered(jitter, t, {}).position_m.z / 0.25; };
+    const WaveMotion motion = make_wave_motion(spec, mix64(static_cast<std::uint64_t>(k)), 0);
+    const auto heave = [&](double t) { return moved_by_waves(motion, t, {}).position_m.z / 0.25; };
     const double first = heave(3);
     for (int i = 0; i < 10; ++i) sums[i] += first * heave(3 + lags[i]);
   }
@@ -108,10 +108,10 @@ TEST_CASE("the spectrum has the period and the width asked for") {
 // normal density cut at three standard deviations keeps 0.98658 of its spread.
 TEST_CASE("frequencies are drawn from the density") {
   double mean = 0, square = 0, least = 1e9, most = 0;
-  const int keys = 500, count = keys * Jitter::kTerms;
+  const int keys = 500, count = keys * WaveMotion::kTerms;
   for (int k = 0; k < keys; ++k) {
-    const Jitter jitter = make_jitter(swell(), mix64(static_cast<std::uint64_t>(k)), 0);
-    for (const Jitter::Sinusoid& term : jitter.pitch.terms) {
+    const WaveMotion motion = make_wave_motion(swell(), mix64(static_cast<std::uint64_t>(k)), 0);
+    for (const WaveMotion::Sinusoid& term : motion.pitch.terms) {
       const double relative = term.rad_s * 8 / (2 * kPi);
       mean += relative;
       square += (relative - 1) * (relative - 1);
@@ -127,10 +127,10 @@ TEST_CASE("frequencies are drawn from the density") {
 
 // Protects the frames: attitude in the body's, after its own; heave along the world's z even for a
 // body that hangs on its side; nothing else moves.
-TEST_CASE("jitter turns the body about itself and heaves it upright") {
+TEST_CASE("wave motion turns the body about itself and heaves it upright") {
   const Pose body{{1, 2, 3}, from_roll_pitch_yaw(1.2, -0.4, 2.5)};
-  const Jitter jitter = make_jitter(swell(), 9, 100);
-  const Pose bare = jittered(jitter, 107, {}), moved = jittered(jitter, 107, body);
+  const WaveMotion motion = make_wave_motion(swell(), 9, 100);
+  const Pose bare = moved_by_waves(motion, 107, {}), moved = moved_by_waves(motion, 107, body);
   CHECK(length(moved.position_m - body.position_m - bare.position_m) < 1e-15);
   CHECK(bare.position_m.x == 0);
   CHECK(bare.position_m.y == 0);
@@ -142,10 +142,10 @@ TEST_CASE("jitter turns the body about itself and heaves it upright") {
 }
 
 TEST_CASE("an axis without rms is left alone") {
-  JitterSpec spec;
+  WaveMotionSpec spec;
   spec.yaw_deg = 4;
   spec.period_s = 3;
-  const Pose pose = jittered(make_jitter(spec, 1, 0), 5, {});
+  const Pose pose = moved_by_waves(make_wave_motion(spec, 1, 0), 5, {});
   CHECK(pose.position_m == Vec3{});
   CHECK(pose.rotation.x == 0);
   CHECK(pose.rotation.y == 0);
@@ -164,7 +164,7 @@ Scenario with_movers(const std::vector<std::string>& names) {
     there.pose.position_m = {7, 8, 9};
     object.trajectory = TrajectorySpec{};
     object.trajectory->path = std::vector{there};
-    object.trajectory->jitter = swell();
+    object.trajectory->wave_motion = swell();
     scenario.objects.push_back(object);
   }
   return scenario;
@@ -172,9 +172,9 @@ Scenario with_movers(const std::vector<std::string>& names) {
 
 }  // namespace
 
-// Protects worlds against each other: an object's jitter depends on seed, sequence and its name,
-// not on what else there is.
-TEST_CASE("the jitter of an object is keyed by its name") {
+// Protects worlds against each other: an object's wave motion depends on seed, sequence and its
+// name, not on what else there is.
+TEST_CASE("the wave motion of an object is keyed by its name") {
   const auto pose_of_last = [](const Scenario& scenario, std::uint32_t sequence) {
     const auto world = build_world(scenario, sequence);
     REQUIRE(world.ok());
