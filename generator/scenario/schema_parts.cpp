@@ -1,0 +1,224 @@
+#include "scenario/schema_parts.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace ensonify {
+
+Json with(const char* key, Json value) {
+  Json schema = Json::object();
+  schema[key] = std::move(value);
+  return schema;
+}
+
+Json list(std::initializer_list<Json> items) {
+  Json all = Json::array();
+  for (const Json& item : items) all.push_back(item);
+  return all;
+}
+
+Json reference(std::string_view name) {
+  return with("$ref", fmt::format("#/definitions/{}", name));
+}
+
+Json all_of(Json part) { return with("allOf", list({std::move(part)})); }
+
+Json required(const std::vector<std::string>& keys) { return with("required", keys); }
+
+std::string_view unit_of(const KeyNode& node) {
+  if (!node.unit.empty()) return node.unit;
+  constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+      {"_db_m", "dB/m"}, {"_m_s", "m/s"}, {"_hz", "Hz"}, {"_deg", "°"}, {"_db", "dB"},
+      {"_px", "px"},     {"_psu", "psu"}, {"_c", "°C"},  {"_m", "m"},   {"_s", "s"}};
+  for (const auto& [ending, unit] : kUnits) {
+    if (std::string_view(node.key).ends_with(ending)) return unit;
+  }
+  return {};
+}
+
+// A limit as an integer where it is one, which is how it is written.
+static Json limit(double value) {
+  const auto whole = static_cast<std::int64_t>(value);
+  return static_cast<double>(whole) == value ? Json(whole) : Json(value);
+}
+
+static void add_range(Json& schema, const NumberRange& range) {
+  schema[range.low_excluded ? "exclusiveMinimum" : "minimum"] = limit(range.low);
+  schema["maximum"] = limit(range.high);
+}
+
+Json choice_of(const Json& items) {
+  Json choice = with("type", "array");
+  choice["minItems"] = 1;
+  if (items.is_null()) return choice;
+  choice["description"] = "A list of values of equal probability, one for each sequence.";
+  choice["items"] = items;
+  return choice;
+}
+
+Json list_of(Json items, std::size_t least, std::size_t most) {
+  Json schema = with("type", list({"array", "object"}));
+  schema["items"] = std::move(items);
+  if (least > 0) schema["minItems"] = least;
+  if (most < std::numeric_limits<std::size_t>::max()) schema["maxItems"] = most;
+  schema["properties"] = with("choice", choice_of(nullptr));
+  schema["required"] = list({"choice"});
+  schema["additionalProperties"] = false;
+  return schema;
+}
+
+static Json text_of(std::size_t most) {
+  Json schema = all_of(reference("text"));
+  schema["minLength"] = 1;
+  schema["maxLength"] = most;
+  return schema;
+}
+
+Json leaf_schema(const KeyNode& node, bool is_sampled) {
+  Json schema;
+  switch (node.type) {
+    case ValueType::none:
+      return nullptr;
+    case ValueType::number:
+      schema = all_of(reference("number"));
+      add_range(schema, node.range);
+      return schema;
+    case ValueType::numbers: {
+      Json item = all_of(reference("number"));
+      add_range(item, node.range);
+      return list_of(std::move(item), node.count, node.count);
+    }
+    case ValueType::integer:
+      if (node.low == node.high) return with("const", node.low);
+      if (is_sampled) schema = all_of(reference("number"));
+      schema["type"] = is_sampled ? list({"integer", "object"}) : Json("integer");
+      schema["minimum"] = node.low;
+      schema["maximum"] = node.high;
+      return schema;
+    case ValueType::seed:
+      return {{"type", "integer"},
+              {"minimum", 0},
+              {"maximum", std::numeric_limits<std::uint64_t>::max()}};
+    case ValueType::boolean:
+      return all_of(reference("boolean"));
+    case ValueType::text:
+      return is_sampled ? text_of(kMaxNameBytes) : all_of(reference("name"));
+    case ValueType::material:
+      return text_of(kMaxNameBytes);
+    case ValueType::file:
+      return text_of(kMaxFileNameBytes);
+    case ValueType::word:
+      return with("anyOf", list({with("enum", node.words), reference("sampled_word")}));
+  }
+  return nullptr;
+}
+
+// Where `exclusion` holds; a value that is sampled may come out as any.
+static Json circumstance_of(const KeyExclusion& exclusion, bool may_be_sampled) {
+  Json schema = required({exclusion.by});
+  if (exclusion.word.empty()) return schema;
+  const auto as_map = [](const char* key) {
+    Json map = with("type", "object");
+    map["required"] = list({key});
+    return map;
+  };
+  Json words = list({with("const", exclusion.word), as_map(exclusion.word.c_str())});
+  if (may_be_sampled) words.push_back(as_map("choice"));
+  schema["properties"] = with(exclusion.by.c_str(), with("anyOf", std::move(words)));
+  return schema;
+}
+
+// One of `keys`, or a circumstance that takes one of them away.
+static Json any_required(const KeyNode& map, const std::vector<std::string>& keys) {
+  Json any = Json::array();
+  for (const std::string& key : keys) any.push_back(required({key}));
+  for (const KeyExclusion& exclusion : map.exclusions) {
+    const bool of_these = std::find(keys.begin(), keys.end(), exclusion.key) != keys.end();
+    const bool beside_them = std::find(keys.begin(), keys.end(), exclusion.by) == keys.end();
+    if (!of_these || !beside_them) continue;
+    Json circumstance = circumstance_of(exclusion, true);
+    if (std::find(any.begin(), any.end(), circumstance) == any.end())
+      any.push_back(std::move(circumstance));
+  }
+  return with("anyOf", std::move(any));
+}
+
+static bool in_one_group(const KeyNode& map, const KeyExclusion& exclusion) {
+  return exclusion.word.empty() &&
+         std::any_of(map.groups.begin(), map.groups.end(), [&](const KeyGroup& group) {
+           const auto has = [&](const std::string& key) {
+             return std::find(group.keys.begin(), group.keys.end(), key) != group.keys.end();
+           };
+           return has(exclusion.key) && has(exclusion.by);
+         });
+}
+
+// One of the keys; none as well where none is required, or something takes them away.
+static void add_group(const KeyNode& map, const KeyGroup& group, Json& rules) {
+  Json one = Json::array();
+  for (const std::string& key : group.keys) one.push_back(required({key}));
+  const Json any = any_required(map, group.keys);
+  const bool may_be_none = !group.is_required || any["anyOf"].size() > one.size();
+  if (group.is_required && may_be_none) rules.push_back(any);
+  if (may_be_none) {
+    Json none = with("not", with("anyOf", one));
+    one.push_back(std::move(none));
+  }
+  rules.push_back(with("oneOf", std::move(one)));
+}
+
+// Keys that cannot be given with others, one rule for each circumstance.
+static void add_exclusions(const KeyNode& map, Json& rules) {
+  std::vector<KeyExclusion> said;
+  for (const KeyExclusion& exclusion : map.exclusions) {
+    if (in_one_group(map, exclusion)) continue;
+    const auto same = [&](const KeyExclusion& other) {
+      return other.by == exclusion.by && other.word == exclusion.word;
+    };
+    if (std::any_of(said.begin(), said.end(), same)) continue;
+    said.push_back(exclusion);
+    Json refused = Json::object();
+    for (const KeyExclusion& other : map.exclusions) {
+      if (same(other) && !in_one_group(map, other)) refused[other.key] = false;
+    }
+    Json rule = with("if", circumstance_of(exclusion, false));
+    rule["then"] = with("properties", std::move(refused));
+    rules.push_back(std::move(rule));
+  }
+}
+
+Json rules_of(const KeyNode& map) {
+  Json rules = Json::array();
+  std::map<std::string, std::vector<std::string>> unless;
+  std::vector<std::string> needed;
+  for (const KeyNode& node : map.keys) {
+    if (node.is_required && node.unless.empty()) needed.push_back(node.key);
+    if (node.is_required && !node.unless.empty()) unless[node.unless].push_back(node.key);
+    if (node.is_required_alone) rules.push_back(any_required(map, {node.key}));
+  }
+  if (!needed.empty()) rules.push_back(required(needed));
+  for (const auto& [key, keys] : unless) {
+    // Farther up, that key is beyond the reach of a schema.
+    if (find_key(map, key) != nullptr) {
+      rules.push_back(with("anyOf", list({required({key}), required(keys)})));
+    }
+  }
+  for (const KeyGroup& group : map.groups) add_group(map, group, rules);
+  add_exclusions(map, rules);
+  return rules;
+}
+
+bool has_required(const KeyNode& map) {
+  const auto needed = [](const KeyNode& node) {
+    return node.is_required || node.is_required_alone;
+  };
+  const auto forced = [](const KeyGroup& group) { return group.is_required; };
+  return std::any_of(map.keys.begin(), map.keys.end(), needed) ||
+         std::any_of(map.groups.begin(), map.groups.end(), forced);
+}
+
+}  // namespace ensonify
