@@ -11,6 +11,7 @@
 
 #include "app/commands.h"
 #include "app/make_dataset.h"
+#include "app/pipeline.h"
 #include "app/preview_parts.h"
 #include "app/program.h"
 #include "app/session.h"

@@ -50,7 +50,11 @@ void set_value(KeyNode& node, const WordLeaf& leaf) {
 // alternative, so that many walks have seen them all.
 class KeyLister : public Fields {
  public:
-  explicit KeyLister(KeyNode& root) { frames_.push_back({&root, {}, 1}); }
+  explicit KeyLister(KeyNode& root) {
+    frames_.push_back({&root, {}, 1});
+    scalar_.kind = NodeKind::scalar;
+    map_.kind = NodeKind::map;
+  }
 
   bool writing() const override { return false; }
 
@@ -114,11 +118,10 @@ class KeyLister : public Fields {
     return index;
   }
   const Node* peek(std::string_view key) override {
-    static const Node kNodes[] = {{.kind = NodeKind::scalar}, {.kind = NodeKind::map}};
-    const std::size_t index = next(key, 1 + std::size(kNodes));
+    const std::size_t index = next(key, 3);
     if (index == 0) return nullptr;
     happens(key, "");
-    return &kNodes[index - 1];
+    return index == 1 ? &scalar_ : &map_;
   }
   std::optional<std::size_t> peek_kind(std::string_view key,
                                        std::span<const std::string_view> words,
@@ -188,6 +191,7 @@ class KeyLister : public Fields {
   }
 
   std::vector<Frame> frames_;
+  Node scalar_, map_;  // what may be there
 };
 
 // What many walks have shown of the keys of a map.
