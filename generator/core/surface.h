@@ -1,6 +1,6 @@
 // What surfaces do to sound: the parameters, without the formulas (acoustics/scattering.h).
 //
-//   ScatteringLaw  CoherentModel  BackscatterTable
+//   ScatteringLaw  CoherentModel  BackscatterTable   name_of: their words in files
 //   Material  PartMaterials     how a surface throws sound back
 //   FlatSurface  Multipath      which flat surfaces sound comes over, and how many bounces
 //   SoundPath                   one path out and back
@@ -15,6 +15,16 @@ namespace ensonify {
 
 enum class ScatteringLaw { lambert, lommel_seeliger, table };
 enum class CoherentModel { none, rician, kirchhoff };
+
+// As scenarios and sequence.json spell them.
+constexpr const char* name_of(ScatteringLaw law) {
+  constexpr const char* kNames[] = {"lambert", "lommel_seeliger", "table"};
+  return kNames[static_cast<int>(law)];
+}
+constexpr const char* name_of(CoherentModel model) {
+  constexpr const char* kNames[] = {"none", "rician", "kirchhoff"};
+  return kNames[static_cast<int>(model)];
+}
 
 // Measured backscatter strength against grazing angle (0: along the surface).
 struct BackscatterTable {

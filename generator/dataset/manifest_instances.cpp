@@ -5,14 +5,6 @@
 
 namespace ensonify {
 
-static const char* name_of(ScatteringLaw value) {
-  constexpr const char* kNames[] = {"lambert", "lommel_seeliger", "table"};
-  return kNames[static_cast<int>(value)];
-}
-static const char* name_of(CoherentModel value) {
-  constexpr const char* kNames[] = {"none", "rician", "kirchhoff"};
-  return kNames[static_cast<int>(value)];
-}
 static const char* name_of(InstanceKind value) {
   constexpr const char* kNames[] = {"surface", "point_target", "volume"};
   return kNames[static_cast<int>(value)];

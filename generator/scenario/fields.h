@@ -260,6 +260,15 @@ class Fields {
     return choice(key, out, std::span(choices.begin(), choices.size()), rule);
   }
 
+  // As peek_kind, of an enumeration from 0 to `last`.
+  template <class T>
+  std::optional<T> peek_kind(std::string_view key, T held, T last) {
+    std::vector<std::string_view> words;
+    for (const auto& kind : words_to(last)) words.push_back(kind.first);
+    const auto index = peek_kind(key, words, static_cast<std::size_t>(held));
+    return index ? std::optional(static_cast<T>(*index)) : std::nullopt;
+  }
+
   // One kind of an enumeration from 0 to `last`, as name_of spells them.
   template <class T>
   bool begin_kind(const KeyText& key, T& out, T last, std::span<const KindText> texts,

@@ -6,8 +6,6 @@
 namespace ensonify {
 namespace {
 
-constexpr std::string_view kLaws[] = {"lambert", "lommel_seeliger", "table"};
-
 constexpr NumberRange kReflectivity = from_to(0, 1e6);
 constexpr NumberRange kBackscatterStrengthDb = from_to(-200, 60);
 
@@ -15,8 +13,8 @@ constexpr NumberRange kBackscatterStrengthDb = from_to(-200, 60);
 // read may have been a table, so that neither key is missed then.
 void reflectivity_fields(Fields& f, MaterialSpec& material) {
   constexpr std::string_view kKeys[] = {"reflectivity", "backscatter_strength_db"};
-  const auto law = f.peek_kind("law", kLaws, material.law.index());
-  const bool is_table = law == 2u;
+  const auto law = f.peek_kind("law", material.law.kind, ScatteringLaw::table);
+  const bool is_table = law == ScatteringLaw::table;
   const Rule rule = useless_if(
       is_table, "beside a table, which holds the strength itself; accepted is either alone",
       {.has_default = false});
@@ -43,7 +41,7 @@ void reflectivity_fields(Fields& f, MaterialSpec& material) {
   }
 }
 
-// These are in the order of kLaws.
+// These are in the order of ScatteringLaw.
 constexpr KindText kLawTexts[] = {
     {"Lambert", "Backscattering coefficient μ cosⁿ⁺¹(α) at the angle of incidence α"},
     {"Lommel-Seeliger", "Backscattering coefficient μ cos(α) at the angle of incidence α"},
@@ -51,21 +49,17 @@ constexpr KindText kLawTexts[] = {
 };
 
 void law_fields(Fields& f, LawSpec& law) {
-  std::size_t index = law.index();
-  if (!f.begin_kind({"law", "Scattering law", "How the backscattering depends on the angle"}, kLaws,
-                    kLawTexts, index)) {
+  if (!f.begin_kind({"law", "Scattering law", "How the backscattering depends on the angle"},
+                    law.kind, ScatteringLaw::table, kLawTexts)) {
     return;
   }
-  if (index == 0) {
-    if (!f.writing()) law = LambertSpec{};
+  if (law.kind == ScatteringLaw::lambert) {
     f.number({"exponent", "Exponent", "n; left out: the value of scattering.lambert_exponent"},
-             std::get<LambertSpec>(law).exponent, kLambertExponent);
-  } else if (index == 1) {
-    law = LommelSeeligerSpec{};
-  } else {
-    if (!f.writing()) law = BackscatterTableSpec{};
+             law.exponent, kLambertExponent);
+  }
+  if (law.kind == ScatteringLaw::table) {
     f.file({"file", "Strength file", "CSV file with the columns grazing_deg and strength_db"},
-           std::get<BackscatterTableSpec>(law).file, {".csv"}, kRequired);
+           law.file, {".csv"}, kRequired);
   }
   f.end();
 }
@@ -118,13 +112,8 @@ Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering)
   Material material;
   material.reflectivity = spec.reflectivity;
   material.lambert_exponent = scattering.lambert_exponent;
-  if (const auto* lambert = std::get_if<LambertSpec>(&spec.law)) {
-    if (lambert->exponent) material.lambert_exponent = *lambert->exponent;
-  } else if (std::holds_alternative<LommelSeeligerSpec>(spec.law)) {
-    material.law = ScatteringLaw::lommel_seeliger;
-  } else {
-    material.law = ScatteringLaw::table;
-  }
+  material.law = spec.law.kind;
+  if (spec.law.exponent) material.lambert_exponent = *spec.law.exponent;
   if (const auto* rician = std::get_if<RicianSpec>(&spec.coherent)) {
     material.coherent = CoherentModel::rician;
     material.rician_k = rician->k;

@@ -119,14 +119,11 @@ struct ScatteringSpec {
   SpeckleMode speckle = SpeckleMode::per_ping;
 };
 
-struct LambertSpec {
-  std::optional<double> exponent;  // absent: scattering.lambert_exponent
+struct LawSpec {
+  ScatteringLaw kind = ScatteringLaw::lambert;
+  std::optional<double> exponent = {};  // of lambert; absent: scattering.lambert_exponent
+  std::filesystem::path file = {};      // of table: CSV, grazing_deg, strength_db
 };
-struct LommelSeeligerSpec {};
-struct BackscatterTableSpec {
-  std::filesystem::path file;  // CSV, grazing_deg, strength_db
-};
-using LawSpec = std::variant<LambertSpec, LommelSeeligerSpec, BackscatterTableSpec>;
 
 struct RicianSpec {
   double k = 0;

@@ -141,9 +141,8 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
   for (const MaterialSpec& spec : scenario.materials) {
     Material& material = materials[spec.name];
     material = material_of(spec, scenario.scattering);
-    const auto* table = std::get_if<BackscatterTableSpec>(&spec.law);
-    if (table == nullptr) continue;
-    Result<BackscatterTable> loaded = load_backscatter_table(table->file);
+    if (spec.law.kind != ScatteringLaw::table) continue;
+    Result<BackscatterTable> loaded = load_backscatter_table(spec.law.file);
     if (loaded) {
       material.table = std::move(*loaded);
     } else {

@@ -67,7 +67,7 @@ TEST_CASE("tables of materials reach objects and instances") {
   const TemporaryFolder folder;
   Scenario scenario;
   scenario.materials = {
-      {"sand", 0, BackscatterTableSpec{folder.write("sand.csv", table(-40))}, {}}};
+      {"sand", 0, {ScatteringLaw::table, {}, folder.write("sand.csv", table(-40))}, {}}};
   scenario.objects = {{"floor", "floor", "sand", PlaneSpec{}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
@@ -102,9 +102,9 @@ TEST_CASE("all faults of the input files are told at once") {
   scenario.materials = {
       {"mud",
        0,
-       BackscatterTableSpec{folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
+       {ScatteringLaw::table, {}, folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
        {}},
-      {"sand", 0, BackscatterTableSpec{folder.path() / "none.csv"}, {}}};
+      {"sand", 0, {ScatteringLaw::table, {}, folder.path() / "none.csv"}, {}}};
   scenario.objects = {{"a", "x", "mud", MeshSpec{plain, 1, false, true}, {}},
                       {"b", "x", "mud", MeshSpec{folder.path() / "none.obj", 1, false, false}, {}}};
   const auto world = build_world(scenario);
