@@ -3,12 +3,13 @@
 //
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
-//   pixel_bytes  blank_value
+//   is_float_plane  is_level_plane  pixel_bytes  blank_value
 //   view_name         polar, cartesian
 #pragma once
 
 #include <cstdint>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -48,6 +49,14 @@ template <class Planes, class Use>
 decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
   return std::visit([&](auto member) -> decltype(auto) { return use(planes.*member); },
                     plane.values);
+}
+
+// Each float plane is a channel of the image's EXR file; the level has a part of its own there.
+constexpr bool is_float_plane(const ImagePlane& plane) {
+  return std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
+}
+constexpr bool is_level_plane(const ImagePlane& plane) {
+  return std::string_view(plane.name) == "level_db";
 }
 
 constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {

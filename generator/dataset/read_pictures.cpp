@@ -15,13 +15,6 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::pair<std::string_view, std::vector<std::uint16_t> ExrHalves::*> kExrPlanes[] = {
-    {"level_db", &ExrHalves::level_db},
-    {"clean_db", &ExrHalves::clean_db},
-    {"elevation_rad", &ExrHalves::elevation_rad},
-    {"elevation_std_rad", &ExrHalves::elevation_std_rad},
-    {"instance_fraction", &ExrHalves::instance_fraction}};
-
 template <class Value>
 std::string bytes_of_values(const std::vector<Value>& values) {
   std::string bytes(values.size() * sizeof(Value), '\0');
@@ -101,11 +94,9 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
     if (!halves) return halves.error();
     image->second = std::move(*halves);
   }
-  for (const auto& [name, values] : kExrPlanes) {
-    if (name == row.plane->name) return bytes_of_values(image->second.*values);
-  }
-  ENSONIFY_ASSERT(false);
-  return std::string();
+  const auto values = image->second.find(row.plane->name);
+  ENSONIFY_ASSERT(values != image->second.end());
+  return bytes_of_values(values->second);
 }
 
 PlaneNames stored_planes(const StoredSequence& sequence, ImageView view) {

@@ -59,13 +59,10 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
                      header->height, header->bit_depth, columns, rows, bits);
 }
 
-std::string exr_fault(const fs::path& path, const CatalogueRow& row, const NpyShape& shape) {
+std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
-  std::vector<std::string> labels;
-  for (const CatalogueRow& part : catalogue()) {
-    if (part.file == row.file && part.shares_file) labels.emplace_back(part.plane->name);
-  }
+  const std::vector<std::string> labels = exr_label_channels();
   if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
     return "does not have the parts level and labels, in this order";
   }
@@ -194,7 +191,7 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
     case FileCodec::png:
       return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
     case FileCodec::exr:
-      return exr_fault(path, row, grid);
+      return exr_fault(path, grid);
     case FileCodec::series_exr:
       return series_exr_fault(path, grid[1], grid[0]);
     case FileCodec::ply:

@@ -19,9 +19,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <new>
 #include <span>
 
+#include "core/image_planes.h"
 #include "formats/bytes.h"
 #include "formats/deflate.h"
 #include "formats/files.h"
@@ -58,10 +60,47 @@ struct Channel {
 
 struct Part {
   const char* name;
-  const char* units;
+  std::string units;
   std::vector<Channel> channels;  // sorted by name, as the file holds them
   Imf::Compression compression;
 };
+
+// Viewers open it as a grey image.
+constexpr const char* kLevelChannel = "Y";
+
+// Those of the part `labels`, sorted by name, as the file holds its channels.
+std::vector<ImagePlane> label_planes() {
+  std::vector<ImagePlane> planes;
+  std::copy_if(
+      std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
+      [](const ImagePlane& plane) { return is_float_plane(plane) && !is_level_plane(plane); });
+  std::sort(planes.begin(), planes.end(), [](const ImagePlane& a, const ImagePlane& b) {
+    return std::string_view(a.name) < b.name;
+  });
+  return planes;
+}
+
+std::vector<Channel> label_channels(const LabelledImage& image) {
+  std::vector<Channel> channels;
+  for (const ImagePlane& plane : label_planes()) {
+    channels.push_back(
+        {plane.name, image.*std::get<std::vector<float> ImagePlanes::*>(plane.values)});
+  }
+  return channels;
+}
+
+// "a, b: rad; c: 1", neighbours of one unit together.
+std::string label_units() {
+  std::string text;
+  std::string_view unit;
+  for (const ImagePlane& plane : label_planes()) {
+    if (!unit.empty() && unit != plane.unit) text.append(": ").append(unit).append("; ");
+    if (unit == plane.unit) text += ", ";
+    text += plane.name;
+    unit = plane.unit;
+  }
+  return text.append(": ").append(unit);
+}
 
 // Longer ones need another flag in the file's version.
 constexpr std::size_t kMaxNameLength = 31;
@@ -276,16 +315,16 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
   });
 }
 
+std::vector<std::string> exr_label_channels() {
+  std::vector<std::string> names;
+  for (const ImagePlane& plane : label_planes()) names.emplace_back(plane.name);
+  return names;
+}
+
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const Part parts[] = {
-      {"level", "dB re 1 uPa", {{"Y", image.level_db}}, Imf::NO_COMPRESSION},
-      {"labels",
-       "clean_db: dB re 1 uPa; elevation_rad, elevation_std_rad: rad; instance_fraction: 1",
-       {{"clean_db", image.clean_db},
-        {"elevation_rad", image.elevation_rad},
-        {"elevation_std_rad", image.elevation_std_rad},
-        {"instance_fraction", image.instance_fraction}},
-       Imf::ZIP_COMPRESSION}};
+      {"level", "dB re 1 uPa", {{kLevelChannel, image.level_db}}, Imf::NO_COMPRESSION},
+      {"labels", label_units(), label_channels(image), Imf::ZIP_COMPRESSION}};
   ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
   const auto pixels =
       static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
@@ -346,16 +385,17 @@ Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, i
   const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
   constexpr std::size_t kPixel = sizeof(std::uint16_t);
   ExrHalves halves;
-  const auto slot = [&](const char* name, std::vector<std::uint16_t>& values) {
+  const auto slot = [&](const ImagePlane& plane) {
+    std::vector<std::uint16_t>& values = halves[plane.name];
     values.resize(size);
-    return Slot{name, Imf::HALF, values.data(), kPixel, kPixel * static_cast<std::size_t>(columns)};
+    return Slot{is_level_plane(plane) ? kLevelChannel : plane.name, Imf::HALF, values.data(),
+                kPixel, kPixel * static_cast<std::size_t>(columns)};
   };
-  const Status read =
-      read_pixels(path, rows, columns,
-                  {{slot("Y", halves.level_db)},
-                   {slot("clean_db", halves.clean_db), slot("elevation_rad", halves.elevation_rad),
-                    slot("elevation_std_rad", halves.elevation_std_rad),
-                    slot("instance_fraction", halves.instance_fraction)}});
+  std::vector<Slot> level, labels;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (is_float_plane(plane)) (is_level_plane(plane) ? level : labels).push_back(slot(plane));
+  }
+  const Status read = read_pixels(path, rows, columns, {level, labels});
   if (!read) return read.error();
   return halves;
 }

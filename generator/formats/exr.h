@@ -1,23 +1,26 @@
 // OpenEXR pictures of two parts, in memory:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
-//   `labels`  clean_db, elevation_rad, elevation_std_rad, instance_fraction, half, ZIP
+//   `labels`  a channel for each other float plane of kImagePlanes, by its name, half, ZIP
 // No date, host or path is in the headers: equal pictures give equal bytes.
 //
 // A time series is a picture of one part:
 //   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
 //
 //   encode_exr         a labelled image with its header attributes
+//   exr_label_channels the names of the channels of `labels`
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
-//   read_exr_halves    all five channels, as the halves that the file holds
+//   read_exr_halves    all channels, as the halves that the file holds
 //   read_series_exr    a time series
 #pragma once
 
 #include <complex>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,9 +35,12 @@ struct ExrAttributes {
   std::vector<std::pair<std::string, double>> numbers;
 };
 
-// Row 0 on top. Needs all five float layers at rows * columns, both positive, and names of
-// attributes of at most 31 characters.
+// Row 0 on top. Needs all float planes at rows * columns, both positive, and names of attributes of
+// at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
+
+// Sorted, as files hold them.
+std::vector<std::string> exr_label_channels();
 
 // Rows are samples, columns beams, as in the polar picture: `series` [beams x samples], Pa, is
 // turned. Needs series.size() == samples * beams, both positive.
@@ -52,11 +58,8 @@ struct ExrPart {
 // Error (damage): not an EXR file, or cut short before its pixels, which are not read.
 Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
 
-// IEEE half-precision bits, row-major, row 0 on top.
-struct ExrHalves {
-  std::vector<std::uint16_t> level_db, clean_db, elevation_rad, elevation_std_rad,
-      instance_fraction;
-};
+// IEEE half-precision bits of each float plane by the plane's name, row-major, row 0 on top.
+using ExrHalves = std::map<std::string_view, std::vector<std::uint16_t>>;
 
 // Error (io): not a picture of encode_exr with rows x columns, or damaged.
 Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);

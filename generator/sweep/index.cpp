@@ -77,8 +77,9 @@ Status add_series(const fs::path& path, Sums& sums) {
 Status add_picture(const fs::path& path, int rows, int columns, Sums& sums) {
   const auto picture = read_exr_halves(path, rows, columns);
   if (!picture) return picture.error();
-  std::vector<float> levels(picture->level_db.size());
-  from_halves(picture->level_db, levels);
+  const std::vector<std::uint16_t>& halves = picture->at("level_db");
+  std::vector<float> levels(halves.size());
+  from_halves(halves, levels);
   for (const float level_db : levels) {
     sums.add_intensity(std::isfinite(level_db) ? mean_square_pa2(level_db) : 0);
   }
