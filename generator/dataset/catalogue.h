@@ -57,13 +57,13 @@ struct CatalogueRow {
   std::string type = {};                      // of a cell in `array` or NPY (npy.h); empty: none
   double file_bytes = 0;                      // of a cell in `file`, as typical images have them
   bool (*wanted)(const FileSelection&) = {};  // null: always
-  const char* card = "";                      // the line of README.md; empty: a row before has it
-  const char* packed_card = "";               // the line of packed sequences
+  std::string card = {};                      // the line of README.md; empty: a row before has it
+  std::string packed_card = {};               // the line of packed sequences
   const char* maker = "";                     // the keys of a scenario that ask for it
   std::function<Cells(const PingResult&)> cells = {};  // null: no cells of fixed number
   std::optional<ImageView> view = {};                  // of an image
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
-  bool shares_file = false;                            // with the row before: planes of one EXR
+  bool shares_file = false;                            // with a row before: planes of one EXR
   std::optional<Layer> layer = {};
   int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbours
 };

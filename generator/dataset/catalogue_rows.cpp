@@ -1,4 +1,9 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 #include "dataset/catalogue.h"
@@ -161,42 +166,61 @@ void add_layers(Rows& rows) {
       "the series |";
 }
 
-// What the card says of a plane of polar images, and bytes of a pixel on disk: levels lie as they
-// are, other planes are deflated.
+// What the data card says about a plane of polar images, and its bytes of a pixel on disk: levels
+// are stored as they are, other planes are deflated.
 struct PlaneFile {
-  const char* plane;
+  std::string_view plane;
   double file_bytes;
-  const char* card;
-  const char* packed_card;
+  const char* meaning = "";  // for {meanings}; empty: that of another plane covers it
+  // {meanings} and {arrays} stand for those of the float planes other than the level.
+  const char* card = "";
+  const char* packed_card = "";
 };
 constexpr PlaneFile kPlaneFiles[] = {
-    {"level_db", 2,
-     "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: clean level, "
-     "elevation and its spread, share of the winning instance |",
-     "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise "
-     "`polar_clean_db`, `polar_elevation_rad`, `polar_elevation_std_rad`, "
-     "`polar_instance_fraction` |"},
-    {"clean_db", 0.25, "", ""},
-    {"elevation_rad", 0.25, "", ""},
-    {"elevation_std_rad", 0.25, "", ""},
-    {"instance_fraction", 0.125, "", ""},
-    {"instance", 0.0625,
+    {"level_db", 2, "", "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: {meanings} |",
+     "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise {arrays} |"},
+    {"clean_db", 0.25, "clean level"},
+    {"elevation_rad", 0.25, "elevation and its spread"},
+    {"elevation_std_rad", 0.25},
+    {"instance_fraction", 0.125, "share of the winning instance"},
+    {"instance", 0.0625, "",
      "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
      "16 and 8 bit, 0: none |",
      "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |"},
-    {"semantic", 0.0625, "", ""},
-    {"shadow", 0.02,
+    {"semantic", 0.0625},
+    {"shadow", 0.02, "",
      "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
      "0: none |",
      "| `polar_shadow.npy` | uint16, the instance in whose shadow the pixel lies, 0: none |"},
-    {"multipath", 0.02,
+    {"multipath", 0.02, "",
      "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
      "heard there, where they are more than the direct ones, 0: none; no other mask counts "
      "such echoes |",
      "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
      "than the direct ones, 0: none; no other mask counts such echoes |"},
 };
-static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes));
+
+constexpr const PlaneFile* file_of(const ImagePlane& plane) {
+  return std::find_if(std::begin(kPlaneFiles), std::end(kPlaneFiles),
+                      [&](const PlaneFile& file) { return file.plane == plane.name; });
+}
+static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes) &&
+                  std::all_of(std::begin(kImagePlanes), std::end(kImagePlanes),
+                              [](const ImagePlane& p) {
+                                return file_of(p) != std::end(kPlaneFiles);
+                              }),
+              "every plane of kImagePlanes has one row in kPlaneFiles");
+
+std::string with_label_names(std::string card) {
+  std::vector<std::string> meanings, arrays;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (!is_float_plane(plane) || is_level_plane(plane)) continue;
+    arrays.push_back(fmt::format("`polar_{}`", plane.name));
+    if (*file_of(plane)->meaning != 0) meanings.emplace_back(file_of(plane)->meaning);
+  }
+  return fmt::format(fmt::runtime(card), fmt::arg("meanings", fmt::join(meanings, ", ")),
+                     fmt::arg("arrays", fmt::join(arrays, ", ")));
+}
 
 const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view) {
   return view == ImageView::polar ? r.polar : r.cartesian;
@@ -205,7 +229,7 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
 // Floats are stored as halves, all in one picture; ids in a picture of each plane.
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
-  const bool is_float = std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
+  const bool is_float = is_float_plane(plane);
   const bool is_byte =
       std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
   CatalogueRow row;
@@ -226,21 +250,26 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
 }
 
 void add_images(Rows& rows, ImageView view) {
-  for (std::size_t i = 0; i < std::size(kImagePlanes); ++i) {
-    CatalogueRow row = row_of(view, kImagePlanes[i]);
+  const std::size_t first = rows.size();
+  for (const ImagePlane& plane : kImagePlanes) {
+    CatalogueRow row = row_of(view, plane);
     row.wanted = view == ImageView::polar
                      ? [](const FileSelection& s) { return s.output.polar; }
                      : [](const FileSelection& s) { return s.output.cartesian; };
-    row.shares_file = i > 0 && rows.back().file == row.file;
-    row.file_bytes = kPlaneFiles[i].file_bytes;
+    row.shares_file = std::any_of(rows.begin(), rows.end(), [&](const CatalogueRow& before) {
+      return before.file == row.file;
+    });
+    row.file_bytes = file_of(plane)->file_bytes;
     if (view == ImageView::polar) {
-      row.card = kPlaneFiles[i].card;
-      row.packed_card = kPlaneFiles[i].packed_card;
-    } else if (i == 0) {
-      row.card = "| `cartesian/PPPPPP*` | the same, seen from above |";
-      row.packed_card = "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |";
+      row.card = with_label_names(file_of(plane)->card);
+      row.packed_card = with_label_names(file_of(plane)->packed_card);
     }
     rows.push_back(std::move(row));
+  }
+  if (view == ImageView::cartesian) {
+    rows[first].card = "| `cartesian/PPPPPP*` | the same, seen from above |";
+    rows[first].packed_card =
+        "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |";
   }
 }
 
