@@ -17,6 +17,9 @@ constexpr int kLeastDb = -99, kLevels = 400;  // of the histogram, steps of 1 dB
 constexpr double kSpan_db = 100;              // of codes, below the highest level
 constexpr double kShown_db = 60;              // of the first view, at most
 
+const PlaneNames kShownPlanes = {"level_db", "clean_db", "elevation_rad", "instance",
+                                 "semantic", "shadow",   "multipath"};
+
 // What one ping adds.
 struct PingLook {
   std::array<std::uint32_t, kLevels> levels{};
@@ -169,10 +172,9 @@ std::uint8_t grey_code(double value, double low, double high) {
 
 Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping) {
   const StoredSequence& sequence = job.survey.sequences[ping.sequence].stored;
-  PlaneNames planes = stored_planes(sequence, ImageView::polar);
-  for (const char* not_shown : {"elevation_std_rad", "instance_fraction"}) planes.erase(not_shown);
-  auto pixels = read_picture(job.dataset, sequence, ImageView::polar, ping.ping, planes);
-  if (!pixels || planes.contains("level_db") || !has_series(sequence)) return pixels;
+  const bool has_level = stored_planes(sequence, ImageView::polar).contains("level_db");
+  auto pixels = read_picture(job.dataset, sequence, ImageView::polar, ping.ping, kShownPlanes);
+  if (!pixels || has_level || !has_series(sequence)) return pixels;
   const auto series = read_series(job.dataset, sequence, ping.ping);
   if (!series) return series.error();
   pixels->level_db = levels_of(*series, sequence.beams, sequence.samples);
