@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
 #include "labels/shadow.h"
@@ -29,6 +30,16 @@ void for_each_plane(const LabelledImage& from, LabelledImage& to, Use use) {
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.wanted != nullptr) continue;
     std::visit([&](auto member) { use(from.*member, to.*member, plane); }, plane.values);
+  }
+}
+
+// Planes that are only there when asked for may be empty.
+void check_sizes(const LabelledImage& image) {
+  const auto pixels =
+      static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
+  for (const ImagePlane& plane : kImagePlanes) {
+    const std::size_t size = with_plane(image, plane, [](const auto& v) { return v.size(); });
+    ENSONIFY_ASSERT(size == pixels || (size == 0 && plane.wanted != nullptr));
   }
 }
 
@@ -168,6 +179,7 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map) {
+  check_sizes(polar);
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;

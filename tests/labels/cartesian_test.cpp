@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "catch.h"
+#include "core/image_planes.h"
 #include "core/units.h"
 
 using namespace ensonify;
@@ -20,6 +22,11 @@ Sonar fan(double fov_deg) {
 }
 
 const Water kWater{1500, 0};
+
+template <class Value>
+Value sample_of(const std::vector<Value>&, int value) {
+  return static_cast<Value>(value);
+}
 
 }  // namespace
 
@@ -96,19 +103,44 @@ TEST_CASE("every pixel is that of the arc tangent") {
 }
 
 TEST_CASE("outside the fan there is nothing") {
-  LabelledImage polar{{{80}, {70}, {0.1f}, {0.2f}, {1}, {7}, {3}, {9}}, 1, 1};
+  LabelledImage polar;
+  polar.rows = polar.columns = 1;
+  int value = 0;  // another in each plane
+  for (const ImagePlane& plane : kImagePlanes) {
+    ++value;
+    with_plane(polar, plane, [&](auto& values) { values.assign(1, sample_of(values, value)); });
+  }
   CartesianGrid grid;
   grid.height_px = 1;
   grid.width_px = 2;
   const LabelledImage image = resample(polar, grid, {0, -1});
-  CHECK(image.level_db[0] == 80);
-  CHECK(image.shadow == std::vector<std::uint16_t>{9, 0});
-  CHECK(image.instance[0] == 7);
-  CHECK(image.semantic[0] == 3);
+  value = 0;
+  for (const ImagePlane& plane : kImagePlanes) {
+    INFO(plane.name);
+    ++value;
+    with_plane(image, plane, [&](const auto& values) {
+      REQUIRE(values.size() == 2);
+      CHECK(values[0] == sample_of(values, value));
+    });
+  }
   CHECK(image.level_db[1] == kNoEnergyDb);
   CHECK(image.clean_db[1] == kNoEnergyDb);
   CHECK(std::isnan(image.elevation_rad[1]));
+  CHECK(std::isnan(image.elevation_std_rad[1]));
+  CHECK(image.instance_fraction[1] == 0);
   CHECK(image.instance[1] == 0);
+  CHECK(image.semantic[1] == 0);
+  CHECK(image.shadow[1] == 0);
+  CHECK(image.multipath[1] == 0);
+}
+
+// Protects the copying from planes that are shorter than the image.
+TEST_CASE("an image without one of its planes is not resampled") {
+  LabelledImage polar;
+  polar.rows = polar.columns = 1;
+  CartesianGrid grid;
+  grid.height_px = grid.width_px = 1;
+  CHECK_THROWS_AS(resample(polar, grid, {0}), std::logic_error);
 }
 
 TEST_CASE("grey is linear in dB between its limits") {

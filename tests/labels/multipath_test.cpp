@@ -1,8 +1,10 @@
 // Labels where echoes come over mirrors as well: they tell of what stands there.
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "catch.h"
+#include "core/image_planes.h"
 #include "core/random.h"
 #include "labels/cartesian.h"
 #include "labels/polar.h"
@@ -119,12 +121,13 @@ TEST_CASE("the mask of bounced echoes is seen from above as well") {
   LabelledImage polar;
   polar.rows = 2;
   polar.columns = 1;
-  for (auto* layer : {&polar.level_db, &polar.clean_db, &polar.elevation_rad,
-                      &polar.elevation_std_rad, &polar.instance_fraction}) {
-    layer->assign(2, std::nanf(""));
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted != nullptr) continue;
+    with_plane(polar, plane, [&](auto& values) {
+      using Value = typename std::decay_t<decltype(values)>::value_type;
+      values.assign(2, blank_value<Value>(plane.blank));
+    });
   }
-  polar.instance = {0, 0};
-  polar.semantic = {0, 0};
   polar.multipath = {4, 9};
   const CartesianGrid grid{2, 2, 1, 2, 1};
   CHECK(resample(polar, grid, {1, -1, 0, -1}).multipath == std::vector<std::uint16_t>{9, 0, 4, 0});
