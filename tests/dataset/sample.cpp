@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <type_traits>
 
 #include "catch.h"
 #include "core/units.h"
@@ -67,24 +68,46 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   return info;
 }
 
+namespace {
+
+// Other values in each plane; every fifth pixel hears nothing, and is in a shadow.
+template <class Value>
+Value plane_value(const ImagePlane& plane, int i, int variant) {
+  const auto number = static_cast<int>(&plane - std::begin(kImagePlanes));
+  const bool none = i % 5 == 0;
+  if constexpr (std::is_floating_point_v<Value>) {
+    if (none) return blank_value<Value>(plane.blank);
+    if (plane.blank == PlaneBlank::no_energy) {
+      return static_cast<Value>(80 - 10 * number + i + (is_level_plane(plane) ? variant : 0));
+    }
+    if (plane.blank == PlaneBlank::nan) return 0.03f * static_cast<Value>(i) / Value(number + 1);
+    return 1 / static_cast<Value>(number + 1);
+  } else {
+    if (plane.wanted != nullptr) return static_cast<Value>(none ? 300 : 0);
+    return static_cast<Value>(none ? 0 : i % 3 * (sizeof(Value) > 1 ? 300 : 1));
+  }
+}
+
+}  // namespace
+
 LabelledImage image(int rows, int columns, int variant) {
   LabelledImage image;
   image.rows = rows;
   image.columns = columns;
-  const int pixels = rows * columns;
-  for (int i = 0; i < pixels; ++i) {
-    const bool none = i % 5 == 0;
-    const float angle = none ? std::numeric_limits<float>::quiet_NaN() : 0.01f * i;
-    image.level_db.push_back(none ? kNoEnergyDb : 80.0f + i + variant);
-    image.clean_db.push_back(none ? kNoEnergyDb : 70.0f + i);
-    image.elevation_rad.push_back(angle);
-    image.elevation_std_rad.push_back(angle / 2);
-    image.instance_fraction.push_back(none ? 0.0f : 0.5f);
-    image.instance.push_back(static_cast<std::uint16_t>(none ? 0 : 300 * (i % 3)));
-    image.semantic.push_back(static_cast<std::uint8_t>(none ? 0 : i % 3));
-    image.shadow.push_back(static_cast<std::uint16_t>(none ? 300 : 0));
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (!has_plane(OutputSelection{}, plane)) continue;
+    with_plane(image, plane, [&](auto& values) {
+      using Value = typename std::decay_t<decltype(values)>::value_type;
+      for (int i = 0; i < rows * columns; ++i) {
+        values.push_back(plane_value<Value>(plane, i, variant));
+      }
+    });
   }
   return image;
+}
+
+bool has_plane(const OutputSelection& output, const ImagePlane& plane) {
+  return plane.wanted == nullptr || output.*plane.wanted;
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "core/image_planes.h"
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "dataset/finish.h"
@@ -28,7 +29,9 @@ class TemporaryFolder {
 constexpr int kBeams = 6, kSamples = 9, kPings = 3;
 
 SequenceInfo sequence_info(std::uint32_t sequence);
+// With the planes that a scenario gets which asks for none.
 LabelledImage image(int rows, int columns, int variant);
+bool has_plane(const OutputSelection& output, const ImagePlane& plane);
 PingResult ping_result(const SequenceInfo& info, std::uint32_t ping);
 WorkIdentity identity();
 DatasetInfo dataset_info(std::uint32_t sequences);

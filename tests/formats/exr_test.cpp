@@ -20,11 +20,16 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <set>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "catch.h"
+#include "core/image_planes.h"
 #include "dataset/sample.h"
 
 using namespace ensonify;
@@ -50,6 +55,21 @@ std::vector<half> read_channel(Imf::MultiPartInputFile& file, int part, const ch
   input.setFrameBuffer(frame);
   input.readPixels(0, window.max.y);
   return pixels;
+}
+
+// The planes of the second part, in the order of the table.
+std::vector<const ImagePlane*> labels_of_exr() {
+  std::vector<const ImagePlane*> planes;
+  for (const ImagePlane& plane : kImagePlanes) {
+    const bool is_level = std::string_view(plane.name) == "level_db";
+    if (plane.values.index() == 0 && !is_level) planes.push_back(&plane);
+  }
+  return planes;
+}
+
+template <class Image>
+auto& floats_of(Image& image, const ImagePlane& plane) {
+  return image.*std::get<std::vector<float> ImagePlanes::*>(plane.values);
 }
 
 // One alone and eight together go different ways, and must come to the same.
@@ -86,9 +106,10 @@ TEST_CASE("an EXR picture has its parts, channels and compressions") {
   REQUIRE(parts);
   REQUIRE(parts->size() == 2);
   CHECK((*parts)[0].half_channels == std::vector<std::string>{"Y"});
-  CHECK((*parts)[1].half_channels == std::vector<std::string>{"clean_db", "elevation_rad",
-                                                              "elevation_std_rad",
-                                                              "instance_fraction"});
+  std::set<std::string> labels;
+  for (const ImagePlane* plane : labels_of_exr()) labels.insert(plane->name);
+  REQUIRE(labels.contains("clean_db"));
+  CHECK((*parts)[1].half_channels == std::vector<std::string>(labels.begin(), labels.end()));
   CHECK((*parts)[0].other_channels.empty());
   CHECK((*parts)[1].other_channels.empty());
   CHECK((*parts)[1].width == kColumns);
@@ -101,11 +122,6 @@ TEST_CASE("EXR pixels read back") {
   const LabelledImage image = sample::image(kRows, kColumns, 3);
   sample::write(folder.path() / "a.exr", encode(image));
   Imf::MultiPartInputFile file((folder.path() / "a.exr").c_str());
-  const std::pair<const char*, const std::vector<float>*> labels[] = {
-      {"clean_db", &image.clean_db},
-      {"elevation_rad", &image.elevation_rad},
-      {"elevation_std_rad", &image.elevation_std_rad},
-      {"instance_fraction", &image.instance_fraction}};
   const auto compare = [](const std::vector<half>& got, const std::vector<float>& expected) {
     for (std::size_t i = 0; i < got.size(); ++i) {
       if (std::isnan(expected[i])) {
@@ -116,7 +132,10 @@ TEST_CASE("EXR pixels read back") {
     }
   };
   compare(read_channel(file, 0, "Y"), image.level_db);
-  for (const auto& [name, values] : labels) compare(read_channel(file, 1, name), *values);
+  for (const ImagePlane* plane : labels_of_exr()) {
+    INFO(plane->name);
+    compare(read_channel(file, 1, plane->name), floats_of(image, *plane));
+  }
   CHECK(read_channel(file, 0, "Y")[0] == -99);
   CHECK(read_channel(file, 1, "elevation_rad")[0].isNan());
 }
@@ -182,9 +201,7 @@ TEST_CASE("EXR pixels read back from several chunks") {
   fill(image.level_db);
   fill(image.clean_db);
   SECTION("all noise") {
-    fill(image.elevation_rad);
-    fill(image.elevation_std_rad);
-    fill(image.instance_fraction);
+    for (const ImagePlane* plane : labels_of_exr()) fill(floats_of(image, *plane));
   }
   SECTION("noise and constants") {
     image.elevation_rad.assign(kTall * kWide, std::numeric_limits<float>::quiet_NaN());
@@ -201,10 +218,10 @@ TEST_CASE("EXR pixels read back from several chunks") {
     return count;
   };
   CHECK(wrong(0, "Y", image.level_db) == 0);
-  CHECK(wrong(1, "clean_db", image.clean_db) == 0);
-  CHECK(wrong(1, "elevation_rad", image.elevation_rad) == 0);
-  CHECK(wrong(1, "elevation_std_rad", image.elevation_std_rad) == 0);
-  CHECK(wrong(1, "instance_fraction", image.instance_fraction) == 0);
+  for (const ImagePlane* plane : labels_of_exr()) {
+    INFO(plane->name);
+    CHECK(wrong(1, plane->name, floats_of(image, *plane)) == 0);
+  }
 }
 
 // Protects the units and scales in the headers, and that nothing of the machine or the clock is
