@@ -9,8 +9,6 @@ import exported
 from exported import run, scratch
 from sonar_dataset import read_exr
 
-LAYERS = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
-
 
 def expected_arrays(sequence, ping):
     """{name: array} of one ping, from the data set's own files."""
@@ -30,8 +28,8 @@ def expected_arrays(sequence, ping):
     for view in ("polar", "cartesian"):
         level, labels = read_exr(sequence.folder / f"{view}/{ping:06}.exr")
         arrays[f"{view}/level_db"] = level.channels["Y"]
-        for name in LAYERS:
-            arrays[f"{view}/{name}"] = labels.channels[name]
+        for name, channel in labels.channels.items():
+            arrays[f"{view}/{name}"] = channel
         arrays[f"{view}/instance"] = sequence.png(view, ping, "_instance")
         arrays[f"{view}/semantic"] = sequence.png(view, ping, "_semantic")
         arrays[f"{view}/shadow"] = sequence.png(view, ping, "_shadow")
@@ -67,7 +65,12 @@ class Apart(exported.Case):
         for sequence in exported.sequences():
             group = self.file[f"sequences/{sequence.number:06}"]
             for row, ping in enumerate(sequence.pings):
-                for name, expected in expected_arrays(sequence, ping).items():
+                arrays = expected_arrays(sequence, ping)
+                self.assertIn("polar/clean_db", arrays)
+                for view in ("polar", "cartesian"):
+                    self.assertEqual({f"{view}/{name}" for name in group[view]},
+                                     {name for name in arrays if name.startswith(f"{view}/")})
+                for name, expected in arrays.items():
                     with self.subTest(name=name, ping=ping):
                         self.assertEqual(group[name].dtype, np.dtype(type_of(name)))
                         self.assertEqual(group[name].shape, (len(sequence.pings), *expected.shape))
@@ -148,8 +151,8 @@ class Stacked(exported.Case):
                         rest = np.ones(found.shape, bool)
                         rest[inside] = False
                         last = name.split("/")[-1]
-                        fill = -99 if last in ("level_db", "clean_db") else 0
-                        if "elevation" in last or last == "first_return_m":
+                        fill = -99 if last.endswith("_db") else 0
+                        if last.endswith("_rad") or last == "first_return_m":
                             fill = np.nan
                         np.testing.assert_array_equal(found[rest], np.full(rest.sum(), fill, found.dtype))
                         padded += rest.sum()
