@@ -16,8 +16,6 @@ from .manifest import listed_pings, missing, need_finished, read_manifest, read_
 from .statistics import Statistics, statistics_of
 
 SPLITS = ("train", "val", "test")
-_MASKS = ("instance", "semantic", "shadow", "multipath")
-_SECOND_PART = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
 
 
 @dataclass(frozen=True)
@@ -59,6 +57,17 @@ def _pose(row: Dict[str, str]) -> Pose:
                 np.array([float(row[key]) for key in ("qw", "qx", "qy", "qz")]))
 
 
+class _Plane(property):
+    """A plane of a view under the attribute's name: int32 ids of a PNG file, float32 of an EXR channel."""
+
+    def __init__(self, kind: type, doc: str):
+        super().__init__(lambda view: view._stored(self.name).astype(kind), doc=doc)
+        self.kind, self.name = kind, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+
 class View:
     """The pictures of a ping, `polar` or `cartesian`; arrays are [rows, columns].
 
@@ -70,48 +79,15 @@ class View:
         self.ping, self.kind = ping, kind
         self._parts: Dict[int, Dict[str, np.ndarray]] = {}
 
-    @property
-    def level_db(self) -> np.ndarray:
-        """Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy."""
-        return self._stored("level_db").astype(np.float32)
-
-    @property
-    def clean_db(self) -> np.ndarray:
-        """Level of the expected power: no speckle, no noise."""
-        return self._stored("clean_db").astype(np.float32)
-
-    @property
-    def elevation_rad(self) -> np.ndarray:
-        """Mean elevation of the pixel's echoes; NaN without echo."""
-        return self._stored("elevation_rad").astype(np.float32)
-
-    @property
-    def elevation_std_rad(self) -> np.ndarray:
-        return self._stored("elevation_std_rad").astype(np.float32)
-
-    @property
-    def instance_fraction(self) -> np.ndarray:
-        """Share of the winning instance in the pixel's energy."""
-        return self._stored("instance_fraction").astype(np.float32)
-
-    @property
-    def instance(self) -> np.ndarray:
-        return self._stored("instance").astype(np.int32)
-
-    @property
-    def semantic(self) -> np.ndarray:
-        """Class ids; id k is `classes[k - 1]`."""
-        return self._stored("semantic").astype(np.int32)
-
-    @property
-    def shadow(self) -> np.ndarray:
-        """The instance whose shadow it is."""
-        return self._stored("shadow").astype(np.int32)
-
-    @property
-    def multipath(self) -> np.ndarray:
-        """The instance heard over mirrors, where that is more than what comes straight."""
-        return self._stored("multipath").astype(np.int32)
+    level_db = _Plane(np.float32, "Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy.")
+    clean_db = _Plane(np.float32, "Level of the expected power: no speckle, no noise.")
+    elevation_rad = _Plane(np.float32, "Mean elevation of the pixel's echoes; NaN without echo.")
+    elevation_std_rad = _Plane(np.float32, "Spread of the elevation; NaN without echo.")
+    instance_fraction = _Plane(np.float32, "Share of the winning instance in the pixel's energy.")
+    instance = _Plane(np.int32, "Instance ids.")
+    semantic = _Plane(np.int32, "Class ids; id k is `classes[k - 1]`.")
+    shadow = _Plane(np.int32, "The instance whose shadow it is.")
+    multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
 
     @property
     def grey(self) -> np.ndarray:
@@ -146,7 +122,8 @@ class View:
         folder, stem = self.ping.sequence.folder, self.ping.stem
         if name == "grey":
             return folder / "png" / f"{stem}_{self.kind}.png"
-        return folder / self.kind / (f"{stem}_{name}.png" if name in _MASKS else f"{stem}.exr")
+        is_mask = getattr(getattr(type(self), name, None), "kind", None) is np.int32
+        return folder / self.kind / (f"{stem}_{name}.png" if is_mask else f"{stem}.exr")
 
     def _stored(self, name: str) -> np.ndarray:
         packed, single = self._packed(name), self._single(name)
@@ -156,7 +133,7 @@ class View:
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
             return read_png(single)
-        part = 1 if name in _SECOND_PART else 0
+        part = 0 if name == "level_db" else 1
         if part not in self._parts:
             self._parts[part] = read_exr(single, part)
         with told_of(single):
