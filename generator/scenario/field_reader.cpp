@@ -208,7 +208,7 @@ std::optional<Value> open(FieldReader& reader, std::string_view key, const Switc
 }  // namespace
 
 FieldReader::FieldReader(const InputFolder& input, const Value& map) : input_(input) {
-  frames_.push_back({map, true, false, {}});
+  frames_.push_back({map, true, false, {}, {}});
 }
 
 void FieldReader::replace_map(Node tree) {
@@ -232,6 +232,13 @@ bool FieldReader::wants(std::string_view key, const Rule& rule) {
   return false;
 }
 
+// Where a key is given under its earlier name, that error is enough.
+Need FieldReader::need_of(std::string_view key, const Rule& rule) const {
+  const std::vector<std::string_view>& renamed = frames_.back().renamed;
+  const bool is_renamed = std::find(renamed.begin(), renamed.end(), key) != renamed.end();
+  return is_renamed ? Need::optional : rule.need;
+}
+
 bool FieldReader::leaf(const KeyText& text, const Leaf& leaf, const Rule& rule) {
   const std::string_view key = text.key;
   const auto* numbers = std::get_if<NumbersLeaf>(&leaf);
@@ -240,16 +247,17 @@ bool FieldReader::leaf(const KeyText& text, const Leaf& leaf, const Rule& rule) 
     return read_own_numbers(faults(), map(), *numbers);
   }
   if (!wants(key, rule)) return false;
-  return std::visit([&](const auto& l) { return read(*this, key, l, rule.need); }, leaf);
+  return std::visit([&](const auto& l) { return read(*this, key, l, need_of(key, rule)); }, leaf);
 }
 
 bool FieldReader::begin(const KeyText& text, const Branch& branch, const Rule& rule) {
   const std::string_view key = text.key;
   if (!wants(key, rule)) return false;
-  auto value = std::visit([&](const auto& b) { return open(*this, key, b, rule.need); }, branch);
+  const Need need = need_of(key, rule);
+  auto value = std::visit([&](const auto& b) { return open(*this, key, b, need); }, branch);
   const bool has_own_keys =
       std::holds_alternative<ListBranch>(branch) || std::holds_alternative<NamesBranch>(branch);
-  if (value) frames_.push_back({std::move(*value), !has_own_keys, false, {}});
+  if (value) frames_.push_back({std::move(*value), !has_own_keys, false, {}, {}});
   return value.has_value();
 }
 
@@ -275,6 +283,7 @@ std::optional<std::size_t> FieldReader::only_key(std::span<const std::string_vie
 void FieldReader::renamed(std::string_view before, std::string_view today) {
   if (peek(before) == nullptr) return;
   know(before);
+  frames_.back().renamed.push_back(today);
   fault(before, fmt::format("this key is now called {}", today));
 }
 

@@ -57,9 +57,10 @@ class FieldReader : public Fields {
  private:
   struct Frame {
     Value value;
-    bool is_map = true;                   // whose keys are known by what has been asked for
-    bool is_read = false;                 // as a whole
-    std::vector<std::string_view> known;  // keys
+    bool is_map = true;                     // whose keys are known by what has been asked for
+    bool is_read = false;                   // as a whole
+    std::vector<std::string_view> known;    // keys
+    std::vector<std::string_view> renamed;  // keys that are given under an earlier name
   };
 
   // What is no map has no keys to read: these are gathered for the message alone.
@@ -68,6 +69,7 @@ class FieldReader : public Fields {
   }
   void know(std::string_view key);
   bool wants(std::string_view key, const Rule& rule);
+  Need need_of(std::string_view key, const Rule& rule) const;
 
   InputFolder input_;
   std::vector<Frame> frames_;

@@ -182,13 +182,10 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need) {
       f.integer({"count", "Number of beams", "Beams of the fan; beam 0 is to starboard"},
                 sonar.beam_count, 1, kMaxBeams, needed);
   fan_fields(f, sonar, need, counted);
-  // Where the earlier name is given, its error is enough.
-  const FieldReader* reader = f.reader();
-  const bool outdated = reader != nullptr && child(reader->map(), "width_deg").has_value();
   f.renamed("width_deg", "receive_width_deg");
   f.number(
       {"receive_width_deg", "Receive beam width", "-3 dB width of the receive pattern in azimuth"},
-      sonar.beam_width_deg, kAngle, outdated ? Rule{.unless = "preset"} : needed);
+      sonar.beam_width_deg, kAngle, needed);
   shading_fields(f, {"shading", "Shading", "Weights of the receive array; the -3 dB width is kept"},
                  sonar.shading);
   f.number({"transmit_width_deg", "Transmit beam width",

@@ -129,6 +129,31 @@ TEST_CASE("format version and names are checked") {
   CHECK(tells(name_fault(std::string(129, 'a')), "t.yaml:2:7: name:", "longer than 128 bytes"));
 }
 
+// Protects scenarios of earlier versions: each key that has another name today is one error, which
+// gives that name, and the key of today is not reported as missing.
+TEST_CASE("a renamed key is an error that gives its name of today") {
+  const std::string object =
+      "materials: {m: {reflectivity: 1}}\nobjects: [{name: a, material: m, shape: ";
+  check_single_faults({
+      {"trajectory: {jitter: {period_s: 5}}",
+       "4:22: trajectory.jitter:", "this key is now called wave_motion"},
+      {"output: {pack: sequence}", "4:16: output.pack:", "now called one_file_per"},
+      {object + "{sphere: {radius_m: 1, inside: true}}}]",
+       "5:72: objects.0.shape.sphere.inside:", "now called inward_facing"},
+      {object + "{box: {size_m: [1, 1, 1], inside: true}}}]",
+       "5:75: objects.0.shape.box.inside:", "now called inward_facing"},
+  });
+  const auto lines = faults_of(
+      "ensonify: 1\nsonar:\n  frequency_hz: 9e5\n  bandwidth_hz: 3e4\n  source_level_db: 200\n"
+      "  range_max_m: 10\n  beams: {count: 8, fov_deg: 80, width_deg: 1}\n"
+      "  elevation: {width_deg: 20}\n  rays: {elevation: 8, per_cell: 10}\n");
+  INFO(joined_lines(lines));
+  REQUIRE(lines.size() == 2);
+  CHECK(
+      tells(lines, "t.yaml:7:", "sonar.beams.width_deg: this key is now called receive_width_deg"));
+  CHECK(tells(lines, "t.yaml:9:", "sonar.rays.per_cell: this key is now called min_per_cell"));
+}
+
 // Protects references between the parts of a world, and what its masks can hold.
 TEST_CASE("objects are checked against materials and each other") {
   const std::string steel = "materials: {steel: {reflectivity: 1e-2}}\n";
