@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 
+#include "core/error.h"
 #include "scenario/field_writer.h"
 #include "scenario/sections.h"
 
@@ -145,9 +146,11 @@ class KeyLister : public Fields {
   // The digits of a number that grows with each visit: all combinations in turn.
   std::size_t next(std::string_view key, std::size_t count) {
     Frame& frame = frames_.back();
-    int& turn = frame.node->turns.try_emplace(std::string(key)).first->second;
-    const std::size_t index = static_cast<std::size_t>(turn++) / frame.combinations % count;
+    KeyNode::Turns& turns = frame.node->turns.try_emplace(std::string(key)).first->second;
+    const std::size_t index = turns.visits++ / frame.combinations % count;
     frame.combinations *= count;
+    turns.alternatives = count;
+    turns.seen.insert(index);
     return index;
   }
 
@@ -193,6 +196,14 @@ class KeyLister : public Fields {
   std::vector<Frame> frames_;
   Node scalar_, map_;  // what may be there
 };
+
+bool has_seen_all(const KeyNode& map) {
+  const auto seen = [](const auto& turns) {
+    return turns.second.seen.size() == turns.second.alternatives;
+  };
+  return std::all_of(map.turns.begin(), map.turns.end(), seen) &&
+         std::all_of(map.keys.begin(), map.keys.end(), has_seen_all);
+}
 
 // What many walks have shown of the keys of a map.
 void settle(KeyNode& map) {
@@ -270,10 +281,10 @@ void gather(Catalogue& listed, const KeyNode& map) {
 
 const Catalogue& catalogue() {
   static const Catalogue made = [] {
-    // Eight shapes, of which terrain has two sources, and some to spare.
-    constexpr int kWalks = 64;
+    constexpr int kMostWalks = 10'000;
     Catalogue listed;
-    for (int walk = 0; walk < kWalks; ++walk) {
+    for (int walk = 0; walk == 0 || !has_seen_all(listed.root); ++walk) {
+      ENSONIFY_ASSERT(walk < kMostWalks);
       Scenario scenario;
       KeyLister lister(listed.root);
       fields(lister, scenario);

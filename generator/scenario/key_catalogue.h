@@ -8,7 +8,9 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -63,7 +65,11 @@ struct KeyNode {
   using Circumstance = std::pair<std::string, std::string>;  // a key, a word or nothing
   Visits visits;
   std::map<Circumstance, Visits> visits_with;
-  std::map<std::string, int, std::less<>> turns;  // of each choice in the map
+  struct Turns {
+    std::size_t visits = 0, alternatives = 0;
+    std::set<std::size_t> seen;
+  };
+  std::map<std::string, Turns, std::less<>> turns;  // of each choice in the map
 };
 
 const KeyNode& key_tree();
