@@ -140,16 +140,12 @@ static void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view 
   }
 }
 
-void rotation_fields(Fields& f, RotationSpec& rotation) {
-  rotation_fields(f, rotation,
-                  "[roll, pitch, yaw], intrinsic z-y'-x''; positive pitch is nose down, positive "
-                  "yaw is to port");
-}
-
 void fields(Fields& f, PoseSpec& pose) {
   f.numbers({"position_m", "Position", "[x, y, z]: x east, y north, z up"}, pose.position_m,
             kPosition);
-  rotation_fields(f, pose.rotation);
+  rotation_fields(f, pose.rotation,
+                  "[roll, pitch, yaw], intrinsic z-y'-x''; positive pitch is nose down, positive "
+                  "yaw is to port");
 }
 
 void fields(Fields& f, PlaceSpec& place) {

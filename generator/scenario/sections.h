@@ -37,7 +37,6 @@ void fields(Fields& f, HeightfieldSpec& field);
 void fields(Fields& f, PointTargetSpec& target);
 void fields(Fields& f, VolumeSpec& volume);
 void fields(Fields& f, PoseSpec& pose);
-void rotation_fields(Fields& f, RotationSpec& rotation);
 void fields(Fields& f, PlaceSpec& place);
 void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
