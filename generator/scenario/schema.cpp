@@ -99,7 +99,7 @@ class SchemaMaker {
   // The definition that holds this, by its key where that is free.
   Json defined(const std::string& key, const std::string& parent, Json definition) {
     for (const auto& [name, known] : definitions_) {
-      if (known == definition) return reference(name);
+      if (known == definition) return definition_ref(name);
     }
     const auto is_taken = [&](const std::string& name) {
       return std::any_of(definitions_.begin(), definitions_.end(),
@@ -110,7 +110,7 @@ class SchemaMaker {
     if (is_taken(name)) name = (parent.empty() ? "scenario" : parent) + "_" + name;
     while (is_taken(name)) name += "_";
     definitions_.emplace_back(name, std::move(definition));
-    return reference(name);
+    return definition_ref(name);
   }
 
   Json properties(const KeyNode& map) {
@@ -188,23 +188,24 @@ class SchemaMaker {
   }
 
   static Json no_options() {
-    Json schema = with("type", "object");
-    schema["properties"] = with("choice", choice_of(nullptr));
+    Json schema = json_with("type", "object");
+    schema["properties"] = json_with("choice", choice_of(nullptr));
     schema["additionalProperties"] = false;
     return schema;
   }
 
   Json map_of(const KeyNode& map, bool is_kind_map) {
     Json schema = {{"type", "object"}, {"properties", properties(map)}};
-    schema["properties"]["choice"] = choice_of(with("$ref", kSelf));
+    schema["properties"]["choice"] = choice_of(json_with("$ref", kSelf));
     schema["additionalProperties"] = false;
     if (is_kind_map) {
       schema["minProperties"] = schema["maxProperties"] = 1;
       return schema;
     }
-    schema["if"] = required({"choice"});
-    schema["then"] = with("maxProperties", 1);
-    if (const Json rules = rules_of(map); !rules.empty()) schema["else"] = with("allOf", rules);
+    schema["if"] = required_keys({"choice"});
+    schema["then"] = json_with("maxProperties", 1);
+    if (const Json rules = rules_of(map); !rules.empty())
+      schema["else"] = json_with("allOf", rules);
     return schema;
   }
 
@@ -220,9 +221,9 @@ class SchemaMaker {
       if (word.type == ValueType::none && !has_required(word)) alone.push_back(word.key);
     }
     Json any = Json::array();
-    any.push_back(with("enum", alone));
+    any.push_back(json_with("enum", alone));
     any.push_back(map_of(described, true));
-    return defined(node.key, parent, with("anyOf", std::move(any)));
+    return defined(node.key, parent, json_with("anyOf", std::move(any)));
   }
 
   Json value_of(const KeyNode& node, const std::string& parent, bool is_sampled) {
@@ -232,17 +233,17 @@ class SchemaMaker {
     }
     if (node.has_names) {
       const Json item = value_of(node.keys.at(0), node.key, is_sampled);
-      Json schema = with("type", "object");
-      schema["properties"] = with("choice", Json::object());
+      Json schema = json_with("type", "object");
+      schema["properties"] = json_with("choice", Json::object());
       schema["additionalProperties"] = item;
       return schema;
     }
     if (node.is_switch) {
       Json any = Json::array();
-      any.push_back(with("type", "boolean"));
-      any.push_back(with("enum", list({"on", "off"})));
+      any.push_back(json_with("type", "boolean"));
+      any.push_back(json_with("enum", json_list({"on", "off"})));
       any.push_back(map_of(node, false));
-      return defined(node.key, parent, with("anyOf", std::move(any)));
+      return defined(node.key, parent, json_with("anyOf", std::move(any)));
     }
     if (node.type == ValueType::none && node.keys.empty()) return no_options();
     if (node.type == ValueType::none) return defined(node.key, parent, map_of(node, false));
@@ -250,7 +251,7 @@ class SchemaMaker {
     Json any = Json::array();
     any.push_back(leaf_schema(node, is_sampled));
     any.push_back(defined(node.key, parent, map_of(node, false)));
-    return with("anyOf", std::move(any));
+    return json_with("anyOf", std::move(any));
   }
 
   std::vector<std::pair<std::string, Json>> definitions_;

@@ -9,25 +9,25 @@
 
 namespace ensonify {
 
-Json with(const char* key, Json value) {
+Json json_with(const char* key, Json value) {
   Json schema = Json::object();
   schema[key] = std::move(value);
   return schema;
 }
 
-Json list(std::initializer_list<Json> items) {
+Json json_list(std::initializer_list<Json> items) {
   Json all = Json::array();
   for (const Json& item : items) all.push_back(item);
   return all;
 }
 
-Json reference(std::string_view name) {
-  return with("$ref", fmt::format("#/definitions/{}", name));
+Json definition_ref(std::string_view name) {
+  return json_with("$ref", fmt::format("#/definitions/{}", name));
 }
 
-Json all_of(Json part) { return with("allOf", list({std::move(part)})); }
+Json all_of(Json part) { return json_with("allOf", json_list({std::move(part)})); }
 
-Json required(const std::vector<std::string>& keys) { return with("required", keys); }
+Json required_keys(const std::vector<std::string>& keys) { return json_with("required", keys); }
 
 std::string_view unit_of(const KeyNode& node) {
   if (!node.unit.empty()) return node.unit;
@@ -52,7 +52,7 @@ static void add_range(Json& schema, const NumberRange& range) {
 }
 
 Json choice_of(const Json& items) {
-  Json choice = with("type", "array");
+  Json choice = json_with("type", "array");
   choice["minItems"] = 1;
   if (items.is_null()) return choice;
   choice["description"] = "A list of values of equal probability, one for each sequence.";
@@ -61,18 +61,18 @@ Json choice_of(const Json& items) {
 }
 
 Json list_of(Json items, std::size_t least, std::size_t most) {
-  Json schema = with("type", list({"array", "object"}));
+  Json schema = json_with("type", json_list({"array", "object"}));
   schema["items"] = std::move(items);
   if (least > 0) schema["minItems"] = least;
   if (most < std::numeric_limits<std::size_t>::max()) schema["maxItems"] = most;
-  schema["properties"] = with("choice", choice_of(nullptr));
-  schema["required"] = list({"choice"});
+  schema["properties"] = json_with("choice", choice_of(nullptr));
+  schema["required"] = json_list({"choice"});
   schema["additionalProperties"] = false;
   return schema;
 }
 
 static Json text_of(std::size_t most) {
-  Json schema = all_of(reference("text"));
+  Json schema = all_of(definition_ref("text"));
   schema["minLength"] = 1;
   schema["maxLength"] = most;
   return schema;
@@ -84,18 +84,18 @@ Json leaf_schema(const KeyNode& node, bool is_sampled) {
     case ValueType::none:
       return nullptr;
     case ValueType::number:
-      schema = all_of(reference("number"));
+      schema = all_of(definition_ref("number"));
       add_range(schema, node.range);
       return schema;
     case ValueType::numbers: {
-      Json item = all_of(reference("number"));
+      Json item = all_of(definition_ref("number"));
       add_range(item, node.range);
       return list_of(std::move(item), node.count, node.count);
     }
     case ValueType::integer:
-      if (node.low == node.high) return with("const", node.low);
-      if (is_sampled) schema = all_of(reference("number"));
-      schema["type"] = is_sampled ? list({"integer", "object"}) : Json("integer");
+      if (node.low == node.high) return json_with("const", node.low);
+      if (is_sampled) schema = all_of(definition_ref("number"));
+      schema["type"] = is_sampled ? json_list({"integer", "object"}) : Json("integer");
       schema["minimum"] = node.low;
       schema["maximum"] = node.high;
       return schema;
@@ -104,38 +104,39 @@ Json leaf_schema(const KeyNode& node, bool is_sampled) {
               {"minimum", 0},
               {"maximum", std::numeric_limits<std::uint64_t>::max()}};
     case ValueType::boolean:
-      return all_of(reference("boolean"));
+      return all_of(definition_ref("boolean"));
     case ValueType::text:
-      return is_sampled ? text_of(kMaxNameBytes) : all_of(reference("name"));
+      return is_sampled ? text_of(kMaxNameBytes) : all_of(definition_ref("name"));
     case ValueType::material:
       return text_of(kMaxNameBytes);
     case ValueType::file:
       return text_of(kMaxFileNameBytes);
     case ValueType::word:
-      return with("anyOf", list({with("enum", node.words), reference("sampled_word")}));
+      return json_with("anyOf",
+                       json_list({json_with("enum", node.words), definition_ref("sampled_word")}));
   }
   return nullptr;
 }
 
 // Where `exclusion` holds; a value that is sampled may come out as any.
 static Json circumstance_of(const KeyExclusion& exclusion, bool may_be_sampled) {
-  Json schema = required({exclusion.by});
+  Json schema = required_keys({exclusion.by});
   if (exclusion.word.empty()) return schema;
   const auto as_map = [](const char* key) {
-    Json map = with("type", "object");
-    map["required"] = list({key});
+    Json map = json_with("type", "object");
+    map["required"] = json_list({key});
     return map;
   };
-  Json words = list({with("const", exclusion.word), as_map(exclusion.word.c_str())});
+  Json words = json_list({json_with("const", exclusion.word), as_map(exclusion.word.c_str())});
   if (may_be_sampled) words.push_back(as_map("choice"));
-  schema["properties"] = with(exclusion.by.c_str(), with("anyOf", std::move(words)));
+  schema["properties"] = json_with(exclusion.by.c_str(), json_with("anyOf", std::move(words)));
   return schema;
 }
 
 // One of `keys`, or a circumstance that takes one of them away.
 static Json any_required(const KeyNode& map, const std::vector<std::string>& keys) {
   Json any = Json::array();
-  for (const std::string& key : keys) any.push_back(required({key}));
+  for (const std::string& key : keys) any.push_back(required_keys({key}));
   for (const KeyExclusion& exclusion : map.exclusions) {
     const bool of_these = std::find(keys.begin(), keys.end(), exclusion.key) != keys.end();
     const bool beside_them = std::find(keys.begin(), keys.end(), exclusion.by) == keys.end();
@@ -144,7 +145,7 @@ static Json any_required(const KeyNode& map, const std::vector<std::string>& key
     if (std::find(any.begin(), any.end(), circumstance) == any.end())
       any.push_back(std::move(circumstance));
   }
-  return with("anyOf", std::move(any));
+  return json_with("anyOf", std::move(any));
 }
 
 static bool in_one_group(const KeyNode& map, const KeyExclusion& exclusion) {
@@ -160,15 +161,15 @@ static bool in_one_group(const KeyNode& map, const KeyExclusion& exclusion) {
 // One of the keys; none as well where none is required, or something takes them away.
 static void add_group(const KeyNode& map, const KeyGroup& group, Json& rules) {
   Json one = Json::array();
-  for (const std::string& key : group.keys) one.push_back(required({key}));
+  for (const std::string& key : group.keys) one.push_back(required_keys({key}));
   const Json any = any_required(map, group.keys);
   const bool may_be_none = !group.is_required || any["anyOf"].size() > one.size();
   if (group.is_required && may_be_none) rules.push_back(any);
   if (may_be_none) {
-    Json none = with("not", with("anyOf", one));
+    Json none = json_with("not", json_with("anyOf", one));
     one.push_back(std::move(none));
   }
-  rules.push_back(with("oneOf", std::move(one)));
+  rules.push_back(json_with("oneOf", std::move(one)));
 }
 
 // Keys that cannot be given with others, one rule for each circumstance.
@@ -185,8 +186,8 @@ static void add_exclusions(const KeyNode& map, Json& rules) {
     for (const KeyExclusion& other : map.exclusions) {
       if (same(other) && !in_one_group(map, other)) refused[other.key] = false;
     }
-    Json rule = with("if", circumstance_of(exclusion, false));
-    rule["then"] = with("properties", std::move(refused));
+    Json rule = json_with("if", circumstance_of(exclusion, false));
+    rule["then"] = json_with("properties", std::move(refused));
     rules.push_back(std::move(rule));
   }
 }
@@ -200,11 +201,11 @@ Json rules_of(const KeyNode& map) {
     if (node.is_required && !node.unless.empty()) unless[node.unless].push_back(node.key);
     if (node.is_required_alone) rules.push_back(any_required(map, {node.key}));
   }
-  if (!needed.empty()) rules.push_back(required(needed));
+  if (!needed.empty()) rules.push_back(required_keys(needed));
   for (const auto& [key, keys] : unless) {
     // Farther up, that key is beyond the reach of a schema.
     if (find_key(map, key) != nullptr) {
-      rules.push_back(with("anyOf", list({required({key}), required(keys)})));
+      rules.push_back(json_with("anyOf", json_list({required_keys({key}), required_keys(keys)})));
     }
   }
   for (const KeyGroup& group : map.groups) add_group(map, group, rules);

@@ -1,6 +1,6 @@
 // Parts of the schema of scenarios: single values, and what holds for the keys of a map together.
 //
-//   with  list  reference  all_of  required    JSON of one member, of a list, of a definition
+//   json_with  json_list  definition_ref  all_of  required_keys   JSON to build them from
 //   unit_of  choice_of  list_of  leaf_schema   of a value
 //   has_required  rules_of                     of a map
 #pragma once
@@ -17,11 +17,11 @@
 namespace ensonify {
 
 // Of braces alone nlohmann::json may make a list.
-Json with(const char* key, Json value);
-Json list(std::initializer_list<Json> items);
-Json reference(std::string_view definition);
+Json json_with(const char* key, Json value);
+Json json_list(std::initializer_list<Json> items);
+Json definition_ref(std::string_view definition);
 Json all_of(Json part);
-Json required(const std::vector<std::string>& keys);
+Json required_keys(const std::vector<std::string>& keys);
 
 // As the key's text gives it, or as the end of the key tells; empty: none.
 std::string_view unit_of(const KeyNode& node);
