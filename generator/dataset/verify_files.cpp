@@ -66,7 +66,7 @@ std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
     return "does not have the parts level and labels, in this order";
   }
-  if ((*parts)[0].half_channels != std::vector<std::string>{"Y"} ||
+  if ((*parts)[0].half_channels != std::vector<std::string>{kExrLevelChannel} ||
       (*parts)[1].half_channels != labels || !(*parts)[0].other_channels.empty() ||
       !(*parts)[1].other_channels.empty() || !(*parts)[0].float_channels.empty() ||
       !(*parts)[1].float_channels.empty()) {

@@ -35,6 +35,9 @@ struct ExrAttributes {
   std::vector<std::pair<std::string, double>> numbers;
 };
 
+// The channel of the level: viewers open it as a gray image.
+inline constexpr const char* kExrLevelChannel = "Y";
+
 // Row 0 on top. Needs all float planes at rows * columns, both positive, and names of attributes of
 // at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
