@@ -76,6 +76,30 @@ TEST_CASE("pictures of a page are those of the data set") {
   }
 }
 
+// Protects an overlay that most data sets do not have: ids exact, null without multipath.
+TEST_CASE("masks of multipath echoes on a page are those of the data set") {
+  const TemporaryFolder folder;
+  const auto path = test::make_set(folder, "set", test::kScene,
+                                   {{"multipath", "{surface: {z_m: 0.5, reflection: -1}}"}});
+  const auto set = test::open_set(path);
+  const Page page = test::page_of(path);
+  std::size_t wrong = 0, marked = 0;
+  for (const Json& ping : page.json.at("pings")) {
+    const StoredPixels pixels = pixels_of(set, 0, ping.at("ping"));
+    const Picture multipath = test::picture_at(page, ping.at("pictures").at("multipath"));
+    REQUIRE(multipath.pixels.size() == pixels.multipath.size());
+    for (std::size_t i = 0; i < pixels.multipath.size(); ++i) {
+      const auto [r, g, b] = multipath.pixels[i];
+      wrong += pixels.multipath[i] != r + 256 * g;
+      marked += pixels.multipath[i] != 0;
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(marked > 10);
+  const Page direct = test::page_of(test::make_set(folder, "direct", test::kScene));
+  CHECK(direct.json.at("pings").at(0).at("pictures").at("multipath").is_null());
+}
+
 std::int16_t hundredths_at(const std::string& bytes, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes.at(k)); };
   return static_cast<std::int16_t>(byte(2 * i) | byte(2 * i + 1) << 8);
