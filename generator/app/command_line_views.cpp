@@ -157,7 +157,7 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
         export_formats());
   command.add_option("-o,--output", options.output, "what is written: must be new or empty")
       ->required();
-  command.add_option("--view", arguments.view, "polar or cartesian: which picture of a ping")
+  command.add_option("--view", arguments.view, "which image of a ping: polar or cartesian")
       ->check(CLI::IsMember({"polar", "cartesian"}));
   command.add_option("--labels", arguments.labels, "segments (outlines) or boxes")
       ->check(CLI::IsMember({"segments", "boxes"}));
