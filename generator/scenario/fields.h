@@ -157,9 +157,9 @@ class Fields {
                                               std::size_t held, std::string_view what,
                                               Need need = Need::required) = 0;
 
-  // An earlier name of a key of this map: an error that names the one of today.
+  // Reports a key of this map that is given under its earlier name, with its current one.
   virtual void renamed(std::string_view, std::string_view) {}
-  // A whole number that has been looked at before the fields are: it is described, not read.
+  // Describes an integer that has been read before the fields are.
   virtual void describe_count(const KeyText&, int, int) {}
 
   // Adds a fault at a key; no key: at the map itself.

@@ -47,8 +47,8 @@ void set_value(KeyNode& node, const WordLeaf& leaf) {
   node.words.assign(leaf.words.begin(), leaf.words.end());
 }
 
-// Walks through the fields without anything to read. Each visit to a choice takes another
-// alternative, so that many walks have seen them all.
+// Walks through the fields without a tree to read. Each visit to a choice takes another
+// alternative, so that many walks see them all.
 class KeyLister : public Fields {
  public:
   explicit KeyLister(KeyNode& root) {
@@ -143,7 +143,7 @@ class KeyLister : public Fields {
     std::size_t combinations = 1;  // of the choices so far
   };
 
-  // The digits of a number that grows with each visit: all combinations in turn.
+  // Counts through the combinations of a map's choices, which are the digits of a number.
   std::size_t next(std::string_view key, std::size_t count) {
     Frame& frame = frames_.back();
     KeyNode::Turns& turns = frame.node->turns.try_emplace(std::string(key)).first->second;
@@ -194,7 +194,7 @@ class KeyLister : public Fields {
   }
 
   std::vector<Frame> frames_;
-  Node scalar_, map_;  // what may be there
+  Node scalar_, map_;  // what peek may find
 };
 
 bool has_seen_all(const KeyNode& map) {
@@ -205,7 +205,7 @@ bool has_seen_all(const KeyNode& map) {
          std::all_of(map.keys.begin(), map.keys.end(), has_seen_all);
 }
 
-// What many walks have shown of the keys of a map.
+// Derives from the visits of all walks what holds for the keys of a map.
 void settle(KeyNode& map) {
   const auto in_group = [&](const KeyNode& node) {
     return std::any_of(map.groups.begin(), map.groups.end(), [&](const KeyGroup& group) {

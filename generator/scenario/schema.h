@@ -6,8 +6,8 @@
 
 namespace ensonify {
 
-// output_schema/scenario.schema.json: JSON Schema, draft 7, for editors and validators. It refuses
-// nothing that the program takes; what only the whole scenario shows, the program refuses.
+// output_schema/scenario.schema.json: JSON Schema, draft 7, for editors and validators. It accepts
+// everything that the program accepts, and leaves to the program what only a whole scenario shows.
 // Beyond the standard, "unit" and "left_out" (what a key that is not given stands for) are there
 // for the key reference.
 std::string scenario_schema();

@@ -23,21 +23,22 @@ Json definition_ref(std::string_view definition);
 Json all_of(Json part);
 Json required_keys(const std::vector<std::string>& keys);
 
-// As the key's text gives it, or as the end of the key tells; empty: none.
+// The unit in the key's text, or else the one that the key's ending implies; empty if there is
+// none.
 std::string_view unit_of(const KeyNode& node);
 
-// What a map or a list may be in place of itself; `items` is null for any.
+// The list of alternatives that may replace a map or a list; `items` is null if any values may.
 Json choice_of(const Json& items);
 
 Json list_of(Json items, std::size_t least, std::size_t most);
 
-// Null where the key holds no single value.
+// Null if the key holds no single value.
 Json leaf_schema(const KeyNode& node, bool is_sampled);
 
 // Whether a map cannot be empty.
 bool has_required(const KeyNode& map);
 
-// Rules for allOf: what is required, what excludes what.
+// The rules for allOf: which keys are required, and which exclude each other.
 Json rules_of(const KeyNode& map);
 
 }  // namespace ensonify

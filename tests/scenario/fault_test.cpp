@@ -129,9 +129,9 @@ TEST_CASE("format version and names are checked") {
   CHECK(tells(name_fault(std::string(129, 'a')), "t.yaml:2:7: name:", "longer than 128 bytes"));
 }
 
-// Protects scenarios of earlier versions: each key that has another name today is one error, which
-// gives that name, and the key of today is not reported as missing.
-TEST_CASE("a renamed key is an error that gives its name of today") {
+// Protects users with scenarios of earlier versions: a key under its earlier name is one error,
+// which gives the current name, and that key is not reported as missing too.
+TEST_CASE("a renamed key is an error that gives its current name") {
   const std::string object =
       "materials: {m: {reflectivity: 1}}\nobjects: [{name: a, material: m, shape: ";
   check_single_faults({
