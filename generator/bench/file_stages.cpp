@@ -138,11 +138,10 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const std
     if (!encoded) status = encoded.error();
   };
   stages.add("encode_exr", [&] { keep_error(encode_exr(polar, {})); });
-  stages.add("encode_png",
-             [&] { keep_error(encode_png(grey.pixels, grey.rows, grey.columns, Content::noise)); });
+  stages.add("encode_png", [&] { keep_error(encode_png(grey.pixels, grey.rows, grey.columns)); });
   stages.add("encode_masks", [&] {
-    keep_error(encode_png(polar.instance, polar.rows, polar.columns, Content::runs));
-    keep_error(encode_png(polar.semantic, polar.rows, polar.columns, Content::runs));
+    keep_error(encode_png(polar.instance, polar.rows, polar.columns));
+    keep_error(encode_png(polar.semantic, polar.rows, polar.columns));
   });
   std::string hash;
   stages.add("sha256", [&] { hash = sha256_hex(npy); });

@@ -102,8 +102,7 @@ Result<std::string> encode_cells(const CatalogueRow& row, const SequenceInfo& in
         if constexpr (std::is_same_v<Value, std::complex<float>>) {
           return encode_npy(cells, shape);
         } else if constexpr (std::is_integral_v<Value>) {
-          return encode_png(cells, static_cast<int>(shape[0]), static_cast<int>(shape[1]),
-                            row.plane != nullptr ? Content::runs : Content::noise);
+          return encode_png(cells, static_cast<int>(shape[0]), static_cast<int>(shape[1]));
         }
         ENSONIFY_ASSERT(false);
         return std::string();

@@ -183,7 +183,7 @@ class ChunkWriter {
     const std::size_t start = bytes_.size();
     if (compression == Imf::ZIP_COMPRESSION) {
       predict(halves_, planes_, differences_);
-      append_zlib(differences_, Content::runs, bytes_);
+      append_zlib(differences_, bytes_);
       const std::size_t size = bytes_.size() - start;
       if (size < plain_size) {
         const auto stored = static_cast<std::int32_t>(size);

@@ -62,7 +62,7 @@ std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t col
 // With a palette, of red, green and blue bytes, the pixels are indices into it.
 template <class Pixel>
 Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int columns,
-                                  Content content, std::string_view palette = {}) {
+                                  std::string_view palette = {}) {
   ENSONIFY_ASSERT(rows > 0 && columns > 0);
   ENSONIFY_ASSERT(pixels.size() ==
                   static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
@@ -81,7 +81,7 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
       end_chunk(bytes, chunk);
     }
     chunk = begin_chunk(bytes, "IDAT");
-    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), content, bytes);
+    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), bytes);
     end_chunk(bytes, chunk);
     chunk = begin_chunk(bytes, "IEND");
     end_chunk(bytes, chunk);
@@ -175,21 +175,19 @@ Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uin
 
 }  // namespace
 
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
-                               Content content) {
-  return encode_pixels(pixels, rows, columns, content);
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns) {
+  return encode_pixels(pixels, rows, columns);
 }
 
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
-                               Content content) {
-  return encode_pixels(pixels, rows, columns, content);
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns) {
+  return encode_pixels(pixels, rows, columns);
 }
 
 Result<std::string> encode_palette_png(std::span<const std::uint8_t> indices, int rows, int columns,
                                        const Palette& palette) {
   std::string colours;
   for (const auto& colour : palette) colours.append(colour.begin(), colour.end());
-  return encode_pixels(indices, rows, columns, Content::noise, colours);
+  return encode_pixels(indices, rows, columns, colours);
 }
 
 std::optional<PngHeader> parse_png_header(std::string_view bytes) {

@@ -22,10 +22,8 @@
 namespace ensonify {
 
 // Row-major [rows x columns], one channel. Needs pixels.size() == rows * columns, both positive.
-Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns,
-                               Content content);
-Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns,
-                               Content content);
+Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns);
+Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns);
 
 using Palette = std::array<std::array<std::uint8_t, 3>, 256>;  // red, green, blue
 

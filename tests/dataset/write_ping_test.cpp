@@ -64,13 +64,13 @@ TEST_CASE("a ping's files hold what their names say") {
   CHECK(png("polar/000001_semantic.png").bit_depth == 8);
   CHECK(png("cartesian/000001_instance.png").height == 7);
   CHECK(png("cartesian/000001_shadow.png").bit_depth == 16);
-  CHECK(*encode_png(result.polar->shadow, sample::kSamples, sample::kBeams, Content::runs) ==
+  CHECK(*encode_png(result.polar->shadow, sample::kSamples, sample::kBeams) ==
         sample::read(dir / "polar/000001_shadow.png"));
-  CHECK(*encode_png(result.polar->semantic, sample::kSamples, sample::kBeams, Content::runs) ==
+  CHECK(*encode_png(result.polar->semantic, sample::kSamples, sample::kBeams) ==
         sample::read(dir / "polar/000001_semantic.png"));
-  CHECK(*encode_png(result.polar_grey->pixels, sample::kSamples, sample::kBeams, Content::noise) ==
+  CHECK(*encode_png(result.polar_grey->pixels, sample::kSamples, sample::kBeams) ==
         sample::read(dir / "png/000001_polar.png"));
-  CHECK(*encode_png(result.cartesian_grey->pixels, 7, 8, Content::noise) ==
+  CHECK(*encode_png(result.cartesian_grey->pixels, 7, 8) ==
         sample::read(dir / "png/000001_cartesian.png"));
 }
 

@@ -62,7 +62,7 @@ TEST_CASE("a 16-bit mask reads back exactly") {
   std::iota(ids.begin(), ids.end(), std::uint16_t{64034});
   ids[7] = 65534;
   ids[8] = 0;
-  const auto bytes = encode_png(ids, 5, 300, Content::runs);
+  const auto bytes = encode_png(ids, 5, 300);
   REQUIRE(bytes);
   const Decoded image = decode(*bytes);
   CHECK(image.width == 300);
@@ -76,7 +76,7 @@ TEST_CASE("a 16-bit mask reads back exactly") {
 TEST_CASE("an 8-bit picture reads back exactly") {
   std::vector<std::uint8_t> pixels(40 * 11);
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i * 89);
-  const auto bytes = encode_png(pixels, 40, 11, Content::noise);
+  const auto bytes = encode_png(pixels, 40, 11);
   REQUIRE(bytes);
   const Decoded image = decode(*bytes);
   CHECK(image.bit_depth == 8);
@@ -100,19 +100,19 @@ TEST_CASE("large masks read back exactly") {
       ids[i] = i % kLargeColumns / 50 == 2 ? static_cast<std::uint16_t>(300 + i / 9000) : 0;
     }
   }
-  const auto bytes = encode_png(ids, kLargeRows, kLargeColumns, Content::runs);
+  const auto bytes = encode_png(ids, kLargeRows, kLargeColumns);
   REQUIRE(bytes);
   CHECK((decode(*bytes).pixels == ids));
 
   const std::vector<std::uint8_t> low(ids.begin(), ids.end());
-  const auto low_bytes = encode_png(low, kLargeRows, kLargeColumns, Content::runs);
+  const auto low_bytes = encode_png(low, kLargeRows, kLargeColumns);
   REQUIRE(low_bytes);
   CHECK((decode(*low_bytes).pixels == std::vector<std::uint16_t>(low.begin(), low.end())));
 }
 
 // Protects the promise of equal bytes: no time stamp or other text chunk is in the file.
 TEST_CASE("a PNG file holds the picture and nothing else") {
-  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4, Content::runs);
+  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4);
   REQUIRE(bytes);
   std::string chunks;
   for (std::size_t at = 8; at + 12 <= bytes->size();) {
@@ -141,7 +141,7 @@ TEST_CASE("indices read back with their palette") {
 
 // Protects memory: a header may claim what no file of this length can hold.
 TEST_CASE("a PNG file that claims more pixels than it has is refused") {
-  auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4, Content::runs);
+  auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4);
   REQUIRE(bytes);
   REQUIRE(parse_grey_png(*bytes).ok());
   CHECK(parse_grey_png(*bytes)->grey8 == std::vector<std::uint8_t>(12));
@@ -156,7 +156,7 @@ TEST_CASE("a PNG file that claims more pixels than it has is refused") {
 
 // Protects verify's look at sizes and bit depths.
 TEST_CASE("a PNG header reads back") {
-  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4, Content::runs);
+  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4);
   REQUIRE(bytes);
   const auto header = parse_png_header(*bytes);
   REQUIRE(header);
