@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-// A JSON array written piece by piece, one element a line.
+// The elements of a JSON array, one a line.
 class ElementWriter {
  public:
   explicit ElementWriter(StreamedFile& file) : file_(file) {}
@@ -23,22 +23,6 @@ class ElementWriter {
   StreamedFile& file_;
   bool first_ = true;
 };
-
-using UseImage = std::function<Status(const SequenceInfo&, const Json& line, const Json& image)>;
-
-Status for_each_image(const std::filesystem::path& dir, const std::vector<SequenceInfo>& sequences,
-                      const UseImage& use) {
-  for (const SequenceInfo& info : sequences) {
-    const Status read = for_each_annotation_line(dir, info.sequence, [&](const Json& line) {
-      for (const Json& image : line.at("images")) {
-        if (const Status used = use(info, line, image); !used) return used;
-      }
-      return Status();
-    });
-    if (!read) return read;
-  }
-  return {};
-}
 
 Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, const Json& image) {
   const auto full = [&](const Json& name) {
@@ -111,53 +95,52 @@ const Instance* find_instance(const SequenceInfo& info, const Json& annotation) 
   return id >= 1 && id <= info.instances.size() ? &info.instances[id - 1] : nullptr;
 }
 
-Status write_images(StreamedFile& file, const std::filesystem::path& dir,
-                    const std::vector<SequenceInfo>& sequences) {
-  ElementWriter images(file);
-  std::uint64_t id = 0;
-  return for_each_image(dir, sequences,
-                        [&](const SequenceInfo& info, const Json& line, const Json& image) {
-                          images.add(image_json(++id, info, line, image));
-                          return Status();
-                        });
+// The lists of coco.json, which grow side by side: a line of annotations.jsonl is parsed once.
+struct Lists {
+  ElementWriter images, annotations, hidden;
+  std::uint64_t image_id = 0, annotation_id = 0;
+};
+
+Status add_image(const SequenceInfo& info, const Json& line, const Json& image, Lists& lists) {
+  const std::uint64_t image_id = ++lists.image_id;
+  lists.images.add(image_json(image_id, info, line, image));
+  const auto add = [&](const char* key, const auto& use) -> Status {
+    for (const Json& annotation : image.at(key)) {
+      const Instance* instance = find_instance(info, annotation);
+      if (instance == nullptr) {
+        return Error{ErrorKind::bug, fmt::format("sequence {}: an annotation of an instance that "
+                                                 "the sequence does not have",
+                                                 info.sequence)};
+      }
+      use(*instance, annotation);
+    }
+    return {};
+  };
+  Status added = add("annotations", [&](const Instance& instance, const Json& annotation) {
+    lists.annotations.add(
+        annotation_json(++lists.annotation_id, image_id, instance, image, annotation));
+  });
+  if (!added) return added;
+  return add("hidden", [&](const Instance& instance, const Json& annotation) {
+    lists.hidden.add(hidden_json(image_id, instance, image, annotation));
+  });
 }
 
-// What stands in the list `key` of every image, one element each.
-template <class ElementOf>
-Status write_each(StreamedFile& file, const std::filesystem::path& dir,
-                  const std::vector<SequenceInfo>& sequences, const char* key,
-                  ElementOf&& element_of) {
-  ElementWriter elements(file);
-  std::uint64_t image_id = 0;
-  return for_each_image(
-      dir, sequences, [&](const SequenceInfo& info, const Json&, const Json& image) -> Status {
-        ++image_id;
-        for (const Json& annotation : image.at(key)) {
-          const Instance* instance = find_instance(info, annotation);
-          if (instance == nullptr) {
-            return Error{ErrorKind::bug, fmt::format("sequence {}: an annotation of an instance "
-                                                     "that the sequence does not have",
-                                                     info.sequence)};
-          }
-          elements.add(element_of(image_id, *instance, image, annotation));
-        }
-        return {};
-      });
-}
-
-Status write_annotations(StreamedFile& file, const std::filesystem::path& dir,
-                         const std::vector<SequenceInfo>& sequences) {
-  std::uint64_t id = 0;
-  return write_each(file, dir, sequences, "annotations",
-                    [&](std::uint64_t image_id, auto&... what) {
-                      return annotation_json(++id, image_id, what...);
-                    });
+Status add_sequence(const std::filesystem::path& dir, const SequenceInfo& info, Lists& lists) {
+  return for_each_annotation_line(dir, info.sequence, [&](const Json& line) -> Status {
+    for (const Json& image : line.at("images")) {
+      if (Status added = add_image(info, line, image, lists); !added) return added;
+    }
+    return {};
+  });
 }
 
 }  // namespace
 
-std::string annotation_line(std::uint32_t ping, double time_s, const Json& images) {
-  return json_line({{"ping", ping}, {"time_s", time_s}, {"images", images}}) + "\n";
+std::string annotation_line(std::uint32_t ping, double time_s, Json images) {
+  Json line = {{"ping", ping}, {"time_s", time_s}};
+  line["images"] = std::move(images);
+  return json_line(line) + "\n";
 }
 
 Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
@@ -183,18 +166,19 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
                              const std::vector<SequenceInfo>& sequences,
                              const std::vector<std::string>& classes) {
   StreamedFile file(dir, "coco.json");
+  StreamedFile annotations(dir, "coco.json.annotations", false);
+  StreamedFile hidden(dir, "coco.json.hidden", false);
   const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
   file.append("{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
               json_line(categories_json(classes)) + ",\n\"images\": [");
-  if (const Status written = write_images(file, dir, sequences); !written) return written.error();
+  Lists lists{ElementWriter(file), ElementWriter(annotations), ElementWriter(hidden)};
+  for (const SequenceInfo& sequence : sequences) {
+    if (const Status added = add_sequence(dir, sequence, lists); !added) return added.error();
+  }
   file.append("\n],\n\"annotations\": [");
-  if (const Status written = write_annotations(file, dir, sequences); !written) {
-    return written.error();
-  }
+  file.append_all_of(annotations);
   file.append("\n],\n\"hidden\": [");
-  if (const Status written = write_each(file, dir, sequences, "hidden", hidden_json); !written) {
-    return written.error();
-  }
+  file.append_all_of(hidden);
   file.append("\n]\n}\n");
   return file.commit();
 }

@@ -27,7 +27,7 @@
 
 namespace ensonify {
 
-std::string annotation_line(std::uint32_t ping, double time_s, const Json& images);
+std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 
 // Hands over the lines of a sequence's annotations.jsonl as JSON, in order.
 // Error (io): it cannot be read; (damage): a line is not what stands above.

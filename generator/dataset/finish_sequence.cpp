@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/units.h"
-#include "dataset/coco.h"
 #include "dataset/finish.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
@@ -103,7 +102,7 @@ class SequenceTables {
     std::string row(record.first_return_m.size() * sizeof(float), '\0');
     std::memcpy(row.data(), record.first_return_m.data(), row.size());
     first_return_.append(row);
-    annotations_.append(annotation_line(record.ping, record.time_s, record.images));
+    annotations_.append(record.annotations);
     return {};
   }
 

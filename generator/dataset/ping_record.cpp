@@ -6,12 +6,17 @@
 #include <utility>
 
 #include "dataset/catalogue.h"
+#include "dataset/coco.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
+#include "formats/json.h"
 #include "formats/sha256.h"
 
 namespace ensonify {
 namespace {
+
+// The last line of a record: 64 digits and the line's end.
+constexpr std::size_t kHashLine = 65;
 
 void add_amodal(Json& json, const Annotation& annotation) {
   if (!annotation.amodal) return;
@@ -96,10 +101,9 @@ std::optional<PingRecord> parse(const Json& json) {
   const Json* sonar = member(json, "sonar_in_world");
   const Json* objects = member(json, "object_in_world");
   const Json* first = member(json, "first_return_m");
-  const Json* images = member(json, "images");
   const Json* files = member(json, "files");
   if (!ping || !time || sonar == nullptr || objects == nullptr || first == nullptr ||
-      images == nullptr || files == nullptr) {
+      files == nullptr) {
     return std::nullopt;
   }
   record.ping = static_cast<std::uint32_t>(*ping);
@@ -116,7 +120,6 @@ std::optional<PingRecord> parse(const Json& json) {
     record.first_return_m.push_back(range.is_number() ? static_cast<float>(range.get<double>())
                                                       : std::numeric_limits<float>::quiet_NaN());
   }
-  record.images = *images;
   for (const Json& file : *files) {
     const auto entry = file_entry_of(file);
     if (!entry) return std::nullopt;
@@ -136,17 +139,19 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
   const bool polygons = info.output.polygons;
-  add_image(record.images, "polar", picture_of(info, result.ping, ImageView::polar),
+  Json images = Json::array();
+  add_image(images, "polar", picture_of(info, result.ping, ImageView::polar),
             size_of(result.polar_grey, result.polar), result.polar_annotations, result.polar_hidden,
             polygons);
-  add_image(record.images, "cartesian", picture_of(info, result.ping, ImageView::cartesian),
+  add_image(images, "cartesian", picture_of(info, result.ping, ImageView::cartesian),
             size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations,
             result.cartesian_hidden, polygons);
+  record.annotations = annotation_line(record.ping, record.time_s, std::move(images));
   record.files = std::move(files);
   return record;
 }
 
-std::string to_line(const PingRecord& record) {
+std::string to_text(const PingRecord& record) {
   Json objects = Json::array();
   for (const Pose& pose : record.object_in_world) objects.push_back(json_of(pose));
   Json first = Json::array();
@@ -158,10 +163,9 @@ std::string to_line(const PingRecord& record) {
                      {"sonar_in_world", json_of(record.sonar_in_world)},
                      {"object_in_world", std::move(objects)},
                      {"first_return_m", std::move(first)},
-                     {"images", record.images},
                      {"files", std::move(files)}};
-  const std::string line = json_line(json) + "\n";
-  return line + sha256_hex(line) + "\n";
+  const std::string lines = json_line(json) + "\n" + record.annotations;
+  return lines + sha256_hex(lines) + "\n";
 }
 
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
@@ -170,14 +174,16 @@ Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint3
   const auto text = read_file(path);
   if (!text) return text.error();
   const std::string_view all(*text);
-  const std::string_view line = all.substr(0, std::min(all.find('\n'), all.size() - 1) + 1);
-  const bool whole = !all.empty() && all.substr(line.size()) == sha256_hex(line) + "\n";
-  const auto json = whole ? parse_json(line) : std::nullopt;
-  const auto record = json ? parse(*json) : std::nullopt;
+  const std::string_view lines = all.substr(0, all.size() - std::min(all.size(), kHashLine));
+  const bool whole = all.substr(lines.size()) == sha256_hex(lines) + "\n";
+  const std::size_t head = std::min(lines.find('\n'), lines.size());
+  const auto json = whole ? parse_json(lines.substr(0, head)) : std::nullopt;
+  auto record = json ? parse(*json) : std::nullopt;
   if (!record || record->ping != ping) {
     return Error{ErrorKind::damage, path.string() + ": not a record of this ping"};
   }
-  return *record;
+  record->annotations = lines.substr(std::min(head + 1, lines.size()));
+  return std::move(*record);
 }
 
 bool files_are_there(const std::filesystem::path& dir, std::uint32_t sequence,

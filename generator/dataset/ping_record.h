@@ -1,7 +1,7 @@
 // The record of a finished ping in .work: all that the finishing step needs to know of it, so that
 // it never opens the ping's own files. Private to dataset/.
 //
-//   record_of  to_line  read_ping_record  files_are_there
+//   record_of  to_text  read_ping_record  files_are_there
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/ping.h"
 #include "formats/files.h"
-#include "formats/json.h"
 
 namespace ensonify {
 
@@ -22,16 +21,17 @@ struct PingRecord {
   Pose sonar_in_world;
   std::vector<Pose> object_in_world;
   std::vector<float> first_return_m;  // NaN: none
-  Json images = Json::array();        // see annotations.jsonl in coco.h
+  std::string annotations;            // the ping's line of annotations.jsonl (coco.h)
   std::vector<FileEntry> files;       // relative to the sequence's folder
 };
 
 PingRecord record_of(const SequenceInfo& info, const PingResult& result,
                      std::vector<FileEntry> files);
 
-// The content of its file: a line of JSON, and a line with the hash of the first, so that no damage
-// to it comes into the data set.
-std::string to_line(const PingRecord& record);
+// The content of its file: a line of JSON with all but the annotations, their line as it stands, so
+// that finishing copies it without parsing, and the hash of both, so that no damage to them comes
+// into the data set.
+std::string to_text(const PingRecord& record);
 
 // Error (io): it cannot be read; (damage): it is not a record of that ping, or
 // not whole.

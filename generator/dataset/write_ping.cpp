@@ -184,7 +184,7 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
     entries.push_back((*file)->entry);
     encoded.files.push_back(std::move(**file));
   }
-  encoded.record = to_line(record_of(info, result, std::move(entries)));
+  encoded.record = to_text(record_of(info, result, std::move(entries)));
   return encoded;
 }
 

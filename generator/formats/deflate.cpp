@@ -3,6 +3,7 @@
 #include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <memory>
@@ -19,15 +20,29 @@ struct Compressor {
   std::array<std::uint8_t, ISAL_DEF_LVL1_SMALL> buffer;
 };
 
-// ISA-L compares with places of its hash table that this call has not written, so that what an
-// earlier call left there can change the stream.
+// What an earlier call left in the tables can change the stream.
 void clear(Compressor& compressor) {
   std::memset(&compressor.stream, 0, sizeof compressor.stream);
   compressor.buffer.fill(0);
 }
 
-// A block of deflate stores at most 65,535 bytes as they are, behind 5 bytes; a stream has 6 more.
-std::size_t largest_size(std::size_t count) { return count + 5 * (count / 0xffff + 1) + 64; }
+// Flushed by itself, ahead of the rest. The loop for long inputs of ISA-L up to 2.30 hashes the
+// address of the stream in place of the second byte (.write_first_byte of igzip_icf_body_h1_gr_bt),
+// so that the same bytes gave different streams from one thread or process to the next. Inputs as
+// short as this do not enter that loop, and what follows them does not begin a stream.
+constexpr std::size_t kFirstBytes = 8;
+
+// A block of deflate stores at most 65,535 bytes as they are, behind 5 bytes.
+std::size_t largest_size(std::size_t count) { return count + 5 * (count / 0xffff + 1) + 128; }
+
+void feed(std::span<const std::uint8_t> bytes, isal_zstream& stream) {
+  // It reads through a pointer that is not const.
+  stream.next_in = const_cast<std::uint8_t*>(bytes.data());
+  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
+  ENSONIFY_ASSERT(stream.avail_in == bytes.size());
+  const int code = isal_deflate(&stream);
+  ENSONIFY_ASSERT(code == COMP_OK && stream.avail_in == 0);
+}
 
 }  // namespace
 
@@ -36,22 +51,23 @@ void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
   thread_local const auto compressor = std::make_unique<Compressor>();
   clear(*compressor);
   isal_zstream& stream = compressor->stream;
-  isal_deflate_stateless_init(&stream);
+  isal_deflate_init(&stream);
   stream.level = 1;
   stream.level_buf = compressor->buffer.data();
   stream.level_buf_size = static_cast<std::uint32_t>(compressor->buffer.size());
   stream.gzip_flag = IGZIP_ZLIB;
-  stream.end_of_stream = 1;
   const std::size_t before = out.size();
   out.resize(before + largest_size(bytes.size()));
-  // It reads through a pointer that is not const.
-  stream.next_in = const_cast<std::uint8_t*>(bytes.data());
-  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
   stream.next_out = reinterpret_cast<std::uint8_t*>(out.data() + before);
   stream.avail_out = static_cast<std::uint32_t>(out.size() - before);
-  ENSONIFY_ASSERT(stream.avail_in == bytes.size() && stream.avail_out == out.size() - before);
-  const int code = isal_deflate_stateless(&stream);
-  ENSONIFY_ASSERT(code == COMP_OK);
+  ENSONIFY_ASSERT(stream.avail_out == out.size() - before);
+  const auto first = bytes.first(std::min(kFirstBytes, bytes.size()));
+  stream.flush = SYNC_FLUSH;
+  feed(first, stream);
+  stream.flush = NO_FLUSH;
+  stream.end_of_stream = 1;
+  feed(bytes.subspan(first.size()), stream);
+  ENSONIFY_ASSERT(stream.internal_state.state == ZSTATE_END);
   out.resize(before + stream.total_out);
 }
 

@@ -212,6 +212,20 @@ void StreamedFile::append(std::string_view bytes) {
   }
 }
 
+void StreamedFile::append_all_of(StreamedFile& other) {
+  if (other.error_number_ == 0 && other.write_all(other.buffer_)) other.buffer_.clear();
+  error_number_ = error_number_ != 0 ? error_number_ : other.error_number_;
+  std::string piece(kBufferBytes, '\0');
+  for (off_t offset = 0; error_number_ == 0;) {
+    const auto got = ::pread(other.descriptor_, piece.data(), piece.size(), offset);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) error_number_ = errno;
+    if (got <= 0) break;
+    append({piece.data(), static_cast<std::size_t>(got)});
+    offset += got;
+  }
+}
+
 bool StreamedFile::rename_to_final() {
   if (::rename(temporary_.c_str(), path_.c_str()) == 0) return true;
   error_number_ = errno;

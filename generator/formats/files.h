@@ -66,6 +66,8 @@ class StreamedFile {
 
   // A failure is kept and comes out of commit().
   void append(std::string_view bytes);
+  // What another one holds that is not committed; its failure is kept as well.
+  void append_all_of(StreamedFile& other);
   std::uint64_t bytes() const { return bytes_; }
   // Gives the file its name. One of the two, once only.
   Result<FileEntry> commit();
