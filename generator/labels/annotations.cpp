@@ -1,8 +1,8 @@
 #include "labels/annotations.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
-#include <map>
 #include <utility>
 
 namespace ensonify {
@@ -38,21 +38,68 @@ void add_run(Mask& mask, int rows, std::int64_t start, std::int64_t length) {
   mask.end = start + length;
 }
 
+template <class T>
+struct ColumnRun {
+  T value{};
+  int row = 0, length = 0;
+};
+
+// The runs of equal values other than 0 in each column. Row by row, as the image lies in memory:
+// where a cache line equals the one above it, nothing ends.
+template <class T>
+std::vector<std::vector<ColumnRun<T>>> column_runs(const std::vector<T>& pixels, int rows,
+                                                   int columns) {
+  constexpr int kLine = 64 / sizeof(T);
+  std::vector<std::vector<ColumnRun<T>>> runs(static_cast<std::size_t>(columns));
+  std::vector<int> start(runs.size());
+  const auto end_run = [&](int column, T value, int row) {
+    if (value != 0) runs[column].push_back({value, start[column], row - start[column]});
+    start[column] = row;
+  };
+  const T* above = pixels.data();
+  for (int row = 1; row < rows; ++row, above += columns) {
+    const T* here = above + columns;
+    for (int first = 0; first < columns; first += kLine) {
+      const int end = std::min(first + kLine, columns);
+      if (std::memcmp(here + first, above + first, sizeof(T) * (end - first)) == 0) continue;
+      for (int column = first; column < end; ++column) {
+        if (here[column] != above[column]) end_run(column, above[column], row);
+      }
+    }
+  }
+  for (int column = 0; column < columns; ++column) end_run(column, above[column], rows);
+  return runs;
+}
+
 // Calls visit(value, start, length) for the runs of equal values other than 0, each in one column,
 // start counting down the columns.
 template <class T, class Visit>
 void for_each_run(const std::vector<T>& pixels, int rows, int columns, Visit&& visit) {
-  for (int column = 0; column < columns; ++column) {
-    for (int row = 0; row < rows;) {
-      const auto value_at = [&](int r) { return pixels[std::size_t(r) * columns + column]; };
-      const T value = value_at(row);
-      int end = row + 1;
-      while (end < rows && value_at(end) == value) ++end;
-      if (value != 0) visit(value, std::int64_t{column} * rows + row, end - row);
-      row = end;
-    }
+  std::int64_t top = 0;
+  for (const auto& column : column_runs(pixels, rows, columns)) {
+    for (const ColumnRun<T>& run : column) visit(run.value, top + run.row, run.length);
+    top += rows;
   }
 }
+
+// By instance id; those without a pixel have no area.
+class MaskTable {
+ public:
+  Mask& of(std::uint16_t id) {
+    if (id >= masks_.size()) masks_.resize(std::size_t{id} + 1);
+    return masks_[id];
+  }
+  // Calls use(id, mask) by id.
+  template <class Use>
+  void for_each(Use&& use) {
+    for (std::size_t id = 0; id < masks_.size(); ++id) {
+      if (masks_[id].area > 0) use(static_cast<std::uint16_t>(id), masks_[id]);
+    }
+  }
+
+ private:
+  std::vector<Mask> masks_;
+};
 
 PixelMask finished(Mask& mask, std::int64_t pixels) {
   if (mask.end < pixels) mask.counts.push_back(pixels - mask.end);
@@ -64,31 +111,31 @@ PixelMask finished(Mask& mask, std::int64_t pixels) {
 }  // namespace
 
 std::vector<Annotation> annotations(const LabelledImage& image) {
-  std::map<std::uint16_t, Mask> masks;
+  MaskTable masks;
   for_each_run(image.instance, image.rows, image.columns,
                [&](std::uint16_t id, std::int64_t start, int length) {
-                 add_run(masks[id], image.rows, start, length);
+                 add_run(masks.of(id), image.rows, start, length);
                });
   std::vector<Annotation> result;
-  for (auto& [id, mask] : masks) {
+  masks.for_each([&](std::uint16_t id, Mask& mask) {
     PixelMask pixels = finished(mask, std::int64_t{image.rows} * image.columns);
     result.push_back({id, pixels.box, pixels.area, std::move(pixels.rle_counts)});
-  }
+  });
   return result;
 }
 
 std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const double> occlusion,
                                    std::vector<Annotation>& annotations) {
-  std::map<std::uint16_t, Mask> masks;
+  MaskTable masks;
   for_each_run(amodal.set, amodal.rows, amodal.columns,
                [&](std::uint32_t set, std::int64_t start, int length) {
                  for (const std::uint16_t id : amodal.instances(set)) {
-                   add_run(masks[id], amodal.rows, start, length);
+                   add_run(masks.of(id), amodal.rows, start, length);
                  }
                });
   std::vector<Annotation> hidden;
   auto next = annotations.begin();
-  for (auto& [id, mask] : masks) {
+  masks.for_each([&](std::uint16_t id, Mask& mask) {
     while (next != annotations.end() && next->instance < id) ++next;
     Annotation* annotation = next != annotations.end() && next->instance == id ? &*next : nullptr;
     if (annotation == nullptr) {
@@ -98,7 +145,7 @@ std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const d
     annotation->amodal = finished(mask, std::int64_t{amodal.rows} * amodal.columns);
     annotation->occlusion =
         id < occlusion.size() ? occlusion[id] : std::numeric_limits<double>::quiet_NaN();
-  }
+  });
   return hidden;
 }
 
