@@ -182,14 +182,9 @@ class HiddenLabeller {
       beam.label(first + j, own.shadow.data() + row, own.set.data() + row, own.sets);
     }
     const auto base = static_cast<std::uint32_t>(block) * labels_.amodal.stride;
-    for (int n = 0; n < samples_; ++n) {
-      const std::size_t to = std::size_t(n) * beams_ + first;
-      for (int j = 0; j < count; ++j) {
-        const std::size_t from = std::size_t(j) * samples_ + n;
-        labels_.shadow[to + j] = own.shadow[from];
-        labels_.amodal.set[to + j] = own.set[from] == 0 ? 0 : base + own.set[from];
-      }
-    }
+    for (std::uint32_t& set : own.set) set = set == 0 ? 0 : base + set;
+    put_block(own.shadow, first, count, labels_.shadow);
+    put_block(own.set, first, count, labels_.amodal.set);
     sets_[block] = own.sets.take();
   }
 
@@ -199,6 +194,21 @@ class HiddenLabeller {
   }
 
  private:
+  // Columns that lie one after the other into the image's rows.
+  template <class T>
+  void put_block(const std::vector<T>& columns, int first, int count, std::vector<T>& image) const {
+    for (int n = 0; n < samples_; ++n) {
+      const T* from = columns.data() + n;
+      T* to = image.data() + std::size_t(n) * beams_ + first;
+      if (count == kShadowBlockBeams) {
+        // A count that the compiler knows: a few wide stores instead of a loop.
+        for (int j = 0; j < kShadowBlockBeams; ++j) to[j] = from[std::size_t(j) * samples_];
+      } else {
+        for (int j = 0; j < count; ++j) to[j] = from[std::size_t(j) * samples_];
+      }
+    }
+  }
+
   const HiddenInput& input_;
   const LabelledImage& image_;
   int beams_, samples_;
