@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <system_error>
@@ -16,6 +17,7 @@
 #include "app/make_sequences.h"
 #include "app/tables.h"
 #include "bench/machine.h"
+#include "core/stage_times.h"
 #include "dataset/work.h"
 #include "formats/files.h"
 
@@ -46,6 +48,7 @@ constexpr FileKind kKinds[] = {
 
 struct TimedRun {
   double pings_per_s = 0, core_ms_per_ping = 0, mb_per_ping = 0;
+  std::array<double, kStageCount> stages_ms{};  // of a ping
 };
 
 // The time of all threads, with the system's work for them.
@@ -72,7 +75,7 @@ Result<double> bytes_below(const fs::path& dir) {
 // As `generate` does it, once the world and the tables are there. The files stay.
 Status make_data_set(const SequenceWorlds& worlds, const Numerics& numerics,
                      const DataSetBenchOptions& options, const fs::path& dir, PingRange pings,
-                     PingRange sequences) {
+                     PingRange sequences, StageTimes& stages) {
   const StopWatch watch;
   const Workers workers(options.threads);
   FileHashes hashes;
@@ -84,8 +87,8 @@ Status make_data_set(const SequenceWorlds& worlds, const Numerics& numerics,
   if (!state) return state.error();
   Progress progress(ProgressStyle::quiet, 0, 0);
   Turns turns(workers.threads());
-  Status made = make_sequences({numerics, workers.threads(), turns, progress}, dir, worlds,
-                               work->sequences());
+  const Crew crew{numerics, workers.threads(), turns, progress, nullptr, &stages};
+  Status made = make_sequences(crew, dir, worlds, work->sequences());
   if (!made) return made;
   return finish_work(dir, worlds, std::move(*work), workers.threads(), watch.ms() / 1e3);
 }
@@ -105,13 +108,34 @@ Result<TimedRun> run_once(const SequenceWorlds& worlds, const Numerics& numerics
   const fs::path dir = options.folder / "data_set";
   const StopWatch watch;
   const double core_before_ms = core_ms();
-  const Status made = make_data_set(worlds, numerics, options, dir, {0, each}, {0, sequences});
+  StageTimes stages;
+  const Status made =
+      make_data_set(worlds, numerics, options, dir, {0, each}, {0, sequences}, stages);
   const double ms = watch.ms(), used_ms = core_ms() - core_before_ms;
   const Result<double> bytes = made ? bytes_below(dir) : Result<double>(made.error());
   std::error_code ignored;
   fs::remove_all(dir, ignored);
   if (!bytes) return bytes.error();
-  return TimedRun{1e3 * report.pings / ms, used_ms / report.pings, *bytes / 1e6 / report.pings};
+  TimedRun run{1e3 * report.pings / ms, used_ms / report.pings, *bytes / 1e6 / report.pings, {}};
+  for (std::size_t s = 0; s < run.stages_ms.size(); ++s) {
+    run.stages_ms[s] = 1e-6 * static_cast<double>(stages.ns[s]) / report.pings;
+  }
+  return run;
+}
+
+void add_stages(const std::vector<TimedRun>& runs, FileKindReport& report) {
+  double rest_ms = report.core_ms_per_ping, physics_ms = 0;
+  for (int s = 0; s < kStageCount; ++s) {
+    std::vector<double> ms;
+    for (const TimedRun& run : runs) ms.push_back(run.stages_ms[static_cast<std::size_t>(s)]);
+    const auto stage = static_cast<Stage>(s);
+    const double middle_ms = median(ms);
+    report.stages.push_back({stage_name(stage), middle_ms});
+    rest_ms -= middle_ms;
+    if (is_physics(stage)) physics_ms += middle_ms;
+  }
+  report.stages.push_back({"rest", std::max(0.0, rest_ms)});
+  report.physics_share = physics_ms / report.core_ms_per_ping;
 }
 
 FileKindReport summary_of(const FileKind& kind, const std::vector<TimedRun>& runs) {
@@ -122,12 +146,49 @@ FileKindReport summary_of(const FileKind& kind, const std::vector<TimedRun>& run
   };
   const std::vector<double> rates = all(&TimedRun::pings_per_s);
   const auto [least, most] = std::minmax_element(rates.begin(), rates.end());
-  return {kind.name,
-          median(rates),
-          *least,
-          *most,
-          median(all(&TimedRun::core_ms_per_ping)),
-          median(all(&TimedRun::mb_per_ping))};
+  FileKindReport report{kind.name,
+                        median(rates),
+                        *least,
+                        *most,
+                        median(all(&TimedRun::core_ms_per_ping)),
+                        median(all(&TimedRun::mb_per_ping)),
+                        {},
+                        0};
+  add_stages(runs, report);
+  return report;
+}
+
+// Every kind once, then all of them again.
+Result<DataSetReport> measure(std::string name, const ScenarioOptions& input,
+                              std::span<const FileKind> kinds, const DataSetBenchOptions& options) {
+  Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
+  if (!numerics) return numerics.error();
+  numerics->tables = std::make_shared<TableCache>();
+  DataSetReport report;
+  report.name = std::move(name);
+  report.runs = options.runs;
+  std::vector<std::vector<TimedRun>> runs(kinds.size());
+  for (int i = 0; i < options.runs; ++i) {
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      if (options.on_progress) {
+        options.on_progress(fmt::format("data set {}, run {} of {}: {}", report.name, i + 1,
+                                        options.runs, kinds[k].name));
+      }
+      ScenarioOptions with_kind = input;
+      if (kinds[k].output != nullptr) {
+        with_kind.overrides.emplace_back("output", kinds[k].output);
+      }
+      const Result<SequenceWorlds> worlds = SequenceWorlds::open(with_kind);
+      if (!worlds) return worlds.error();
+      const Result<TimedRun> run = run_once(*worlds, *numerics, options, report);
+      if (!run) return run.error();
+      runs[k].push_back(*run);
+    }
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    report.kinds.push_back(summary_of(kinds[k], runs[k]));
+  }
+  return report;
 }
 
 }  // namespace
@@ -138,31 +199,13 @@ Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenc
   const std::string name = std::string(which.name) + ".yaml";
   const auto written = write_file_atomically(options.folder, name, which.text);
   if (!written) return written.error();
-  Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
-  if (!numerics) return numerics.error();
-  numerics->tables = std::make_shared<TableCache>();
-  DataSetReport report;
-  report.name = which.name;
-  report.runs = options.runs;
-  std::vector<std::vector<TimedRun>> runs(std::size(kKinds));
-  for (int i = 0; i < options.runs; ++i) {
-    for (std::size_t k = 0; k < runs.size(); ++k) {
-      if (options.on_progress) {
-        options.on_progress(fmt::format("data set {}, run {} of {}: {}", which.name, i + 1,
-                                        options.runs, kKinds[k].name));
-      }
-      const Result<SequenceWorlds> worlds =
-          SequenceWorlds::open({options.folder / name, {{"output", kKinds[k].output}}});
-      if (!worlds) return worlds.error();
-      const Result<TimedRun> run = run_once(*worlds, *numerics, options, report);
-      if (!run) return run.error();
-      runs[k].push_back(*run);
-    }
-  }
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    report.kinds.push_back(summary_of(kKinds[k], runs[k]));
-  }
-  return report;
+  return measure(which.name, {options.folder / name, {}}, kKinds, options);
+}
+
+Result<DataSetReport> bench_scenario(const ScenarioOptions& input,
+                                     const DataSetBenchOptions& options) {
+  constexpr FileKind kOwn[] = {{"as it is", nullptr}};
+  return measure(input.scenario.stem().string(), input, kOwn, options);
 }
 
 namespace {
@@ -177,6 +220,7 @@ struct Chosen {
 // A name may stand for a case of both. Error (usage): it stands for none.
 Result<Chosen> chosen_cases(const BenchCommandOptions& options) {
   Chosen chosen;
+  if (!options.input.scenario.empty()) return chosen;
   std::vector<std::string> names;
   const auto is_chosen = [&](const std::string& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -199,7 +243,8 @@ Result<Chosen> chosen_cases(const BenchCommandOptions& options) {
 
 Status measure_data_sets(const BenchCommandOptions& options, const std::vector<DataSetCase>& cases,
                          BenchReport& report) {
-  if (cases.empty()) return {};
+  const bool has_scenario = !options.input.scenario.empty();
+  if (cases.empty() && !has_scenario) return {};
   // An interrupt ends a data set as it ends `generate`, so that its files are removed.
   listen_for_interrupts();
   const auto disk = options.disk.empty() ? std::filesystem::temp_directory_path() : options.disk;
@@ -210,10 +255,14 @@ Status measure_data_sets(const BenchCommandOptions& options, const std::vector<D
   run.pings = options.pings;
   run.folder = folder->path();
   run.on_progress = tell_progress;
-  for (const DataSetCase& c : cases) {
-    Result<DataSetReport> measured = bench_data_set(c, run);
+  const auto add = [&](Result<DataSetReport> measured) -> Status {
     if (!measured) return measured.error();
     report.data_sets.push_back(std::move(*measured));
+    return {};
+  };
+  if (has_scenario) return add(bench_scenario(options.input, run));
+  for (const DataSetCase& c : cases) {
+    if (Status added = add(bench_data_set(c, run)); !added) return added;
   }
   return {};
 }

@@ -2,7 +2,7 @@
 //
 //   DataSetCase  data_set_cases   the scenarios, embedded by the build
 //   FileKind     file_kinds       what `output` asks for in each row
-//   DataSetBenchOptions  bench_data_set
+//   DataSetBenchOptions  bench_data_set  bench_scenario
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 
+#include "app/commands.h"
 #include "bench/bench.h"
 #include "core/error.h"
 
@@ -46,5 +47,9 @@ struct DataSetBenchOptions {
 // Makes a data set of each kind, then all of them again, so that what else the machine does meets
 // every kind alike. Errors: usage (the scenario is wrong), io, interrupted.
 Result<DataSetReport> bench_data_set(const DataSetCase& which, const DataSetBenchOptions& options);
+
+// The same of a scenario with the files that it asks for itself, named after its file.
+Result<DataSetReport> bench_scenario(const ScenarioOptions& input,
+                                     const DataSetBenchOptions& options);
 
 }  // namespace ensonify

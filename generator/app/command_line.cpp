@@ -232,15 +232,21 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
-void add_bench(CLI::App& app, BenchCommandOptions& options) {
+void add_bench(CLI::App& app, Arguments& arguments) {
+  BenchCommandOptions& options = arguments.bench;
   CLI::App& command =
       *app.add_subcommand("bench", "speed of this machine, stage by stage and of whole data sets");
+  CLI::Option* scenario = command.add_option("SCENARIO", arguments.scenario,
+                                             "measure data sets of this scenario alone");
+  add_set(command, arguments, "a key of the scenario")->needs(scenario);
   command.add_option("--json", options.json, "write the numbers to this file as well");
-  offer(*command.add_option("--case", options.case_name, "only this case"), bench_cases());
+  CLI::Option* only_case = command.add_option("--case", options.case_name, "only this case");
+  offer(*only_case->excludes(scenario), bench_cases());
   command
       .add_option("--only", options.only,
                   "stages, or data_sets (from scene to disk, by kind of file); both by default")
-      ->check(CLI::IsMember({"stages", "data_sets"}));
+      ->check(CLI::IsMember({"stages", "data_sets"}))
+      ->excludes(scenario);
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
   command
@@ -255,6 +261,14 @@ void add_bench(CLI::App& app, BenchCommandOptions& options) {
                      "folder for files that are written and removed; a temporary one by default");
 }
 
+Status run_bench_command(const Arguments& arguments) {
+  Result<ScenarioOptions> input = scenario_options(arguments);
+  if (!input) return input.error();
+  BenchCommandOptions options = arguments.bench;
+  options.input = std::move(*input);
+  return bench(options);
+}
+
 // The command that was asked for, its arguments filled in; the parser's own exit otherwise.
 Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("sweep")) return run_sweep_command(arguments);
@@ -264,7 +278,7 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
     return exit_status(verify(arguments.folder, arguments.threads));
   }
   if (app.got_subcommand("export")) return exit_status(run_export(arguments.views));
-  if (app.got_subcommand("bench")) return exit_status(bench(arguments.bench));
+  if (app.got_subcommand("bench")) return exit_status(run_bench_command(arguments));
   if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
   if (app.got_subcommand("figure")) return exit_status(run_figure(arguments.views));
   if (app.got_subcommand("preview")) {
@@ -317,7 +331,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_figure(app, arguments.views);
   add_scenario_arguments(add_preview(app, arguments.views), arguments);
   add_sweep(app, arguments);
-  add_bench(app, arguments.bench);
+  add_bench(app, arguments);
   add_presets(app, arguments.preset);
   try {
     app.parse(argc, argv);

@@ -55,6 +55,7 @@ struct SweepOptions : MakeOptions {
 };
 
 struct BenchCommandOptions {
+  ScenarioOptions input;       // measures data sets of this scenario alone; none: of the cases
   std::filesystem::path json;  // empty: not written
   std::optional<std::string> case_name;
   std::string only;          // stages or data_sets; empty: both

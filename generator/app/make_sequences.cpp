@@ -59,7 +59,8 @@ Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, P
   if (Status go = unless_interrupted(run); !go) return go;
   const Result<EncodedPing> encoded = encoded_ping(run, pipeline, ping, std::move(start), workers);
   if (!encoded) return encoded.error();
-  Status stored = store_ping(run.dir, pipeline.info(), *encoded);
+  Status stored =
+      timed(workers, Stage::store, [&] { return store_ping(run.dir, pipeline.info(), *encoded); });
   if (stored) run.ping_done();
   return stored;
 }
@@ -109,7 +110,8 @@ Status make_pings(const Run& run, const Pipeline& pipeline,
   return in_lanes(lanes, missing.size(), [&](std::size_t, std::size_t i) {
     PingStart start;
     if (missing[i] == 0) start = std::exchange(ping_zero, {});
-    return make_ping(run, pipeline, missing[i], std::move(start), Workers(within));
+    const Workers workers(within, run.crew.stage_times);
+    return make_ping(run, pipeline, missing[i], std::move(start), workers);
   });
 }
 

@@ -23,6 +23,7 @@
 #include "app/terminal.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/stage_times.h"
 
 namespace ensonify {
 
@@ -86,6 +87,7 @@ struct Crew {
   Turns& turns;  // one for each thread
   Progress& progress;
   const std::atomic<bool>* stopped = nullptr;  // true ends them as an interrupt does
+  StageTimes* stage_times = nullptr;           // for benchmarks
 };
 
 std::uint64_t pings_found(const std::filesystem::path& dir,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acoustics/propagation.h"
+#include "core/stage_times.h"
 #include "synthesis/backend.h"
 #include "trace/adaptive.h"
 #include "trace/motion.h"
@@ -170,7 +171,10 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 // With everything where it is when the ping goes out.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
-  const auto [hits, paths] = trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
+  const auto [hits, paths] = timed(workers, Stage::trace, [&] {
+    return trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
+  });
+  std::optional<StageTimer> timer(std::in_place, workers, Stage::scatterers);
   const OtherEchoes other = other_echoes(moment, hits, workers);
   PingEchoes echoes;
   echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), other.heard, workers);
@@ -178,6 +182,7 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);
   if (!with_hidden) return echoes;
+  timer.emplace(workers, Stage::hidden);
   const FanHitsBehind behind =
       trace_behind(tracer, fan, hits, pose, session.sonar, session.water, workers);
   echoes.hidden = hidden_echoes(fan, hits, behind, other.points, scattering,

@@ -6,6 +6,7 @@
 #include "acoustics/refraction.h"
 #include "app/layers.h"
 #include "core/random.h"
+#include "core/stage_times.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
 #include "labels/polar.h"
@@ -45,6 +46,7 @@ std::vector<float> first_return_of(const Session& session, const PingEchoes& ech
 }
 
 PingSeries synthesized(const PingSetup& setup, const PingTask& task, const Workers& workers) {
+  const StageTimer timer(workers, Stage::synthesis);
   PingSeries series;
   setup.tables->backend->synthesize({&task, 1}, {&series, 1}, workers);
   return series;
@@ -154,9 +156,12 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
   const OutputSelection& output = info.output;
   const PipelineTables& tables = *setup.tables;
   const PolarInput input = polar_input(setup, echoes, series);
-  LabelledImage polar = made ? std::move(*made) : polar_image(input, workers);
+  LabelledImage polar =
+      made ? std::move(*made)
+           : timed(workers, Stage::labels, [&] { return polar_image(input, workers); });
   HiddenLabels hidden;
   if (output.shadow || output.amodal) {
+    const StageTimer timer(workers, Stage::shadow);
     hidden = hidden_labels(
         {input, echoes.hidden, tables.hidden_power.per_energy, tables.hidden_power.pulse}, polar,
         workers);
@@ -164,22 +169,28 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
   if (output.shadow) polar.shadow = std::move(hidden.shadow);
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
   if (output.png || output.polar) {
+    const StageTimer timer(workers, Stage::annotations);
     result.polar_annotations = annotations(polar);
     if (output.amodal) {
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
   }
-  if (output.png) result.polar_grey = grey_of(setup, polar);
+  if (output.png) {
+    result.polar_grey = timed(workers, Stage::grey, [&] { return grey_of(setup, polar); });
+  }
   if (output.cartesian) {
     const auto cartesian_of = [&](const auto& image) {
+      const StageTimer timer(workers, Stage::cartesian);
       return resample(image, *info.cartesian, tables.cartesian_map);
     };
     LabelledImage cartesian = cartesian_of(polar);
-    result.cartesian_annotations = annotations(cartesian);
-    if (output.amodal) {
-      result.cartesian_hidden =
-          add_amodal(cartesian_of(hidden.amodal), occlusion, result.cartesian_annotations);
-    }
+    InstanceSets amodal;
+    if (output.amodal) amodal = cartesian_of(hidden.amodal);
+    timed(workers, Stage::annotations, [&] {
+      result.cartesian_annotations = annotations(cartesian);
+      if (!output.amodal) return;
+      result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
+    });
     if (output.png) result.cartesian_grey = cartesian_of(*result.polar_grey);
     result.cartesian = std::move(cartesian);
   }

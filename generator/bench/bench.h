@@ -87,6 +87,10 @@ struct FileKindReport {
   double pings_per_s = 0, least_pings_per_s = 0, most_pings_per_s = 0;  // median and range of runs
   double core_ms_per_ping = 0;  // of all threads and the system, summed; median
   double mb_per_ping = 0;       // of all files of the data set
+  // Where core_ms_per_ping goes (core/stage_times.h); `rest` is what no stage counts: the start of
+  // sequences, and finishing.
+  std::vector<Timing> stages;
+  double physics_share = 0;  // of core_ms_per_ping
 };
 
 struct DataSetReport {

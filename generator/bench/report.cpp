@@ -61,11 +61,11 @@ Json json_of(const CaseReport& c) {
 Json json_of(const DataSetReport& d) {
   Json kinds = Json::object();
   for (const FileKindReport& k : d.kinds) {
-    kinds[k.name] = {{"pings_per_s", k.pings_per_s},
-                     {"pings_per_s_least", k.least_pings_per_s},
-                     {"pings_per_s_most", k.most_pings_per_s},
-                     {"core_ms_per_ping", k.core_ms_per_ping},
-                     {"mb_per_ping", k.mb_per_ping}};
+    kinds[k.name] = {
+        {"pings_per_s", k.pings_per_s},           {"pings_per_s_least", k.least_pings_per_s},
+        {"pings_per_s_most", k.most_pings_per_s}, {"core_ms_per_ping", k.core_ms_per_ping},
+        {"mb_per_ping", k.mb_per_ping},           {"physics_share", k.physics_share},
+        {"stages_ms", times_of(k.stages)}};
   }
   return {{"beams", d.beams},
           {"samples", d.samples},
@@ -137,18 +137,36 @@ std::string case_text(const CaseReport& c) {
   return text;
 }
 
+// "default, ms of a core for a ping: trace 7.9, ...", in lines of a hundred characters.
+std::string stages_text(const FileKindReport& k) {
+  std::string text, line = fmt::format("  {}, ms of a core for a ping:", k.name);
+  for (const Timing& stage : k.stages) {
+    if (stage.ms <= 0) continue;
+    const std::string item = fmt::format(" {} {},", stage.name, number(stage.ms));
+    if (line.size() + item.size() > 100) {
+      text += line + "\n";
+      line = "   ";
+    }
+    line += item;
+  }
+  line.back() = '\n';
+  return text + line;
+}
+
 std::string data_set_text(const DataSetReport& d) {
   std::string text = fmt::format(
       "\nwhole data sets, {}: {} beams x {} samples; medians of {} runs of {} pings\n"
-      "  {:<16} {:>9}  {:>15}  {:>13}  {:>8}\n",
+      "  {:<16} {:>9}  {:>15}  {:>13}  {:>8}  {:>8}\n",
       d.name, d.beams, d.samples, d.runs, d.pings, "files", "pings/s", "least to most",
-      "core ms/ping", "MB/ping");
+      "core ms/ping", "MB/ping", "physics");
   for (const FileKindReport& k : d.kinds) {
     const std::string range =
         fmt::format("{} to {}", number(k.least_pings_per_s), number(k.most_pings_per_s));
-    text += fmt::format("  {:<16} {:>9}  {:>15}  {:>13}  {:>8}\n", k.name, number(k.pings_per_s),
-                        range, number(k.core_ms_per_ping), number(k.mb_per_ping));
+    text += fmt::format("  {:<16} {:>9}  {:>15}  {:>13}  {:>8}  {:>6.0f} %\n", k.name,
+                        number(k.pings_per_s), range, number(k.core_ms_per_ping),
+                        number(k.mb_per_ping), 100 * k.physics_share);
   }
+  for (const FileKindReport& k : d.kinds) text += stages_text(k);
   return text;
 }
 

@@ -81,7 +81,8 @@ void Workers::for_each(std::size_t count, const std::function<void(std::size_t)>
 
 #endif
 
-Workers::Workers(int threads) : impl_(std::make_unique<Impl>(thread_count(threads))) {}
+Workers::Workers(int threads, StageTimes* stage_times)
+    : impl_(std::make_unique<Impl>(thread_count(threads))), stage_times_(stage_times) {}
 Workers::~Workers() = default;
 int Workers::threads() const { return impl_->threads; }
 

@@ -8,15 +8,19 @@
 
 namespace ensonify {
 
+struct StageTimes;
+
 class Workers {
  public:
-  // threads = 0: as many as the machine has.
-  explicit Workers(int threads = 0);
+  // threads = 0: as many as the machine has. `stage_times`: where the stages that these workers do
+  // add their processor time (stage_times.h).
+  explicit Workers(int threads = 0, StageTimes* stage_times = nullptr);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   int threads() const;
+  StageTimes* stage_times() const { return stage_times_; }
 
   // Calls body(i) once for every i in [0, count), in any order, and returns when all are done.
   // Each i must write only what it owns: then results cannot depend on the number of threads.
@@ -26,6 +30,7 @@ class Workers {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  StageTimes* stage_times_;
 };
 
 // Whether Workers are TBB's. Where they are not, no library may start TBB's threads either.

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/stage_times.h"
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
@@ -26,8 +27,15 @@ namespace {
 // One file: where it goes and how its bytes come about.
 struct FileJob {
   std::string name_template;
+  Stage stage;
   std::function<Result<std::string>()> encode;
 };
+
+Stage stage_of(FileCodec codec) {
+  if (codec == FileCodec::exr || codec == FileCodec::series_exr) return Stage::encode_exr;
+  if (codec == FileCodec::png) return Stage::encode_png;
+  return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
+}
 
 // Whether the cells of a row are there, and in an image of its size.
 bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& result) {
@@ -148,25 +156,26 @@ std::vector<FileJob> jobs_of(const SequenceInfo& info, const PingResult& result)
   });
   std::vector<FileJob> jobs;
   if (info.output.packed) {
-    jobs.push_back(
-        {layout::kPiece, [&]() -> Result<std::string> { return encode_piece(info, result); }});
+    jobs.push_back({layout::kPiece, Stage::encode_other,
+                    [&]() -> Result<std::string> { return encode_piece(info, result); }});
   }
   for (const CatalogueRow* row : rows) {
-    jobs.push_back({row->file, [&info, &result, row] { return encode_file(*row, info, result); }});
+    jobs.push_back({row->file, stage_of(row->codec),
+                    [&info, &result, row] { return encode_file(*row, info, result); }});
   }
   return jobs;
 }
 
-Result<EncodedFile> do_job(std::uint32_t ping, const FileJob& job) {
+Result<EncodedFile> do_job(std::uint32_t ping, const FileJob& job, const Workers& workers) {
   EncodedFile file;
   file.name_template = job.name_template;
   file.entry.path = layout::ping_file(job.name_template, ping);
   return without_exceptions("encoding " + file.entry.path, [&]() -> Result<EncodedFile> {
-    Result<std::string> bytes = job.encode();
+    Result<std::string> bytes = timed(workers, job.stage, job.encode);
     if (!bytes) return bytes.error();
     file.bytes = std::move(*bytes);
     file.entry.bytes = file.bytes.size();
-    file.entry.sha256 = sha256_hex(file.bytes);
+    file.entry.sha256 = timed(workers, Stage::hash, [&] { return sha256_hex(file.bytes); });
     return std::move(file);
   });
 }
@@ -175,7 +184,8 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
                                const Workers& workers) {
   const auto jobs = jobs_of(info, result);
   std::vector<std::optional<Result<EncodedFile>>> done(jobs.size());
-  workers.for_each(jobs.size(), [&](std::size_t i) { done[i] = do_job(result.ping, jobs[i]); });
+  workers.for_each(jobs.size(),
+                   [&](std::size_t i) { done[i] = do_job(result.ping, jobs[i], workers); });
   EncodedPing encoded;
   encoded.ping = result.ping;
   std::vector<FileEntry> entries;
@@ -184,7 +194,8 @@ Result<EncodedPing> encode_all(const SequenceInfo& info, const PingResult& resul
     entries.push_back((*file)->entry);
     encoded.files.push_back(std::move(**file));
   }
-  encoded.record = to_text(record_of(info, result, std::move(entries)));
+  encoded.record = timed(workers, Stage::record,
+                         [&] { return to_text(record_of(info, result, std::move(entries))); });
   return encoded;
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/bench_data_sets.h"
@@ -27,7 +28,8 @@ DataSetBenchOptions tiny_options(const fs::path& folder) {
 double generated_bytes(const FileKind& kind) {
   const Maker maker;
   GenerateOptions options = maker.options("out");
-  options.input.overrides = {{"output", kind.output}};
+  options.input.overrides.clear();
+  if (kind.output != nullptr) options.input.overrides = {{"output", kind.output}};
   options.pings = {0, 2};
   const std::map<std::string, std::string> files = maker.make(options);
   auto bytes = static_cast<double>(fs::file_size(options.output / "provenance.json"));
@@ -54,12 +56,18 @@ TEST_CASE("a bench of a tiny data set gives every kind of file") {
   for (const FileKind& kind : file_kinds()) {
     INFO(kind.name);
     const nlohmann::json& row = tiny.at("kinds").at(kind.name);
-    CHECK(row.size() == 5);
+    CHECK(row.size() == 7);
+    double stages_ms = 0;
     for (const auto& [member, number] : row.items()) {
       INFO(member);
+      if (member == "stages_ms") continue;
       CHECK(std::isfinite(number.get<double>()));
       CHECK(number.get<double>() > 0);
     }
+    for (const auto& [stage, ms] : row.at("stages_ms").items()) stages_ms += ms.get<double>();
+    // One run: its stages and the rest are all that it took.
+    CHECK(stages_ms == Approx(row.at("core_ms_per_ping").get<double>()).epsilon(1e-3));
+    CHECK(row.at("physics_share").get<double>() < 1);
     CHECK(text.find(kind.name) != std::string::npos);
     // Only the time in provenance.json differs, and with it the number of its digits.
     const double bytes = 2e6 * row.at("mb_per_ping").get<double>();
@@ -88,6 +96,22 @@ TEST_CASE("a data set takes its pings from as many sequences as it needs") {
   const auto report = bench_data_set({"long", text.c_str()}, options);
   if (!report) FAIL(report.error().message);
   CHECK(report->pings == 8);
+}
+
+// Protects `ensonify bench SCENARIO`: its data set has the files and keys that were asked for.
+TEST_CASE("a bench of a scenario makes that scenario's files") {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "small.yaml";
+  std::ofstream(file) << kSmall;
+  const DataSetBenchOptions options = tiny_options(folder.path());
+  const auto plain = bench_scenario({file, {}}, options);
+  if (!plain) FAIL(plain.error().message);
+  CHECK(plain->name == "small");
+  REQUIRE(plain->kinds.size() == 1);
+  CHECK(1e6 * 2 * plain->kinds[0].mb_per_ping == Approx(generated_bytes({"", nullptr})).margin(20));
+  const auto series = bench_scenario({file, {{"output", file_kinds()[0].output}}}, options);
+  if (!series) FAIL(series.error().message);
+  CHECK(series->kinds[0].mb_per_ping < plain->kinds[0].mb_per_ping);
 }
 
 // Protects the figures from another configuration than the one that they are published for.
