@@ -15,11 +15,10 @@ struct Mask {
   int left = 0, right = 0, top = 0, bottom = 0;
 };
 
-// Adds the run of ones [start, start + length) that lies in one column.
-void add_run(Mask& mask, int rows, std::int64_t start, std::int64_t length) {
-  const int column = static_cast<int>(start / rows);
-  const int row = static_cast<int>(start % rows);
-  const int last_row = row + static_cast<int>(length) - 1;
+// Adds the ones of `length` rows of a column, from `row` on.
+void add_run(Mask& mask, int rows, int column, int row, int length) {
+  const std::int64_t start = std::int64_t{column} * rows + row;
+  const int last_row = row + length - 1;
   if (mask.area == 0) {
     mask.left = column;
     mask.top = row;
@@ -44,12 +43,31 @@ struct ColumnRun {
   int row = 0, length = 0;
 };
 
-// The runs of equal values other than 0 in each column. Row by row, as the image lies in memory:
-// where a cache line equals the one above it, nothing ends.
+// Calls visit(i) where two rows differ. Most of a row equals the one above it and is passed eight
+// bytes at a time.
+template <class T, class Visit>
+void for_each_difference(const T* above, const T* here, int count, Visit&& visit) {
+  constexpr int kWord = sizeof(std::uint64_t) / sizeof(T);
+  int i = 0;
+  for (; i + kWord <= count; i += kWord) {
+    std::uint64_t a = 0, b = 0;
+    std::memcpy(&a, above + i, sizeof a);
+    std::memcpy(&b, here + i, sizeof b);
+    if (a == b) continue;
+    for (int k = i; k < i + kWord; ++k) {
+      if (above[k] != here[k]) visit(k);
+    }
+  }
+  for (; i < count; ++i) {
+    if (above[i] != here[i]) visit(i);
+  }
+}
+
+// The runs of equal values other than 0 in each column, found row by row, as the image lies in
+// memory.
 template <class T>
 std::vector<std::vector<ColumnRun<T>>> column_runs(const std::vector<T>& pixels, int rows,
                                                    int columns) {
-  constexpr int kLine = 64 / sizeof(T);
   std::vector<std::vector<ColumnRun<T>>> runs(static_cast<std::size_t>(columns));
   std::vector<int> start(runs.size());
   const auto end_run = [&](int column, T value, int row) {
@@ -58,27 +76,21 @@ std::vector<std::vector<ColumnRun<T>>> column_runs(const std::vector<T>& pixels,
   };
   const T* above = pixels.data();
   for (int row = 1; row < rows; ++row, above += columns) {
-    const T* here = above + columns;
-    for (int first = 0; first < columns; first += kLine) {
-      const int end = std::min(first + kLine, columns);
-      if (std::memcmp(here + first, above + first, sizeof(T) * (end - first)) == 0) continue;
-      for (int column = first; column < end; ++column) {
-        if (here[column] != above[column]) end_run(column, above[column], row);
-      }
-    }
+    for_each_difference(above, above + columns, columns,
+                        [&](int column) { end_run(column, above[column], row); });
   }
   for (int column = 0; column < columns; ++column) end_run(column, above[column], rows);
   return runs;
 }
 
-// Calls visit(value, start, length) for the runs of equal values other than 0, each in one column,
-// start counting down the columns.
+// Calls visit(value, column, row, length) for the runs of equal values other than 0, column by
+// column.
 template <class T, class Visit>
 void for_each_run(const std::vector<T>& pixels, int rows, int columns, Visit&& visit) {
-  std::int64_t top = 0;
-  for (const auto& column : column_runs(pixels, rows, columns)) {
-    for (const ColumnRun<T>& run : column) visit(run.value, top + run.row, run.length);
-    top += rows;
+  int column = 0;
+  for (const auto& runs : column_runs(pixels, rows, columns)) {
+    for (const ColumnRun<T>& run : runs) visit(run.value, column, run.row, run.length);
+    ++column;
   }
 }
 
@@ -113,8 +125,8 @@ PixelMask finished(Mask& mask, std::int64_t pixels) {
 std::vector<Annotation> annotations(const LabelledImage& image) {
   MaskTable masks;
   for_each_run(image.instance, image.rows, image.columns,
-               [&](std::uint16_t id, std::int64_t start, int length) {
-                 add_run(masks.of(id), image.rows, start, length);
+               [&](std::uint16_t id, int column, int row, int length) {
+                 add_run(masks.of(id), image.rows, column, row, length);
                });
   std::vector<Annotation> result;
   masks.for_each([&](std::uint16_t id, Mask& mask) {
@@ -128,9 +140,9 @@ std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const d
                                    std::vector<Annotation>& annotations) {
   MaskTable masks;
   for_each_run(amodal.set, amodal.rows, amodal.columns,
-               [&](std::uint32_t set, std::int64_t start, int length) {
+               [&](std::uint32_t set, int column, int row, int length) {
                  for (const std::uint16_t id : amodal.instances(set)) {
-                   add_run(masks.of(id), amodal.rows, start, length);
+                   add_run(masks.of(id), amodal.rows, column, row, length);
                  }
                });
   std::vector<Annotation> hidden;
@@ -150,7 +162,9 @@ std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const d
 }
 
 std::string rle_counts(const std::vector<std::int64_t>& counts) {
-  std::string text;
+  constexpr std::size_t kMostGroups = 13;  // 64 bits, five at a time
+  std::string text(counts.size() * kMostGroups, '\0');
+  char* out = text.data();
   for (std::size_t i = 0; i < counts.size(); ++i) {
     std::int64_t value = counts[i] - (i > 2 ? counts[i - 2] : 0);
     for (bool more = true; more;) {
@@ -159,9 +173,10 @@ std::string rle_counts(const std::vector<std::int64_t>& counts) {
       // Done when what is left is only the sign, and the group's top bit says the same.
       more = (group & 0x10) ? value != -1 : value != 0;
       if (more) group |= 0x20;
-      text.push_back(static_cast<char>(group + 48));
+      *out++ = static_cast<char>(group + 48);
     }
   }
+  text.resize(static_cast<std::size_t>(out - text.data()));
   return text;
 }
 
