@@ -264,11 +264,13 @@ std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
       const Scatterer& s = scatterers.items[i];
       if (s.path != 0) continue;
-      const double range =
-          instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2 : length(s.position_m);
+      // The root of the least square is the least length.
+      const double range = instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2
+                                                    : dot(s.position_m, s.position_m);
       nearest = std::min(nearest, range);
     }
-    if (std::isfinite(nearest)) ranges[j] = static_cast<float>(nearest);
+    if (!std::isfinite(nearest)) continue;
+    ranges[j] = static_cast<float>(instrument_speed_m_s > 0 ? nearest : std::sqrt(nearest));
   }
   return ranges;
 }

@@ -18,12 +18,38 @@ double elevation_step_rad(const Sonar& sonar) {
 
 double azimuth_step_rad(const Sonar& sonar) { return sonar.beam_spacing_rad / sonar.rays_azimuth; }
 
-// The slant at a hit of ray `ray`.
-Slant slant_at(const Fan& fan, std::size_t ray, const Hit& hit, const Pose& sonar_in_world) {
-  const std::size_t rows = fan.elevation_rad.size();
-  return slant_of(rotate(conjugate(sonar_in_world.rotation), hit.normal), hit.range_m,
-                  fan.azimuth_rad[ray / rows], fan.elevation_rad[ray % rows]);
+struct Turn {
+  double cosine = 1, sine = 0;
+};
+
+Slant slant_of(Vec3 normal, double range_m, const Turn& azimuth, const Turn& elevation) {
+  const auto [ca, sa] = azimuth;
+  const auto [ce, se] = elevation;
+  const double along = dot(normal, {ce * ca, ce * sa, se});
+  const double turned = dot(normal, {-ce * sa, ce * ca, 0}),
+               raised = dot(normal, {-se * ca, -se * sa, ce});
+  return {-range_m * turned / along, -range_m * raised / along};
 }
+
+Turn turn_of(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
+
+// The slants at hits of a fan, whose rows and columns share their angles.
+class FanSlants {
+ public:
+  FanSlants(const Fan& fan, const Pose& sonar_in_world)
+      : to_sonar_(conjugate(sonar_in_world.rotation)) {
+    for (const double angle_rad : fan.azimuth_rad) azimuth_.push_back(turn_of(angle_rad));
+    for (const double angle_rad : fan.elevation_rad) elevation_.push_back(turn_of(angle_rad));
+  }
+  Slant at(std::size_t ray, const Hit& hit) const {
+    return slant_of(rotate(to_sonar_, hit.normal), hit.range_m, azimuth_[ray / elevation_.size()],
+                    elevation_[ray % elevation_.size()]);
+  }
+
+ private:
+  Quat to_sonar_;
+  std::vector<Turn> azimuth_, elevation_;
+};
 
 std::uint16_t pieces_for(const Sonar& sonar, double scatterers) {
   const double wanted = std::ceil(sonar.rays_per_cell / scatterers);
@@ -73,12 +99,7 @@ ResolutionCell resolution_cell(const Sonar& sonar, const Water& water, int trans
 }
 
 Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation_rad) {
-  const double ca = std::cos(azimuth_rad), sa = std::sin(azimuth_rad);
-  const double ce = std::cos(elevation_rad), se = std::sin(elevation_rad);
-  const double along = dot(normal, {ce * ca, ce * sa, se});
-  const double turned = dot(normal, {-ce * sa, ce * ca, 0}),
-               raised = dot(normal, {-se * ca, -se * sa, ce});
-  return {-range_m * turned / along, -range_m * raised / along};
+  return slant_of(normal, range_m, turn_of(azimuth_rad), turn_of(elevation_rad));
 }
 
 double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant) {
@@ -91,10 +112,11 @@ double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const
 double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
                           std::span<const Hit> hits, const Pose& sonar_in_world, double least) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
+  const FanSlants slants(fan, sonar_in_world);
   double all_m = 0, undersampled_m = 0;
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     if (!is_usable(hits[ray], sonar)) continue;
-    const Slant slant = slant_at(fan, ray, hits[ray], sonar_in_world);
+    const Slant slant = slants.at(ray, hits[ray]);
     double count = scatterers_per_cell(sonar, cell, slant);
     if (sonar.rays_per_cell > 0) count *= pieces_for(sonar, count);
     const double passes_m = std::clamp(std::abs(slant.elevation_m) * elevation_step_rad(sonar),
@@ -109,10 +131,11 @@ std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionC
                                            const Fan& fan, std::span<const Hit> hits,
                                            const Pose& sonar_in_world) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
+  const FanSlants slants(fan, sonar_in_world);
   std::vector<std::uint16_t> pieces(hits.size(), 1);
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     if (!is_usable(hits[ray], sonar)) continue;
-    const Slant slant = slant_at(fan, ray, hits[ray], sonar_in_world);
+    const Slant slant = slants.at(ray, hits[ray]);
     pieces[ray] = pieces_for(sonar, scatterers_per_cell(sonar, cell, slant));
   }
   // A surface that leaves the range within a cell is met by a part of it.
@@ -159,9 +182,7 @@ ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
                  of_beam[beam]);
     }
   });
-  std::vector<Scatterer> all;
-  append(of_beam, all);
-  return sorted_by_beam_and_delay(all, fan.beams, workers);
+  return sorted_by_delay(of_beam, workers);
 }
 
 }  // namespace ensonify

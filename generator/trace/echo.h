@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
@@ -101,11 +102,11 @@ inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
   FanDirections directions;
   for (const double x : fan.elevation_rad) {
     directions.elevation.push_back(
-        {x, std::cos(x), std::sin(x), echo_direction(0, x, sonar).elevation_pattern});
+        {x, std::cos(x), std::sin(x), line_pattern(x, sonar.elevation_width_rad)});
   }
   for (const double x : fan.azimuth_rad) {
     directions.azimuth.push_back(
-        {x, std::cos(x), std::sin(x), echo_direction(x, 0, sonar).transmit_pattern});
+        {x, std::cos(x), std::sin(x), transmit_pattern(x, sonar.transmit_width_rad)});
   }
   return directions;
 }
