@@ -100,9 +100,10 @@ std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output) {
   return output.statistics ? (pings + kMomentBlock - 1) / kMomentBlock : pings;
 }
 
-int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences) {
+int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences, bool vary) {
   const std::uint64_t wanted = pings_under_way(threads, std::uint64_t{1} << 30);
-  return static_cast<int>(std::min((wanted + pings - 1) / pings, sequences));
+  const std::uint64_t least = vary && threads > 1 ? 2 : 1;
+  return static_cast<int>(std::min(std::max((wanted + pings - 1) / pings, least), sequences));
 }
 
 Cost estimate_files(const Session& session, std::uint64_t echoes) {

@@ -29,8 +29,9 @@ int pings_under_way(int threads, std::uint64_t pings);
 // What a sequence's pings are shared out in: one by one, or blocks of an ensemble.
 std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
 
-// As many sequences of `pings` each as it takes to have enough pings in hand.
-int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences);
+// As many sequences of `pings` each as it takes to have enough pings in hand; at least two where each
+// has a world of its own, so that one is built while the pings of another are computed.
+int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences, bool vary);
 
 // What one ping has. Cartesian pixels are counted only where they are asked for.
 struct PingSize {

@@ -67,6 +67,7 @@ Result<PingRange> sequences_of(const std::optional<PingRange>& asked, const Scen
 
 Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet) {
   Result<Numerics> numerics = settle_backend(backend, simd);
+  if (numerics) numerics->tables = std::make_shared<TableCache>();
   if (numerics && numerics->backend == BackendChoice::cuda && !quiet) {
     tell("backend: {}\n", numerics->backend_name);
   }

@@ -232,12 +232,12 @@ std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInf
   return found;
 }
 
-int sequences_at_once(std::span<const SequenceInfo> sequences, int threads) {
+int sequences_at_once(std::span<const SequenceInfo> sequences, bool vary, int threads) {
   std::uint32_t pings = 1;
   for (const SequenceInfo& info : sequences) {
     pings = std::max(pings, work_items(info.last_ping - info.first_ping, info.output));
   }
-  return sequences_under_way(threads, pings, sequences.size());
+  return sequences_under_way(threads, pings, sequences.size(), vary);
 }
 
 }  // namespace
@@ -253,7 +253,7 @@ Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
                       const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
                       int beside, const std::function<void()>& ping_done, SharedParts first) {
   const Run run{crew, dir, worlds, beside, ping_done, first};
-  const int lanes = sequences_at_once(sequences, crew.threads);
+  const int lanes = sequences_at_once(sequences, worlds.vary(), crew.threads);
   const int threads = std::max(1, crew.threads / lanes);
   std::vector<Workshop> workshops(lanes);
   return in_lanes(lanes, sequences.size(), [&](std::size_t lane, std::size_t i) {

@@ -165,7 +165,8 @@ UnderWay under_way(const Session& session, int threads) {
                       pings = work_items(static_cast<std::uint32_t>(session.ping_times_s.size()),
                                          session.scenario.output.selection);
   UnderWay run;
-  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences);
+  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences,
+                                      varies_by_sequence(session.scenario));
   const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
   const std::uint64_t pings_each = pings_under_way(static_cast<int>(threads_each), pings);
   run.computing = std::min(all, run.sequences * pings_each);

@@ -266,7 +266,6 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   if (!shard) return shard.error();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
-  numerics->tables = std::make_shared<TableCache>();
   listen_for_interrupts();
   const Status opened =
       open_sweep_folder(options.output, {sweep->file.name, program_version(), program_commit()},

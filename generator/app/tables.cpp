@@ -121,6 +121,7 @@ std::string table_key(const Scenario& scenario) {
   if (!scenario.sonar.array) part.seed = none.seed;  // an array's errors are drawn from it
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;
   part.scattering.speckle = none.scattering.speckle;
+  part.sonar.mount = none.sonar.mount;
   part.materials = none.materials;
   part.objects = none.objects;
   part.point_targets = none.point_targets;

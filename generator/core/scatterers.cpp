@@ -83,29 +83,6 @@ ScattererList sorted_by_beam_and_delay(std::span<const Scatterer> scatterers, in
   return list;
 }
 
-ScattererList sorted_by_delay(std::span<std::vector<Scatterer>> of_beam, const Workers& workers) {
-  ScattererList list;
-  list.beam_offset.assign(1, 0);
-  for (const auto& part : of_beam) {
-    list.beam_offset.push_back(list.beam_offset.back() + static_cast<std::uint32_t>(part.size()));
-  }
-  list.items.resize(list.beam_offset.back());
-  workers.for_each(of_beam.size(), [&](std::size_t beam) {
-    std::vector<Scatterer>& part = of_beam[beam];
-    std::vector<SortKey> keys;
-    keys.reserve(part.size());
-    for (const Scatterer& s : part) {
-      ENSONIFY_ASSERT(s.beam == beam);
-      keys.push_back({s.delay_s, s.key, static_cast<std::uint32_t>(keys.size())});
-    }
-    sort_keys(keys);
-    Scatterer* next = list.items.data() + list.beam_offset[beam];
-    for (const SortKey& key : keys) *next++ = part[key.index];
-    part = {};
-  });
-  return list;
-}
-
 ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int beams) {
   return sorted_by_beam_and_delay(scatterers, beams, Workers(1));
 }

@@ -4,7 +4,7 @@
 // from a refracted ray, a bounce or a fixed surface scatterer is one more entry.
 //
 //   Scatterer  ScattererList
-//   sorted_by_beam_and_delay  sorted_by_delay  append  with_more  sort_keys
+//   sorted_by_beam_and_delay  append  with_more  sort_keys
 //   VolumeEcho  total_energy   what a volume of water throws back: too many scatterers to list
 //   HiddenEchoes               what nobody hears, for shadows and amodal masks
 #pragma once
@@ -68,9 +68,6 @@ struct ScattererList {
 ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int beams);
 ScattererList sorted_by_beam_and_delay(std::span<const Scatterer> scatterers, int beams,
                                        const Workers& workers);
-
-// The same of lists that hold one beam each, whose memory is given back on the way.
-ScattererList sorted_by_delay(std::span<std::vector<Scatterer>> of_beam, const Workers& workers);
 
 // Puts all parts behind `all`, one after another, and gives back the memory of each on the way.
 void append(std::span<std::vector<Scatterer>> parts, std::vector<Scatterer>& all);

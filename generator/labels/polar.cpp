@@ -13,6 +13,7 @@ namespace ensonify {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr double kRoundingSlack = 1e-9;
 
 void add_volumes(const PolarInput& input, int beam, int sample, std::vector<SectorEcho>& echoes) {
   for (const VolumeEcho& volume : input.volumes) {
@@ -260,10 +261,13 @@ std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
                                   double instrument_speed_m_s) {
   std::vector<float> ranges(beams, kNaN);
   for (int j = 0; j < beams; ++j) {
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity(), latest_s = nearest;
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
       const Scatterer& s = scatterers.items[i];
       if (s.path != 0) continue;
+      // Echoes are sorted by delay, which is that of the distance but for rounding.
+      if (s.delay_s > latest_s) break;
+      latest_s = std::min(latest_s, s.delay_s * (1 + kRoundingSlack));
       // The root of the least square is the least length.
       const double range = instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2
                                                     : dot(s.position_m, s.position_m);

@@ -70,9 +70,10 @@ class BeamLabeller {
  private:
   double power_of(const SectorEcho& echo, int sample) const {
     if (!has_noise_) return 0;
-    const double step = (sample - echo.sample + 1.0) * (kPulseSteps / 2.0);
-    return echo.energy *
-           input_.pulse_power[std::clamp(static_cast<int>(std::lround(step)), 0, kPulseSteps)];
+    const double step =
+        std::clamp((sample - echo.sample + 1.0) * (kPulseSteps / 2.0), 0.0, double{kPulseSteps});
+    const int below = static_cast<int>(step);
+    return echo.energy * input_.pulse_power[below + (step - below >= 0.5)];
   }
 
   bool is_under_noise(int beam, double power) const {
@@ -106,14 +107,18 @@ class BeamLabeller {
 
   std::uint32_t amodal_set(int beam, int sample, std::span<const SectorEcho> heard,
                            std::span<const SectorEcho> hidden, SetTable& sets) {
+    const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
+    const auto is_own = [own](const SectorEcho& echo) { return echo.instance == own; };
     shares_.clear();
-    for (const auto& echoes : {heard, hidden}) {
-      for (const SectorEcho& echo : echoes) {
-        add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
+    // Most pixels hold echoes of their own instance alone, whose power does not matter.
+    if (!std::ranges::all_of(hidden, is_own) || !std::ranges::all_of(heard, is_own)) {
+      for (const auto& echoes : {heard, hidden}) {
+        for (const SectorEcho& echo : echoes) {
+          add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
+        }
       }
     }
     instances_.clear();
-    const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
     if (own != 0) instances_.push_back(own);
     for (const EnergyShare& share : shares_) {
       if (share.instance == own || is_under_noise(beam, share.power)) continue;

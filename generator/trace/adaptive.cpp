@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "acoustics/pulse.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
 #include "trace/echo.h"
+#include "trace/sector_lists.h"
 
 namespace ensonify {
 namespace {
@@ -56,40 +58,168 @@ std::uint16_t pieces_for(const Sonar& sonar, double scatterers) {
   return static_cast<std::uint16_t>(std::clamp(wanted, 1.0, double{kMostPieces}));
 }
 
-// One column of the fan with its cells cut.
-void cut_column(const Sonar& sonar, const Fan& fan, std::size_t column,
-                std::span<const std::uint16_t> pieces, Fan& cut) {
-  cut = {1, 1, 0, {fan.azimuth_rad[column]}, {}, {}};
-  const double step = elevation_step_rad(sonar), azimuth_step = azimuth_step_rad(sonar);
-  for (int e = 0; e < fan.rays_elevation; ++e) {
-    const double low = fan.elevation_rad[e] - step / 2, part = step / pieces[e];
-    for (int i = 0; i < pieces[e]; ++i) {
-      cut.elevation_rad.push_back(pieces[e] == 1 ? fan.elevation_rad[e] : low + (i + 0.5) * part);
-      cut.solid_angle_sr.push_back(
-          cell_solid_angle_sr(azimuth_step, low + i * part, low + (i + 1) * part));
+struct Piece {
+  FanDirections::Part elevation;
+  double solid_angle_sr = 0;
+};
+
+// The cells of the fan's rows, cut. Columns that cut a row alike share its pieces.
+class CutRows {
+ public:
+  CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces)
+      : first_(fan.elevation_rad.size() * kCounts, kNone) {
+    const std::size_t rows = fan.elevation_rad.size();
+    std::uint32_t end = 0;
+    for (std::size_t ray = 0; ray < pieces.size(); ++ray) {
+      std::uint32_t& first = first_[ray % rows * kCounts + pieces[ray]];
+      if (first == kNone) first = std::exchange(end, end + pieces[ray]);
+    }
+    pieces_.resize(end);
+    for (std::size_t e = 0; e < rows; ++e) {
+      for (int count = 1; count <= kMostPieces; ++count) {
+        const std::uint32_t first = first_[e * kCounts + count];
+        if (first != kNone) cut(sonar, fan.elevation_rad[e], {&pieces_[first], std::size_t(count)});
+      }
     }
   }
-  cut.rays_elevation = static_cast<int>(cut.elevation_rad.size());
+
+  const Piece* at(std::size_t e, std::uint16_t count) const {
+    return &pieces_[first_[e * kCounts + count]];
+  }
+
+ private:
+  static constexpr std::size_t kCounts = kMostPieces + 1;
+  static constexpr std::uint32_t kNone = ~0u;
+
+  static void cut(const Sonar& sonar, double middle_rad, std::span<Piece> pieces) {
+    const double step = elevation_step_rad(sonar), low = middle_rad - step / 2;
+    const double part = step / static_cast<double>(pieces.size());
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const double from = low + static_cast<double>(i) * part,
+                   to = low + static_cast<double>(i + 1) * part;
+      const double elevation =
+          pieces.size() == 1 ? middle_rad : low + (static_cast<double>(i) + 0.5) * part;
+      pieces[i] = {elevation_part(elevation, sonar),
+                   cell_solid_angle_sr(azimuth_step_rad(sonar), from, to)};
+    }
+  }
+
+  std::vector<std::uint32_t> first_;  // [rows x kCounts], into pieces_
+  std::vector<Piece> pieces_;
+};
+
+// What all sectors share.
+struct CutFan {
+  const Fan& fan;
+  const FanRaysMet& met;
+  std::span<const std::uint16_t> pieces;  // [fan.size()]
+  const Tracer& tracer;
+  const Pose& sonar_in_world;
+  const SurfaceScattering& scattering;
+  CutRows rows;
+  FanDirections directions;
+};
+
+// The pieces of a sector, column by column, and what the rays through them met.
+struct PieceWork : SectorWork {
+  std::vector<const Piece*> piece;
+  std::vector<Hit> hits;
+  std::vector<RayPath> paths;  // empty where rays are straight
+  std::vector<Vec3> ahead;
+  std::vector<Hit> found;
+};
+
+// Rays through the pieces of one column's cells that are cut, along straight lines.
+void trace_straight(const CutFan& cut, std::size_t column, PieceWork& work) {
+  const FanDirections::Part& along = cut.directions.azimuth[column];
+  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
+  work.ahead.clear();
+  for (std::size_t e = 0; e < rows; ++e) {
+    const std::uint16_t count = cut.pieces[first + e];
+    if (count == 1) continue;
+    const Piece* piece = cut.rows.at(e, count);
+    for (std::uint16_t i = 0; i < count; ++i) {
+      const auto& up = piece[i].elevation;
+      work.ahead.push_back(
+          normalized(rotate(cut.sonar_in_world.rotation,
+                            {up.cosine * along.cosine, up.cosine * along.sine, up.sine})));
+    }
+  }
+  work.found.resize(work.ahead.size());
+  cut.tracer.first_hits(cut.sonar_in_world.position_m, work.ahead, cut.scattering.sonar.range_max_m,
+                        work.found);
 }
 
-// The scatterers of one column, `first_ray` being its lowest ray in the whole fan.
-void add_column(const Fan& cut, const FanHits& found, std::span<const std::uint16_t> pieces,
-                const SurfaceScattering& scattering, std::uint32_t beam, std::uint64_t first_ray,
-                std::vector<Scatterer>& scatterers) {
-  const SurfaceEchoes echoes{cut, scattering};
-  ScattererMoments moments;
-  std::uint32_t ray = 0;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    for (std::uint64_t piece = 0; piece < pieces[e]; ++piece, ++ray) {
-      const Hit& hit = found.hits[ray];
-      const RayPath* path = found.paths.empty() ? nullptr : &found.paths[ray];
-      if (!echoes.moments(hit, ray, moments, path)) continue;
-      Scatterer& s = scatterers.emplace_back();
-      echoes.set(0, ray, hit, moments, s, path);
-      s.beam = beam;
-      s.key = piece << 32 | (first_ray + e);
+// The same through water that refracts them.
+std::vector<RayPath> trace_refracted(const CutFan& cut, std::size_t column, PieceWork& work) {
+  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
+  Fan fan{1, 1, 0, {cut.fan.azimuth_rad[column]}, {}, {}};
+  for (std::size_t e = 0; e < rows; ++e) {
+    const std::uint16_t count = cut.pieces[first + e];
+    for (std::uint16_t i = 0; count > 1 && i < count; ++i) {
+      fan.elevation_rad.push_back(cut.rows.at(e, count)[i].elevation.angle_rad);
     }
   }
+  fan.rays_elevation = static_cast<int>(fan.elevation_rad.size());
+  FanHits found = trace_fan(cut.tracer, fan, cut.sonar_in_world, cut.scattering.sonar,
+                            cut.scattering.water, Workers(1));
+  work.found = std::move(found.hits);
+  return std::move(found.paths);
+}
+
+// A cell that is not cut keeps the fan's own ray.
+void add_column(const CutFan& cut, std::size_t column, PieceWork& work) {
+  const bool refracted = !cut.met.paths.empty();
+  std::vector<RayPath> paths;
+  if (refracted) {
+    paths = trace_refracted(cut, column, work);
+  } else {
+    trace_straight(cut, column, work);
+  }
+  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
+  std::size_t next = 0;
+  for (std::size_t e = 0; e < rows; ++e) {
+    const std::uint16_t count = cut.pieces[first + e];
+    const Piece* piece = cut.rows.at(e, count);
+    for (std::uint16_t i = 0; i < count; ++i) {
+      work.piece.push_back(piece + i);
+      work.hits.push_back(count == 1 ? cut.met.hits[first + e] : work.found[next]);
+      if (refracted) work.paths.push_back(count == 1 ? cut.met.paths[first + e] : paths[next]);
+      next += count > 1;
+      const std::uint64_t key = std::uint64_t{i} << 32 | (first + e);
+      work.order.push_back({0, key, static_cast<std::uint32_t>(work.order.size())});
+    }
+  }
+}
+
+// Writes the scatterers of a sector by delay; their number.
+std::uint32_t put_sector(const CutFan& cut, std::size_t beam, PieceWork& work, Scatterer* to) {
+  work.order.clear();
+  work.piece.clear();
+  work.hits.clear();
+  work.paths.clear();
+  const std::size_t columns = cut.fan.rays_azimuth, rows = cut.fan.elevation_rad.size();
+  for (std::size_t a = 0; a < columns; ++a) add_column(cut, beam * columns + a, work);
+  work.moments.resize(work.hits.size());
+  const auto path_of = [&](std::uint32_t i) {
+    return work.paths.empty() ? nullptr : &work.paths[i];
+  };
+  std::erase_if(work.order, [&](SortKey& key) {
+    const Hit& hit = work.hits[key.index];
+    key.delay_s = two_way_delay_s(hit.range_m, cut.scattering.water.sound_speed_m_s);
+    return !surface_moments(cut.scattering, hit, work.piece[key.index]->solid_angle_sr,
+                            path_of(key.index), work.moments[key.index]);
+  });
+  sort_keys(work.order);
+  for (const SortKey& key : work.order) {
+    const std::size_t column = (key.key & 0xffffffffu) / rows;
+    set_surface_echo(
+        cut.scattering,
+        FanDirections::of(cut.directions.azimuth[column], work.piece[key.index]->elevation),
+        static_cast<std::uint32_t>(beam), key.key, work.hits[key.index], work.moments[key.index],
+        path_of(key.index), *to++);
+  }
+  return static_cast<std::uint32_t>(work.order.size());
 }
 
 }  // namespace
@@ -156,33 +286,28 @@ ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
                                           const Workers& workers) {
   ENSONIFY_ASSERT(met.hits.size() == fan.size() && pieces.size() == fan.size());
   const Sonar& sonar = scattering.sonar;
-  const std::size_t rows = fan.elevation_rad.size();
-  std::vector<std::vector<Scatterer>> of_beam(fan.beams);
-  workers.for_each(fan.beams, [&](std::size_t beam) {
-    Fan cut;
-    const auto of_sector = pieces.subspan(beam * fan.rays_per_beam(), fan.rays_per_beam());
-    of_beam[beam].reserve(std::accumulate(of_sector.begin(), of_sector.end(), std::size_t{0}));
-    for (int a = 0; a < fan.rays_azimuth; ++a) {
-      const std::size_t column = beam * fan.rays_azimuth + a, first = column * rows;
-      const auto part = pieces.subspan(first, rows);
-      cut_column(sonar, fan, column, part, cut);
-      const bool is_cut = cut.elevation_rad.size() > rows;
-      FanHits found;
-      if (is_cut) {
-        found = trace_fan(tracer, cut, sonar_in_world, sonar, scattering.water, Workers(1));
-      } else {
-        const auto hits = met.hits.subspan(first, rows);
-        found.hits.assign(hits.begin(), hits.end());
-        if (!met.paths.empty()) {
-          const auto paths = met.paths.subspan(first, rows);
-          found.paths.assign(paths.begin(), paths.end());
-        }
-      }
-      add_column(cut, found, part, scattering, static_cast<std::uint32_t>(beam), first,
-                 of_beam[beam]);
-    }
+  const CutFan cut{fan,
+                   met,
+                   pieces,
+                   tracer,
+                   sonar_in_world,
+                   scattering,
+                   CutRows(sonar, fan, pieces),
+                   directions_of(fan, sonar)};
+  // Room for every piece that may meet something.
+  const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
+  std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
+  for (std::size_t ray = 0; ray < pieces.size(); ++ray) {
+    room[ray / rays + 1] += pieces[ray] > 1 ? pieces[ray] : is_usable(met.hits[ray], sonar);
+  }
+  std::partial_sum(room.begin(), room.end(), room.begin());
+  ScattererList list;
+  list.items.resize(room.back());
+  for_each_block<PieceWork>(beams, workers, [&](std::size_t beam, PieceWork& work) {
+    count[beam] = put_sector(cut, beam, work, list.items.data() + room[beam]);
   });
-  return sorted_by_delay(of_beam, workers);
+  close_up(room, count, list);
+  return list;
 }
 
 }  // namespace ensonify

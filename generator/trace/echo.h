@@ -2,7 +2,8 @@
 //
 //   in_range  is_usable  is_an_echo
 //   EchoDirection  echo_direction  set_echo  set_refracted  echo_from   what follows from a place
-//   alone point_target_key  fish_key FanDirections  SurfaceEchoes the scatterers of a fan's rays
+//   alone point_target_key  fish_key FanDirections
+//   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
 #pragma once
 
 #include <cmath>
@@ -88,21 +89,27 @@ struct FanDirections {
   };
   std::vector<Part> elevation, azimuth;
 
-  EchoDirection at(std::size_t column, std::size_t e) const {
-    const Part &up = elevation[e], &along = azimuth[column];
+  static EchoDirection of(const Part& along, const Part& up) {
     return {along.angle_rad,
             up.angle_rad,
             {up.cosine * along.cosine, up.cosine * along.sine, up.sine},
             up.pattern,
             along.pattern};
   }
+  EchoDirection at(std::size_t column, std::size_t e) const {
+    return of(azimuth[column], elevation[e]);
+  }
 };
+
+inline FanDirections::Part elevation_part(double angle_rad, const Sonar& sonar) {
+  return {angle_rad, std::cos(angle_rad), std::sin(angle_rad),
+          line_pattern(angle_rad, sonar.elevation_width_rad)};
+}
 
 inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
   FanDirections directions;
   for (const double x : fan.elevation_rad) {
-    directions.elevation.push_back(
-        {x, std::cos(x), std::sin(x), line_pattern(x, sonar.elevation_width_rad)});
+    directions.elevation.push_back(elevation_part(x, sonar));
   }
   for (const double x : fan.azimuth_rad) {
     directions.azimuth.push_back(
@@ -111,36 +118,48 @@ inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
   return directions;
 }
 
-// The scatterers of rays, one by one, into what is all zero before.
+// Of the scatterer at a hit; false for a hit that makes no echo. `path`: of a refracted ray.
+inline bool surface_moments(const SurfaceScattering& scattering, const Hit& hit,
+                            double solid_angle_sr, const RayPath* path, ScattererMoments& moments) {
+  if (!is_usable(hit, scattering.sonar)) return false;
+  ENSONIFY_ASSERT(hit.instance < scattering.material.size());
+  moments = scatterer_moments(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence,
+                              path == nullptr ? hit.range_m : std::sqrt(path->tube_area_m2),
+                              solid_angle_sr);
+  return is_an_echo(moments);
+}
+
+// The scatterer at a hit, into what is all zero before.
+inline void set_surface_echo(const SurfaceScattering& scattering, const EchoDirection& direction,
+                             std::uint32_t beam, std::uint64_t key, const Hit& hit,
+                             const ScattererMoments& moments, const RayPath* path, Scatterer& s) {
+  set_echo(hit.range_m, direction, beam, scattering.water, s);
+  if (path != nullptr) set_refracted(*path, direction, scattering.water, s);
+  s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
+  s.mean = static_cast<float>(moments.mean_m);
+  s.cos_incidence = hit.cos_incidence;
+  s.key = key;
+  s.instance = hit.instance;
+}
+
+// The scatterers of the rays of a fan.
 struct SurfaceEchoes {
   const Fan& fan;
   const SurfaceScattering& scattering;
   FanDirections directions = directions_of(fan, scattering.sonar);
 
-  // False for a hit that is none. `path`: of a refracted ray.
   bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments,
                const RayPath* path = nullptr) const {
-    if (!is_usable(hit, scattering.sonar)) return false;
-    ENSONIFY_ASSERT(hit.instance < scattering.material.size());
-    moments = scatterer_moments(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence,
-                                path == nullptr ? hit.range_m : std::sqrt(path->tube_area_m2),
-                                fan.solid_angle_sr[e]);
-    return is_an_echo(moments);
+    return surface_moments(scattering, hit, fan.solid_angle_sr[e], path, moments);
   }
 
   // `i` counts the rays of a sector; `hit` is on ray i of the beam.
   void set(std::uint32_t beam, std::uint32_t i, const Hit& hit, const ScattererMoments& moments,
            Scatterer& s, const RayPath* path = nullptr) const {
     const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);
-    const EchoDirection direction =
-        directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows);
-    set_echo(hit.range_m, direction, beam, scattering.water, s);
-    if (path != nullptr) set_refracted(*path, direction, scattering.water, s);
-    s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
-    s.mean = static_cast<float>(moments.mean_m);
-    s.cos_incidence = hit.cos_incidence;
-    s.key = beam * fan.rays_per_beam() + i;
-    s.instance = hit.instance;
+    set_surface_echo(scattering,
+                     directions.at(std::size_t(beam) * fan.rays_azimuth + i / rows, i % rows), beam,
+                     beam * fan.rays_per_beam() + i, hit, moments, path, s);
   }
 };
 

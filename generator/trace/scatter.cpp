@@ -10,39 +10,10 @@
 #include "acoustics/scattering.h"
 #include "core/error.h"
 #include "trace/echo.h"
+#include "trace/sector_lists.h"
 
 namespace ensonify {
 namespace {
-
-// What sorting a sector needs, kept from one to the next.
-struct SectorWork {
-  std::vector<SortKey> order;
-  std::vector<ScattererMoments> moments;
-};
-
-// Calls body(beam, work) for all beams, those of a block one after the other.
-template <class Body>
-void for_each_block(std::size_t beams, const Workers& workers, const Body& body) {
-  constexpr std::size_t kBlock = 16;
-  workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {
-    SectorWork work;
-    const std::size_t end = std::min((block + 1) * kBlock, beams);
-    for (std::size_t beam = block * kBlock; beam < end; ++beam) body(beam, work);
-  });
-}
-
-// Those of beam j are the first count[j] from room[j] on: moves all together.
-void close_up(const std::vector<std::uint32_t>& room, const std::vector<std::uint32_t>& count,
-              ScattererList& list) {
-  list.beam_offset.assign(1, 0);
-  for (std::size_t j = 0; j < count.size(); ++j) {
-    const auto first = list.items.begin() + room[j];
-    const std::uint32_t offset = list.beam_offset.back();
-    if (offset != room[j]) std::copy(first, first + count[j], list.items.begin() + offset);
-    list.beam_offset.push_back(offset + count[j]);
-  }
-  list.items.resize(list.beam_offset.back());
-}
 
 // What the echoes of point reflectors share.
 struct PointEchoes {
@@ -256,7 +227,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
   const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
   // Room for every usable hit. Few of them make no echo; their room is closed up at the end.
   std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
-  for_each_block(beams, workers, [&](std::size_t beam, auto&) {
+  for_each_block<SectorWork>(beams, workers, [&](std::size_t beam, auto&) {
     for (const Hit& hit : hits.subspan(beam * rays, rays)) {
       room[beam + 1] += is_usable(hit, scattering.sonar);
     }
@@ -264,7 +235,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
   std::partial_sum(room.begin(), room.end(), room.begin());
   ScattererList list;
   list.items.resize(room.back());
-  for_each_block(beams, workers, [&](std::size_t beam, SectorWork& work) {
+  for_each_block<SectorWork>(beams, workers, [&](std::size_t beam, SectorWork& work) {
     work.order.clear();
     work.moments.resize(rays);
     std::size_t ray = beam * rays;
