@@ -185,9 +185,8 @@ void write_labels(const PolarInput& input, int beam, const std::vector<SectorEch
       });
 }
 
-// Rows of the image, whose memory is one piece.
-void write_rows(const PolarInput& input, const std::vector<std::vector<SectorEcho>>& sectors,
-                const Samples& samples, LabelledImage& image) {
+// Beams of the image, in blocks that fill its cache lines.
+void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) {
   const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
   const float* clean = input.clean_power_pa2.data();
   const auto square = [=](std::size_t cell) {
@@ -195,13 +194,18 @@ void write_rows(const PolarInput& input, const std::vector<std::vector<SectorEch
     return p.real() * p.real() + p.imag() * p.imag();
   };
   Scratch scratch;
-  for (int first = 0; first < input.beams; first += kBlockBeams) {
-    const Block block{first, std::min(kBlockBeams, input.beams - first), samples};
+  const int beams = std::min(kBlockBeams, input.beams - first_beam);
+  std::vector<SectorEcho> sectors[kBlockBeams];
+  for (int j = 0; j < beams; ++j) {
+    gather_sector(*input.scatterers, {}, first_beam + j, input.bandwidth_hz, sectors[j]);
+  }
+  for (int first = 0; first < input.samples; first += kBlockSamples) {
+    const Block block{first_beam, beams, {first, std::min(first + kBlockSamples, input.samples)}};
     if (pressure != nullptr) write_levels(input, block, square, image.level_db);
     write_levels(
         input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
-    for (int beam = first; beam < first + block.beams; ++beam) {
-      write_labels(input, beam, sectors[beam], samples, scratch, image);
+    for (int j = 0; j < beams; ++j) {
+      write_labels(input, first_beam + j, sectors[j], block.samples, scratch, image);
     }
   }
 }
@@ -224,14 +228,9 @@ LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   check_volumes(input);
   LabelledImage image = blank_image(input.samples, input.beams, input.multipath);
   std::ranges::copy(input.level_db, image.level_db.begin());
-  std::vector<std::vector<SectorEcho>> sectors(input.beams);
-  workers.for_each(input.beams, [&](std::size_t beam) {
-    gather_sector(*input.scatterers, {}, beam, input.bandwidth_hz, sectors[beam]);
-  });
-  const int bands = (input.samples + kBlockSamples - 1) / kBlockSamples;
-  workers.for_each(bands, [&](std::size_t band) {
-    const int first = static_cast<int>(band) * kBlockSamples;
-    write_rows(input, sectors, {first, std::min(first + kBlockSamples, input.samples)}, image);
+  const int blocks = (input.beams + kBlockBeams - 1) / kBlockBeams;
+  workers.for_each(blocks, [&](std::size_t block) {
+    write_beams(input, static_cast<int>(block) * kBlockBeams, image);
   });
   return image;
 }

@@ -37,6 +37,7 @@ struct SectorEcho {
 inline void gather_sector(const ScattererList& list, std::span<const std::uint32_t> occluder,
                           std::size_t beam, double bandwidth_hz, std::vector<SectorEcho>& echoes) {
   echoes.clear();
+  echoes.reserve(list.beam_offset[beam + 1] - list.beam_offset[beam]);
   for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
     const Scatterer& s = list.items[i];
     const double energy = expected_energy(s);

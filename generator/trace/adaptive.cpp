@@ -192,8 +192,8 @@ void add_column(const CutFan& cut, std::size_t column, PieceWork& work) {
   }
 }
 
-// Writes the scatterers of a sector by delay; their number.
-std::uint32_t put_sector(const CutFan& cut, std::size_t beam, PieceWork& work, Scatterer* to) {
+void add_sector(const CutFan& cut, std::size_t beam, PieceWork& work,
+                std::vector<Scatterer>& scatterers) {
   work.order.clear();
   work.piece.clear();
   work.hits.clear();
@@ -217,9 +217,8 @@ std::uint32_t put_sector(const CutFan& cut, std::size_t beam, PieceWork& work, S
         cut.scattering,
         FanDirections::of(cut.directions.azimuth[column], work.piece[key.index]->elevation),
         static_cast<std::uint32_t>(beam), key.key, work.hits[key.index], work.moments[key.index],
-        path_of(key.index), *to++);
+        path_of(key.index), scatterers.emplace_back());
   }
-  return static_cast<std::uint32_t>(work.order.size());
 }
 
 }  // namespace
@@ -294,20 +293,15 @@ ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
                    scattering,
                    CutRows(sonar, fan, pieces),
                    directions_of(fan, sonar)};
-  // Room for every piece that may meet something.
-  const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
-  std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
+  std::vector<std::uint32_t> most(static_cast<std::size_t>(fan.beams), 0);
   for (std::size_t ray = 0; ray < pieces.size(); ++ray) {
-    room[ray / rays + 1] += pieces[ray] > 1 ? pieces[ray] : is_usable(met.hits[ray], sonar);
+    most[ray / fan.rays_per_beam()] +=
+        pieces[ray] > 1 ? pieces[ray] : is_usable(met.hits[ray], sonar);
   }
-  std::partial_sum(room.begin(), room.end(), room.begin());
-  ScattererList list;
-  list.items.resize(room.back());
-  for_each_block<PieceWork>(beams, workers, [&](std::size_t beam, PieceWork& work) {
-    count[beam] = put_sector(cut, beam, work, list.items.data() + room[beam]);
-  });
-  close_up(room, count, list);
-  return list;
+  return list_of_sectors<PieceWork>(
+      most, workers, [&](std::size_t beam, PieceWork& work, std::vector<Scatterer>& scatterers) {
+        add_sector(cut, beam, work, scatterers);
+      });
 }
 
 }  // namespace ensonify

@@ -224,39 +224,31 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
   ENSONIFY_ASSERT(hits.size() == fan.size() && (paths.empty() || paths.size() == hits.size()));
   const SurfaceEchoes echoes{fan, scattering};
   const auto path = [&](std::size_t ray) { return paths.empty() ? nullptr : &paths[ray]; };
-  const std::size_t beams = fan.beams, rays = fan.rays_per_beam();
-  // Room for every usable hit. Few of them make no echo; their room is closed up at the end.
-  std::vector<std::uint32_t> room(beams + 1, 0), count(beams, 0);
-  for_each_block<SectorWork>(beams, workers, [&](std::size_t beam, auto&) {
-    for (const Hit& hit : hits.subspan(beam * rays, rays)) {
-      room[beam + 1] += is_usable(hit, scattering.sonar);
-    }
-  });
-  std::partial_sum(room.begin(), room.end(), room.begin());
-  ScattererList list;
-  list.items.resize(room.back());
-  for_each_block<SectorWork>(beams, workers, [&](std::size_t beam, SectorWork& work) {
-    work.order.clear();
-    work.moments.resize(rays);
-    std::size_t ray = beam * rays;
-    std::uint32_t i = 0;
-    for (int a = 0; a < fan.rays_azimuth; ++a) {
-      for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
-        if (!echoes.moments(hits[ray], e, work.moments[i], path(ray))) continue;
-        const double delay = two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
-        work.order.push_back({delay, ray, i});
-      }
-    }
-    sort_keys(work.order);
-    Scatterer* next = list.items.data() + room[beam];
-    for (const SortKey& k : work.order) {
-      echoes.set(static_cast<std::uint32_t>(beam), k.index, hits[beam * rays + k.index],
-                 work.moments[k.index], *next++, path(beam * rays + k.index));
-    }
-    count[beam] = static_cast<std::uint32_t>(work.order.size());
-  });
-  close_up(room, count, list);
-  return list;
+  const std::size_t rays = fan.rays_per_beam();
+  std::vector<std::uint32_t> most(static_cast<std::size_t>(fan.beams), 0);
+  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
+    most[ray / rays] += is_usable(hits[ray], scattering.sonar);
+  }
+  return list_of_sectors<SectorWork>(
+      most, workers, [&](std::size_t beam, SectorWork& work, std::vector<Scatterer>& scatterers) {
+        work.order.clear();
+        work.moments.resize(rays);
+        std::size_t ray = beam * rays;
+        std::uint32_t i = 0;
+        for (int a = 0; a < fan.rays_azimuth; ++a) {
+          for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
+            if (!echoes.moments(hits[ray], e, work.moments[i], path(ray))) continue;
+            const double delay =
+                two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
+            work.order.push_back({delay, ray, i});
+          }
+        }
+        sort_keys(work.order);
+        for (const SortKey& k : work.order) {
+          echoes.set(static_cast<std::uint32_t>(beam), k.index, hits[beam * rays + k.index],
+                     work.moments[k.index], scatterers.emplace_back(), path(beam * rays + k.index));
+        }
+      });
 }
 
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,

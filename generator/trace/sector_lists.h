@@ -1,12 +1,14 @@
-// A list of scatterers filled sector by sector, each sorted by itself. Private to trace/.
+// A list of scatterers made sector by sector, each sorted by itself. Private to trace/.
 //
-//   SectorWork      what sorting a sector needs
-//   for_each_block  sectors in blocks that share one SectorWork
-//   close_up        takes out the room that sectors did not need
+//   SectorWork        what sorting a sector needs
+//   list_of_sectors
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "acoustics/scattering.h"
@@ -21,28 +23,34 @@ struct SectorWork {
   std::vector<ScattererMoments> moments;
 };
 
-// Calls body(beam, work) for all beams, those of a block one after the other.
-template <class Work, class Body>
-void for_each_block(std::size_t beams, const Workers& workers, const Body& body) {
+// fill(beam, work, scatterers) appends those of a beam, most[beam] at most, sorted by delay and
+// key. One thread fills the list itself; several fill a part each, so that it is copied once.
+template <class Work, class Fill>
+ScattererList list_of_sectors(std::span<const std::uint32_t> most, const Workers& workers,
+                              const Fill& fill) {
   constexpr std::size_t kBlock = 16;
-  workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {
+  const std::size_t beams = most.size(), block = workers.threads() == 1 ? beams : kBlock;
+  std::vector<std::vector<Scatterer>> parts((beams + block - 1) / block);
+  ScattererList list;
+  list.beam_offset.assign(beams + 1, 0);
+  workers.for_each(parts.size(), [&](std::size_t p) {
+    const std::size_t first = p * block, end = std::min(first + block, beams);
+    const auto room = most.subspan(first, end - first);
+    parts[p].reserve(std::accumulate(room.begin(), room.end(), std::size_t{0}));
     Work work;
-    const std::size_t end = std::min((block + 1) * kBlock, beams);
-    for (std::size_t beam = block * kBlock; beam < end; ++beam) body(beam, work);
+    for (std::size_t beam = first; beam < end; ++beam) {
+      const std::size_t before = parts[p].size();
+      fill(beam, work, parts[p]);
+      list.beam_offset[beam + 1] = static_cast<std::uint32_t>(parts[p].size() - before);
+    }
   });
-}
-
-// The scatterers of beam j are the first count[j] from room[j] on; they move together.
-inline void close_up(const std::vector<std::uint32_t>& room,
-                     const std::vector<std::uint32_t>& count, ScattererList& list) {
-  list.beam_offset.assign(1, 0);
-  for (std::size_t j = 0; j < count.size(); ++j) {
-    const auto first = list.items.begin() + room[j];
-    const std::uint32_t offset = list.beam_offset.back();
-    if (offset != room[j]) std::copy(first, first + count[j], list.items.begin() + offset);
-    list.beam_offset.push_back(offset + count[j]);
+  std::partial_sum(list.beam_offset.begin(), list.beam_offset.end(), list.beam_offset.begin());
+  if (parts.size() == 1) {
+    list.items = std::move(parts.front());
+  } else {
+    append(parts, list.items);
   }
-  list.items.resize(list.beam_offset.back());
+  return list;
 }
 
 }  // namespace ensonify
