@@ -120,104 +120,108 @@ struct CutFan {
   FanDirections directions;
 };
 
-// The pieces of a sector, column by column, and what the rays through them met.
-struct PieceWork : SectorWork {
-  std::vector<const Piece*> piece;
-  std::vector<Hit> hits;
-  std::vector<RayPath> paths;  // empty where rays are straight
-  std::vector<Vec3> ahead;
-  std::vector<Hit> found;
+struct Echo {
+  const Piece* piece;
+  const Hit* hit;
+  const RayPath* path;  // null where rays are straight
 };
 
-// Rays through the pieces of one column's cells that are cut, along straight lines.
-void trace_straight(const CutFan& cut, std::size_t column, PieceWork& work) {
-  const FanDirections::Part& along = cut.directions.azimuth[column];
-  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
-  work.ahead.clear();
-  for (std::size_t e = 0; e < rows; ++e) {
-    const std::uint16_t count = cut.pieces[first + e];
-    if (count == 1) continue;
-    const Piece* piece = cut.rows.at(e, count);
-    for (std::uint16_t i = 0; i < count; ++i) {
-      const auto& up = piece[i].elevation;
-      work.ahead.push_back(
-          normalized(rotate(cut.sonar_in_world.rotation,
-                            {up.cosine * along.cosine, up.cosine * along.sine, up.sine})));
+// The rays through cells of a sector that are cut, column by column, and the sector's echoes.
+struct PieceWork : SectorWork {
+  std::vector<Vec3> direction;  // in the world
+  std::vector<Hit> hits;
+  std::vector<RayPath> paths;
+  std::vector<Echo> echoes;
+};
+
+void trace_straight(const CutFan& cut, std::size_t beam, PieceWork& work) {
+  const std::size_t rows = cut.fan.elevation_rad.size();
+  work.direction.clear();
+  for (int a = 0; a < cut.fan.rays_azimuth; ++a) {
+    const std::size_t column = beam * cut.fan.rays_azimuth + a;
+    const FanDirections::Part& along = cut.directions.azimuth[column];
+    for (std::size_t e = 0; e < rows; ++e) {
+      const std::uint16_t count = cut.pieces[column * rows + e];
+      if (count == 1) continue;
+      for (const Piece& piece : std::span(cut.rows.at(e, count), count)) {
+        const auto& up = piece.elevation;
+        work.direction.push_back(
+            normalized(rotate(cut.sonar_in_world.rotation,
+                              {up.cosine * along.cosine, up.cosine * along.sine, up.sine})));
+      }
     }
   }
-  work.found.resize(work.ahead.size());
-  cut.tracer.first_hits(cut.sonar_in_world.position_m, work.ahead, cut.scattering.sonar.range_max_m,
-                        work.found);
+  work.hits.resize(work.direction.size());
+  cut.tracer.first_hits(cut.sonar_in_world.position_m, work.direction,
+                        cut.scattering.sonar.range_max_m, work.hits);
 }
 
-// The same through water that refracts them.
-std::vector<RayPath> trace_refracted(const CutFan& cut, std::size_t column, PieceWork& work) {
-  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
-  Fan fan{1, 1, 0, {cut.fan.azimuth_rad[column]}, {}, {}};
-  for (std::size_t e = 0; e < rows; ++e) {
-    const std::uint16_t count = cut.pieces[first + e];
-    for (std::uint16_t i = 0; count > 1 && i < count; ++i) {
-      fan.elevation_rad.push_back(cut.rows.at(e, count)[i].elevation.angle_rad);
+void trace_refracted(const CutFan& cut, std::size_t beam, PieceWork& work) {
+  const std::size_t rows = cut.fan.elevation_rad.size();
+  work.hits.clear();
+  work.paths.clear();
+  for (int a = 0; a < cut.fan.rays_azimuth; ++a) {
+    const std::size_t column = beam * cut.fan.rays_azimuth + a;
+    Fan fan{1, 1, 0, {cut.fan.azimuth_rad[column]}, {}, {}};
+    for (std::size_t e = 0; e < rows; ++e) {
+      const std::uint16_t count = cut.pieces[column * rows + e];
+      if (count == 1) continue;
+      for (const Piece& piece : std::span(cut.rows.at(e, count), count)) {
+        fan.elevation_rad.push_back(piece.elevation.angle_rad);
+      }
     }
+    fan.rays_elevation = static_cast<int>(fan.elevation_rad.size());
+    const FanHits found = trace_fan(cut.tracer, fan, cut.sonar_in_world, cut.scattering.sonar,
+                                    cut.scattering.water, Workers(1));
+    work.hits.insert(work.hits.end(), found.hits.begin(), found.hits.end());
+    work.paths.insert(work.paths.end(), found.paths.begin(), found.paths.end());
   }
-  fan.rays_elevation = static_cast<int>(fan.elevation_rad.size());
-  FanHits found = trace_fan(cut.tracer, fan, cut.sonar_in_world, cut.scattering.sonar,
-                            cut.scattering.water, Workers(1));
-  work.found = std::move(found.hits);
-  return std::move(found.paths);
 }
 
 // A cell that is not cut keeps the fan's own ray.
-void add_column(const CutFan& cut, std::size_t column, PieceWork& work) {
+void gather_echoes(const CutFan& cut, std::size_t beam, PieceWork& work) {
   const bool refracted = !cut.met.paths.empty();
-  std::vector<RayPath> paths;
-  if (refracted) {
-    paths = trace_refracted(cut, column, work);
-  } else {
-    trace_straight(cut, column, work);
-  }
-  const std::size_t rows = cut.fan.elevation_rad.size(), first = column * rows;
+  const std::size_t rays = cut.fan.rays_per_beam(), rows = cut.fan.elevation_rad.size();
+  work.order.clear();
+  work.echoes.clear();
+  work.moments.clear();
+  ScattererMoments moments;
   std::size_t next = 0;
-  for (std::size_t e = 0; e < rows; ++e) {
-    const std::uint16_t count = cut.pieces[first + e];
-    const Piece* piece = cut.rows.at(e, count);
-    for (std::uint16_t i = 0; i < count; ++i) {
-      work.piece.push_back(piece + i);
-      work.hits.push_back(count == 1 ? cut.met.hits[first + e] : work.found[next]);
-      if (refracted) work.paths.push_back(count == 1 ? cut.met.paths[first + e] : paths[next]);
-      next += count > 1;
-      const std::uint64_t key = std::uint64_t{i} << 32 | (first + e);
-      work.order.push_back({0, key, static_cast<std::uint32_t>(work.order.size())});
+  for (std::size_t ray = beam * rays; ray < (beam + 1) * rays; ++ray) {
+    const std::uint16_t count = cut.pieces[ray];
+    const Piece* piece = cut.rows.at(ray % rows, count);
+    for (std::uint16_t i = 0; i < count; ++i, ++piece) {
+      const bool own = count == 1;
+      const Hit* hit = own ? &cut.met.hits[ray] : &work.hits[next];
+      const RayPath* path = nullptr;
+      if (refracted) path = own ? &cut.met.paths[ray] : &work.paths[next];
+      next += !own;
+      if (!surface_moments(cut.scattering, *hit, piece->solid_angle_sr, path, moments)) continue;
+      work.order.push_back({two_way_delay_s(hit->range_m, cut.scattering.water.sound_speed_m_s),
+                            std::uint64_t{i} << 32 | ray,
+                            static_cast<std::uint32_t>(work.echoes.size())});
+      work.echoes.push_back({piece, hit, path});
+      work.moments.push_back(moments);
     }
   }
 }
 
 void add_sector(const CutFan& cut, std::size_t beam, PieceWork& work,
                 std::vector<Scatterer>& scatterers) {
-  work.order.clear();
-  work.piece.clear();
-  work.hits.clear();
-  work.paths.clear();
-  const std::size_t columns = cut.fan.rays_azimuth, rows = cut.fan.elevation_rad.size();
-  for (std::size_t a = 0; a < columns; ++a) add_column(cut, beam * columns + a, work);
-  work.moments.resize(work.hits.size());
-  const auto path_of = [&](std::uint32_t i) {
-    return work.paths.empty() ? nullptr : &work.paths[i];
-  };
-  std::erase_if(work.order, [&](SortKey& key) {
-    const Hit& hit = work.hits[key.index];
-    key.delay_s = two_way_delay_s(hit.range_m, cut.scattering.water.sound_speed_m_s);
-    return !surface_moments(cut.scattering, hit, work.piece[key.index]->solid_angle_sr,
-                            path_of(key.index), work.moments[key.index]);
-  });
+  if (cut.met.paths.empty()) {
+    trace_straight(cut, beam, work);
+  } else {
+    trace_refracted(cut, beam, work);
+  }
+  gather_echoes(cut, beam, work);
   sort_keys(work.order);
   for (const SortKey& key : work.order) {
-    const std::size_t column = (key.key & 0xffffffffu) / rows;
-    set_surface_echo(
-        cut.scattering,
-        FanDirections::of(cut.directions.azimuth[column], work.piece[key.index]->elevation),
-        static_cast<std::uint32_t>(beam), key.key, work.hits[key.index], work.moments[key.index],
-        path_of(key.index), scatterers.emplace_back());
+    const auto& [piece, hit, path] = work.echoes[key.index];
+    const std::size_t column = (key.key & 0xffffffffu) / cut.fan.elevation_rad.size();
+    set_surface_echo(cut.scattering,
+                     FanDirections::of(cut.directions.azimuth[column], piece->elevation),
+                     static_cast<std::uint32_t>(beam), key.key, *hit, work.moments[key.index], path,
+                     scatterers.emplace_back());
   }
 }
 

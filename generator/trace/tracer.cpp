@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "acoustics/scattering.h"
+#include "core/vector_clones.h"
 #include "trace/packets.h"
 #include "trace/scene.h"
 
@@ -21,15 +22,23 @@ struct TriangleHits {
   std::array<int, kMostRays> ray;
   alignas(64) std::array<std::array<FloatLanes, 3>, 3> corner;  // [corner][x, y, z]
   FloatLanes embree_range_m;
-  Lanes direction_x, direction_y, direction_z;                 // in the world
-  Lanes range_m, cos_incidence, normal_x, normal_y, normal_z;  // found; the normal is the world's
+  alignas(64) std::array<Lanes, 3> direction;  // in the world at first, then in the mesh's frame
+  alignas(64) std::array<Lanes, 3> smooth;     // interpolated normals, where the mesh has any
+  alignas(64) Lanes range_m, cos_incidence, normal_x, normal_y, normal_z;  // found, in the world
 };
 
-Vec3 as_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+Vec3 at(const std::array<Lanes, 3>& lanes, int i) {
+  return {lanes[0][i], lanes[1][i], lanes[2][i]};
+}
 
 double cos_incidence(Vec3 direction, Vec3 normal) {
   // In this order a NaN stays one, for surface_scatterers to leave out.
   return std::min(std::abs(dot(direction, normal)), 1.0);
+}
+
+std::array<double, 3> weights_of(const Found& found) {
+  const double u = found.u, v = found.v;
+  return {1 - u - v, u, v};
 }
 
 // All rays of a query that met one mesh.
@@ -45,23 +54,32 @@ void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, 
       for (int x = 0; x < 3; ++x) t.corner[k][x][lane] = mesh.vertices[corners[k]][x];
     }
     t.embree_range_m[lane] = found[i].range_m;
-    t.direction_x[lane] = query.directions.x[i];
-    t.direction_y[lane] = query.directions.y[i];
-    t.direction_z[lane] = query.directions.z[i];
+    t.direction[0][lane] = query.directions.x[i];
+    t.direction[1][lane] = query.directions.y[i];
+    t.direction[2][lane] = query.directions.z[i];
+    if (mesh.normals.empty()) continue;
+    const auto weight = weights_of(found[i]);
+    for (int x = 0; x < 3; ++x) {
+      t.smooth[x][lane] = weight[0] * mesh.normals[corners[0]][x] +
+                          weight[1] * mesh.normals[corners[1]][x] +
+                          weight[2] * mesh.normals[corners[2]][x];
+    }
   }
 }
 
 // Ranges and normals on the triangles that Embree named, in double. Embree's own range where the
 // ray lies in the triangle's plane and the quotient says nothing.
-void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
+ENSONIFY_VECTOR_CLONES void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
   for (int i = 0; i < t.count; ++i) {
-    const auto at = [&](int k) {
+    const auto corner = [&](int k) {
       return Vec3{t.corner[k][0][i], t.corner[k][1][i], t.corner[k][2][i]};
     };
-    const Vec3 direction =
-        rotate(conjugate(rotation), {t.direction_x[i], t.direction_y[i], t.direction_z[i]});
-    const Vec3 a = at(0);
-    const Vec3 normal = cross(at(1) - a, at(2) - a);
+    const Vec3 direction = rotate(conjugate(rotation), at(t.direction, i));
+    t.direction[0][i] = direction.x;
+    t.direction[1][i] = direction.y;
+    t.direction[2][i] = direction.z;
+    const Vec3 a = corner(0);
+    const Vec3 normal = cross(corner(1) - a, corner(2) - a);
     const double embree_range = t.embree_range_m[i];
     const double range = dot(a - local_origin_m, normal) / dot(direction, normal);
     const bool sound = std::abs(range - embree_range) < 0.01 * embree_range + 1e-3;
@@ -75,29 +93,28 @@ void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
   }
 }
 
-// What a mesh says of its surface between the corners of a triangle.
-void interpolate(const Mesh& mesh, const Found& found, Vec3 local_direction, Quat rotation,
-                 Hit& hit) {
+// Interpolated normals in place of the faces' own. Missing normals, or ones that cancel, leave
+// those of the face.
+ENSONIFY_VECTOR_CLONES void smooth_normals(Quat rotation, TriangleHits& t) {
+  for (int i = 0; i < t.count; ++i) {
+    const Vec3 smooth = at(t.smooth, i);
+    const bool sound = length(smooth) > 1e-6;
+    const Vec3 unit = normalized(smooth);
+    const double cosine = cos_incidence(at(t.direction, i), unit);
+    const Vec3 in_world = rotate(rotation, unit);
+    t.cos_incidence[i] = sound ? cosine : t.cos_incidence[i];
+    t.normal_x[i] = sound ? in_world.x : t.normal_x[i];
+    t.normal_y[i] = sound ? in_world.y : t.normal_y[i];
+    t.normal_z[i] = sound ? in_world.z : t.normal_z[i];
+  }
+}
+
+float reflectivity_at(const Mesh& mesh, const Found& found) {
   const auto& corner = mesh.triangles[found.triangle];
-  const double u = found.u;
-  const double v = found.v;
-  const std::array<double, 3> weight{1 - u - v, u, v};
-  if (!mesh.normals.empty()) {
-    const Vec3 smooth = weight[0] * as_vec3(mesh.normals[corner[0]]) +
-                        weight[1] * as_vec3(mesh.normals[corner[1]]) +
-                        weight[2] * as_vec3(mesh.normals[corner[2]]);
-    // Missing normals, or ones that cancel, say nothing: the face's own stays.
-    if (length(smooth) > 1e-6) {
-      const Vec3 unit = normalized(smooth);
-      hit.cos_incidence = static_cast<float>(cos_incidence(local_direction, unit));
-      hit.normal = rotate(rotation, unit);
-    }
-  }
-  if (!mesh.reflectivity.empty()) {
-    double factor = 0;
-    for (int i = 0; i < 3; ++i) factor += weight[i] * mesh.reflectivity[corner[i]];
-    hit.reflectivity = static_cast<float>(factor);
-  }
+  const auto weight = weights_of(found);
+  double factor = 0;
+  for (int i = 0; i < 3; ++i) factor += weight[i] * mesh.reflectivity[corner[i]];
+  return static_cast<float>(factor);
 }
 
 // Where a plane is nearer than what was found so far.
@@ -149,9 +166,10 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
   TriangleHits t;
   gather(mesh, query, found, instance, t);
   meet_triangles(local_origin(scene, query, instance), pose.rotation, t);
-  const bool plain = mesh.normals.empty() && mesh.reflectivity.empty();
+  if (!mesh.normals.empty()) smooth_normals(pose.rotation, t);
   const std::vector<std::uint16_t>& of_part = object->parts.of_part;
   for (int i = 0; i < t.count; ++i) {
+    const Found& f = found[t.ray[i]];
     Hit& hit = hits[t.ray[i]];
     hit = {t.range_m[i],
            static_cast<float>(t.cos_incidence[i]),
@@ -159,10 +177,8 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
            1,
            0,
            {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
-    if (!of_part.empty()) hit.part = of_part[mesh.part[found[t.ray[i]].triangle]];
-    if (plain) continue;
-    const Vec3 direction = local_ray(scene, query, t.ray[i], instance).direction;
-    interpolate(mesh, found[t.ray[i]], direction, pose.rotation, hit);
+    if (!of_part.empty()) hit.part = of_part[mesh.part[f.triangle]];
+    if (!mesh.reflectivity.empty()) hit.reflectivity = reflectivity_at(mesh, f);
   }
 }
 
