@@ -1,0 +1,30 @@
+// JSON text taken apart where it lies, for long lines of our own files whose values are passed on
+// as they stand. Nothing is copied, and numbers and strings are not looked into.
+//
+//   json_members   {"key": value, ...} to keys and texts of values
+//   json_elements  [value, ...] to texts of values
+//   JsonMembers    look-up by key
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ensonify {
+
+struct JsonMembers {
+  std::vector<std::pair<std::string_view, std::string_view>> all;
+
+  // Empty where there is no member of that key.
+  std::string_view at(std::string_view key) const;
+};
+
+// Keys without their quotes, as they are written. None where the text is not an object whose
+// brackets and quotes balance and that ends with the text.
+std::optional<JsonMembers> json_members(std::string_view object);
+
+// The same of an array.
+std::optional<std::vector<std::string_view>> json_elements(std::string_view array);
+
+}  // namespace ensonify
