@@ -34,7 +34,7 @@ struct Numerics {
   BackendChoice backend = BackendChoice::cpu;
   SimdLevel simd = best_simd_level();
   std::string backend_name = "cpu";  // as work.json has it; with the device's name behind cuda
-  std::shared_ptr<TableCache> tables = {};  // of several runs
+  std::shared_ptr<TableCache> tables = {};  // of several runs or sequences
 };
 
 // `automatic` becomes cuda where a device answers, else cpu. Error (device): cuda is asked for, and
