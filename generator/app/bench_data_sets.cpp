@@ -77,7 +77,7 @@ FileKindReport summary_of(const FileKind& kind, const std::vector<TimedDataSet>&
 Result<TimedDataSet> time_kind(const ScenarioOptions& input, const FileKind& kind,
                                std::uint32_t pings, const BenchSite& site) {
   ScenarioOptions with_kind = input;
-  if (kind.output != nullptr) with_kind.overrides.emplace_back("output", kind.output);
+  if (kind.output != nullptr) with_kind.overrides.push_back({"output", kind.output});
   const Result<DataSetPlan> plan = plan_data_set(with_kind, pings);
   if (!plan) return plan.error();
   return time_data_set(*plan, site);

@@ -22,7 +22,7 @@ double samples_of(const Session& session) { return session.record.samples; }
 
 double rays_of(const Session& session) {
   const Sonar& sonar = session.sonar;
-  return double{1} * sonar.beam_count * sonar.rays_azimuth * sonar.rays_elevation;
+  return static_cast<double>(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
 }
 
 double objects_of(const Session& session) {
