@@ -12,7 +12,6 @@
 #include "app/commands.h"
 #include "app/help_format.h"
 #include "app/terminal.h"
-#include "bench/bench.h"
 
 namespace ensonify {
 namespace {
@@ -235,17 +234,19 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
 void add_bench(CLI::App& app, Arguments& arguments) {
   BenchCommandOptions& options = arguments.bench;
   CLI::App& command =
-      *app.add_subcommand("bench", "speed of this machine, stage by stage and of whole data sets");
+      *app.add_subcommand("bench", "speed of this machine: stages, whole data sets, growth");
   CLI::Option* scenario = command.add_option("SCENARIO", arguments.scenario,
                                              "measure data sets of this scenario alone");
   add_set(command, arguments, "a key of the scenario")->needs(scenario);
   command.add_option("--json", options.json, "write the numbers to this file as well");
   CLI::Option* only_case = command.add_option("--case", options.case_name, "only this case");
-  offer(*only_case->excludes(scenario), bench_cases());
+  offer_choices(*only_case->excludes(scenario), bench_case_names());
   command
-      .add_option("--only", options.only,
-                  "stages, or data_sets (from scene to disk, by kind of file); both by default")
-      ->check(CLI::IsMember({"stages", "data_sets"}))
+      .add_option(
+          "--only", options.only,
+          "stages, data_sets (from scene to disk, by kind of file and of shipped scenes), or "
+          "growth (of data sets with threads, beams and the like); all by default")
+      ->check(CLI::IsMember({"stages", "data_sets", "growth"}))
       ->excludes(scenario);
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
@@ -255,7 +256,9 @@ void add_bench(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0.0, 3600.0));
   command
       .add_option("--pings", options.pings,
-                  fmt::format("make data sets of so many pings; {} by default", options.pings))
+                  fmt::format("make data sets of at least so many pings, in more sequences where a "
+                              "scenario has fewer; {} by default",
+                              options.pings))
       ->check(CLI::Range(1, 100'000));
   command.add_option("--disk", options.disk,
                      "folder for files that are written and removed; a temporary one by default");

@@ -58,8 +58,8 @@ struct BenchCommandOptions {
   ScenarioOptions input;       // measures data sets of this scenario alone; none: of the cases
   std::filesystem::path json;  // empty: not written
   std::optional<std::string> case_name;
-  std::string only;          // stages or data_sets; empty: both
-  std::uint32_t pings = 24;  // of each data set
+  std::string only;          // stages, data_sets or growth; empty: all
+  std::uint32_t pings = 24;  // of each data set, at least
   int threads = 0;
   double seconds = 0.3;
   std::filesystem::path disk;
@@ -95,9 +95,11 @@ Status export_command(const std::string& format, ExportOptions options, bool qui
 // Name and description of each format, one a line.
 std::string export_format_list();
 
-// Prints the speed of this machine, stage by stage and of whole data sets. Error kinds: usage, io,
-// interrupted.
+// Prints the speed of this machine, stage by stage and of whole data sets, and how the latter grow.
+// Error kinds: usage, io, interrupted.
 Status bench(const BenchCommandOptions& options);
+// Of everything that it measures without a scenario.
+std::vector<std::string> bench_case_names();
 
 // Prints the plan of a sweep with the cost of each run, and writes nothing. Error kinds: usage
 // (also where the plan in the folder has runs that this one has not), io.

@@ -155,12 +155,14 @@ std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& inf
 
 // The world of a sequence, with nothing worked out in it yet but what is known of the first. Where
 // all share one world, it serves every sequence of the lane.
-Status open_workshop(const Run& run, std::uint32_t sequence, Workshop& workshop) {
+Status open_workshop(const Run& run, std::uint32_t sequence, const Workers& workers,
+                     Workshop& workshop) {
   const bool vary = run.worlds.vary();
   if (workshop.world.session && !vary) return {};
   const Turn turn(run.crew.turns);
   workshop = {};  // the last world goes before the next one comes
-  Result<ReadyWorld> world = run.worlds.world(sequence);
+  Result<ReadyWorld> world =
+      timed(workers, Stage::world, [&] { return run.worlds.world(sequence); });
   if (!world) return world.error();
   workshop.world = std::move(*world);
   if (!vary) workshop.shared = run.first;
@@ -202,9 +204,9 @@ Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ense
 
 Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
   if (sequence_is_finished(run.dir, light)) return {};
-  if (Status opened = open_workshop(run, light.sequence, workshop); !opened) return opened;
-  Result<ReadyPipeline> ready =
-      start_sequence(run, light, Workers(run.threads_within(threads, 1)), workshop);
+  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
+  if (Status opened = open_workshop(run, light.sequence, workers, workshop); !opened) return opened;
+  Result<ReadyPipeline> ready = start_sequence(run, light, workers, workshop);
   if (!ready) return ready.error();
   const Pipeline& pipeline = ready->pipeline;
   const SequenceInfo& info = pipeline.info();

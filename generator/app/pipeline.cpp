@@ -292,7 +292,10 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
                                     const Numerics& numerics, const Workers& workers,
                                     SharedParts& shared, bool keeps_ping_zero) {
-  if (!shared.tables) shared.tables = pipeline_tables(session, numerics);
+  if (!shared.tables) {
+    const StageTimer timer(workers, Stage::tables);
+    shared.tables = pipeline_tables(session, numerics);
+  }
   PingSetup setup = ping_setup(session, tracer, std::move(info), shared.tables);
   if (setup.info.output.statistics && !shared.scene) {
     PingEchoes echoes =

@@ -119,6 +119,7 @@ std::string table_key(const Scenario& scenario) {
   part.name = none.name;
   part.sequences = none.sequences;
   if (!scenario.sonar.array) part.seed = none.seed;  // an array's errors are drawn from it
+  part.sonar.mount = none.sonar.mount;
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;
   part.scattering.speckle = none.scattering.speckle;
   part.sonar.mount = none.sonar.mount;

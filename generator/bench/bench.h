@@ -1,16 +1,19 @@
-// How fast this machine is, stage by stage, each beside its plain reference, in one run. Whole data
-// sets are measured by app/bench_data_sets and reported with them.
+// How fast this machine is, stage by stage, each next to its plain reference, in one run. Whole
+// data sets and their growth are measured by app/bench_data_sets and app/bench_growth, and reported
+// with them.
 //
 //   BenchCase  bench_cases   what is timed: fixed sonars over one fixed world that needs no file
 //   make_bench_world         sea floor of 103,000 triangles with boxes, cylinders and spheres on it
 //   bench_pose               where the sonar is
 //   BenchOptions  BenchReport  run_bench
+//   DataSetReport  GrowthReport  fitted_exponent
 //   bench_text               the table that people read
 //   bench_json               the same numbers for programs
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -88,7 +91,7 @@ struct FileKindReport {
   double core_ms_per_ping = 0;  // of all threads and the system, summed; median
   double mb_per_ping = 0;       // of all files of the data set
   // Where core_ms_per_ping goes (core/stage_times.h); `rest` is what no stage counts: the start of
-  // sequences, and finishing.
+  // sequences, threads that help with a stage, and finishing.
   std::vector<Timing> stages;
   double physics_share = 0;  // of core_ms_per_ping
 };
@@ -100,13 +103,32 @@ struct DataSetReport {
   std::vector<FileKindReport> kinds;
 };
 
+struct GrowthPoint {
+  double value = 0;  // of what grows
+  int pings = 0;     // of each run
+  double pings_per_s = 0, core_ms_per_ping = 0;
+  double world_core_ms = 0;  // to read the scenario and build its world, once
+};
+
+// Whole data sets that differ in one size.
+struct GrowthReport {
+  std::string name;  // of that size
+  int runs = 0;      // of each point; figures are their medians
+  std::vector<GrowthPoint> points;
+};
+
+// The least-squares slope of log y over log x: k where y grows as x^k. Nothing with fewer than two
+// different x. All must be positive.
+std::optional<double> fitted_exponent(const std::vector<double>& x, const std::vector<double>& y);
+
 struct BenchReport {
   MachineReport machine;
   std::vector<CaseReport> cases;
   std::vector<DataSetReport> data_sets;
+  std::vector<GrowthReport> growth;
 };
 
-// Without data sets. Errors (io): the folder of `disk` cannot be written.
+// Without data sets and growth. Errors (io): the folder of `disk` cannot be written.
 Result<BenchReport> run_bench(const BenchOptions& options);
 
 std::string bench_text(const BenchReport& report);

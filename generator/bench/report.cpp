@@ -5,17 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/bench.h"
+#include "bench/report_whole.h"
 
 namespace ensonify {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json times_of(const std::vector<Timing>& timings) {
-  Json json = Json::object();
-  for (const Timing& t : timings) json[t.name] = t.ms;
-  return json;
-}
 
 Json parts_of(const std::vector<Timing>& timings) {
   Json json = Json::object();
@@ -52,29 +47,13 @@ Json json_of(const CaseReport& c) {
           {"recurrence_pings_per_s", c.recurrence_pings_per_s},
           {"direct_error", c.direct_error},
           {"recurrence_error", c.recurrence_error},
-          {"stages_ms", times_of(c.stages)},
-          {"references_ms", times_of(c.references)},
+          {"stages_ms", times_json(c.stages)},
+          {"references_ms", times_json(c.references)},
           {"references_timed_part", parts_of(c.references)},
           {"shares_of_peak", shares_of(c)}};
 }
 
-Json json_of(const DataSetReport& d) {
-  Json kinds = Json::object();
-  for (const FileKindReport& k : d.kinds) {
-    kinds[k.name] = {
-        {"pings_per_s", k.pings_per_s},           {"pings_per_s_least", k.least_pings_per_s},
-        {"pings_per_s_most", k.most_pings_per_s}, {"core_ms_per_ping", k.core_ms_per_ping},
-        {"mb_per_ping", k.mb_per_ping},           {"physics_share", k.physics_share},
-        {"stages_ms", times_of(k.stages)}};
-  }
-  return {{"beams", d.beams},
-          {"samples", d.samples},
-          {"pings", d.pings},
-          {"runs", d.runs},
-          {"kinds", std::move(kinds)}};
-}
-
-// Which plain references stand beside a stage.
+// Which plain references stand next to a stage.
 struct Beside {
   const char* stage;
   std::vector<const char*> references;
@@ -85,10 +64,6 @@ const Beside kBeside[] = {{"trace", {"trace_one_ray"}},
                           {"ray_sum_and_fft", {"ray_sum_direct", "ray_sum_recurrence", "fft_rows"}},
                           {"mixing", {"mixing_full"}}};
 
-std::string number(double value) {
-  return value >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
-}
-
 std::string share_text(const Timing& t) {
   return t.share > 0 ? fmt::format("{:.0f} % of {}", 100 * t.share, t.share_of) : "";
 }
@@ -98,8 +73,9 @@ void add_row(std::string& text, const std::string& name, const Timing& t, double
   if (t.part < 1) {
     notes += fmt::format("{}{:.2g} % timed, scaled", notes.empty() ? "" : ", ", 100 * t.part);
   }
-  const std::string ratio = stage_ms > 0 ? "x " + number(t.ms / stage_ms) : "";
-  std::string line = fmt::format("  {:<24} {:>9}  {:>8}  {}", name, number(t.ms), ratio, notes);
+  const std::string ratio = stage_ms > 0 ? "x " + rounded_text(t.ms / stage_ms) : "";
+  std::string line =
+      fmt::format("  {:<24} {:>9}  {:>8}  {}", name, rounded_text(t.ms), ratio, notes);
   line.erase(line.find_last_not_of(' ') + 1);
   text += line + "\n";
 }
@@ -117,11 +93,12 @@ std::string case_text(const CaseReport& c) {
       "  over direct     {:>6} x ({} pings/s{})\n"
       "  over recurrence {:>6} x ({} pings/s{})\n"
       "  {:<24} {:>9}  {:>8}\n",
-      c.name, c.beams, c.rays_per_beam, c.scatterers, c.samples, c.transform, number(c.pings_per_s),
-      number(c.pings_per_s_1_thread), number(c.clean_pings_per_s), c.error, c.worst_tenth_error,
-      number(c.pings_per_s / c.direct_pings_per_s), number(c.direct_pings_per_s),
-      error_text(c.direct_error), number(c.pings_per_s / c.recurrence_pings_per_s),
-      number(c.recurrence_pings_per_s), error_text(c.recurrence_error), "one thread", "ms",
+      c.name, c.beams, c.rays_per_beam, c.scatterers, c.samples, c.transform,
+      rounded_text(c.pings_per_s), rounded_text(c.pings_per_s_1_thread),
+      rounded_text(c.clean_pings_per_s), c.error, c.worst_tenth_error,
+      rounded_text(c.pings_per_s / c.direct_pings_per_s), rounded_text(c.direct_pings_per_s),
+      error_text(c.direct_error), rounded_text(c.pings_per_s / c.recurrence_pings_per_s),
+      rounded_text(c.recurrence_pings_per_s), error_text(c.recurrence_error), "one thread", "ms",
       "slower");
   for (const Timing& stage : c.stages) {
     add_row(text, stage.name, stage, 0);
@@ -137,49 +114,15 @@ std::string case_text(const CaseReport& c) {
   return text;
 }
 
-// "default, ms of a core for a ping: trace 7.9, ...", in lines of a hundred characters.
-std::string stages_text(const FileKindReport& k) {
-  std::string text, line = fmt::format("  {}, ms of a core for a ping:", k.name);
-  for (const Timing& stage : k.stages) {
-    if (stage.ms <= 0) continue;
-    const std::string item = fmt::format(" {} {},", stage.name, number(stage.ms));
-    if (line.size() + item.size() > 100) {
-      text += line + "\n";
-      line = "   ";
-    }
-    line += item;
-  }
-  line.back() = '\n';
-  return text + line;
-}
-
-std::string data_set_text(const DataSetReport& d) {
-  std::string text = fmt::format(
-      "\nwhole data sets, {}: {} beams x {} samples; medians of {} runs of {} pings\n"
-      "  {:<16} {:>9}  {:>15}  {:>13}  {:>8}  {:>8}\n",
-      d.name, d.beams, d.samples, d.runs, d.pings, "files", "pings/s", "least to most",
-      "core ms/ping", "MB/ping", "physics");
-  for (const FileKindReport& k : d.kinds) {
-    const std::string range =
-        fmt::format("{} to {}", number(k.least_pings_per_s), number(k.most_pings_per_s));
-    text += fmt::format("  {:<16} {:>9}  {:>15}  {:>13}  {:>8}  {:>6.0f} %\n", k.name,
-                        number(k.pings_per_s), range, number(k.core_ms_per_ping),
-                        number(k.mb_per_ping), 100 * k.physics_share);
-  }
-  for (const FileKindReport& k : d.kinds) text += stages_text(k);
-  return text;
-}
-
 }  // namespace
 
 std::string bench_json(const BenchReport& report) {
   Json cases = Json::object();
   for (const CaseReport& c : report.cases) cases[c.name] = json_of(c);
-  Json data_sets = Json::object();
-  for (const DataSetReport& d : report.data_sets) data_sets[d.name] = json_of(d);
   const MachineReport& m = report.machine;
   const Json json = {{"cases", std::move(cases)},
-                     {"data_sets", std::move(data_sets)},
+                     {"data_sets", data_sets_json(report.data_sets)},
+                     {"growth", growth_json(report.growth)},
                      {"machine",
                       {{"fma_gflops", m.fma_gflops},
                        {"copy_gb_s", m.copy_gb_s},
@@ -200,7 +143,7 @@ std::string bench_text(const BenchReport& report) {
       : m.disk_is_direct ? ""
                          : " (through the page cache, synchronised)");
   for (const CaseReport& c : report.cases) text += case_text(c);
-  for (const DataSetReport& d : report.data_sets) text += data_set_text(d);
+  text += data_sets_text(report.data_sets) + growth_text(report.growth);
   if (report.cases.empty()) return text;
   text +=
       "\nMedians. Stages and references: one thread. direct, recurrence: sine and cosine for each "

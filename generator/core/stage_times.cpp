@@ -6,10 +6,10 @@
 namespace ensonify {
 namespace {
 
-constexpr const char* kStageNames[] = {"trace",        "scatterers", "hidden",      "synthesis",
-                                       "labels",       "shadow",     "annotations", "cartesian",
-                                       "grey",         "encode_npy", "encode_exr",  "encode_png",
-                                       "encode_other", "hash",       "record",      "store"};
+constexpr const char* kStageNames[] = {
+    "world",      "tables",     "trace",        "scatterers", "hidden", "synthesis",
+    "labels",     "shadow",     "annotations",  "cartesian",  "grey",   "encode_npy",
+    "encode_exr", "encode_png", "encode_other", "hash",       "record", "store"};
 static_assert(std::size(kStageNames) == kStageCount);
 static_assert(static_cast<int>(Stage::store) == kStageCount - 1);
 

@@ -15,6 +15,8 @@
 namespace ensonify {
 
 enum class Stage {
+  world,        // shapes, meshes and terrain, with the tracer's hierarchies
+  tables,       // what follows from sonar, water and record
   trace,        // rays to hits
   scatterers,   // hits to scatterers and volume echoes, sorted
   hidden,       // what lies behind the first hits
@@ -32,7 +34,7 @@ enum class Stage {
   record,  // the ping's entry for the tables
   store,   // written and renamed
 };
-inline constexpr int kStageCount = 16;
+inline constexpr int kStageCount = 18;
 
 const char* stage_name(Stage stage);
 

@@ -20,14 +20,12 @@ if(CMAKE_SCRIPT_MODE_FILE)
 #include \"${HEADER}\"
 
 namespace ensonify {
-namespace {
 
-constexpr ${TYPE} kFiles[] = {
+std::span<const ${TYPE}> ${FUNCTION}() {
+  static constexpr ${TYPE} kFiles[] = {
 ${table}};
-
-}  // namespace
-
-std::span<const ${TYPE}> ${FUNCTION}() { return kFiles; }
+  return kFiles;
+}
 
 }  // namespace ensonify
 ")

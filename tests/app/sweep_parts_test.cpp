@@ -43,6 +43,7 @@ const std::vector<Override> kChanges = {
     {"sequences", "2"},
     {"sonar.range_max_m", "3"},
     {"sonar.source_level_db", "190"},
+    {"sonar.mount", "{rotation_deg: [0, 20, 0]}"},
     {"water.sound_speed_m_s", "1480"},
     {"scattering.lambert_exponent", "2"},
     {"scattering.normalization", "mean_square"},
@@ -97,6 +98,18 @@ TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
         std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "water.sound_speed_m_s",
                               "scattering.normalization", "synthesis.tolerance",
                               "output.cartesian"});
+}
+
+// Protects the time of sampled data sets: what is sampled in this scene, the mount among it,
+// changes no table.
+TEST_CASE("tables are shared by the sequences of a sampled scene") {
+  const auto key_of = [](std::uint32_t sequence) {
+    const auto file = std::filesystem::path(ENSONIFY_SCENES) / "random_debris.yaml";
+    const Result<Scenario> scenario = load_scenario(file, {}, sequence);
+    if (!scenario) FAIL(scenario.error().message);
+    return table_key(*scenario);
+  };
+  CHECK(key_of(0) == key_of(1));
 }
 
 TEST_CASE("sweep: what a world draws from the seed goes by the seed") {

@@ -1,0 +1,53 @@
+// How the time of whole data sets grows with threads and with the sizes of a scenario.
+//
+//   GrowthStep  GrowthAxis  growth_axes   what grows, over what sizes
+//   GrowthBenchOptions  bench_growth      one data set for each size, several times
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/bench_data_sets.h"
+#include "app/session.h"
+#include "bench/bench.h"
+#include "core/error.h"
+
+namespace ensonify {
+
+struct GrowthStep {
+  int threads = 1;
+  std::uint32_t pings = 8;
+  std::vector<Override> overrides;
+};
+
+struct GrowthAxis {
+  std::string name;
+  double (*size)(const Session&);  // null: the threads of the step
+  std::vector<GrowthStep> steps;
+};
+
+//   threads    1, 2, 4 ... up to `threads`
+//   beams      128 to 1024
+//   samples    of the record, by bandwidth
+//   rays       of a ping, by rays in elevation
+//   objects    with up to 4096 spheres over the seabed
+//   triangles  of the seabed, 39,000 to 2.5 million
+// All but what grows is that of configs/bench/full.yaml with 128 beams, and the default files
+// without Cartesian and 8-bit images.
+std::vector<GrowthAxis> growth_axes(int threads);
+
+struct GrowthBenchOptions {
+  int runs = 3;                  // of each step
+  std::filesystem::path folder;  // where data sets are made and removed again
+  std::function<void(const std::string&)> on_progress = {};
+};
+
+// Each step once, then all of them again, in worlds that are built once. Errors: usage (a step
+// makes no valid scenario), io, interrupted.
+Result<GrowthReport> bench_growth(const DataSetCase& base, const GrowthAxis& axis,
+                                  const GrowthBenchOptions& options);
+
+}  // namespace ensonify
