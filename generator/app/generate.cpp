@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <memory>
 
 #include "app/commands.h"
 #include "app/cost.h"
@@ -34,8 +33,6 @@ Result<Opened> open_dataset(const GenerateOptions& options, const Workers& worke
   if (!worlds) return worlds.error();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
-  // Sequences with worlds of their own mostly have one sonar in one water.
-  numerics->tables = std::make_shared<TableCache>();
   FileHashes hashes;
   Result<DatasetWork> work =
       settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);

@@ -122,7 +122,6 @@ std::string table_key(const Scenario& scenario) {
   part.sonar.mount = none.sonar.mount;
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;
   part.scattering.speckle = none.scattering.speckle;
-  part.sonar.mount = none.sonar.mount;
   part.materials = none.materials;
   part.objects = none.objects;
   part.point_targets = none.point_targets;
