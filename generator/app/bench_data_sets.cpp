@@ -88,9 +88,13 @@ Status make_data_set(const SequenceWorlds& worlds, const Numerics& numerics,
   Progress progress(ProgressStyle::quiet, 0, 0);
   Turns turns(workers.threads());
   const Crew crew{numerics, workers.threads(), turns, progress, nullptr, &stages};
-  Status made = make_sequences(crew, dir, worlds, work->sequences());
+  Status made = make_sequences(crew, dir, worlds, *work);
   if (!made) return made;
-  return finish_work(dir, worlds, std::move(*work), workers.threads(), watch.ms() / 1e3);
+  const std::vector<SequenceFailure> failed = failures_of(dir, *work);
+  if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->asked_count())};
+  const auto ended =
+      finish_work(dir, worlds, std::move(*work), workers.threads(), watch.ms() / 1e3);
+  return ended ? Status() : Status(ended.error());
 }
 
 // One data set, whose folder is gone afterwards.
