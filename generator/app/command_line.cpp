@@ -37,9 +37,6 @@ struct Arguments {
   bool overwrite = false, export_scatterers = false, quiet = false;
 };
 
-// Some runs of a sweep failed, the others are done.
-constexpr int kFailedRuns = 3;
-
 Result<int> exit_status(const Status& status) {
   if (!status) return status.error();
   return 0;
@@ -136,7 +133,7 @@ Result<int> run_sweep_command(const Arguments& arguments) {
   if (arguments.finalize) return exit_status(finalize_sweep(options));
   const Result<std::size_t> failed = run_sweep(options);
   if (!failed) return failed.error();
-  return *failed > 0 ? kFailedRuns : 0;
+  return *failed > 0 ? exit_code(ErrorKind::incomplete) : 0;
 }
 
 CLI::Option* add_set(CLI::App& command, Arguments& arguments, const std::string& key) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "app/make_dataset.h"
 #include "app/terminal.h"
 #include "core/counted.h"
 #include "dataset/verify.h"
@@ -77,6 +78,11 @@ Status verify(const std::filesystem::path& folder, int threads) {
   if (report->faults.empty()) {
     tell("{}: whole: {}, {} bytes\n", folder.string(), counted(report->files, "file"),
          report->bytes);
+    // That is no damage: the data set holds what can be made.
+    if (!report->failed.empty()) {
+      tell("{}: {}\n", folder.string(),
+           failures_text(report->failed, report->sequences + report->failed.size()));
+    }
     return {};
   }
   std::string text;

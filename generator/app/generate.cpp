@@ -60,7 +60,7 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
 // took to work out is handed on.
 Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
   const auto& [worlds, numerics, work] = opened;
-  const SequenceInfo& info = work.infos.front();
+  const SequenceInfo& info = work.first;
   SharedParts shared;
   if (!info.noise_snr_db) return shared;
   shared.tables = pipeline_tables(worlds.first(), numerics);
@@ -71,59 +71,101 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
   return shared;
 }
 
-std::uint64_t ping_count(std::span<const SequenceInfo> sequences) {
-  std::uint64_t pings = 0;
-  for (const SequenceInfo& info : sequences) pings += info.last_ping - info.first_ping;
-  return pings;
-}
-
 Status make(const GenerateOptions& options, const Opened& opened, SharedParts first, int threads) {
   const auto& [worlds, numerics, work] = opened;
-  if (work.sequences().empty()) return {};  // a shard of more shards than sequences
-  const std::uint64_t pings = ping_count(work.sequences());
-  const std::uint64_t found = pings_found(options.output, work.sequences());
-  if (found > 0 && !options.quiet) {
-    tell("continuing: {} of {} there already\n", found, counted(pings, "ping"));
+  if (work.asked_count() == 0) return {};  // a shard of more shards than sequences
+  const PingTotals pings = ping_totals(options.output, worlds, work);
+  if (pings.found > 0 && !options.quiet) {
+    tell("continuing: {} of {} there already\n", pings.found, counted(pings.all, "ping"));
   }
-  Progress progress(progress_style(options.quiet), pings, found);
+  Progress progress(progress_style(options.quiet), pings.all, pings.found);
   Turns turns(threads);
-  return make_sequences({numerics, threads, turns, progress}, options.output, worlds,
-                        work.sequences(), 1, {}, std::move(first));
+  return make_sequences({numerics, threads, turns, progress}, options.output, worlds, work, 1, {},
+                        std::move(first));
 }
 
 // Its sequences are made; the data set is finished by one process, when all are.
-void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work) {
+void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work,
+                        std::size_t failed) {
   if (options.quiet) return;
   tell(
       "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
       "place of --shard finishes the data set\n",
       options.output.string(), options.shard->number, options.shard->count,
-      counted(work.sequences().size(), "sequence"), work.infos.size());
+      counted(work.asked_count() - failed, "sequence"), work.sequences);
 }
 
 // All that stand in the way of finishing, or none.
 Status all_sequences_made(const GenerateOptions& options, const DatasetWork& work) {
+  const Failures failed = failures_in(options.output);
   std::uint64_t missing = 0;
   std::uint32_t first = 0, last = 0;
-  for (const SequenceInfo& info : work.infos) {
-    if (sequence_is_finished(options.output, info)) continue;
-    if (missing++ == 0) first = info.sequence;
-    last = info.sequence + 1;
+  for (std::uint32_t sequence = 0; sequence < work.sequences; ++sequence) {
+    if (failed.contains(sequence) || sequence_is_finished(options.output, sequence)) continue;
+    if (missing++ == 0) first = sequence;
+    last = sequence + 1;
   }
-  if (missing == 0 || (options.partial && missing < work.infos.size())) return {};
+  if (missing == 0 || (options.partial && missing < work.sequences)) return {};
   return Error{
       ErrorKind::usage,
       fmt::format("{}: {} of {} missing; make them (--shard, or --sequences {}:{}, which leaves "
                   "alone what is done){}",
-                  options.output.string(), missing, counted(work.infos.size(), "sequence"), first,
+                  options.output.string(), missing, counted(work.sequences, "sequence"), first,
                   last, options.partial ? "" : ", or give --partial for those that are there")};
+}
+
+// Those of [first, last) that cannot be made.
+std::vector<SequenceFailure> failed_of(const GenerateOptions& options, const DatasetWork& work,
+                                       PingRange sequences) {
+  std::vector<SequenceFailure> failed = failures_of(options.output, work);
+  std::erase_if(failed, [&](const SequenceFailure& failure) {
+    return failure.sequence < sequences.first || failure.sequence >= sequences.second;
+  });
+  return failed;
+}
+
+// Error (incomplete) where sequences of [first, last) cannot be made.
+Status unless_failed(const GenerateOptions& options, const DatasetWork& work, PingRange sequences) {
+  const std::vector<SequenceFailure> failed = failed_of(options, work, sequences);
+  if (failed.empty()) return {};
+  return Error{ErrorKind::incomplete,
+               fmt::format("{}: {}", options.output.string(),
+                           failures_text(failed, sequences.second - sequences.first))};
 }
 
 using Clock = std::chrono::steady_clock;
 
-Status finish(const GenerateOptions& options, Opened opened, int threads, Clock::time_point start) {
+Result<DatasetManifest> finish(const GenerateOptions& options, const Opened& opened, int threads,
+                               Clock::time_point start) {
   const std::chrono::duration<double> took = Clock::now() - start;
-  return finish_work(options.output, opened.worlds, std::move(opened.work), threads, took.count());
+  return finish_work(options.output, opened.worlds, opened.work, threads, took.count());
+}
+
+void tell_finished(const GenerateOptions& options, const DatasetManifest& dataset,
+                   PingRange asked) {
+  if (options.quiet) return;
+  std::uint64_t pings = 0, sequences = 0;
+  for (const SequenceEntry& entry : dataset.sequences) {
+    if (entry.sequence < asked.first || entry.sequence >= asked.second) continue;
+    pings += entry.pings();
+    ++sequences;
+  }
+  tell("{}: {} in {}\n", options.output.string(), counted(pings, "ping"),
+       counted(sequences, "sequence"));
+}
+
+// The data set, once its sequences are made, or the shard.
+Status end_work(const GenerateOptions& options, const Opened& opened, int threads,
+                Clock::time_point start) {
+  const DatasetWork& work = opened.work;
+  if (options.shard) {
+    tell_shard_is_done(options, work, failed_of(options, work, work.asked).size());
+  } else {
+    const Result<DatasetManifest> ended = finish(options, opened, threads, start);
+    if (!ended) return ended.error();
+    tell_finished(options, *ended, work.asked);
+  }
+  return unless_failed(options, work, work.asked);
 }
 
 }  // namespace
@@ -140,23 +182,23 @@ Status finalize_dataset(const GenerateOptions& options) {
   if (!opened) return opened.error();
   DatasetWork& work = opened->work;
   FolderUse use;
-  const auto state =
-      open_work(options.output, work.identity, work.infos.size(), false, false, &use);
+  const auto state = open_work(options.output, work.identity, work.sequences, false, false, &use);
   if (!state) return state.error();
   if (const Status there = all_sequences_made(options, work); !there) return there;
-  const std::size_t all = work.infos.size();
-  const auto made = std::count_if(work.infos.begin(), work.infos.end(), [&](const auto& info) {
-    return sequence_is_finished(options.output, info);
-  });
+  std::uint32_t made = 0;
+  for (std::uint32_t sequence = 0; sequence < work.sequences; ++sequence) {
+    made += sequence_is_finished(options.output, sequence);
+  }
   if (options.partial) work.asked = {0, 0};
   if (*state != FolderState::complete) {
-    const Status ended = finish(options, std::move(*opened), workers.threads(), start);
-    if (!ended) return ended;
+    const Result<DatasetManifest> ended = finish(options, *opened, workers.threads(), start);
+    if (!ended) return ended.error();
   }
   if (!options.quiet) {
-    tell("{}: finished with {} of {}\n", options.output.string(), made, counted(all, "sequence"));
+    tell("{}: finished with {} of {}\n", options.output.string(), made,
+         counted(work.sequences, "sequence"));
   }
-  return {};
+  return unless_failed(options, work, {0, work.sequences});
 }
 
 Status generate(const GenerateOptions& options) {
@@ -184,34 +226,21 @@ Status generate(const GenerateOptions& options) {
     if (!options.quiet) {
       tell("{}: complete already, nothing to do\n", options.output.string());
     }
-    return {};
+    return unless_failed(options, work, work.asked);
   }
   listen_for_interrupts();
   const Status made = make(options, *opened, std::move(*first), workers.threads());
   if (!made) return made;
-  if (options.shard) {
-    tell_shard_is_done(options, work);
-    return {};
-  }
-  const std::uint64_t pings = ping_count(work.sequences());
-  const std::size_t sequences = work.sequences().size();
-  const Status ended = finish(options, std::move(*opened), workers.threads(), start);
-  if (!ended) return ended;
-  if (!options.quiet) {
-    tell("{}: {} in {}\n", options.output.string(), counted(pings, "ping"),
-         counted(sequences, "sequence"));
-  }
-  return {};
+  return end_work(options, *opened, workers.threads(), start);
 }
 
 namespace {
 
-// Every sequence of a scenario in which something is drawn, as far as that goes without its world.
+// Distributions, and some of the sequences as far as that goes without their worlds.
 Status check_sequences(const ScenarioOptions& options, const Workers& workers) {
   const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
   if (!worlds) return worlds.error();
-  const Result<std::vector<SequenceInfo>> infos = worlds->all_infos({}, workers);
-  return infos ? Status() : infos.error();
+  return worlds->check_some({}, workers);
 }
 
 Result<Session> first_session(const ScenarioOptions& options) {

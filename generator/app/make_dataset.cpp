@@ -4,8 +4,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "app/program.h"
 #include "app/terminal.h"
+#include "core/counted.h"
 #include "formats/sha256.h"
 
 namespace ensonify {
@@ -23,11 +27,15 @@ Result<std::vector<Asset>> hash_assets(const Scenario& scenario, FileHashes& has
   return assets;
 }
 
+std::string name_in_dataset(const Asset& asset) {
+  return "assets/" + asset.sha256 + asset.extension;
+}
+
 // The resolved text as a data set holds it: input files by the hash of their content.
 std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& assets) {
   return to_yaml(scenario, [&](const fs::path& file) {
     for (const Asset& asset : assets) {
-      if (asset.source == file) return "assets/" + asset.sha256 + asset.extension;
+      if (asset.source == file) return name_in_dataset(asset);
     }
     return file.string();
   });
@@ -43,8 +51,8 @@ WorkIdentity identity_of(const SequenceWorlds& worlds, const DatasetWork& work,
   identity.name = session.scenario.name;
   identity.scenario_sha256 = sha256_hex(resolved_text(without_count, work.assets));
   identity.seed = session.scenario.seed;
-  identity.first_ping = work.infos.front().first_ping;
-  identity.last_ping = work.infos.front().last_ping;
+  identity.first_ping = work.first.first_ping;
+  identity.last_ping = work.first.last_ping;
   identity.program_version = program_version();
   identity.program_commit = program_commit();
   identity.backend = numerics.backend_name;
@@ -61,6 +69,14 @@ Result<PingRange> sequences_of(const std::optional<PingRange>& asked, const Scen
                fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; accepted is A:B "
                            "with 0 <= A < B <= {}",
                            first, last, scenario.sequences - 1, scenario.sequences)};
+}
+
+// Further lines of an error, below its first.
+std::string indented(std::string text) {
+  for (auto at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) {
+    text.insert(at + 1, "    ");
+  }
+  return text;
 }
 
 }  // namespace
@@ -91,38 +107,88 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
   const Scenario& scenario = worlds.first().scenario;
   const Result<PingRange> asked = sequences_of(sequences, scenario);
   if (!asked) return asked.error();
-  Result<std::vector<SequenceInfo>> infos = worlds.all_infos(pings, workers);
-  if (!infos) return infos.error();
+  Result<SequenceInfo> first = worlds.info(0, pings);
+  if (!first) return first.error();
+  if (const Status valid = worlds.check_some(pings, workers); !valid) return valid.error();
   Result<std::vector<Asset>> assets = hash_assets(scenario, hashes);
   if (!assets) return assets.error();
-  DatasetWork work{std::move(*infos), *asked, std::move(*assets), {}, {}};
+  DatasetWork work{
+      std::move(*first), scenario.sequences, *asked, pings, std::move(*assets), {}, {}};
   work.identity = identity_of(worlds, work, numerics);
   work.scenario_yaml = resolved_text(scenario, work.assets);
   return work;
 }
 
-Status finish_work(const fs::path& dir, const SequenceWorlds& worlds, DatasetWork work, int threads,
-                   double wall_seconds) {
+Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& worlds,
+                                    DatasetWork work, int threads, double wall_seconds) {
   DatasetInfo dataset;
-  dataset.identity = std::move(work.identity);
-  dataset.sequences_in_all = work.infos.size();
-  for (SequenceInfo& info : work.infos) {
-    if (sequence_is_finished(dir, info)) {
-      dataset.sequences.push_back(std::move(info));
-    } else if (info.sequence >= work.asked.first && info.sequence < work.asked.second) {
+  dataset.sequences_in_all = work.sequences;
+  for (SequenceFailure& failure : failures_of(dir, work)) {
+    if (!sequence_is_finished(dir, failure.sequence)) dataset.failed.push_back(std::move(failure));
+  }
+  auto failed = dataset.failed.begin();
+  for (std::uint32_t sequence = 0; sequence < work.sequences; ++sequence) {
+    if (failed != dataset.failed.end() && failed->sequence == sequence) {
+      ++failed;
+    } else if (sequence_is_finished(dir, sequence)) {
+      dataset.sequences.push_back(sequence);
+    } else if (sequence >= work.asked.first && sequence < work.asked.second) {
       return Error{ErrorKind::io,
                    fmt::format("{}: sequence {} was made and is not whole any more; see what else "
                                "changes the folder, and give the same command again",
-                               dir.string(), info.sequence)};
+                               dir.string(), sequence)};
     }
   }
+  if (dataset.sequences.empty()) {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: no data set: {}", dir.string(),
+                             failures_text(dataset.failed, dataset.failed.size()))};
+  }
+  dataset.identity = std::move(work.identity);
   dataset.scenario_yaml = std::move(work.scenario_yaml);
+  dataset.first = std::move(work.first);
   dataset.classes = worlds.first().world.classes;
   dataset.assets = std::move(work.assets);
   dataset.host = host_name();
   dataset.threads = threads;
   dataset.wall_seconds = wall_seconds;
   return finish_dataset(dir, dataset);
+}
+
+std::vector<SequenceFailure> failures_of(const fs::path& dir, const DatasetWork& work) {
+  std::vector<SequenceFailure> failed;
+  for (auto& [sequence, error] : failures_in(dir)) {
+    if (sequence < work.sequences) failed.push_back({sequence, error});
+  }
+  return failed;
+}
+
+std::string portable_text(std::string text, std::span<const Asset> assets) {
+  // The longest first: a path may begin with another.
+  std::map<std::pair<std::size_t, std::string>, std::string, std::greater<>> names;
+  for (const Asset& asset : assets) {
+    const std::string path = asset.source.string();
+    names[{path.size(), path}] = name_in_dataset(asset);
+  }
+  for (const auto& [path, name] : names) {
+    for (auto at = text.find(path.second); at != std::string::npos;
+         at = text.find(path.second, at + name.size())) {
+      text.replace(at, path.second.size(), name);
+    }
+  }
+  return text;
+}
+
+std::string failures_text(std::span<const SequenceFailure> failed, std::uint64_t sequences) {
+  constexpr std::size_t kMostNamed = 10;
+  std::string text =
+      fmt::format("{} of {} could not be made", failed.size(), counted(sequences, "sequence"));
+  const std::size_t named = std::min(failed.size(), kMostNamed);
+  for (const auto& [sequence, error] : failed.first(named)) {
+    text += fmt::format("\n  sequence {}: {}", sequence, indented(error));
+  }
+  if (failed.size() > named) text += fmt::format("\n  and {} more", failed.size() - named);
+  return text;
 }
 
 std::string host_name() {

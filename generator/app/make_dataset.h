@@ -4,6 +4,7 @@
 //   FileHashes     of input files, each read once
 //   DatasetWork  settle_dataset   everything known, nothing written
 //   finish_work    the last step
+//   failures_of  portable_text  failures_text   the sequences that cannot be made
 #pragma once
 
 #include <cstdint>
@@ -17,6 +18,7 @@
 
 #include "app/sequence_worlds.h"
 #include "app/tables.h"
+#include "dataset/failures.h"
 #include "dataset/finish.h"
 
 namespace ensonify {
@@ -35,19 +37,20 @@ class FileHashes {
 };
 
 struct DatasetWork {
-  std::vector<SequenceInfo> infos;  // of all sequences
-  PingRange asked;                  // the sequences that are to be made
+  SequenceInfo first;              // of sequence 0
+  std::uint32_t sequences = 0;     // of the scenario
+  PingRange asked;                 // the sequences that are to be made
+  std::optional<PingRange> pings;  // of each; absent: all that it has
   std::vector<Asset> assets;
   WorkIdentity identity;
   std::string scenario_yaml;
 
-  std::span<const SequenceInfo> sequences() const {
-    return std::span(infos).subspan(asked.first, asked.second - asked.first);
-  }
+  std::uint32_t asked_count() const { return asked.second - asked.first; }
 };
 
-// `pings`, `sequences`: ranges [first, last); absent: all. Errors (usage): a range that the
-// scenario has not, draws of a sequence that make no valid scenario; io: an input file cannot be
+// `pings`, `sequences`: ranges [first, last); absent: all. Takes no more time and memory for many
+// sequences than for kSequencesChecked. Errors (usage): a range that the scenario does not have,
+// samples of one of the checked sequences that make no valid scenario; io: an input file cannot be
 // read.
 Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& pings,
@@ -55,10 +58,20 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const Numerics& numerics, FileHashes& hashes,
                                    const Workers& workers);
 
-// The top level of the data set, once those asked for are made; others are in it that are whole.
-// Errors: those of finish_dataset; io: one of those asked for is not whole.
-Status finish_work(const std::filesystem::path& dir, const SequenceWorlds& worlds, DatasetWork work,
-                   int threads, double wall_seconds);
+// The top level of the data set, once those asked for are made or cannot be made; others are in it
+// that are whole. Errors: those of finish_dataset; usage: there is no sequence; io: one of those
+// asked for is not whole.
+Result<DatasetManifest> finish_work(const std::filesystem::path& dir, const SequenceWorlds& worlds,
+                                    DatasetWork work, int threads, double wall_seconds);
+
+// Those of the work that `dir` has a record of, ascending.
+std::vector<SequenceFailure> failures_of(const std::filesystem::path& dir, const DatasetWork& work);
+
+// The text with input files under their names in the data set, as it is on every machine.
+std::string portable_text(std::string text, std::span<const Asset> assets);
+
+// `3 of 100 sequences could not be made`, and the first of them with their errors, one a line.
+std::string failures_text(std::span<const SequenceFailure> failed, std::uint64_t sequences);
 
 std::string host_name();
 

@@ -1,8 +1,10 @@
 #include "app/make_sequences.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <complex>
 #include <optional>
 #include <utility>
@@ -11,8 +13,10 @@
 #include "app/cost.h"
 #include "app/ensemble.h"
 #include "app/terminal.h"
+#include "dataset/failures.h"
 #include "dataset/finish.h"
 #include "dataset/write_ping.h"
+#include "formats/files.h"
 
 namespace ensonify {
 namespace {
@@ -21,9 +25,11 @@ struct Run {
   const Crew& crew;
   const std::filesystem::path& dir;
   const SequenceWorlds& worlds;
+  const DatasetWork& work;
   int beside;
   const std::function<void()>& told;
-  SharedParts& first;  // what is known of the first world already
+  SharedParts& first;      // what is known of the first world already
+  const Failures& failed;  // of earlier runs
 
   void ping_done() const {
     crew.progress.ping_done();
@@ -34,6 +40,10 @@ struct Run {
     return std::max(1, threads / (static_cast<int>(side_by_side) * beside));
   }
 };
+
+std::uint64_t pings_of(const SequenceInfo& info) {
+  return std::uint64_t{info.last_ping} - info.first_ping;
+}
 
 // What a lane has at hand for the sequences that it makes.
 struct Workshop {
@@ -138,7 +148,7 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
   });
   if (made || made.error().kind != ErrorKind::interrupted) return made;
   // Another copy of the same work may have been faster, and taken .work away.
-  if (sequence_is_finished(run.dir, pipeline.info())) return made;
+  if (sequence_is_finished(run.dir, pipeline.info().sequence)) return made;
   const Status saved = ensemble.save();
   return saved ? made : saved;
 }
@@ -170,15 +180,28 @@ Status open_workshop(const Run& run, std::uint32_t sequence, const Workers& work
   return {};
 }
 
-Result<ReadyPipeline> start_sequence(const Run& run, const SequenceInfo& light,
-                                     const Workers& workers, Workshop& workshop) {
+Result<ReadyPipeline> start_sequence(const Run& run, std::uint32_t sequence, const Workers& workers,
+                                     Workshop& workshop) {
   const Turn turn(run.crew.turns);
   const auto& [session, tracer] = workshop.world;
-  SequenceInfo info = sequence_info(*session, light.sequence, light.first_ping, light.last_ping);
+  const Result<PingRange> range = range_of(run.work.pings, *session);
+  if (!range) return range.error();
+  SequenceInfo info = sequence_info(*session, sequence, range->first, range->second);
   const bool makes_ping_zero =
       info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
   return make_pipeline(*session, *tracer, std::move(info), run.crew.numerics, workers,
                        workshop.shared, makes_ping_zero);
+}
+
+// What is wrong with one sequence does not keep the others from being made. A file that has gone
+// meanwhile is wrong with all of them, and may come back.
+Status give_up(const Run& run, std::uint32_t sequence, const Error& error) {
+  if (error.kind != ErrorKind::usage) return error;
+  for (const Asset& asset : run.work.assets) {
+    if (::access(asset.source.c_str(), R_OK) != 0) return read_error(asset.source, errno);
+  }
+  run.crew.progress.correct_total(pings_of(run.work.first), 0);
+  return record_failure(run.dir, {sequence, portable_text(error.message, run.work.assets)});
 }
 
 // The scene at the sequence's first ping; nothing where it is not asked for.
@@ -202,29 +225,38 @@ Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ense
   return made ? make_blocks(run, pipeline, threads, ensemble) : made;
 }
 
-Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Workshop& workshop) {
-  if (sequence_is_finished(run.dir, light)) return {};
-  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
-  if (Status opened = open_workshop(run, light.sequence, workers, workshop); !opened) return opened;
-  Result<ReadyPipeline> ready = start_sequence(run, light, workers, workshop);
-  if (!ready) return ready.error();
-  const Pipeline& pipeline = ready->pipeline;
+Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
+                           const Session& session) {
+  const Pipeline& pipeline = ready.pipeline;
   const SequenceInfo& info = pipeline.info();
+  run.crew.progress.correct_total(pings_of(run.work.first), pings_of(info));
   std::optional<Ensemble> ensemble;
   if (info.output.statistics) ensemble.emplace(run.dir, info);
   Status made = ensemble ? make_ensemble(run, pipeline, threads, *ensemble)
                          : make_pings(run, pipeline, missing_pings(run, info, info.last_ping),
-                                      threads, std::move(ready->ping_zero));
+                                      threads, std::move(ready.ping_zero));
   if (!made) return made;
-  const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
+  const Result<std::string> sdf = sdf_of(run, session, info);
   if (!sdf) return sdf.error();
   return finish_sequence(run.dir, info, *sdf, ensemble ? &ensemble->moments() : nullptr);
+}
+
+Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {
+  if (run.failed.contains(sequence) || sequence_is_finished(run.dir, sequence)) return {};
+  if (Status go = unless_interrupted(run); !go) return go;
+  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
+  if (Status opened = open_workshop(run, sequence, workers, workshop); !opened) {
+    return give_up(run, sequence, opened.error());
+  }
+  Result<ReadyPipeline> ready = start_sequence(run, sequence, workers, workshop);
+  if (!ready) return give_up(run, sequence, ready.error());
+  return make_ready_sequence(run, *ready, threads, *workshop.world.session);
 }
 
 std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInfo& info) {
   std::uint64_t found = 0;
   std::uint32_t last = info.last_ping;
-  if (info.output.statistics && !sequence_is_finished(dir, info)) {
+  if (info.output.statistics) {
     const auto moments = load_moments(dir, info);
     last = info.first_ping + static_cast<std::uint32_t>(moments ? moments->count : 0);
   }
@@ -234,32 +266,41 @@ std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInf
   return found;
 }
 
-int sequences_at_once(std::span<const SequenceInfo> sequences, bool vary, int threads) {
-  std::uint32_t pings = 1;
-  for (const SequenceInfo& info : sequences) {
-    pings = std::max(pings, work_items(info.last_ping - info.first_ping, info.output));
-  }
-  return sequences_under_way(threads, pings, sequences.size(), vary);
-}
-
 }  // namespace
 
-std::uint64_t pings_found(const std::filesystem::path& dir,
-                          std::span<const SequenceInfo> sequences) {
-  std::uint64_t found = 0;
-  for (const SequenceInfo& info : sequences) found += pings_found_of(dir, info);
-  return found;
+PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& worlds,
+                       const DatasetWork& work) {
+  const std::uint64_t each = pings_of(work.first);
+  const Failures failed = failures_in(dir);
+  PingTotals totals{0, each * work.asked_count()};
+  for (const std::uint32_t sequence : sequence_numbers(dir)) {
+    if (sequence < work.asked.first || sequence >= work.asked.second) continue;
+    if (const auto finished = finished_pings(dir, sequence)) {
+      totals.found += *finished;
+      totals.all += *finished - each;
+    } else if (failed.contains(sequence)) {
+      totals.all -= each;
+    } else if (const auto info = worlds.info(sequence, work.pings)) {
+      totals.found += pings_found_of(dir, *info);
+    }
+  }
+  return totals;
 }
 
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
-                      const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
-                      int beside, const std::function<void()>& ping_done, SharedParts first) {
-  const Run run{crew, dir, worlds, beside, ping_done, first};
-  const int lanes = sequences_at_once(sequences, worlds.vary(), crew.threads);
+                      const SequenceWorlds& worlds, const DatasetWork& work, int beside,
+                      const std::function<void()>& ping_done, SharedParts first) {
+  const Failures failed = failures_in(dir);
+  const Run run{crew, dir, worlds, work, beside, ping_done, first, failed};
+  const auto items =
+      work_items(static_cast<std::uint32_t>(pings_of(work.first)), work.first.output);
+  const int lanes =
+      sequences_under_way(crew.threads, std::max(1u, items), work.asked_count(), worlds.vary());
   const int threads = std::max(1, crew.threads / lanes);
   std::vector<Workshop> workshops(lanes);
-  return in_lanes(lanes, sequences.size(), [&](std::size_t lane, std::size_t i) {
-    return make_sequence(run, sequences[i], threads, workshops[lane]);
+  return in_lanes(lanes, work.asked_count(), [&](std::size_t lane, std::size_t i) {
+    const auto sequence = work.asked.first + static_cast<std::uint32_t>(i);
+    return make_sequence(run, sequence, threads, workshops[lane]);
   });
 }
 

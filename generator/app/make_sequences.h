@@ -3,7 +3,7 @@
 //   in_lanes         work that is done side by side, in order, until some of it fails
 //   Turns  Turn      how many compute at the same time
 //   Crew             what data sets that are made at the same time share
-//   pings_found      those that are not made again
+//   PingTotals  ping_totals   those that are not made again, and all
 //   make_sequences
 #pragma once
 
@@ -14,9 +14,9 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
-#include <span>
 #include <vector>
 
+#include "app/make_dataset.h"
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/tables.h"
@@ -90,18 +90,25 @@ struct Crew {
   StageTimes* stage_times = nullptr;           // for benchmarks
 };
 
-std::uint64_t pings_found(const std::filesystem::path& dir,
-                          std::span<const SequenceInfo> sequences);
+// Pings of the work that are in the folder `dir`, and all of them: as many as sequence 0 has for
+// each sequence that the folder has nothing of, since those have not been read.
+struct PingTotals {
+  std::uint64_t found = 0, all = 0;
+};
+PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& worlds,
+                       const DatasetWork& work);
 
-// Makes the pings of these sequences that are missing from the folder `dir` and finishes each
-// sequence. Several sequences are under way at once where one has too few pings to fill the
-// threads. `beside`: data sets that are made at the same time, this one counted; a ping takes fewer
-// threads then. `ping_done`, unless it is null, is called from any thread. `first`: what has been
-// worked out in the world of sequence 0. Error kinds: usage (a world cannot be built, or
-// noise.snr_db has no signal), io, interrupted; what is finished is kept.
+// Makes the pings of the work's sequences that are missing from the folder `dir` and finishes each
+// sequence. A sequence is read when its turn comes. One that cannot be made (its samples make no
+// valid scenario, its world cannot be built, or noise.snr_db has no signal) is recorded
+// (dataset/failures.h) and leaves nothing else; one that is recorded already is not tried again.
+// Several sequences are under way at once where one has too few pings to fill the threads.
+// `beside`: data sets that are made at the same time, this one counted; a ping takes fewer threads
+// then. `ping_done`, unless it is null, is called from any thread. `first`: what has been worked
+// out in the world of sequence 0. Error kinds: io, interrupted, device, bug; what is finished is
+// kept.
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
-                      const SequenceWorlds& worlds, std::span<const SequenceInfo> sequences,
-                      int beside = 1, const std::function<void()>& ping_done = {},
-                      SharedParts first = {});
+                      const SequenceWorlds& worlds, const DatasetWork& work, int beside = 1,
+                      const std::function<void()>& ping_done = {}, SharedParts first = {});
 
 }  // namespace ensonify

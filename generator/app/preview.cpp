@@ -176,7 +176,8 @@ Status make_data_set(Preview& preview, const fs::path& folder, const Workers& wo
   DatasetInfo dataset;
   dataset.identity = preview_identity(preview);
   dataset.scenario_yaml = plain_text(preview.scenario);
-  dataset.sequences = {preview.pipeline->info()};
+  dataset.first = preview.pipeline->info();
+  dataset.sequences = {dataset.first.sequence};
   dataset.sequences_in_all = 1;
   dataset.classes = preview.session.world.classes;
   dataset.host = host_name();
@@ -184,7 +185,8 @@ Status make_data_set(Preview& preview, const fs::path& folder, const Workers& wo
   const Result<FolderState> state = open_work(folder, dataset.identity, 1, false);
   if (!state) return state.error();
   if (Status made = make_preview_pings(preview, folder, workers); !made) return made;
-  return finish_dataset(folder, dataset);
+  const auto finished = finish_dataset(folder, dataset);
+  return finished ? Status() : Status(finished.error());
 }
 
 PreviewOf preview_of(const Preview& preview) {

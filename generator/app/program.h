@@ -7,7 +7,8 @@
 namespace ensonify {
 
 // Runs the program; the return value is the exit status: 0 done; 1 a bug or a damaged
-// data set; 2 wrong usage or scenario; 4 reading or writing failed; 5 memory; 130 interrupted.
+// data set; 2 wrong usage or scenario; 3 some runs or sequences cannot be made, all others
+// are; 4 reading or writing failed; 5 memory; 130 interrupted.
 int run_command_line(int argc, const char* const* argv);
 
 const char* program_version();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace ensonify {
 namespace {
 
@@ -12,20 +14,22 @@ ReadyWorld ready(Session session) {
   return world;
 }
 
-// The text is read once: whoever edits the file meanwhile does not change this run.
+// The text is read once: an edit of the file meanwhile does not change this run.
 ScenarioSource source_of(const ScenarioOptions& input, std::string text) {
   const auto shared =
       std::make_shared<const std::pair<ScenarioOptions, std::string>>(input, std::move(text));
-  return {[shared](std::uint32_t sequence) {
+  return {[shared](std::uint32_t sequence, ErrorPlaces places) {
             const auto& [options, yaml] = *shared;
             return parse_scenario(yaml, options.scenario.string(), options.scenario.parent_path(),
-                                  options.overrides, sequence);
+                                  options.overrides, sequence, {}, places);
           },
           [shared](const Error& error) {
             const auto& [options, yaml] = *shared;
             return with_place(error, yaml, options.scenario.string(), options.overrides);
           }};
 }
+
+}  // namespace
 
 Error of_sequence(std::uint32_t sequence, const Error& error) {
   return {error.kind, fmt::format("sequence {}: {}", sequence, error.message)};
@@ -41,14 +45,17 @@ Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session&
                                              first, last, total - 1, total)};
 }
 
-}  // namespace
-
 Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
   Result<std::string> text = read_scenario_text(input.scenario);
   if (!text) return text.error();
-  SequenceWorlds worlds(source_of(input, std::move(*text)));
-  Result<Scenario> scenario = worlds.source_.scenario(0);
+  SequenceWorlds worlds(source_of(input, *text));
+  Result<Scenario> scenario = worlds.source_.scenario(0, ErrorPlaces::shown);
   if (!scenario) return scenario.error();
+  if (scenario->has_draws) {
+    const Status draws =
+        check_draws(*text, input.scenario.string(), input.scenario.parent_path(), input.overrides);
+    if (!draws) return draws.error();
+  }
   Result<Session> session = prepare_session(std::move(*scenario), 0);
   if (!session) return worlds.source_.placed(session.error());
   worlds.first_ = ready(std::move(*session));
@@ -58,7 +65,7 @@ Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
 Result<SequenceWorlds> SequenceWorlds::open_in(ScenarioSource source,
                                                const Result<BuiltWorld>& built) {
   SequenceWorlds worlds(std::move(source));
-  Result<Scenario> scenario = worlds.source_.scenario(0);
+  Result<Scenario> scenario = worlds.source_.scenario(0, ErrorPlaces::shown);
   if (!scenario) return scenario.error();
   Result<Session> session = prepare_in_world(
       std::move(*scenario), 0, built ? Result<World>(*built->world) : Result<World>(built.error()));
@@ -73,41 +80,39 @@ Result<SequenceInfo> SequenceWorlds::info(std::uint32_t sequence,
                                           const std::optional<PingRange>& pings) const {
   const auto of = [&](const Session& session) -> Result<SequenceInfo> {
     const Result<PingRange> range = range_of(pings, session);
-    if (!range) return vary() ? of_sequence(sequence, range.error()) : range.error();
+    if (!range) return range.error();
     return sequence_info(session, sequence, range->first, range->second);
   };
   if (!vary() || sequence == 0) return of(first());
-  Result<Scenario> scenario = source_.scenario(sequence);
-  if (!scenario) return of_sequence(sequence, scenario.error());
+  Result<Scenario> scenario = source_.scenario(sequence, ErrorPlaces::shown);
+  if (!scenario) return scenario.error();
   const Result<Session> session = prepare_without_world(std::move(*scenario), sequence);
-  return session ? of(*session) : of_sequence(sequence, source_.placed(session.error()));
+  return session ? of(*session) : source_.placed(session.error());
 }
 
-Result<std::vector<SequenceInfo>> SequenceWorlds::all_infos(const std::optional<PingRange>& pings,
-                                                            const Workers& workers) const {
-  const std::uint32_t count = first().scenario.sequences;
-  std::vector<SequenceInfo> infos(count);
+Status SequenceWorlds::check_some(const std::optional<PingRange>& pings,
+                                  const Workers& workers) const {
+  if (!vary()) return {};
+  const std::uint64_t all = first().scenario.sequences;
+  const auto count = std::min<std::uint64_t>(all, kSequencesChecked);
   std::vector<Status> statuses(count);
-  workers.for_each(count, [&](std::size_t s) {
-    Result<SequenceInfo> info = this->info(static_cast<std::uint32_t>(s), pings);
-    if (info) {
-      infos[s] = std::move(*info);
-    } else {
-      statuses[s] = info.error();
-    }
+  workers.for_each(count, [&](std::size_t i) {
+    const auto sequence = static_cast<std::uint32_t>(i * all / count);
+    const Result<SequenceInfo> read = info(sequence, pings);
+    if (!read) statuses[i] = of_sequence(sequence, read.error());
   });
-  for (const Status& status : statuses) {
-    if (!status) return status.error();
+  for (Status& status : statuses) {
+    if (!status) return std::move(status);
   }
-  return infos;
+  return {};
 }
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   if (!vary() || sequence == 0) return first_;
-  Result<Scenario> scenario = source_.scenario(sequence);
-  if (!scenario) return of_sequence(sequence, scenario.error());
+  Result<Scenario> scenario = source_.scenario(sequence, ErrorPlaces::hidden);
+  if (!scenario) return scenario.error();
   Result<Session> session = prepare_session(std::move(*scenario), sequence);
-  if (!session) return of_sequence(sequence, source_.placed(session.error()));
+  if (!session) return session.error();
   return ready(std::move(*session));
 }
 

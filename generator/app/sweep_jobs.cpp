@@ -51,10 +51,12 @@ Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
   const Result<BuiltWorld> built = room.worlds.world(
       job.world, *scenario, [&](const Scenario& of) { return build(room.crew, of); });
   const Turn turn(room.crew.turns);
-  Result<SequenceWorlds> worlds = SequenceWorlds::open_in(
-      {[&](std::uint32_t sequence) { return scenario_of(file, point, sequence); },
-       [&](const Error& error) { return with_place(error, file, point); }},
-      built);
+  Result<SequenceWorlds> worlds =
+      SequenceWorlds::open_in({[&](std::uint32_t sequence, ErrorPlaces places) {
+                                 return scenario_of(file, point, sequence, places);
+                               },
+                               [&](const Error& error) { return with_place(error, file, point); }},
+                              built);
   if (!worlds) return worlds;
   for (const std::string& warning : worlds->first().world.warnings) {
     warn_once(room, *job.run, warning);
@@ -90,12 +92,12 @@ Status check_id(const SweepRun& run, const DatasetWork& work) {
 
 Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
                       const fs::path& dir, const SequenceWorlds& worlds, const DatasetWork& work) {
-  room.crew.progress.pings_found(pings_found(dir, work.sequences()));
+  room.crew.progress.pings_found(ping_totals(dir, worlds, work).found);
   std::atomic<std::uint64_t> made = 0;
   const auto ping_done = [&] {
     if (++made % job.pings_of_item == 0) room.queue.item_done(taken.run);
   };
-  return make_sequences(room.crew, dir, worlds, work.sequences(), taken.beside, ping_done);
+  return make_sequences(room.crew, dir, worlds, work, taken.beside, ping_done);
 }
 
 }  // namespace
@@ -157,8 +159,12 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
   if (Status made = make_job_pings(room, job, taken, dir, *worlds, *work); !made) return made;
+  // A run that lacks sequences would distort the comparison of runs.
+  const std::vector<SequenceFailure> failed = failures_of(dir, *work);
+  if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->sequences)};
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  return finish_work(dir, *worlds, std::move(*work), room.crew.threads, took.count());
+  const auto ended = finish_work(dir, *worlds, std::move(*work), room.crew.threads, took.count());
+  return ended ? Status() : Status(ended.error());
 }
 
 }  // namespace ensonify

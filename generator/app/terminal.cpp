@@ -81,6 +81,11 @@ void Progress::pings_found(std::uint64_t pings) {
   found_ += pings;
 }
 
+void Progress::correct_total(std::uint64_t assumed, std::uint64_t actual) {
+  const std::lock_guard lock(mutex_);
+  total_ = total_ + actual - std::min(total_, assumed);
+}
+
 void Progress::ping_done() {
   const std::lock_guard lock(mutex_);
   ++made_;

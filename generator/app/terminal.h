@@ -57,6 +57,8 @@ class Progress {
   void ping_done();
   // More pings that were there already. From any thread.
   void pings_found(std::uint64_t pings);
+  // So many of the total are in fact as many as `actual`. From any thread.
+  void correct_total(std::uint64_t assumed, std::uint64_t actual);
 
  private:
   void show();  // with the mutex held

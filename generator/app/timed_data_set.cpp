@@ -46,10 +46,6 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   FileHashes hashes;
   Result<DatasetWork> work = settle_dataset(worlds, plan.pings, {}, site.numerics, hashes, workers);
   if (!work) return work.error();
-  int pings = 0;
-  for (const SequenceInfo& info : work->infos) {
-    pings += static_cast<int>(info.last_ping - info.first_ping);
-  }
   FolderUse use;
   const auto state =
       open_work(dir, work->identity, worlds.first().scenario.sequences, false, false, &use);
@@ -57,9 +53,12 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   Progress progress(ProgressStyle::quiet, 0, 0);
   Turns turns(workers.threads());
   const Crew crew{site.numerics, workers.threads(), turns, progress, nullptr, &stages};
-  const Status made = make_sequences(crew, dir, worlds, work->sequences(), 1, {}, std::move(first));
+  const Status made = make_sequences(crew, dir, worlds, *work, 1, {}, std::move(first));
   if (!made) return made.error();
-  const Status finished =
+  const std::vector<SequenceFailure> failed = failures_of(dir, *work);
+  if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->asked_count())};
+  const auto pings = static_cast<int>(ping_totals(dir, worlds, *work).found);
+  const auto finished =
       finish_work(dir, worlds, std::move(*work), workers.threads(), watch.ms() / 1e3);
   if (!finished) return finished.error();
   return pings;

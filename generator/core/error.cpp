@@ -12,6 +12,8 @@ int exit_code(ErrorKind kind) {
       return 1;
     case ErrorKind::usage:
       return 2;
+    case ErrorKind::incomplete:
+      return 3;
     case ErrorKind::io:
       return 4;
     case ErrorKind::device:

@@ -21,6 +21,7 @@ enum class ErrorKind {
   io,           // reading or writing failed
   device,       // device or memory not to be had
   interrupted,  // asked to stop; what is finished is kept
+  incomplete,   // some parts of the work cannot be made; all others are done
 };
 
 struct Error {
@@ -28,7 +29,8 @@ struct Error {
   std::string message;  // what is wrong, where, and what to do; one line a fault
 };
 
-// 1 bug or damage, 2 usage, 4 reading or writing, 5 device or memory, 130 interrupted.
+// 1 bug or damage, 2 usage, 3 incomplete, 4 reading or writing, 5 device or memory,
+// 130 interrupted.
 int exit_code(ErrorKind kind);
 
 template <class T>

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "dataset/layout.h"
+#include "dataset/manifest_json.h"
 
 namespace ensonify {
 namespace {
@@ -163,7 +164,7 @@ Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t 
 }
 
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
-                             const std::vector<SequenceInfo>& sequences,
+                             const std::vector<std::uint32_t>& sequences,
                              const std::vector<std::string>& classes) {
   StreamedFile file(dir, "coco.json");
   StreamedFile annotations(dir, "coco.json.annotations", false);
@@ -172,8 +173,13 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   file.append("{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
               json_line(categories_json(classes)) + ",\n\"images\": [");
   Lists lists{ElementWriter(file), ElementWriter(annotations), ElementWriter(hidden)};
-  for (const SequenceInfo& sequence : sequences) {
-    if (const Status added = add_sequence(dir, sequence, lists); !added) return added.error();
+  for (const std::uint32_t sequence : sequences) {
+    const auto manifest = read_sequence_manifest(dir, sequence);
+    if (!manifest) {
+      return damaged(dir / layout::in_sequence(sequence, layout::kSequenceJson), "cannot be read");
+    }
+    const Status added = add_sequence(dir, manifest->info, lists);
+    if (!added) return added.error();
   }
   file.append("\n],\n\"annotations\": [");
   file.append_all_of(annotations);

@@ -8,16 +8,8 @@
 namespace ensonify {
 namespace {
 
-std::uint64_t ping_count(const DatasetInfo& info) {
-  std::uint64_t count = 0;
-  for (const SequenceInfo& sequence : info.sequences) {
-    count += sequence.last_ping - sequence.first_ping;
-  }
-  return count;
-}
-
-std::string introduction(const DatasetInfo& info) {
-  const SequenceInfo& first = info.sequences.front();
+std::string introduction(const DatasetInfo& info, std::uint64_t pings) {
+  const SequenceInfo& first = info.first;
   const Sonar& sonar = first.sonar;
   return fmt::format(
       R"(# {name}
@@ -38,7 +30,7 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
 
 )",
       fmt::arg("name", info.identity.name), fmt::arg("version", info.identity.program_version),
-      fmt::arg("pings", ping_count(info)), fmt::arg("sequences", info.sequences.size()),
+      fmt::arg("pings", pings), fmt::arg("sequences", info.sequences.size()),
       fmt::arg("s", info.sequences.size() == 1 ? "" : "s"), fmt::arg("f_c", sonar.frequency_hz),
       fmt::arg("b", sonar.bandwidth_hz), fmt::arg("level", sonar.source_level_db),
       fmt::arg("beams", sonar.beam_count), fmt::arg("spacing", degrees(sonar.beam_spacing_rad)),
@@ -216,9 +208,9 @@ data on.
 
 }  // namespace
 
-std::string data_card(const DatasetInfo& info) {
-  const SequenceInfo& first = info.sequences.front();
-  return introduction(info) + classes_table(info) + kConventions + files_table(first) +
+std::string data_card(const DatasetInfo& info, std::uint64_t pings) {
+  const SequenceInfo& first = info.first;
+  return introduction(info, pings) + classes_table(info) + kConventions + files_table(first) +
          loading(first) + kLicence;
 }
 

@@ -1,12 +1,13 @@
 // The finishing steps: a sequence once all its pings are there, the data set once all its
 // sequences are. Both may be cut off anywhere and called again, also by two processes at once.
 //
-//   sequence_is_finished  finish_sequence
+//   sequence_is_finished  finished_pings  finish_sequence
 //   Asset  DatasetInfo  data_card  finish_dataset
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +20,10 @@
 namespace ensonify {
 
 // Whether the sequence has its sequence.json and every file it lists is there with its size.
-bool sequence_is_finished(const std::filesystem::path& dir, const SequenceInfo& info);
+bool sequence_is_finished(const std::filesystem::path& dir, std::uint32_t sequence);
+// How many pings it has; nothing where it is not finished.
+std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
+                                            std::uint32_t sequence);
 
 // Writes the sequence's arrays and tables from the records of its pings
 // [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished. `sdf_vdb`:
@@ -38,10 +42,12 @@ struct Asset {
 
 struct DatasetInfo {
   WorkIdentity identity;
-  std::string scenario_yaml;            // resolved, `sequences` included
-  std::vector<SequenceInfo> sequences;  // in the order of their numbers
-  std::uint64_t sequences_in_all = 0;   // of the scenario; more than those are others' to make
-  std::vector<std::string> classes;     // class id k is classes[k - 1]
+  std::string scenario_yaml;             // resolved, `sequences` included
+  SequenceInfo first;                    // sequence 0, which the data card describes
+  std::vector<std::uint32_t> sequences;  // those that are finished, ascending
+  std::vector<SequenceFailure> failed;   // those that cannot be made, ascending
+  std::uint64_t sequences_in_all = 0;    // of the scenario; more than those are others' to make
+  std::vector<std::string> classes;      // class id k is classes[k - 1]
   std::vector<Asset> assets;
   // What differs from run to run: goes to provenance.json, the only file that is never hashed.
   std::string host;
@@ -49,14 +55,15 @@ struct DatasetInfo {
   int threads = 0;
 };
 
-// README.md: what the data set is and how to read it.
-std::string data_card(const DatasetInfo& info);
+// README.md: what the data set is and how to read it. `pings`: of all its sequences.
+std::string data_card(const DatasetInfo& info, std::uint64_t pings);
 
 // Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work; while
 // sequences are missing only what it holds of those that are there, since other processes may be at
-// work on the rest. Renews them if `sequences` grew; files of sequences are only read.
-// Error (usage): a sequence is not finished, the folder holds other work, or an input file has
-// changed since it was hashed. Error (io): as it says.
-Status finish_dataset(const std::filesystem::path& dir, const DatasetInfo& info);
+// work on the rest. Renews them if `sequences` grew; files of sequences are only read, one after
+// the other. The value is what dataset.json holds then. Error (usage): a sequence is not finished,
+// the folder holds other work, or an input file has changed since it was hashed. Error (io): as it
+// says.
+Result<DatasetManifest> finish_dataset(const std::filesystem::path& dir, const DatasetInfo& info);
 
 }  // namespace ensonify

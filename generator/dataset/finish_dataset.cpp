@@ -54,34 +54,32 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
-Result<SequenceEntry> read_sequence(const fs::path& dir, const SequenceInfo& info) {
-  const std::string relative = layout::in_sequence(info.sequence, layout::kSequenceJson);
+Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
+                                    const DatasetInfo& info) {
+  const std::string relative = layout::in_sequence(sequence, layout::kSequenceJson);
   const auto unfinished = [&] {
     return Error{ErrorKind::usage,
                  fmt::format("{}: the sequence is not finished; generate all of its pings first",
-                             (dir / layout::sequence_folder(info.sequence)).string())};
+                             (dir / layout::sequence_folder(sequence)).string())};
   };
-  if (!sequence_is_finished(dir, info)) return unfinished();
+  if (!sequence_is_finished(dir, sequence)) return unfinished();
   auto hash = sha256_of_file(dir / relative);
   if (!hash) return hash.error();
   const auto own_bytes = listed_file_size(dir, relative);
-  const auto head = parse_manifest_file(dir / relative, [](const FileEntry&) {});
-  const auto manifest = head ? read_sequence_head(*head) : std::nullopt;
+  const auto manifest = read_sequence_manifest(dir, sequence);
   if (!manifest || manifest->bytes == 0 || !own_bytes) return unfinished();
-  return SequenceEntry{info.sequence,   info.first_ping, info.last_ping,
-                       info.seed,       info.split,      manifest->bytes + *own_bytes,
+  const SequenceInfo& own = manifest->info;
+  const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
+  if (own.classes != info.classes || split == std::end(kSplits)) {
+    return damaged(dir / relative, "has other classes than the data set, or an unknown split");
+  }
+  return SequenceEntry{sequence,        own.first_ping, own.last_ping,
+                       own.seed,        own.split,      manifest->bytes + *own_bytes,
                        std::move(*hash)};
 }
 
 Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
-  const auto bug = [](const std::string& what) { return Error{ErrorKind::bug, what}; };
-  if (info.sequences.empty()) return bug("a data set needs a sequence");
-  for (const SequenceInfo& sequence : info.sequences) {
-    if (sequence.classes != info.classes) return bug("sequences must share the data set's classes");
-    if (std::find(std::begin(kSplits), std::end(kSplits), sequence.split) == std::end(kSplits)) {
-      return bug("unknown split: " + sequence.split);
-    }
-  }
+  if (info.sequences.empty()) return Error{ErrorKind::bug, "a data set needs a sequence"};
   const auto work = read_file(dir / layout::kWorkJson);
   if (!work) return work.error();
   if (*work == to_json(info.identity)) return {};
@@ -89,14 +87,15 @@ Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
 }
 
 // index.csv and splits/*.txt, line by line from the sequences' own files.
-Result<std::vector<FileEntry>> write_index(const fs::path& dir, const DatasetInfo& info) {
+Result<std::vector<FileEntry>> write_index(const fs::path& dir,
+                                           const std::vector<SequenceEntry>& sequences) {
   StreamedFile index(dir, "index.csv");
   StreamedFile train(dir, "splits/train.txt");
   StreamedFile val(dir, "splits/val.txt");
   StreamedFile test(dir, "splits/test.txt");
   StreamedFile* splits[] = {&train, &val, &test};
   index.append(kIndexHeader);
-  for (const SequenceInfo& sequence : info.sequences) {
+  for (const SequenceEntry& sequence : sequences) {
     const auto split = std::find(std::begin(kSplits), std::end(kSplits), sequence.split);
     StreamedFile& list = *splits[split - std::begin(kSplits)];
     const Status read = for_each_annotation_line(dir, sequence.sequence, [&](const Json& line) {
@@ -117,7 +116,8 @@ Result<std::vector<FileEntry>> write_index(const fs::path& dir, const DatasetInf
   return entries;
 }
 
-Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const DatasetInfo& info) {
+Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const DatasetInfo& info,
+                                               const std::vector<SequenceEntry>& sequences) {
   std::vector<FileEntry> entries;
   const auto keep = [&](Result<FileEntry> entry) -> Status {
     if (!entry) return entry.error();
@@ -126,14 +126,16 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
   };
   const std::string work = to_json(info.identity);
   entries.push_back({layout::kWorkJson, work.size(), sha256_hex(work)});
-  Status done = keep(write_file_atomically(dir, "README.md", data_card(info)));
+  std::uint64_t pings = 0;
+  for (const SequenceEntry& sequence : sequences) pings += sequence.pings();
+  Status done = keep(write_file_atomically(dir, "README.md", data_card(info, pings)));
   if (done) done = keep(write_file_atomically(dir, "scenario.yaml", info.scenario_yaml));
   std::set<std::string> copied;
   for (const Asset& asset : info.assets) {
     if (done && copied.insert(asset_name(asset)).second) done = keep(copy_asset(dir, asset));
   }
   if (!done) return done.error();
-  const auto tables = write_index(dir, info);
+  const auto tables = write_index(dir, sequences);
   if (!tables) return tables.error();
   entries.insert(entries.end(), tables->begin(), tables->end());
   done = keep(write_coco(dir, info.identity.name, info.sequences, info.classes));
@@ -145,7 +147,8 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
                             const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1, info.identity, info.classes, 0, std::move(sequences), {}};
+  DatasetManifest manifest{1, info.identity, info.classes, 0, std::move(sequences), info.failed,
+                           {}};
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;
@@ -156,11 +159,17 @@ std::optional<DatasetManifest> manifest_in(const fs::path& dir) {
   return head ? read_dataset_head(*head) : std::nullopt;
 }
 
+// How many sequences are accounted for.
+template <class Dataset>
+std::size_t listed(const Dataset& dataset) {
+  return dataset.sequences.size() + dataset.failed.size();
+}
+
 // While top-level files are renewed for more sequences, the old seal must not vouch for them.
 Status break_outgrown_seal(const fs::path& dir, const DatasetInfo& info) {
   if (!listed_file_size(dir, layout::kDatasetJson)) return {};
   const auto old = manifest_in(dir);
-  if (old && old->sequences.size() == info.sequences.size()) return {};
+  if (old && listed(*old) == listed(info)) return {};
   const fs::path seal = dir / layout::kDatasetSha256;
   if (::unlink(seal.c_str()) != 0 && errno != ENOENT) return write_error(seal, errno);
   return {};
@@ -177,62 +186,69 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
 
 // A finished data set of the same work that has all of these sequences, and more: this one is
 // older.
-bool is_outgrown(const fs::path& dir, const DatasetInfo& info) {
-  if (!is_sealed(dir)) return false;
-  const auto manifest = manifest_in(dir);
-  if (!manifest || manifest->sequences.size() <= info.sequences.size()) return false;
-  std::set<std::uint32_t> listed;
-  for (const SequenceEntry& entry : manifest->sequences) listed.insert(entry.sequence);
-  return std::all_of(info.sequences.begin(), info.sequences.end(),
-                     [&](const SequenceInfo& ours) { return listed.contains(ours.sequence); });
+std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInfo& info) {
+  if (!is_sealed(dir)) return std::nullopt;
+  auto manifest = manifest_in(dir);
+  if (!manifest || listed(*manifest) <= listed(info)) return std::nullopt;
+  std::set<std::uint32_t> numbers;
+  for (const SequenceEntry& entry : manifest->sequences) numbers.insert(entry.sequence);
+  const bool has_all =
+      std::all_of(info.sequences.begin(), info.sequences.end(),
+                  [&](std::uint32_t sequence) { return numbers.contains(sequence); });
+  return has_all ? std::move(manifest) : std::nullopt;
 }
 
 // Another process may have begun more sequences of this work: those stay.
 void remove_own_work(const fs::path& dir, const DatasetInfo& info) {
-  std::vector<std::uint32_t> numbers;
-  for (const SequenceInfo& sequence : info.sequences) numbers.push_back(sequence.sequence);
-  if (info.sequences_in_all <= info.sequences.size()) remove_temporary_files(dir);
+  std::vector<std::uint32_t> numbers = info.sequences;
+  for (const SequenceFailure& failure : info.failed) numbers.push_back(failure.sequence);
+  if (info.sequences_in_all <= numbers.size()) remove_temporary_files(dir);
   remove_work_of(dir, numbers);
 }
 
-Status write_dataset(const fs::path& dir, const DatasetInfo& info) {
+Status seal(const fs::path& dir, const DatasetManifest& manifest,
+            const std::vector<FileEntry>& entries) {
+  const auto written =
+      write_file_atomically(dir, layout::kDatasetJson, json_text(dataset_json(manifest, entries)));
+  if (!written) return written.error();
+  const auto sealed = write_file_atomically(dir, layout::kDatasetSha256,
+                                            written->sha256 + "  " + layout::kDatasetJson + "\n");
+  return sealed ? Status() : Status(sealed.error());
+}
+
+Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& info) {
   const FolderLock lock(dir);
-  if (const Status fit = check_inputs(dir, info); !fit) return fit;
-  if (is_outgrown(dir, info)) {
-    for (const SequenceInfo& sequence : info.sequences) remove_pieces(dir, sequence.sequence);
+  if (const Status fit = check_inputs(dir, info); !fit) return fit.error();
+  if (auto newer = outgrown_by(dir, info)) {
+    for (const std::uint32_t sequence : info.sequences) remove_pieces(dir, sequence);
     remove_own_work(dir, info);
-    return {};
+    return std::move(*newer);
   }
   std::vector<SequenceEntry> sequences;
-  for (const SequenceInfo& sequence : info.sequences) {
-    auto entry = read_sequence(dir, sequence);
+  for (const std::uint32_t sequence : info.sequences) {
+    auto entry = read_sequence(dir, sequence, info);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
     // Those of a finishing that was cut off.
-    remove_pieces(dir, sequence.sequence);
+    remove_pieces(dir, sequence);
   }
   std::vector<std::string> assets;
   for (const Asset& asset : info.assets) assets.push_back(asset_name(asset));
-  if (const Status planned = plan_top_level(dir, assets); !planned) return planned;
-  if (const Status broken = break_outgrown_seal(dir, info); !broken) return broken;
+  if (const Status planned = plan_top_level(dir, assets); !planned) return planned.error();
+  if (const Status broken = break_outgrown_seal(dir, info); !broken) return broken.error();
 
-  const auto entries = write_top_level(dir, info);
+  const auto entries = write_top_level(dir, info, sequences);
   if (!entries) return entries.error();
-  if (const Status written = write_provenance(dir, info); !written) return written;
-  const DatasetManifest told = manifest_of(info, std::move(sequences), *entries);
-  const auto manifest =
-      write_file_atomically(dir, layout::kDatasetJson, json_text(dataset_json(told, *entries)));
-  if (!manifest) return manifest.error();
-  const auto seal = write_file_atomically(dir, layout::kDatasetSha256,
-                                          manifest->sha256 + "  " + layout::kDatasetJson + "\n");
-  if (!seal) return seal.error();
+  if (const Status written = write_provenance(dir, info); !written) return written.error();
+  DatasetManifest manifest = manifest_of(info, std::move(sequences), *entries);
+  if (const Status sealed = seal(dir, manifest, *entries); !sealed) return sealed.error();
   remove_own_work(dir, info);
-  return {};
+  return manifest;
 }
 
 }  // namespace
 
-Status finish_dataset(const fs::path& dir, const DatasetInfo& info) {
+Result<DatasetManifest> finish_dataset(const fs::path& dir, const DatasetInfo& info) {
   return without_exceptions("finishing " + dir.string(), [&] { return write_dataset(dir, info); });
 }
 

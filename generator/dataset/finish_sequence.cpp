@@ -213,21 +213,29 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string
 
 }  // namespace
 
-bool sequence_is_finished(const fs::path& dir, const SequenceInfo& info) {
+bool sequence_is_finished(const fs::path& dir, std::uint32_t sequence) {
   try {
-    return sequence_is_whole(dir, info.sequence);
+    return sequence_is_whole(dir, sequence);
   } catch (const std::exception&) {
     return false;
   }
+}
+
+std::optional<std::uint64_t> finished_pings(const fs::path& dir, std::uint32_t sequence) {
+  if (!sequence_is_finished(dir, sequence)) return std::nullopt;
+  const auto manifest = read_sequence_manifest(dir, sequence);
+  if (!manifest) return std::nullopt;
+  return std::uint64_t{manifest->info.last_ping} - manifest->info.first_ping;
 }
 
 Status finish_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb,
                        const Moments* moments) {
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
-    if (!sequence_is_finished(dir, info)) written = write_sequence(dir, info, sdf_vdb, moments);
+    if (!sequence_is_finished(dir, info.sequence))
+      written = write_sequence(dir, info, sdf_vdb, moments);
     // Another copy of the same work may have finished it, and taken the records away, meanwhile.
-    if (!written && !sequence_is_finished(dir, info)) return written;
+    if (!written && !sequence_is_finished(dir, info.sequence)) return written;
     remove_pieces(dir, info.sequence);
     remove_moments(dir, info.sequence);
     return {};

@@ -73,6 +73,9 @@ std::string record_path(std::uint32_t sequence, std::uint32_t ping) {
 std::string plan_path(std::uint32_t sequence) {
   return fmt::format("{}/sequences/{:06}/plan.json", kWorkFolder, sequence);
 }
+std::string failure_path(std::uint32_t sequence) {
+  return fmt::format("{}/sequences/{:06}/failure.json", kWorkFolder, sequence);
+}
 std::string top_plan_path() { return fmt::format("{}/plan.json", kWorkFolder); }
 
 bool is_layout_name(std::string_view relative) {

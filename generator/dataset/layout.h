@@ -3,7 +3,7 @@
 //
 //   sequence_folder  ping_stem  index_stem      sequences/000000   000003   000000/000003
 //   ping_file        parse_ping_file            a template such as timeseries/{ping}.npy and back
-//   record_path      plan_path                  what .work holds of a sequence
+//   record_path  plan_path  failure_path        what .work holds of a sequence
 //   is_layout_name                              could ensonify write a file of this name?
 #pragma once
 
@@ -60,6 +60,8 @@ std::optional<PingFile> parse_ping_file(std::string_view name);
 std::string record_path(std::uint32_t sequence, std::uint32_t ping);
 // What the sequence (the finishing step) is about to write; see overwrite.h.
 std::string plan_path(std::uint32_t sequence);
+// Why the sequence cannot be made; see failures.h.
+std::string failure_path(std::uint32_t sequence);
 std::string top_plan_path();
 
 // Whether a data set may hold a file or folder of this name: then it must not be a stranger's.

@@ -229,6 +229,13 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   return manifest;
 }
 
+std::optional<SequenceManifest> read_sequence_manifest(const std::filesystem::path& dir,
+                                                       std::uint32_t sequence) {
+  const auto file = dir / layout::in_sequence(sequence, layout::kSequenceJson);
+  const auto head = parse_manifest_file(file, [](const FileEntry&) {});
+  return head ? read_sequence_head(*head) : std::nullopt;
+}
+
 std::string files_opening(const Json& head) {
   std::string text = json_text(head);
   text.resize(text.rfind('\n', text.size() - 2));  // without the last brace

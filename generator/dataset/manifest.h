@@ -2,7 +2,7 @@
 //
 //   SequenceManifest                 sequence.json without its list of files
 //   WorkIdentity                     work.json
-//   SequenceEntry  DatasetManifest   dataset.json without its list of files
+//   SequenceEntry  SequenceFailure  DatasetManifest   dataset.json without its list of files
 #pragma once
 
 #include <cstdint>
@@ -46,13 +46,20 @@ struct SequenceEntry {
   std::uint64_t pings() const { return std::uint64_t{last_ping} - first_ping; }
 };
 
+// A sequence that the scenario has and that cannot be made.
+struct SequenceFailure {
+  std::uint32_t sequence = 0;
+  std::string error;  // without places, the same on every machine
+};
+
 struct DatasetManifest {
   std::uint64_t version = 0;
   WorkIdentity identity;             // but for its pings
   std::vector<std::string> classes;  // class id k is classes[k - 1]
   std::uint64_t bytes = 0;           // of all files that manifests list
   std::vector<SequenceEntry> sequences;
-  std::string fault;  // as above
+  std::vector<SequenceFailure> failed;  // by number
+  std::string fault;                    // as above
 };
 
 }  // namespace ensonify

@@ -47,6 +47,11 @@ void dataset_members(Io& io, Value& manifest) {
     item("bytes", entry.bytes);
     item("sha256", entry.sha256);
   });
+  if (Io::kWrites && manifest.failed.empty()) return;
+  io.list("failed", manifest.failed, [](Io& item, auto& failure) {
+    item("sequence", failure.sequence);
+    item("error", failure.error);
+  });
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // dataset/.
 //
 //   sequence_head  read_sequence_head         sequence.json, all but the list of files
+//   read_sequence_manifest                    ... of a data set's folder
 //   dataset_json  read_dataset_head           dataset.json
 //   work_json                                 work.json
 //   files_opening  file_line  files_closing   the list, one line an entry, written piecewise
@@ -25,6 +26,8 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
                    std::uint64_t bytes);
 // None if it is no sequence.json.
 std::optional<SequenceManifest> read_sequence_head(const Json& head);
+std::optional<SequenceManifest> read_sequence_manifest(const std::filesystem::path& dir,
+                                                       std::uint32_t sequence);
 
 Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>& files);
 // None if it is no dataset.json.

@@ -169,6 +169,21 @@ void check_sequence(Verification& v, const SequenceEntry& row) {
   check_listed_files(v, *shape, *head, manifest->entries);
 }
 
+// Its folder, if it has one, is a file that no manifest lists.
+void check_failed(Verification& v, std::vector<SequenceFailure> failed) {
+  std::set<std::uint32_t> numbers;
+  for (const SequenceFailure& failure : failed) {
+    const bool is_made =
+        v.known.contains(layout::in_sequence(failure.sequence, layout::kSequenceJson));
+    if (is_made || !numbers.insert(failure.sequence).second) {
+      v.fault(layout::kDatasetJson,
+              fmt::format("lists sequence {} as failed and {}", failure.sequence,
+                          is_made ? "as made" : "a second time"));
+    }
+  }
+  v.report.failed = std::move(failed);
+}
+
 void check_top_level_files(Verification& v, const std::vector<FileEntry>& entries) {
   for (const FileEntry& entry : entries) {
     const bool asset = entry.path.starts_with("assets/");
@@ -264,8 +279,10 @@ void check_manifest(Verification& v) {
   if (!manifest) return v.fault(layout::kDatasetJson, "is not JSON");
   v.fault(layout::kDatasetJson, manifest->schema_fault);
   check_top_level_files(v, manifest->entries);
-  if (const auto head = read_dataset_head(manifest->head)) {
+  if (auto head = read_dataset_head(manifest->head)) {
     for (const SequenceEntry& row : head->sequences) check_sequence(v, row);
+    v.report.sequences = head->sequences.size();
+    check_failed(v, std::move(head->failed));
   }
   check_tables(v, manifest->head);
   check_unlisted(v);

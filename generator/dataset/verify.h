@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "dataset/manifest.h"
 
 namespace ensonify {
 
@@ -17,6 +18,8 @@ struct VerifyReport {
   std::vector<std::string> faults;  // one line each, in a fixed order; empty: all is whole
   std::size_t files = 0;            // that were looked at
   std::uint64_t bytes = 0;
+  std::size_t sequences = 0;            // that dataset.json lists
+  std::vector<SequenceFailure> failed;  // ... and those that could not be made, which is no fault
 };
 
 // Checks dataset.sha256, then every file that a manifest lists: there, of its size, hash, and shape

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "dataset/failures.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
@@ -29,29 +30,15 @@ struct Folder {
   std::optional<std::string> work_text;
   std::optional<Json> work;  // valid
   std::optional<DatasetManifest> dataset;
-  bool sealed = false;  // dataset.sha256 agrees with dataset.json
-  std::uint64_t sequences_sealed = 0;
-  std::uint64_t sequences_begun = 0;  // highest number of a sequence's folder, plus one
+  bool sealed = false;                 // dataset.sha256 agrees with dataset.json
+  std::uint64_t sequences_sealed = 0;  // and those that cannot be made
+  std::uint64_t sequences_begun = 0;   // highest number of a sequence's folder, plus one
 };
 
 std::optional<std::string> text_of(const fs::path& dir, const char* name) {
   if (!listed_file_size(dir, name)) return std::nullopt;
   auto text = read_file(dir / name, kMaxManifestBytes);
   return text ? std::optional(std::move(*text)) : std::nullopt;
-}
-
-// Numbers of the sequences that have a folder here.
-std::vector<std::uint64_t> sequences_in(const fs::path& folder) {
-  std::vector<std::uint64_t> numbers;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    if (name.size() < 6 || name.size() > 10) continue;
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    numbers.push_back(std::stoull(name));
-  }
-  return numbers;
 }
 
 // A link in the place of one of our folders, down to those of a sequence; empty: none. Files need
@@ -84,11 +71,8 @@ std::string link_among_folders(const fs::path& dir) {
 
 // The highest number of a sequence that was begun, plus one.
 std::uint64_t begun_sequences(const fs::path& dir) {
-  std::uint64_t count = 0;
-  for (const fs::path& folder : {dir / "sequences", dir / layout::kWorkFolder / "sequences"}) {
-    for (const std::uint64_t number : sequences_in(folder)) count = std::max(count, number + 1);
-  }
-  return count;
+  const std::vector<std::uint32_t> numbers = sequence_numbers(dir);
+  return numbers.empty() ? 0 : std::uint64_t{numbers.back()} + 1;
 }
 
 // No file at all but what a start that was cut off may have left in .work/tmp.
@@ -118,7 +102,7 @@ Result<Folder> look_at(const fs::path& dir) {
   if (folder.dataset) {
     const auto seal = text_of(dir, layout::kDatasetSha256);
     folder.sealed = seal == sha256_hex(*manifest) + "  " + layout::kDatasetJson + "\n";
-    folder.sequences_sealed = folder.dataset->sequences.size();
+    folder.sequences_sealed = folder.dataset->sequences.size() + folder.dataset->failed.size();
   }
   folder.sequences_begun = std::max(folder.sequences_sealed, begun_sequences(dir));
   return folder;
@@ -201,9 +185,7 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
 
 // Without what a second copy of the work may have left when it was cut off.
 FolderState complete(const fs::path& dir) {
-  for (const std::uint64_t sequence : sequences_in(dir / "sequences")) {
-    if (sequence <= UINT32_MAX) remove_pieces(dir, static_cast<std::uint32_t>(sequence));
-  }
+  for (const std::uint32_t sequence : sequence_numbers(dir)) remove_pieces(dir, sequence);
   remove_work_folder(dir);
   return FolderState::complete;
 }

@@ -51,14 +51,6 @@ bool has_parts(const Node& node) {
   return node.kind == NodeKind::map || node.kind == NodeKind::list;
 }
 
-bool is_counted_list(std::string_view path) { return path == "objects" || path == "point_targets"; }
-
-std::size_t values_in(const Node& node) {
-  std::size_t count = 1;
-  for (const Node& item : node.items) count += values_in(item);
-  return count;
-}
-
 // The path of what a choice stands for: without `.choice.NUMBER`.
 std::string without_choices(std::string path) {
   constexpr std::string_view kMark = ".choice.";
@@ -81,11 +73,17 @@ std::optional<std::int64_t> whole_number(const Node& node) {
   return value;
 }
 
+// Of a normal distribution, in standard deviations.
+constexpr double kExtremeDeviation = 3;
+
 class Drawer {
  public:
-  Drawer(std::uint64_t key, Faults& faults, std::vector<Place>& wrong,
+  // With `extreme` no number is random.
+  Drawer(std::uint64_t key, const DrawExtreme* extreme, Faults& faults, std::vector<Place>& wrong,
          std::vector<DrawnValue>& draws)
-      : key_(key), faults_(faults), wrong_(wrong), draws_(draws) {}
+      : key_(key), extreme_(extreme), faults_(faults), wrong_(wrong), draws_(draws) {
+    if (extreme != nullptr) variant_ = extreme->variant;
+  }
 
   void draw(Node& node, const Way& way) {
     if (is_distribution(node)) {
@@ -117,7 +115,15 @@ class Drawer {
     wrong_.push_back(node.keys[0].place);
   }
 
-  double uniform_of(const Way& way) const { return uniform(key_, 0, way.key, 0); }
+  double uniform_of(const Way& way) const {
+    if (extreme_ != nullptr) return uniform_from_word(extreme_->is_upper ? UINT32_MAX : 0);
+    return uniform(key_, 0, way.key, 0);
+  }
+
+  double normal_of(const Way& way) const {
+    if (extreme_ != nullptr) return extreme_->is_upper ? kExtremeDeviation : -kExtremeDeviation;
+    return std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
+  }
 
   void refuse(const Node& node, const std::string& path, std::string text) {
     add_fault(faults_, node.place, path, std::move(text));
@@ -154,16 +160,29 @@ class Drawer {
              "empty, accepted is a list of at least one alternative");
       return std::nullopt;
     }
+    if (extreme_ != nullptr) return pick_variant(node.items[0]);
     const auto index = static_cast<std::size_t>(uniform_of(way) * static_cast<double>(count));
     return std::min(index, count - 1);
   }
 
+  // Afterwards variant_ is that of the alternative, until whoever draws it is done.
+  std::size_t pick_variant(const Node& alternatives) {
+    variant_ %= variants_of_choice(alternatives);
+    std::size_t index = 0;
+    for (std::size_t has; variant_ >= (has = draw_variants(alternatives.items[index])); ++index) {
+      variant_ -= has;
+    }
+    return index;
+  }
+
   bool draw_choice(Node& node, const Way& way) {
+    const std::size_t variant = variant_;
     const auto index = pick(node, way);
     if (!index) return false;
     const std::size_t at = draws_.size();
     Node chosen = std::move(node.items[0].items[*index]);
     draw(chosen, alternative(way, *index));
+    variant_ = variant;
     node = std::move(chosen);
     record(at, way, node, *index);
     return true;
@@ -210,9 +229,7 @@ class Drawer {
 
   double drawn_number(std::string_view kind, const std::array<double, 2>& given, const Way& way) {
     const auto [a, b] = given;
-    if (kind == "normal") {
-      return a + b * std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
-    }
+    if (kind == "normal") return a + b * normal_of(way);
     const double u = uniform_of(way);
     const double value = kind == "uniform"
                              ? a + u * (b - a)
@@ -266,6 +283,7 @@ class Drawer {
                             std::vector<Node>& out) {
     const std::size_t at = draws_.size();
     const std::size_t first = out.size();
+    const std::size_t variant = variant_;
     const auto index = pick(entry, unnamed);
     if (!index) {
       leave_wrong(entry);
@@ -273,6 +291,7 @@ class Drawer {
       return;
     }
     draw_entry(std::move(entry.items[0].items[*index]), list, alternative(unnamed, *index), out);
+    variant_ = variant;
     // What stands for no single scalar is told by its number.
     const bool single = out.size() == first + 1;
     record(at, unnamed, single ? out.back() : entry, *index);
@@ -314,48 +333,38 @@ class Drawer {
   }
 
   std::uint64_t key_;
+  const DrawExtreme* extreme_;
+  std::size_t variant_ = 0;  // of the node that is drawn
   Faults& faults_;
   std::vector<Place>& wrong_;
   std::vector<DrawnValue>& draws_;
   std::size_t copies_ = 0;
 };
 
-}  // namespace
-
-bool is_head_key(std::string_view key) {
-  return key == "ensonify" || key == "seed" || key == "sequences";
-}
-
-bool is_distribution(const Node& node) {
-  if (node.kind != NodeKind::map || node.keys.size() != 1) return false;
-  if (node.items[0].kind != NodeKind::list) return false;
-  const std::string& key = node.keys[0].text;
-  return key == "uniform" || key == "log_uniform" || key == "normal" || key == "choice";
-}
-
-bool holds_distribution(const Node& node) {
-  return is_distribution(node) ||
-         std::any_of(node.items.begin(), node.items.end(), holds_distribution);
-}
-
-bool has_counts(std::string_view section, const Node& node) {
-  return is_counted_list(section) && node.kind == NodeKind::list &&
-         std::any_of(node.items.begin(), node.items.end(), [](const Node& entry) {
-           return entry.kind == NodeKind::map && find(entry, "count") != nullptr;
-         });
-}
-
-void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
-                 std::vector<Place>& wrong, std::vector<DrawnValue>& draws) {
-  Drawer drawer(stream_key(seed, Stream::world, sequence), faults, wrong, draws);
+void draw_tree(Node& root, Drawer& drawer) {
   for (std::size_t i = 0; i < root.items.size(); ++i) {
     const Way way = step({}, root.keys[i].text);
     if (drawer.may_be_drawn(root.items[i], way, root.keys[i].text)) {
       drawer.draw(root.items[i], way);
     }
   }
+}
+
+}  // namespace
+
+void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
+                 std::vector<Place>& wrong, std::vector<DrawnValue>& draws) {
+  Drawer drawer(stream_key(seed, Stream::world, sequence), nullptr, faults, wrong, draws);
+  draw_tree(root, drawer);
   std::sort(draws.begin(), draws.end(),
             [](const DrawnValue& a, const DrawnValue& b) { return a.path < b.path; });
+}
+
+void draw_extremes(Node& root, const DrawExtreme& extreme, Faults& faults,
+                   std::vector<Place>& wrong) {
+  std::vector<DrawnValue> draws;
+  Drawer drawer(0, &extreme, faults, wrong, draws);
+  draw_tree(root, drawer);
 }
 
 }  // namespace ensonify

@@ -5,8 +5,10 @@
 //   is_distribution     {uniform: [a, b]}, {log_uniform: ...}, {normal: ...}, {choice: [...]}
 //   holds_distribution  anywhere in a tree
 //   is_head_key         of the top level, which key the draws of the rest and are not drawn
-//   has_counts          entries of objects or point_targets that stand for several
+//   is_counted_list     objects and point_targets
+//   has_counts          entries of them that stand for several
 //   draw_values         the tree of one sequence
+//   DrawExtreme  draw_extremes  draw_variants   the trees at the ends of what can be drawn
 //
 // Sections that hold distributions or counts stay in the resolved text as they were before drawing,
 // so that it draws the same again.
@@ -33,12 +35,25 @@ namespace ensonify {
 bool is_distribution(const Node& node);
 bool holds_distribution(const Node& node);
 bool is_head_key(std::string_view key);
+bool is_counted_list(std::string_view path);
 bool has_counts(std::string_view section, const Node& node);
 
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its
 // places are added to `wrong`, so that what is said about it later can be left out.
 void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
                  std::vector<Place>& wrong, std::vector<DrawnValue>& draws);
+
+// Every number at one end of what its distribution can give (of a normal: 3 standard deviations
+// from its mean, which one draw in 370 exceeds), and of every choice one alternative. The variants
+// 0 ... draw_variants - 1 have each alternative at least once.
+struct DrawExtreme {
+  bool is_upper = false;
+  std::size_t variant = 0;
+};
+void draw_extremes(Node& root, const DrawExtreme& extreme, Faults& faults,
+                   std::vector<Place>& wrong);
+std::size_t draw_variants(const Node& root);
+std::size_t variants_of_choice(const Node& alternatives);  // the list of a choice
 
 struct DrawnSection {
   std::string key;  // of the top level

@@ -12,10 +12,13 @@ namespace {
 
 constexpr std::size_t kMaxPathBytes = 300;
 
-std::string line_of(const Faults& faults, const Fault& fault) {
-  std::string line = faults.sources[static_cast<std::size_t>(fault.place.source)];
-  if (fault.place.line > 0) line += fmt::format(":{}:{}", fault.place.line, fault.place.column);
-  line += ": ";
+std::string line_of(const Faults& faults, const Fault& fault, ErrorPlaces places) {
+  std::string line;
+  if (places == ErrorPlaces::shown) {
+    line = faults.sources[static_cast<std::size_t>(fault.place.source)];
+    if (fault.place.line > 0) line += fmt::format(":{}:{}", fault.place.line, fault.place.column);
+    line += ": ";
+  }
   if (!fault.path.empty()) line += fault.path.substr(0, kMaxPathBytes) + ": ";
   return one_line(line + fault.text);
 }
@@ -71,15 +74,16 @@ bool needs_words(Faults& faults, Place place, std::string_view path) {
   return !told && !is_full(faults);
 }
 
-Error to_error(const Faults& faults) {
+Error to_error(const Faults& faults, ErrorPlaces places) {
   std::vector<Fault> sorted = faults.list;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const Fault& a, const Fault& b) {
+    if (places == ErrorPlaces::hidden) return std::tie(a.path, a.text) < std::tie(b.path, b.text);
     return std::tie(a.place.source, a.place.line, a.place.column) <
            std::tie(b.place.source, b.place.line, b.place.column);
   });
   std::vector<std::string> lines;
   for (const Fault& fault : sorted) {
-    std::string line = line_of(faults, fault);
+    std::string line = line_of(faults, fault, places);
     if (std::find(lines.begin(), lines.end(), line) == lines.end())
       lines.push_back(std::move(line));
   }

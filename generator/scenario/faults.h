@@ -2,7 +2,8 @@
 //
 //   Place   where: a source (file, preset, --set) with line and column
 //   ReadLimits  how much a text may hold
-//   Faults  add_source  add_fault  needs_words  to_error
+//   Faults  add_source  add_fault  needs_words
+//   ErrorPlaces  to_error
 #pragma once
 
 #include <cstddef>
@@ -61,8 +62,12 @@ void add_fault(Faults& faults, Place place, std::string_view path, std::string t
 // place and path, numbers of items aside.
 bool needs_words(Faults& faults, Place place, std::string_view path);
 
-// One line a fault, `file:line:column: key.path: what is wrong, what is accepted`, in the order of
-// the sources and of the places within them, each line once.
-Error to_error(const Faults& faults);
+enum class ErrorPlaces {
+  shown,   // `file:line:column: key.path: ...`, in the order of the sources and places
+  hidden,  // `key.path: ...`, in the order of the paths: the same for every copy of a scenario
+};
+
+// One line a fault, `file:line:column: key.path: what is wrong, what is accepted`, each line once.
+Error to_error(const Faults& faults, ErrorPlaces places = ErrorPlaces::shown);
 
 }  // namespace ensonify

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <system_error>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -49,6 +51,43 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   fields(reader, scenario);
   reader.end();
   return scenario;
+}
+
+// A large choice is checked as far as one to two seconds go: this many values copied. Reading one
+// takes as long as copying 30.
+constexpr std::size_t kMostCopiedAtExtremes = 50'000'000;
+constexpr std::size_t kCopiesPerReading = 30;
+
+using PlaceKey = std::tuple<int, int, int>;
+PlaceKey place_key(const Place& place) { return {place.source, place.line, place.column}; }
+
+// All places within distributions; those of numbers with the text of the distribution.
+using DrawnPlaces = std::map<PlaceKey, std::string>;
+
+void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
+  const bool is_drawn = is_distribution(node);
+  within = within || is_drawn;
+  const bool is_number = is_drawn && node.keys[0].text != "choice";
+  const std::string text = is_number ? flow_text(node) : "";
+  if (within) {
+    const auto [at, is_new] = places.try_emplace(place_key(node.place), text);
+    if (!is_new && at->second != text) at->second.clear();  // --set has one place for all
+  }
+  for (const Key& key : node.keys) {
+    if (within) places.try_emplace(place_key(key.place));
+  }
+  for (const Node& item : node.items) add_drawn_places(item, within, places);
+}
+
+// How many values were read.
+std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::string& label,
+                         const InputFolder& input) {
+  std::vector<Place> wrong;
+  draw_extremes(tree, extreme, input.faults, wrong);
+  const std::size_t before = input.faults.list.size();
+  read_scenario(input, {&tree, tree.place, ""}, label);
+  drop_faults_at(wrong, before, input.faults);
+  return values_in(tree);
 }
 
 // Whoever runs a stranger's scenario wants to know what of his own it reads.
@@ -117,15 +156,48 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides, std::uint32_t sequence,
-                                const ReadLimits& limits) {
+                                const ReadLimits& limits, ErrorPlaces places) {
   Faults faults;
   faults.limits = limits;
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
-  if (!tree) return to_error(faults);
+  if (!tree) return to_error(faults, places);
   apply_overrides(*tree, overrides, faults);
   auto scenario = parse_scenario_tree(std::move(*tree), label, folder, faults, sequence);
-  if (!scenario) return to_error(faults);
+  if (!scenario) return to_error(faults, places);
   return std::move(*scenario);
+}
+
+void check_draws(const Node& tree, const std::string& label, const std::filesystem::path& folder,
+                 Faults& faults) {
+  if (!holds_distribution(tree)) return;
+  DrawnPlaces drawn;
+  add_drawn_places(tree, false, drawn);
+  const std::size_t variants = draw_variants(tree);
+  const std::size_t all = values_in(tree);
+  std::size_t copied = 0;
+  for (std::size_t variant = 0; variant < variants && copied < kMostCopiedAtExtremes; ++variant) {
+    for (const bool is_upper : {false, true}) {
+      Faults found{faults.limits, faults.sources};
+      copied +=
+          all + kCopiesPerReading * read_extreme(tree, {is_upper, variant}, label, {folder, found});
+      for (const Fault& fault : found.list) {
+        const auto at = drawn.find(place_key(fault.place));
+        if (at == drawn.end()) continue;
+        const std::string reached =
+            at->second.empty() ? "" : fmt::format("; {} reaches it", at->second);
+        add_fault(faults, fault.place, fault.path, fault.text + reached);
+      }
+    }
+  }
+}
+
+Status check_draws(const std::string& text, const std::string& label,
+                   const std::filesystem::path& folder, const std::vector<Override>& overrides) {
+  Faults faults;
+  std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
+  if (tree) apply_overrides(*tree, overrides, faults);
+  if (tree) check_draws(*tree, label, folder, faults);
+  return faults.empty() ? Status() : to_error(faults);
 }
 
 Result<std::string> read_scenario_text(const std::filesystem::path& file, std::string_view what) {

@@ -3,6 +3,7 @@
 // are the defaults of keys that are left out; what has none must be given.
 //
 //   load_scenario     file + overrides -> Scenario, or every fault at once
+//   check_draws       whether distributions stay within what their keys accept
 //   to_yaml           Scenario -> the resolved text
 //   sonar_preset_...  the presets that are built in
 #pragma once
@@ -275,7 +276,15 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file,
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides = {},
-                                std::uint32_t sequence = 0, const ReadLimits& limits = {});
+                                std::uint32_t sequence = 0, const ReadLimits& limits = {},
+                                ErrorPlaces places = ErrorPlaces::shown);
+
+// Whether what distributions can give at their extremes (draw_extremes), and every alternative, is
+// a value that its key accepts; what lies in between is not looked at. Errors: as parse_scenario,
+// those alone that stand at a distribution or in it; the rest of the text has been checked.
+Status check_draws(const std::string& text, const std::string& label,
+                   const std::filesystem::path& folder,
+                   const std::vector<Override>& overrides = {});
 
 // The second step of parse_scenario, after the overrides, for who makes many scenarios of one text.
 // Nothing where `faults` holds any, older ones too. `label` names the scenario where it has no
@@ -284,6 +293,9 @@ struct Node;
 std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
                                             std::uint32_t sequence = 0);
+// The same step of check_draws.
+void check_draws(const Node& tree, const std::string& label, const std::filesystem::path& folder,
+                 Faults& faults);
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
 // the shortest form that reads back to the same double. `name_file` says how an input file is

@@ -322,4 +322,10 @@ Node* find(Node& map, std::string_view key) {
   return const_cast<Node*>(find(std::as_const(map), key));
 }
 
+std::size_t values_in(const Node& node) {
+  std::size_t count = 1;
+  for (const Node& item : node.items) count += values_in(item);
+  return count;
+}
+
 }  // namespace ensonify

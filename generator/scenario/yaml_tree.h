@@ -5,6 +5,7 @@
 //   read_yaml_map     a document whose top is a map
 //   read_yaml_value   any one value, as behind --set
 //   find              the value of a key
+//   values_in         how many nodes a tree has
 #pragma once
 
 #include <cstddef>
@@ -50,5 +51,7 @@ std::optional<Node> read_yaml_value(const std::string& text, int source, const s
 // The value of a key; null if the map has none.
 const Node* find(const Node& map, std::string_view key);
 Node* find(Node& map, std::string_view key);
+
+std::size_t values_in(const Node& node);
 
 }  // namespace ensonify

@@ -97,7 +97,8 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
   const Node tree = tree_of(file, point, faults);
   made.run.point = std::move(point);
   auto scenario = parse_scenario_tree(tree, file.sources[1], file.base.parent_path(), faults);
-  if (!scenario) {
+  if (scenario) check_draws(tree, file.sources[1], file.base.parent_path(), faults);
+  if (!faults.empty()) {
     made.error = to_error(faults);
     return made;
   }
@@ -186,11 +187,12 @@ Plan plan_of(const Sweep& sweep) {
   return plan;
 }
 
-Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence) {
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence,
+                             ErrorPlaces places) {
   Faults faults = faults_of(file);
   auto scenario = parse_scenario_tree(tree_of(file, point, faults), file.sources[1],
                                       file.base.parent_path(), faults, sequence);
-  if (!scenario) return to_error(faults);
+  if (!scenario) return to_error(faults, places);
   return std::move(*scenario);
 }
 

@@ -172,7 +172,7 @@ TEST_CASE("coco.json refers to the EXR files where there are no PNG pictures") {
   sample::write_pings(folder.path(), info);
   REQUIRE(finish_sequence(folder.path(), info).ok());
   auto dataset = sample::dataset_info(1);
-  dataset.sequences = {info};
+  dataset.first = info;
   REQUIRE(finish_dataset(folder.path(), dataset).ok());
   CHECK(json_in(folder.path() / "coco.json")["images"][0]["file_name"] ==
         "sequences/000000/polar/000000.exr");
@@ -232,7 +232,7 @@ TEST_CASE("assets are copied under their hash") {
   CHECK(sample::read(folder.path() / "dataset.json").find(name) != std::string::npos);
 
   sample::write(source.path() / "ship.obj", "another mesh");
-  const Status changed = finish_dataset(folder.path(), info);
+  const auto changed = finish_dataset(folder.path(), info);
   REQUIRE_FALSE(changed.ok());
   CHECK(changed.error().kind == ErrorKind::usage);
   CHECK(sample::read(folder.path() / name) == "mesh");
@@ -249,8 +249,8 @@ TEST_CASE("finishing needs every ping and every sequence") {
   REQUIRE_FALSE(sequence.ok());
   CHECK(sequence.error().kind == ErrorKind::usage);
   CHECK(sequence.error().message.find("1 of 3 pings") != std::string::npos);
-  CHECK_FALSE(sequence_is_finished(folder.path(), info));
-  const Status dataset = finish_dataset(folder.path(), sample::dataset_info(1));
+  CHECK_FALSE(sequence_is_finished(folder.path(), 0));
+  const auto dataset = finish_dataset(folder.path(), sample::dataset_info(1));
   REQUIRE_FALSE(dataset.ok());
   CHECK(dataset.error().kind == ErrorKind::usage);
   CHECK_FALSE(fs::exists(folder.path() / "dataset.json"));

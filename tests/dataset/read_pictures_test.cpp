@@ -39,7 +39,8 @@ SequenceInfo info_of(Store store) {
   return info;
 }
 
-void require_done(const Status& status) {
+template <class Outcome>
+void require_done(const Outcome& status) {
   INFO((status ? "" : status.error().message));
   REQUIRE(status.ok());
 }
@@ -49,13 +50,13 @@ struct Made {
     const fs::path& dir = folder.path();
     WorkIdentity identity = sample::identity();
     DatasetInfo all = sample::dataset_info(1);
-    all.sequences[0] = info_of(store);
-    identity.first_ping = all.sequences[0].first_ping;
-    identity.last_ping = all.sequences[0].last_ping;
+    all.first = info_of(store);
+    identity.first_ping = all.first.first_ping;
+    identity.last_ping = all.first.last_ping;
     all.identity = identity;
     REQUIRE(open_work(dir, identity, 1, false).ok());
-    sample::write_pings(dir, all.sequences[0]);
-    require_done(finish_sequence(dir, all.sequences[0]));
+    sample::write_pings(dir, all.first);
+    require_done(finish_sequence(dir, all.first));
     require_done(finish_dataset(dir, all));
     const auto opened = open_dataset(dir);
     REQUIRE(opened.ok());

@@ -117,7 +117,8 @@ TEST_CASE("two copies of the same work end in one data set") {
     if (!state) return state.error().message;
     if (*state == FolderState::complete) return {};
     const auto info = sample::dataset_info(1);
-    for (const SequenceInfo& sequence : info.sequences) {
+    for (const std::uint32_t number : info.sequences) {
+      const SequenceInfo sequence = sample::sequence_info(number);
       for (std::uint32_t ping = 0; ping < sample::kPings; ++ping) {
         const auto result = sample::ping_result(sequence, ping);
         if (const Status s = write_ping(dir, sequence, result, workers); !s) {
@@ -126,7 +127,7 @@ TEST_CASE("two copies of the same work end in one data set") {
       }
       if (const Status s = finish_sequence(dir, sequence); !s) return s.error().message;
     }
-    const Status s = finish_dataset(dir, info);
+    const auto s = finish_dataset(dir, info);
     return s ? std::string() : s.error().message;
   };
   for (int round = 0; round < 12; ++round) {

@@ -178,8 +178,9 @@ DatasetInfo dataset_info(std::uint32_t sequences) {
   DatasetInfo info;
   info.identity = identity();
   info.scenario_yaml = "ensonify: 1\nsequences: " + std::to_string(sequences) + "\n";
-  for (std::uint32_t s = 0; s < sequences; ++s) info.sequences.push_back(sequence_info(s));
-  info.classes = info.sequences.front().classes;
+  for (std::uint32_t s = 0; s < sequences; ++s) info.sequences.push_back(s);
+  info.first = sequence_info(0);
+  info.classes = info.first.classes;
   info.host = "somewhere";
   info.threads = 2;
   return info;
@@ -203,13 +204,14 @@ void write_pings(const fs::path& dir, const SequenceInfo& info) {
 void make_dataset(const fs::path& dir, std::uint32_t sequences) {
   open(dir, sequences);
   const DatasetInfo info = dataset_info(sequences);
-  for (const SequenceInfo& sequence : info.sequences) {
+  for (const std::uint32_t number : info.sequences) {
+    const SequenceInfo sequence = sequence_info(number);
     write_pings(dir, sequence);
     const Status finished = finish_sequence(dir, sequence);
     INFO((finished ? "" : finished.error().message));
     REQUIRE(finished.ok());
   }
-  const Status finished = finish_dataset(dir, info);
+  const auto finished = finish_dataset(dir, info);
   INFO((finished ? "" : finished.error().message));
   REQUIRE(finished.ok());
 }

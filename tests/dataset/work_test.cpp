@@ -179,8 +179,8 @@ TEST_CASE("a sequence that lost a file is made again when the folder is continue
   const auto before = sample::contents(folder.path());
   fs::remove(folder.path() / "sequences/000001/timeseries/000001.npy");
   CHECK(open_state(folder.path(), sample::identity(), 3) == FolderState::continued);
-  CHECK(sequence_is_finished(folder.path(), sample::sequence_info(0)));
-  CHECK_FALSE(sequence_is_finished(folder.path(), sample::sequence_info(1)));
+  CHECK(sequence_is_finished(folder.path(), 0));
+  CHECK_FALSE(sequence_is_finished(folder.path(), 1));
   sample::make_dataset(folder.path(), 3);
   const auto after = sample::contents(folder.path());
   for (const auto& [name, bytes] : before) {

@@ -49,7 +49,7 @@ struct Made {
     const fs::path dir = folder.path() / "set";
     fs::create_directory(dir);
     DatasetInfo all = sample::dataset_info(1);
-    const SequenceInfo info = all.sequences[0] = sequence_info(packed);
+    const SequenceInfo info = all.first = sequence_info(packed);
     sample::open(dir, 1);
     const Workers workers(2);
     for (std::uint32_t ping = 0; ping < sample::kPings; ++ping) {
