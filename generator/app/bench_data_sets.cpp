@@ -28,14 +28,17 @@ constexpr FileKind kKinds[] = {
     {"polar_amodal", "{cartesian: false, png: false, shadow: false}"},
     {"polar_polygons",
      "{cartesian: false, png: false, shadow: false, amodal: false, polygons: true}"},
-    {"cartesian", "{polar: false, png: false, shadow: false, amodal: false}"},
+    {"cartesian",
+     "{polar: false, cartesian: {exr: true}, png: false, shadow: false, amodal: false}"},
     {"png", "{polar: false, cartesian: false}"},
     {"scatterers", "{polar: false, cartesian: false, png: false, scatterers: true}"},
     {"points", "{polar: false, cartesian: false, png: false, points: true}"},
     {"layers", "{polar: false, cartesian: false, png: false, layers: true}"},
     {"default", "{}"},
     {"default_packed", "{one_file_per: sequence}"},
-    {"every", "{timeseries: both, polygons: true, scatterers: true, points: true, layers: true}"}};
+    {"every",
+     "{timeseries: both, cartesian: {exr: true}, polygons: true, scatterers: true, points: true, "
+     "layers: true}"}};
 
 constexpr FileKind kOwn[] = {{"its own", nullptr}};
 

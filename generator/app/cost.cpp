@@ -107,7 +107,6 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
 }
 
 Cost estimate_files(const Session& session, std::uint64_t echoes) {
-  const std::uint64_t pixels = ping_size(session).pixels;
   const std::uint64_t sequences = session.scenario.sequences;
   const PerPing ping = per_ping(session, echoes);
 
@@ -115,15 +114,14 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   cost.pings = sequences * session.ping_times_s.size();
   const FileSelection selection = selection_of(session);
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
-  double statistics_bytes = 0;
+  const GridSizes sizes = sizes_of(session);
+  std::uint64_t array_bytes = 0;  // of statistics and the Cartesian map of a sequence
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
     once += row.scope == FileScope::dataset;
     each_sequence += row.scope == FileScope::sequence;
-    if (row.scope == FileScope::sequence && row.grid == FileGrid::polar) {
-      statistics_bytes +=
-          static_cast<double>(npy_item_bytes(row.type).value_or(0)) * static_cast<double>(pixels);
-    }
+    const bool is_image = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian;
+    if (row.scope == FileScope::sequence && is_image) array_bytes += packed_bytes(row, sizes);
   }
   cost.files = cost.pings * ping.files + sequences * each_sequence + once +
                input_files(session.scenario).size();
@@ -131,7 +129,7 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000 +
                     sequences * static_cast<std::uint64_t>(sdf.file_bytes) +
-                    sequences * static_cast<std::uint64_t>(statistics_bytes);
+                    sequences * array_bytes;
   return cost;
 }
 
@@ -169,6 +167,7 @@ constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle,
 constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
 constexpr double kSampleSeconds = 1.3e-8;         // series and expected power
 constexpr double kPictureSeconds = 6e-8;          // a labelled pixel, encoded
+constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams of an element's series
 constexpr double kPingSeconds = 2e-3;             // files, whatever is in them
@@ -191,7 +190,8 @@ double ping_seconds(const Session& session) {
   if (output.shadow || output.amodal) seconds += rays * kHiddenRaySeconds;
   if (output.polar || output.png) seconds += samples * kPictureSeconds;
   if (output.cartesian) {
-    seconds += static_cast<double>(size.cartesian_pixels) * kPictureSeconds;
+    seconds += static_cast<double>(size.cartesian_pixels) *
+               (output.cartesian_exr ? kPictureSeconds : kMaskSeconds);
   }
   if (sonar.array) {
     seconds += sonar.array->elements *

@@ -48,9 +48,11 @@ std::uint64_t hierarchy_bytes(const World& world) {
 }
 
 // A pixel of a LabelledImage.
-std::uint64_t plane_bytes(const OutputSelection& output) {
+std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
+  const bool has_floats = view == ImageView::polar || output.cartesian_exr;
   std::uint64_t bytes = 0;
   for (const ImagePlane& plane : kImagePlanes) {
+    if (is_float_plane(plane) && !has_floats) continue;
     if (plane.wanted == nullptr || output.*plane.wanted) bytes += pixel_bytes(plane);
   }
   return bytes;
@@ -97,10 +99,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const bool hidden = wants_hidden(output);
-  const std::uint64_t planes = plane_bytes(output);
   const std::uint64_t unused_shadow = output.shadow ? 0 : kShadowBytesPerPixel;
-  const std::uint64_t polar_pixel = planes + (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
-  const std::uint64_t cartesian_pixel = planes + (output.amodal ? kAmodalBytesPerPixel : 0);
+  const std::uint64_t polar_pixel = plane_bytes(output, ImageView::polar) +
+                                    (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
+  const std::uint64_t cartesian_pixel = plane_bytes(output, ImageView::cartesian) +
+                                        (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
   const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
                                   ? count.pixels * sizeof(float)

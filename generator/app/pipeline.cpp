@@ -179,11 +179,12 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
     result.polar_grey = timed(workers, Stage::grey, [&] { return grey_of(setup, polar); });
   }
   if (output.cartesian) {
-    const auto cartesian_of = [&](const auto& image) {
+    const auto cartesian_of = [&](const auto& image, auto... planes) {
       const StageTimer timer(workers, Stage::cartesian);
-      return resample(image, *info.cartesian, tables.cartesian_map);
+      return resample(image, *info.cartesian, tables.cartesian_map, planes...);
     };
-    LabelledImage cartesian = cartesian_of(polar);
+    LabelledImage cartesian = cartesian_of(
+        polar, output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids);
     InstanceSets amodal;
     if (output.amodal) amodal = cartesian_of(hidden.amodal);
     timed(workers, Stage::annotations, [&] {

@@ -92,6 +92,7 @@ class Pipeline {
   PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
 
   const SequenceInfo& info() const { return setup_.info; }
+  const std::vector<std::int32_t>& cartesian_map() const { return setup_.tables->cartesian_map; }
 
  private:
   PingSetup setup_;

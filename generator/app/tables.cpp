@@ -140,8 +140,8 @@ std::string table_key(const Scenario& scenario) {
   for (bool Output::*unused :
        {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
         &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
-        &Output::timeseries_exr, &Output::layers, &Output::channels, &Output::packed,
-        &Output::statistics, &Output::pings}) {
+        &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
+        &Output::packed, &Output::statistics, &Output::pings}) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
   part.splits = none.splits;

@@ -182,10 +182,11 @@ struct OutputSelection {
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
-  bool channels = false;    // what each element of an array hears
-  bool packed = false;      // arrays of all pings in place of files of each
-  bool statistics = false;  // of all pings of a sequence, which then are draws of one scene
-  bool pings = true;        // without, no ping has a file, and all that it would take is off
+  bool cartesian_exr = false;  // float planes of Cartesian pictures too; needs `cartesian`
+  bool channels = false;       // what each element of an array hears
+  bool packed = false;         // arrays of all pings in place of files of each
+  bool statistics = false;     // of all pings of a sequence, which then are draws of one scene
+  bool pings = true;           // without, no ping has a file, and all that it would take is off
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };

@@ -70,6 +70,10 @@ constexpr FixedFile kSequenceFiles[] = {
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
      "metres, voxels of {voxel_m} m, world coordinates |"},
+    {layout::kCartesianMap, FileCodec::npy,
+     "| `cartesian_map.npy` | int32 [rows, columns], for each Cartesian pixel the index of its "
+     "polar pixel, sample × beams + beam; −1 outside the fan |",
+     FileGrid::cartesian, kNpyInt32},
 };
 
 void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> files) {
@@ -83,6 +87,9 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
                     .packed_card = file.card});
     if (rows.back().codec == FileCodec::vdb) {
       rows.back().wanted = [](const FileSelection& s) { return s.sdf; };
+    }
+    if (rows.back().grid == FileGrid::cartesian) {
+      rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };
     }
   }
 }
@@ -238,7 +245,9 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   row.codec = is_float ? FileCodec::exr : FileCodec::png;
   row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
   row.type = is_float ? kNpyFloat16 : is_byte ? kNpyUint8 : kNpyUint16;
-  row.maker = view == ImageView::polar ? "`output.polar: true`" : "`output.cartesian`";
+  row.maker = view == ImageView::polar ? "`output.polar: true`"
+              : is_float               ? "`output.cartesian: {exr: true}`"
+                                       : "`output.cartesian`";
   row.cells = [view, &plane](const PingResult& r) -> Cells {
     const auto& image = image_of(r, view);
     if (!image) return std::span<const float>();
@@ -249,13 +258,17 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   return row;
 }
 
+using Wanted = decltype(CatalogueRow::wanted);
+Wanted wanted_of(ImageView view, const ImagePlane& plane) {
+  if (view == ImageView::polar) return [](const FileSelection& s) { return s.output.polar; };
+  if (!is_float_plane(plane)) return [](const FileSelection& s) { return s.output.cartesian; };
+  return [](const FileSelection& s) { return s.output.cartesian && s.output.cartesian_exr; };
+}
+
 void add_images(Rows& rows, ImageView view) {
-  const std::size_t first = rows.size();
   for (const ImagePlane& plane : kImagePlanes) {
     CatalogueRow row = row_of(view, plane);
-    row.wanted = view == ImageView::polar
-                     ? [](const FileSelection& s) { return s.output.polar; }
-                     : [](const FileSelection& s) { return s.output.cartesian; };
+    row.wanted = wanted_of(view, plane);
     row.shares_file = std::any_of(rows.begin(), rows.end(), [&](const CatalogueRow& before) {
       return before.file == row.file;
     });
@@ -263,13 +276,18 @@ void add_images(Rows& rows, ImageView view) {
     if (view == ImageView::polar) {
       row.card = with_label_names(file_of(plane)->card);
       row.packed_card = with_label_names(file_of(plane)->packed_card);
+    } else if (is_level_plane(plane)) {
+      row.card = "| `cartesian/PPPPPP.exr` | channels as those of `polar`, seen from above |";
+      row.packed_card =
+          "| `cartesian_*_db.npy`, `cartesian_*_rad.npy`, `cartesian_instance_fraction.npy` | "
+          "levels and labels as those of `polar`, [pings, rows, columns], seen from above |";
+    } else if (std::string_view(plane.name) == "instance") {
+      row.card = "| `cartesian/PPPPPP_*.png` | ids as those of `polar`, seen from above |";
+      row.packed_card =
+          "| other `cartesian_*.npy` | ids as those of `polar`, [pings, rows, columns], seen from "
+          "above |";
     }
     rows.push_back(std::move(row));
-  }
-  if (view == ImageView::cartesian) {
-    rows[first].card = "| `cartesian/PPPPPP*` | the same, seen from above |";
-    rows[first].packed_card =
-        "| `cartesian_*.npy` | the same, [pings, rows, columns], seen from above |";
   }
 }
 

@@ -45,6 +45,9 @@ Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, co
   return json;
 }
 
+// Of masks without an image there is nothing that a detector could be trained on.
+bool has_image(const Json& image) { return image.contains("file") || image.contains("array"); }
+
 Json mask_json(const Json& image, const Json& counts) {
   return {{"size", Json::array({image.at("height"), image.at("width")})}, {"counts", counts}};
 }
@@ -130,6 +133,7 @@ Status add_image(const SequenceInfo& info, const Json& line, const Json& image, 
 Status add_sequence(const std::filesystem::path& dir, const SequenceInfo& info, Lists& lists) {
   return for_each_annotation_line(dir, info.sequence, [&](const Json& line) -> Status {
     for (const Json& image : line.at("images")) {
+      if (!has_image(image)) continue;
       if (Status added = add_image(info, line, image, lists); !added) return added;
     }
     return {};

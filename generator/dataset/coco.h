@@ -8,7 +8,7 @@
 //    "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
 // `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Without
 // output.amodal the last four are absent and nothing is hidden. Packed pings have
-// "array" and "index" in place of "file".
+// "array" and "index" in place of "file"; masks without an image have none of the three.
 //
 //   annotation_line  for_each_annotation_line
 //   write_coco
@@ -34,7 +34,7 @@ std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
                                 const std::function<Status(const Json&)>& use);
 
-// Writes coco.json. Images are numbered from 1 in the order sequence, ping, polar before Cartesian;
+// Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence, ping, polar before Cartesian;
 // annotations from 1 in the order of their images. Category k is classes[k - 1]. Instances that are
 // seen nowhere in a picture stand in a list of their own, `hidden`: readers of COCO expect masks
 // with pixels. All sequences are finished. Errors (damage): a sequence.json or a line cannot be

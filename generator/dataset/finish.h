@@ -1,13 +1,14 @@
 // The finishing steps: a sequence once all its pings are there, the data set once all its
 // sequences are. Both may be cut off anywhere and called again, also by two processes at once.
 //
-//   sequence_is_finished  finished_pings  finish_sequence
+//   sequence_is_finished  finished_pings  SequenceParts  finish_sequence
 //   Asset  DatasetInfo  data_card  finish_dataset
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,13 +26,19 @@ bool sequence_is_finished(const std::filesystem::path& dir, std::uint32_t sequen
 std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
                                             std::uint32_t sequence);
 
+// What a sequence has that is not in the records of its pings.
+struct SequenceParts {
+  std::string_view sdf_vdb = {};       // the bytes of sdf.vdb, where info.sdf asks for them
+  const Moments* moments = nullptr;    // of all its pings, where info.output.statistics asks
+  // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
+  std::span<const std::int32_t> cartesian_map = {};
+};
+
 // Writes the sequence's arrays and tables from the records of its pings
-// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished. `sdf_vdb`:
-// the bytes of sdf.vdb, where info.sdf asks for them; `moments`: of all its pings, where
-// info.output.statistics asks for them.
+// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished.
 // Error (usage): records of some pings, or their files, are missing. Error (io): as it says.
 Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info,
-                       std::string_view sdf_vdb = {}, const Moments* moments = nullptr);
+                       const SequenceParts& parts = {});
 
 // An input file of the scenario; goes to assets/<sha256>.<extension>.
 struct Asset {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/units.h"
+#include "dataset/catalogue.h"
 #include "dataset/finish.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
@@ -183,8 +184,15 @@ Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const 
   return committed ? Status() : Status(committed.error());
 }
 
-Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb,
-                      const Moments* moments) {
+Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& info,
+                                      std::span<const std::int32_t> map) {
+  const GridSizes sizes = sizes_of(info);
+  const std::string name = layout::in_sequence(info.sequence, layout::kCartesianMap);
+  return write_file_atomically(
+      dir, name, encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
+}
+
+Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
   if (const Status there = check_all_there(dir, info); !there) return there;
   // A sequence without pings has no plan yet.
   if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
@@ -197,12 +205,18 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, std::string
   }
   if (info.sdf) {
     auto entry =
-        write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kSdf), sdf_vdb);
+        write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kSdf), parts.sdf_vdb);
+    if (!entry) return entry.error();
+    entries->push_back(std::move(*entry));
+  }
+  if (info.output.cartesian) {
+    auto entry = write_cartesian_map(dir, info, parts.cartesian_map);
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
   if (info.output.statistics) {
-    const auto arrays = write_statistics(dir, info, moments != nullptr ? *moments : Moments());
+    const auto arrays =
+        write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());
     if (!arrays) return arrays.error();
     entries->insert(entries->end(), arrays->begin(), arrays->end());
   }
@@ -228,12 +242,10 @@ std::optional<std::uint64_t> finished_pings(const fs::path& dir, std::uint32_t s
   return std::uint64_t{manifest->info.last_ping} - manifest->info.first_ping;
 }
 
-Status finish_sequence(const fs::path& dir, const SequenceInfo& info, std::string_view sdf_vdb,
-                       const Moments* moments) {
+Status finish_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
-    if (!sequence_is_finished(dir, info.sequence))
-      written = write_sequence(dir, info, sdf_vdb, moments);
+    if (!sequence_is_finished(dir, info.sequence)) written = write_sequence(dir, info, parts);
     // Another copy of the same work may have finished it, and taken the records away, meanwhile.
     if (!written && !sequence_is_finished(dir, info.sequence)) return written;
     remove_pieces(dir, info.sequence);

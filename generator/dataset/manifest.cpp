@@ -209,6 +209,7 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   read_layers(io, info);
   io.optional("cartesian", info.cartesian,
               [](MemberReader& g, auto& grid) { cartesian_members(g, grid); });
+  info.output.cartesian = info.cartesian.has_value();
   io.optional("sdf", info.sdf, [](MemberReader& g, auto& sdf) { sdf_members(g, sdf); });
   read_draws(io, info);
   instance_members(io, info);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "dataset/catalogue.h"
@@ -59,18 +60,24 @@ Json hidden_json(const Annotation& annotation) {
 }
 
 // The file of the image that a detector trains on, or, of packed pings, the array that it is in and
-// its place there. Empty where there is no image.
-Json picture_of(const SequenceInfo& info, std::uint32_t ping, ImageView view) {
-  const CatalogueRow* row = picture_row(view, selection_of(info));
-  if (row == nullptr) return {};
-  if (info.output.packed) return {{"array", row->array}, {"index", ping - info.first_ping}};
-  return {{"file", layout::ping_file(row->file, ping)}};
+// its place there; empty where there are masks alone, none where there is neither.
+std::optional<Json> picture_of(const SequenceInfo& info, std::uint32_t ping, ImageView view) {
+  const FileSelection selection = selection_of(info);
+  const CatalogueRow* row = picture_row(view, selection);
+  if (row == nullptr) {
+    const bool has_masks = is_wanted(plane_row(view, "instance"), selection);
+    return has_masks ? std::optional(Json::object()) : std::nullopt;
+  }
+  if (info.output.packed) {
+    return Json::object({{"array", row->array}, {"index", ping - info.first_ping}});
+  }
+  return Json::object({{"file", layout::ping_file(row->file, ping)}});
 }
 
-void add_image(Json& images, const char* view, const Json& picture, std::pair<int, int> size,
-               const std::vector<Annotation>& annotations, const std::vector<Annotation>& hidden,
-               bool polygons) {
-  if (picture.empty()) return;
+void add_image(Json& images, const char* view, const std::optional<Json>& picture,
+               std::pair<int, int> size, const std::vector<Annotation>& annotations,
+               const std::vector<Annotation>& hidden, bool polygons) {
+  if (!picture) return;
   Json list = Json::array();
   for (const Annotation& annotation : annotations) {
     list.push_back(json_of(annotation));
@@ -79,7 +86,7 @@ void add_image(Json& images, const char* view, const Json& picture, std::pair<in
   Json hidden_list = Json::array();
   for (const Annotation& annotation : hidden) hidden_list.push_back(hidden_json(annotation));
   Json image = {{"view", view}};
-  image.update(picture);
+  image.update(*picture);
   image["width"] = size.second;
   image["height"] = size.first;
   image["annotations"] = std::move(list);

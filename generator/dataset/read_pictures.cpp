@@ -1,5 +1,6 @@
 #include "dataset/read_pictures.h"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -40,6 +41,15 @@ void take_cells(std::string_view bytes, std::vector<Value>& values) {
   }
 }
 
+// The stored plane that a plane of the other view is made from; null where it is none of those.
+const CatalogueRow* polar_source(const StoredSequence& sequence, const CatalogueRow& row) {
+  if (row.view != ImageView::cartesian || row.plane == nullptr || !is_float_plane(*row.plane)) {
+    return nullptr;
+  }
+  const CatalogueRow& polar = plane_row(ImageView::polar, row.plane->name);
+  return sequence.cartesian_height > 0 && sequence.has(polar) ? &polar : nullptr;
+}
+
 const CatalogueRow* series_row_of(const StoredSequence& sequence) {
   for (const char* file : {layout::kTimeseries, layout::kTimeseriesExr}) {
     const CatalogueRow* row = find_file(FileScope::ping, file);
@@ -50,6 +60,10 @@ const CatalogueRow* series_row_of(const StoredSequence& sequence) {
 
 }  // namespace
 
+bool can_read(const StoredSequence& sequence, const CatalogueRow& row) {
+  return sequence.has(row) || polar_source(sequence, row) != nullptr;
+}
+
 CellReader::CellReader(const StoredDataset& dataset, const StoredSequence& sequence,
                        std::uint32_t ping)
     : dataset_(dataset), sequence_(sequence), ping_(ping) {
@@ -57,6 +71,7 @@ CellReader::CellReader(const StoredDataset& dataset, const StoredSequence& seque
 }
 
 Result<std::string> CellReader::read(const CatalogueRow& row) {
+  if (!sequence_.has(row)) return read_through_map(row);
   const GridSizes sizes = sequence_.sizes();
   const NpyShape shape = grid_shape(row, sizes);
   const std::uint32_t number = sequence_.row.sequence;
@@ -99,10 +114,44 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
   return bytes_of_values(values->second);
 }
 
+Result<std::string> CellReader::read_through_map(const CatalogueRow& row) {
+  const CatalogueRow* source = polar_source(sequence_, row);
+  ENSONIFY_ASSERT(source != nullptr);
+  if (Status there = read_map(grid_shape(row, sequence_.sizes())); !there) return there.error();
+  const Result<std::string> bytes = read(*source);
+  if (!bytes) return bytes.error();
+  const auto polar = values_in<std::uint16_t>(*bytes);
+  const float blank = blank_value<float>(row.plane->blank);
+  std::uint16_t blank_half = 0;
+  to_halves({&blank, 1}, {&blank_half, 1});
+  std::vector<std::uint16_t> halves(map_.size(), blank_half);
+  for (std::size_t i = 0; i < map_.size(); ++i) {
+    if (map_[i] >= 0) halves[i] = polar[static_cast<std::size_t>(map_[i])];
+  }
+  return bytes_of_values(halves);
+}
+
+// Keeps it once it is known to name pixels of the polar image alone.
+Status CellReader::read_map(const NpyShape& shape) {
+  if (!map_.empty()) return {};
+  const auto path = stored_file(dataset_, sequence_.row.sequence, layout::kCartesianMap);
+  if (!path) return path.error();
+  const auto array = read_npy(*path, kNpyInt32, shape);
+  if (!array) return array.error();
+  auto map = values_in<std::int32_t>(array->data());
+  const std::uint64_t pixels = sequence_.beams * sequence_.samples;
+  const bool fits = std::all_of(map.begin(), map.end(), [&](std::int32_t from) {
+    return from < 0 || static_cast<std::uint64_t>(from) < pixels;
+  });
+  if (!fits) return damaged(*path, "names pixels that the polar image does not have");
+  map_ = std::move(map);
+  return {};
+}
+
 PlaneNames stored_planes(const StoredSequence& sequence, ImageView view) {
   PlaneNames names;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (sequence.has(plane_row(view, plane.name))) names.insert(plane.name);
+    if (can_read(sequence, plane_row(view, plane.name))) names.insert(plane.name);
   }
   return names;
 }
@@ -117,7 +166,7 @@ Result<StoredPixels> read_picture(const StoredDataset& dataset, const StoredSequ
   if (pixels.rows == 0 || pixels.columns == 0) return pixels;
   for (const ImagePlane& plane : kImagePlanes) {
     const CatalogueRow& row = plane_row(view, plane.name);
-    if (!planes.contains(plane.name) || !sequence.has(row)) continue;
+    if (!planes.contains(plane.name) || !can_read(sequence, row)) continue;
     const auto bytes = reader.read(row);
     if (!bytes) return bytes.error();
     with_plane(pixels, plane, [&](auto& values) { take_cells(*bytes, values); });

@@ -1,6 +1,9 @@
 // Images and series of a finished data set, read again, from files of a ping or from packed arrays.
+// Float planes of Cartesian images that are not stored are those of the polar image through the
+// sequence's map, bit for bit.
 //
-//   CellReader                    the cells of any row of the catalogue, as they are stored
+//   can_read                      whether a sequence has the cells of a row of the catalogue
+//   CellReader                    the cells of such a row
 //   PlaneNames  stored_planes     which planes a sequence has
 //   read_picture                  the planes of one ping's image that are asked for
 //   has_series  read_series       one ping's series
@@ -21,23 +24,29 @@ namespace ensonify {
 
 using StoredView = ImageView;
 
-// Of one ping of the sequence. It keeps the image that it has read last, for its other planes.
+// Whether they are stored, or follow from a polar image.
+bool can_read(const StoredSequence& sequence, const CatalogueRow& row);
+
+// Of one ping of the sequence. It keeps the images and the map that it has read, for other planes.
 class CellReader {
  public:
   // The data set and the sequence must outlive it.
   CellReader(const StoredDataset& dataset, const StoredSequence& sequence, std::uint32_t ping);
 
-  // The bytes of grid_shape(row, sequence.sizes()) cells of row.type. Needs a row that the sequence
-  // has. Error (io): a file is missing, damaged or of another size than the manifest says.
+  // The bytes of grid_shape(row, sequence.sizes()) cells of row.type. Needs can_read().
+  // Error (io): a file is missing, damaged or of another size than the manifest says.
   Result<std::string> read(const CatalogueRow& row);
 
  private:
   Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path);
+  Result<std::string> read_through_map(const CatalogueRow& row);
+  Status read_map(const NpyShape& shape);
 
   const StoredDataset& dataset_;
   const StoredSequence& sequence_;
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
+  std::vector<std::int32_t> map_;            // empty: not read yet
 };
 
 // Of kImagePlanes.

@@ -9,6 +9,7 @@
 #include "dataset/layout.h"
 #include "dataset/ply.h"
 #include "dataset/schema.h"
+#include "formats/bytes.h"
 #include "formats/csv.h"
 #include "formats/exr.h"
 #include "formats/npy.h"
@@ -44,6 +45,17 @@ std::string npy_fault(const fs::path& path, std::string_view descr, const NpySha
   std::error_code error;
   if (fs::file_size(path, error) != header->data_offset + size) {
     return "is not as long as its header says";
+  }
+  return {};
+}
+
+std::string map_fault(const fs::path& path, const NpyShape& shape, std::uint64_t polar_pixels) {
+  const auto map = read_npy(path, kNpyInt32, shape);
+  if (!map) return map.error().message;
+  for (const auto from : values_in<std::int32_t>(map->data())) {
+    if (from >= -1 && (from < 0 || static_cast<std::uint64_t>(from) < polar_pixels)) continue;
+    return fmt::format("names the polar pixel {}; expected -1 or a number from 0 to {}", from,
+                       polar_pixels - 1);
   }
   return {};
 }
@@ -187,7 +199,9 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
   const NpyShape grid = grid_shape(row, shape.sizes);
   switch (row.codec) {
     case FileCodec::npy:
-      return npy_fault(path, row.type, grid);
+      if (std::string fault = npy_fault(path, row.type, grid); !fault.empty()) return fault;
+      if (row.file != layout::kCartesianMap) return {};
+      return map_fault(path, grid, shape.sizes.beams * shape.sizes.samples);
     case FileCodec::png:
       return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
     case FileCodec::exr:

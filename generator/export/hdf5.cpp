@@ -103,7 +103,7 @@ class Stack {
         Hdf5Fill::nan);
     add("first_return_m", Hdf5Type::f32, {extents_.beams}, "m", Hdf5Fill::nan, {"", "azimuth_rad"});
     for (const CatalogueRow& row : catalogue()) {
-      if (!is_exported(row) || !sequence.has(row)) continue;
+      if (!is_exported(row) || !can_read(sequence, row)) continue;
       const char* unit = row.plane != nullptr ? row.plane->unit
                          : row.grid == FileGrid::series || row.grid == FileGrid::channels
                              ? "Pa (rms)"
@@ -125,7 +125,7 @@ class Stack {
     put("first_return_m", row, returns->data(), {sequence.beams});
     CellReader reader(job.dataset, sequence, ping.ping);
     for (const CatalogueRow& cells : catalogue()) {
-      if (!is_exported(cells) || !sequence.has(cells)) continue;
+      if (!is_exported(cells) || !can_read(sequence, cells)) continue;
       const auto bytes = reader.read(cells);
       if (!bytes) return bytes.error();
       put(array_name(cells), row, bytes->data(), grid_shape(cells, sequence.sizes()));

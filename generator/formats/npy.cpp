@@ -149,6 +149,9 @@ std::string npy_header(std::string_view descr, const NpyShape& shape) {
   return header + dictionary;
 }
 
+std::string encode_npy(std::span<const std::int32_t> data, const NpyShape& shape) {
+  return encode(data, kNpyInt32, shape);
+}
 std::string encode_npy(std::span<const float> data, const NpyShape& shape) {
   return encode(data, kNpyFloat32, shape);
 }
@@ -215,6 +218,7 @@ Result<NpyHeader> parse_npy_header(std::string_view bytes) {
 std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
   if (descr == kNpyUint8) return 1;
   if (descr == kNpyUint16) return 2;
+  if (descr == kNpyInt32) return 4;
   if (descr == kNpyFloat16) return 2;
   if (descr == kNpyFloat32) return 4;
   if (descr == kNpyFloat64) return 8;

@@ -26,6 +26,7 @@ namespace ensonify {
 
 inline constexpr char kNpyUint8[] = "'|u1'";
 inline constexpr char kNpyUint16[] = "'<u2'";
+inline constexpr char kNpyInt32[] = "'<i4'";
 inline constexpr char kNpyFloat16[] = "'<f2'";
 inline constexpr char kNpyFloat32[] = "'<f4'";
 inline constexpr char kNpyFloat64[] = "'<f8'";
@@ -42,6 +43,7 @@ using NpyShape = std::vector<std::uint64_t>;
 std::string npy_header(std::string_view descr, const NpyShape& shape);
 
 // Needs data.size() to be the product of the shape.
+std::string encode_npy(std::span<const std::int32_t> data, const NpyShape& shape);
 std::string encode_npy(std::span<const float> data, const NpyShape& shape);
 std::string encode_npy(std::span<const double> data, const NpyShape& shape);
 std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape& shape);

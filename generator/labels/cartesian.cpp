@@ -24,11 +24,12 @@ struct Pixel {
   std::int32_t to = 0, from = 0;
 };
 
-// Calls use(from, to, plane) for every plane that all images have.
+// Calls use(from, to, plane) for those of `planes` that all images have.
 template <class Use>
-void for_each_plane(const LabelledImage& from, LabelledImage& to, Use use) {
+void for_each_plane(ResampledPlanes planes, const LabelledImage& from, LabelledImage& to, Use use) {
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.wanted != nullptr) continue;
+    if (planes == ResampledPlanes::ids && is_float_plane(plane)) continue;
     std::visit([&](auto member) { use(from.*member, to.*member, plane); }, plane.values);
   }
 }
@@ -44,8 +45,8 @@ void check_sizes(const LabelledImage& image) {
 }
 
 // Adds `count` pixels outside the fan.
-void add_blank(std::size_t count, LabelledImage& image) {
-  for_each_plane(image, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+void add_blank(std::size_t count, ResampledPlanes planes, LabelledImage& image) {
+  for_each_plane(planes, image, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
     using Value = typename std::decay_t<decltype(to)>::value_type;
     to.resize(from.size() + count, blank_value<Value>(plane.blank));
   });
@@ -73,9 +74,9 @@ void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std:
 
 // Copies `pixels` into a blank image and leaves those of them in the list that hold an echo.
 void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
-                 std::vector<Pixel>& pixels, LabelledImage& image) {
+                 ResampledPlanes planes, std::vector<Pixel>& pixels, LabelledImage& image) {
   const auto copy = [&](bool is_level) {
-    for_each_plane(polar, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+    for_each_plane(planes, polar, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
       if ((plane.blank == PlaneBlank::no_energy) == is_level) copy_pixels(pixels, from, to);
     });
   };
@@ -178,12 +179,12 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 }
 
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
-                       const std::vector<std::int32_t>& map) {
+                       const std::vector<std::int32_t>& map, ResampledPlanes planes) {
   check_sizes(polar);
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;
-  for_each_plane(polar, image,
+  for_each_plane(planes, polar, image,
                  [&](const auto&, auto& to, const ImagePlane&) { to.reserve(map.size()); });
   // Most pixels hold none, and a map of bytes is looked up faster than an image of floats.
   std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
@@ -192,11 +193,11 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
   std::vector<Pixel> pixels;
   for (int row = 0; row < grid.height_px; row += kTile_px) {
     const int end_row = std::min(row + kTile_px, grid.height_px);
-    add_blank(std::size_t(end_row - row) * grid.width_px, image);
+    add_blank(std::size_t(end_row - row) * grid.width_px, planes, image);
     for (int column = 0; column < grid.width_px; column += kTile_px) {
       const Tile tile{row, end_row, column, std::min(column + kTile_px, grid.width_px)};
       list_pixels(map, grid.width_px, tile, pixels);
-      copy_pixels(polar, holds_echo, pixels, image);
+      copy_pixels(polar, holds_echo, planes, pixels, image);
     }
   }
   // These have values where no echo is heard.

@@ -3,13 +3,13 @@
 // The Cartesian image is the fan seen from above: boresight up, port left, nearest neighbour from
 // the polar image. Grey is 8 bits, linear in dB between two limits, or in amplitude up to one.
 //
-//   cartesian_grid        which metres a pixel stands for
-//   cartesian_map         which polar pixel it shows
-//   resample              the image
-//   shown_gain_db         what is added to the level of each sample
-//   with_gain             a polar image's levels with it
-//   grey_image            their grey
-//   db_limits_from_clean  the limits where none are given
+//   cartesian_grid             which metres a pixel stands for
+//   cartesian_map              which polar pixel it shows
+//   ResampledPlanes  resample  the image
+//   shown_gain_db              what is added to the level of each sample
+//   with_gain                  a polar image's levels with it
+//   grey_image                 their grey
+//   db_limits_from_clean       the limits where none are given
 #pragma once
 
 #include <array>
@@ -30,10 +30,14 @@ CartesianGrid cartesian_grid(const Sonar& sonar, int height_px);
 std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& sonar,
                                         const Water& water, const Record& record);
 
+// With `ids` the float planes of the image stay empty.
+enum class ResampledPlanes { all, ids };
+
 // Outside the fan: kNoEnergyDb, NaN angles, instance 0. A polar pixel without an elevation holds no
 // label (labels/polar.h).
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
-                       const std::vector<std::int32_t>& map);
+                       const std::vector<std::int32_t>& map,
+                       ResampledPlanes planes = ResampledPlanes::all);
 
 // The same of a grey picture; black outside the fan.
 GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,

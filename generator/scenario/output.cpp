@@ -193,13 +193,17 @@ std::string without_number(const std::string& name) {
 void image_fields(Fields& f, OutputSpec& output) {
   f.toggle({"polar", "Polar images", "EXR images and masks in polar geometry"},
            output.selection.polar);
-  if (f.begin_switch(
-          {"cartesian", "Cartesian images",
-           "The same images and masks seen from above; a map of options switches them on"},
-          output.selection.cartesian)) {
+  if (f.begin_switch({"cartesian", "Cartesian images",
+                      "Masks and 8-bit display images seen from above, and the map from their "
+                      "pixels to those of polar images; a map of options switches them on"},
+                     output.selection.cartesian)) {
     f.integer(
         {"height_px", "Height", "Rows of the image; the number of columns follows from the fan"},
         output.cartesian_height_px, 1, kMaxImageHeight);
+    f.toggle({"exr", "Float planes",
+              "Whether Cartesian images hold the level and the other float planes too, as EXR or, "
+              "in packed sequences, as arrays; the map gives the same values from polar images"},
+             output.selection.cartesian_exr, written_if(output.selection.cartesian_exr));
     f.end();
   }
 }

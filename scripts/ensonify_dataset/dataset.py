@@ -68,10 +68,15 @@ class _Plane(property):
         self.name = name
 
 
+# What Cartesian pixels outside the fan hold, where it is not NaN.
+_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0}
+
+
 class View:
     """The pictures of a ping, `polar` or `cartesian`; arrays are [rows, columns].
 
     Levels and angles are float32, grey is uint8, ids are int32 (PyTorch has no uint16), 0: none.
+    Cartesian levels and angles that are not stored are the polar ones through the sequence's map.
     What the data set does not hold is a DatasetError; `has` asks before.
     """
 
@@ -112,8 +117,22 @@ class View:
         return found
 
     def has(self, name: str) -> bool:
-        """Whether the data set holds the array of that name."""
-        return self._packed(name).exists() or self._single(name).exists()
+        """Whether the data set holds the array of that name, or the polar one that it follows from."""
+        stored = self._packed(name).exists() or self._single(name).exists()
+        return stored or self._is_mapped(name) and self.ping.polar.has(name)
+
+    def _is_mapped(self, name: str) -> bool:
+        """Whether the sequence's map makes this array of the polar one."""
+        is_float = getattr(getattr(type(self), name, None), "kind", None) is np.float32
+        return self.kind == "cartesian" and is_float and self.ping.sequence.map_path.exists()
+
+    def _mapped(self, name: str) -> np.ndarray:
+        polar, pixels = self.ping.polar._stored(name).ravel(), self.ping.sequence.cartesian_map
+        with told_of(self.ping.sequence.map_path):
+            if pixels.max(initial=-1) >= polar.size:
+                raise ValueError("names pixels that the polar image does not have")
+            outside = polar.dtype.type(_OUTSIDE.get(name, np.nan))
+            return np.where(pixels < 0, outside, polar[np.maximum(pixels, 0)])
 
     def _packed(self, name: str) -> Path:
         return self.ping.sequence.folder / f"{self.kind}_{name}.npy"
@@ -130,6 +149,8 @@ class View:
         if packed.exists():
             return np.asarray(read_row(packed, self.ping.row))
         if not single.exists():
+            if self._is_mapped(name):
+                return self._mapped(name)
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
             return read_png(single)
@@ -251,6 +272,16 @@ class SequenceFolder:
     def first_return_m(self) -> np.ndarray:
         """float32 [pings, beams]."""
         return np.array(read_npy(self.folder / "first_return_m.npy"))
+
+    @property
+    def map_path(self) -> Path:
+        return self.folder / "cartesian_map.npy"
+
+    @cached_property
+    def cartesian_map(self) -> np.ndarray:
+        """int32 [rows, columns] of the Cartesian pictures: sample * beams + beam, the index of the
+        pixel's polar one in a flattened plane; -1 outside the fan."""
+        return np.array(read_npy(self.map_path))
 
     @property
     def statistics(self) -> Statistics:

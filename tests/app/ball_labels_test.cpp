@@ -24,7 +24,7 @@ materials: {m: {reflectivity: 1e-3}}
 objects:
   - {name: floor, class: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}
   - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [5, 0.3, 0]}}
-output: {cartesian: {height_px: 400}}
+output: {cartesian: {height_px: 400, exr: true}}
 )";
 constexpr double kDistance_m = 5, kAside_m = 0.3, kRadius_m = 0.5;
 constexpr int kBeams = 41, kRays = 401;

@@ -30,7 +30,7 @@ objects:
   - {name: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [1.5, 0, 0]}}
 trajectory: {ping_rate_hz: 5, pings: 4}
 noise: {spectrum_level_db: 40}
-output: {cartesian: {height_px: 60}, layers: true, scatterers: true, points: true}
+output: {cartesian: {height_px: 60, exr: true}, layers: true, scatterers: true, points: true}
 """
 
 

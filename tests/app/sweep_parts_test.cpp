@@ -69,6 +69,7 @@ const std::vector<Override> kChanges = {
     {"output.layers", "true"},
     {"output.cartesian", "false"},
     {"output.cartesian", "{height_px: 100}"},
+    {"output.cartesian.exr", "true"},
     {"splits", "{train: 1, val: 1}"}};
 
 std::set<std::string> paths_that_change(std::string (*key_of)(const Scenario&)) {

@@ -26,12 +26,18 @@ TEST_CASE("names of files and arrays are those of one row") {
 // views, and an output that asks for it brings both.
 TEST_CASE("every plane of an image has its rows") {
   FileSelection selection{sample::sequence_info(0).output};
+  FileSelection without_exr = selection;
+  without_exr.output.cartesian_exr = false;
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.wanted != nullptr) selection.output.*plane.wanted = true;
     for (const ImageView view : {ImageView::polar, ImageView::cartesian}) {
       const CatalogueRow& row = plane_row(view, plane.name);
       CHECK(row.plane == &plane);
       CHECK(is_wanted(row, selection));
+      if (plane.wanted == nullptr) {
+        const bool needs_exr = view == ImageView::cartesian && is_float_plane(plane);
+        CHECK(is_wanted(row, without_exr) != needs_exr);
+      }
       CHECK((row.shares_file || is_ping_file(row, selection)));
       CHECK_FALSE(is_array(row, selection));
       FileSelection packed = selection;

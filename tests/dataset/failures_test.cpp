@@ -25,7 +25,7 @@ void make_all_but_one(const fs::path& dir) {
   sample::open(dir, 3);
   for (const std::uint32_t sequence : {0u, 2u}) {
     sample::write_pings(dir, sample::sequence_info(sequence));
-    REQUIRE(finish_sequence(dir, sample::sequence_info(sequence)).ok());
+    REQUIRE(sample::finish(dir, sample::sequence_info(sequence)).ok());
   }
   REQUIRE(record_failure(dir, {1, "objects.1.place: no room"}).ok());
 }

@@ -9,6 +9,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "dataset/sample.h"
+#include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/npy.h"
 #include "formats/sha256.h"
@@ -170,12 +171,38 @@ TEST_CASE("coco.json refers to the EXR files where there are no PNG pictures") {
   info.output.png = false;
   sample::open(folder.path(), 1);
   sample::write_pings(folder.path(), info);
-  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(sample::finish(folder.path(), info).ok());
   auto dataset = sample::dataset_info(1);
   dataset.first = info;
   REQUIRE(finish_dataset(folder.path(), dataset).ok());
   CHECK(json_in(folder.path() / "coco.json")["images"][0]["file_name"] ==
         "sequences/000000/polar/000000.exr");
+}
+
+// Protects training from masks in place of images: what has no image has its masks' boxes by
+// sequence, and no image in COCO's list.
+TEST_CASE("masks without an image are annotated, but not in coco.json") {
+  const sample::TemporaryFolder folder;
+  auto info = sample::sequence_info(0);
+  info.output.png = info.output.cartesian_exr = false;
+  sample::open(folder.path(), 1);
+  sample::write_pings(folder.path(), info);
+  REQUIRE(sample::finish(folder.path(), info).ok());
+  auto dataset = sample::dataset_info(1);
+  dataset.sequences = {info};
+  REQUIRE(finish_dataset(folder.path(), dataset).ok());
+  const std::string lines = sample::read(folder.path() / "sequences/000000/annotations.jsonl");
+  const SortedJson line = SortedJson::parse(lines.substr(0, lines.find('\n')));
+  REQUIRE(line["images"].size() == 2);
+  CHECK(line["images"][1]["view"] == "cartesian");
+  CHECK(line["images"][1]["annotations"].size() == 2);
+  CHECK_FALSE(line["images"][1].contains("file"));
+  const SortedJson coco = json_in(folder.path() / "coco.json");
+  CHECK(coco["images"].size() == sample::kPings);
+  CHECK(coco["annotations"].size() == sample::kPings);
+  const auto report = verify_dataset(folder.path(), Workers(2));
+  REQUIRE(report.ok());
+  CHECK(report->faults == std::vector<std::string>{});
 }
 
 // Protects the manifest: version, numerics, hashes of every other top-level file, and its own seal.
@@ -245,7 +272,7 @@ TEST_CASE("finishing needs every ping and every sequence") {
   sample::open(folder.path(), 1);
   sample::write_pings(folder.path(), info);
   fs::remove(folder.path() / "sequences/000000/polar/000001.exr");
-  const Status sequence = finish_sequence(folder.path(), info);
+  const Status sequence = sample::finish(folder.path(), info);
   REQUIRE_FALSE(sequence.ok());
   CHECK(sequence.error().kind == ErrorKind::usage);
   CHECK(sequence.error().message.find("1 of 3 pings") != std::string::npos);
@@ -263,15 +290,15 @@ TEST_CASE("a finished sequence is left alone") {
   const auto info = sample::sequence_info(0);
   sample::open(folder.path(), 1);
   sample::write_pings(folder.path(), info);
-  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(sample::finish(folder.path(), info).ok());
   const fs::path poses = folder.path() / "sequences/000000/poses.csv";
   const fs::file_time_type stamp{};
   fs::last_write_time(poses, stamp);
-  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(sample::finish(folder.path(), info).ok());
   CHECK(fs::last_write_time(poses) == stamp);
 
   fs::remove_all(folder.path() / ".work");
-  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(sample::finish(folder.path(), info).ok());
   CHECK(fs::last_write_time(poses) == stamp);
   CHECK(ping_is_finished(folder.path(), 0, sample::kPings - 1, info));
   CHECK_FALSE(ping_is_finished(folder.path(), 0, sample::kPings, info));

@@ -68,7 +68,7 @@ void go_on(const fs::path& dir, int threads = 2) {
   for (std::uint32_t s = 0; s < kSequences; ++s) {
     const SequenceInfo info = packed_info(s);
     if (!sequence_is_finished(dir, s)) write_pings(dir, info, threads);
-    if (!sequence_is_finished(dir, s)) require(finish_sequence(dir, info));
+    if (!sequence_is_finished(dir, s)) require(sample::finish(dir, info));
   }
   require(finish_dataset(dir, dataset()));
 }
@@ -194,16 +194,16 @@ TEST_CASE("packed work that was cut off anywhere ends in the same bytes") {
     sample::write(dir / ".work/tmp/123-abc", "half an array");
   }
   SECTION("sequence.json written, the pieces still there") {
-    require(finish_sequence(dir, info));
+    require(sample::finish(dir, info));
     CHECK_FALSE(fs::exists(dir / (kFolder + "pieces")));
     put_back(is_piece);
   }
   SECTION("some of the pieces removed") {
-    require(finish_sequence(dir, info));
+    require(sample::finish(dir, info));
     put_back([&](const std::string& name) { return is_piece(name) && name.ends_with("2.bin"); });
   }
   SECTION("an array lost after sequence.json, the pieces gone") {
-    require(finish_sequence(dir, info));
+    require(sample::finish(dir, info));
     fs::remove(dir / (kFolder + "polar_level_db.npy"));
   }
   SECTION("sealed, and a second copy of the work left a piece behind") {
@@ -223,7 +223,7 @@ TEST_CASE("a packed sequence without a piece is not finished") {
   const SequenceInfo info = packed_info(0);
   write_pings(folder.path(), info);
   fs::remove(folder.path() / (kFolder + "pieces/000001.bin"));
-  const Status finished = finish_sequence(folder.path(), info);
+  const Status finished = sample::finish(folder.path(), info);
   REQUIRE_FALSE(finished.ok());
   CHECK(finished.error().message.find("ping 1") != std::string::npos);
   CHECK_FALSE(fs::exists(folder.path() / (kFolder + "timeseries.npy")));
@@ -267,7 +267,7 @@ TEST_CASE("coco names the array and the place in it") {
   CHECK(picture_row(ImageView::polar, selection_of(info))->array == "polar_grey.npy");
   info.output.png = false;
   CHECK(picture_row(ImageView::cartesian, selection_of(info))->array == "cartesian_level_db.npy");
-  info.output.cartesian = false;
+  info.output.cartesian_exr = false;
   CHECK(picture_row(ImageView::cartesian, selection_of(info)) == nullptr);
 }
 

@@ -3,7 +3,9 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string_view>
 #include <variant>
@@ -12,6 +14,7 @@
 #include "dataset/layout.h"
 #include "dataset/sample.h"
 #include "dataset/write_ping.h"
+#include "formats/bytes.h"
 #include "formats/half_floats.h"
 
 using namespace ensonify;
@@ -46,17 +49,19 @@ void require_done(const Outcome& status) {
 }
 
 struct Made {
-  explicit Made(Store store) {
+  explicit Made(
+      Store store, const std::function<void(SequenceInfo&)>& change = [](SequenceInfo&) {}) {
     const fs::path& dir = folder.path();
     WorkIdentity identity = sample::identity();
     DatasetInfo all = sample::dataset_info(1);
     all.first = info_of(store);
+    change(all.first);
     identity.first_ping = all.first.first_ping;
     identity.last_ping = all.first.last_ping;
     all.identity = identity;
     REQUIRE(open_work(dir, identity, 1, false).ok());
     sample::write_pings(dir, all.first);
-    require_done(finish_sequence(dir, all.first));
+    require_done(sample::finish(dir, all.first));
     require_done(finish_dataset(dir, all));
     const auto opened = open_dataset(dir);
     REQUIRE(opened.ok());
@@ -175,6 +180,64 @@ TEST_CASE("series are read as they were written") {
     REQUIRE(series.ok());
     CHECK(*series == sample::ping_result(info_of(store), ping).series);
   }
+}
+
+// Protects Cartesian planes that nobody stored: each is the polar one that the map names, with the
+// bits that its own file would have, and blank outside. Ids are always files of their own.
+TEST_CASE("Cartesian float planes come from the polar image through the map") {
+  Store store = Store::files;
+  bool with_polar = true;
+  SECTION("files") {}
+  SECTION("arrays") { store = Store::arrays; }
+  SECTION("no polar image") { with_polar = false; }
+  const Made made(store, [&](SequenceInfo& info) {
+    info.output.cartesian_exr = false;
+    info.output.polar = with_polar;
+  });
+  const PingResult written = sample::ping_result(info_of(store), 5);
+  const std::vector<std::int32_t> map = sample::cartesian_map(info_of(store));
+  const StoredPixels pixels = made.picture(ImageView::cartesian, 5, all_planes());
+  CHECK(pixels.instance == written.cartesian->instance);
+  CHECK(pixels.shadow == written.cartesian->shadow);
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (!is_float_plane(plane)) continue;
+    INFO(plane.name);
+    CHECK_FALSE(made.sequence.has(plane_row(ImageView::cartesian, plane.name)));
+    const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
+    std::vector<float> expected;
+    for (const std::int32_t from : map) {
+      if (!with_polar) break;
+      expected.push_back(from < 0 ? blank_value<float>(plane.blank) : (*written.polar.*values)[from]);
+    }
+    CHECK(reads_back(pixels.*values, expected));
+    CHECK(can_read(made.sequence, plane_row(ImageView::cartesian, plane.name)) == with_polar);
+    if (!with_polar) continue;
+    std::vector<std::uint16_t> halves(expected.size());
+    to_halves(expected, halves);
+    CellReader reader(made.dataset, made.sequence, 5);
+    const auto bytes = reader.read(plane_row(ImageView::cartesian, plane.name));
+    REQUIRE(bytes.ok());
+    CHECK(values_in<std::uint16_t>(*bytes) == halves);
+  }
+}
+
+// Protects memory from a map that names pixels beyond the polar image.
+TEST_CASE("a map that does not fit the polar image is an error") {
+  const Made made(Store::files, [](SequenceInfo& info) { info.output.cartesian_exr = false; });
+  const fs::path file = made.file("cartesian_map.npy");
+  std::string bytes = sample::read(file);
+  SECTION("missing") { fs::remove(file); }
+  SECTION("cut short") { sample::write(file, bytes.substr(0, bytes.size() - 4)); }
+  SECTION("a pixel too far") {
+    const std::int32_t beyond = sample::kSamples * sample::kBeams;
+    std::memcpy(bytes.data() + bytes.size() - 4, &beyond, 4);
+    sample::write(file, bytes);
+  }
+  const auto pixels =
+      read_picture(made.dataset, made.sequence, ImageView::cartesian, 5, {"clean_db"});
+  REQUIRE_FALSE(pixels.ok());
+  CHECK(pixels.error().kind == ErrorKind::io);
+  CHECK(pixels.error().message.find("cartesian_map.npy") != std::string::npos);
 }
 
 // Protects readers that want one channel from paying for others, or for what is not there.

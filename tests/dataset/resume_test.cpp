@@ -50,7 +50,7 @@ TEST_CASE("finishing leaves alone sequences that another process has begun") {
   for (const std::uint32_t ping : {1u, 2u}) {
     REQUIRE(write_ping(folder.path(), grown, sample::ping_result(grown, ping), Workers(1)).ok());
   }
-  REQUIRE(finish_sequence(folder.path(), grown).ok());
+  REQUIRE(sample::finish(folder.path(), grown).ok());
   REQUIRE(finish_dataset(folder.path(), sample::dataset_info(2)).ok());
   const sample::TemporaryFolder at_once;
   sample::make_dataset(at_once.path(), 2);
@@ -64,7 +64,7 @@ TEST_CASE("a data set that outgrew its seal is not complete") {
   sample::make_dataset(folder.path(), 1);
   sample::open(folder.path(), 2);
   sample::write_pings(folder.path(), sample::sequence_info(1));
-  REQUIRE(finish_sequence(folder.path(), sample::sequence_info(1)).ok());
+  REQUIRE(sample::finish(folder.path(), sample::sequence_info(1)).ok());
   auto info = sample::dataset_info(2);
   info.assets = {{std::string(64, 'a'), "obj", folder.path() / "missing.obj"}};
   REQUIRE_FALSE(finish_dataset(folder.path(), info).ok());
@@ -100,7 +100,7 @@ TEST_CASE("a sequence that was cut off while finishing is finished again") {
   sample::open(folder.path(), 1);
   sample::write_pings(folder.path(), info);
   sample::write(folder.path() / "sequences/000000/poses.csv", "stale");
-  REQUIRE(finish_sequence(folder.path(), info).ok());
+  REQUIRE(sample::finish(folder.path(), info).ok());
   REQUIRE(finish_dataset(folder.path(), sample::dataset_info(1)).ok());
   sample::make_dataset(whole.path(), 1);
   CHECK(sample::contents(folder.path()) == sample::contents(whole.path()));
@@ -125,7 +125,7 @@ TEST_CASE("two copies of the same work end in one data set") {
           return s.error().message;
         }
       }
-      if (const Status s = finish_sequence(dir, sequence); !s) return s.error().message;
+      if (const Status s = sample::finish(dir, sequence); !s) return s.error().message;
     }
     const auto s = finish_dataset(dir, info);
     return s ? std::string() : s.error().message;

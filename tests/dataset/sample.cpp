@@ -63,7 +63,7 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
   info.png_db_limits = {60, 120};
   info.output.scatterers = info.output.points = info.output.polygons = true;
-  info.output.timeseries_exr = true;
+  info.output.timeseries_exr = info.output.cartesian_exr = true;
   info.last_ping = kPings;
   return info;
 }
@@ -170,6 +170,19 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
   return result;
 }
 
+std::vector<std::int32_t> cartesian_map(const SequenceInfo& info) {
+  std::vector<std::int32_t> map;
+  for (int i = 0; i < info.cartesian->height_px * info.cartesian->width_px; ++i) {
+    map.push_back(i % 3 == 0 ? -1 : 7 * i % (kSamples * kBeams));
+  }
+  return map;
+}
+
+Status finish(const fs::path& dir, const SequenceInfo& info) {
+  const std::vector<std::int32_t> map = cartesian_map(info);
+  return ensonify::finish_sequence(dir, info, {.cartesian_map = map});
+}
+
 WorkIdentity identity() {
   return {"tank", std::string(64, 'a'), 7, 0, kPings, "0.1.0", "abcdef", "cpu", "avx2", "AVX2"};
 }
@@ -207,7 +220,7 @@ void make_dataset(const fs::path& dir, std::uint32_t sequences) {
   for (const std::uint32_t number : info.sequences) {
     const SequenceInfo sequence = sequence_info(number);
     write_pings(dir, sequence);
-    const Status finished = finish_sequence(dir, sequence);
+    const Status finished = finish(dir, sequence);
     INFO((finished ? "" : finished.error().message));
     REQUIRE(finished.ok());
   }

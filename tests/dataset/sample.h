@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "core/image_planes.h"
 #include "core/parallel.h"
@@ -35,6 +36,11 @@ bool has_plane(const OutputSelection& output, const ImagePlane& plane);
 PingResult ping_result(const SequenceInfo& info, std::uint32_t ping);
 WorkIdentity identity();
 DatasetInfo dataset_info(std::uint32_t sequences);
+
+// Of a Cartesian image; nothing says that it is that of a fan.
+std::vector<std::int32_t> cartesian_map(const SequenceInfo& info);
+// With that map.
+Status finish(const std::filesystem::path& dir, const SequenceInfo& info);
 
 // The steps of a run; they require success.
 void open(const std::filesystem::path& dir, std::uint32_t sequences);

@@ -155,6 +155,22 @@ TEST_CASE("a file of the wrong shape is found though its hash is right") {
     name = "polar/000001_instance.png";
     forged = bytes("polar/000001_semantic.png");
   }
+  SECTION("map of another shape") {
+    name = "cartesian_map.npy";
+    forged = changed(name.c_str(), "(7, 8)", "(8, 7)");
+  }
+  SECTION("map beyond the polar image") {
+    name = "cartesian_map.npy";
+    forged = bytes(name.c_str());
+    forged[forged.size() - 4] = sample::kSamples * sample::kBeams;
+    forged[forged.size() - 3] = forged[forged.size() - 2] = forged[forged.size() - 1] = 0;
+  }
+  SECTION("map below its mark of nothing") {
+    name = "cartesian_map.npy";
+    forged = bytes(name.c_str());
+    for (std::size_t i = 2; i <= 4; ++i) forged[forged.size() - i] = '\xff';
+    forged.back() = '\x80';
+  }
   SECTION("polar picture in place of the Cartesian one") {
     name = "cartesian/000001.exr";
     forged = bytes("polar/000001.exr");

@@ -85,6 +85,25 @@ TEST_CASE("outputs that are off are not written") {
   CHECK(contents.begin()->first == "timeseries/000000.npy");
 }
 
+// Protects disk and time: without the key Cartesian pictures are masks and grey, whatever float
+// planes the pipeline left out.
+TEST_CASE("a ping without float planes of its Cartesian image") {
+  const sample::TemporaryFolder folder;
+  auto info = sample::sequence_info(0);
+  info.output.cartesian_exr = false;
+  auto result = sample::ping_result(info, 0);
+  for (auto* values : {&result.cartesian->level_db, &result.cartesian->clean_db,
+                       &result.cartesian->elevation_rad, &result.cartesian->elevation_std_rad,
+                       &result.cartesian->instance_fraction}) {
+    values->clear();
+  }
+  REQUIRE(write_ping(folder.path(), info, result, Workers(1)).ok());
+  const auto contents = sample::contents(folder.path() / kSequence);
+  CHECK_FALSE(contents.contains("cartesian/000000.exr"));
+  CHECK(contents.contains("cartesian/000000_instance.png"));
+  CHECK(contents.contains("polar/000000.exr"));
+}
+
 // Protects data sets without shadows: their pings are whole, and one that should have them is not.
 TEST_CASE("a ping without shadows") {
   const sample::TemporaryFolder folder;

@@ -25,11 +25,13 @@ def expected_arrays(sequence, ping):
         "first_return_m": sequence.npy("first_return_m.npy")[row],
         "timeseries": sequence.npy(f"timeseries/{ping:06}.npy"),
     }
+    level, labels = read_exr(sequence.folder / f"polar/{ping:06}.exr")
+    seen_from = sequence.npy("cartesian_map.npy")
+    for name, channel in {"level_db": level.channels["Y"], **labels.channels}.items():
+        outside = channel.dtype.type(-99 if name.endswith("_db") else np.nan if name.endswith("_rad") else 0)
+        arrays[f"polar/{name}"] = channel
+        arrays[f"cartesian/{name}"] = np.where(seen_from < 0, outside, channel.ravel()[seen_from])
     for view in ("polar", "cartesian"):
-        level, labels = read_exr(sequence.folder / f"{view}/{ping:06}.exr")
-        arrays[f"{view}/level_db"] = level.channels["Y"]
-        for name, channel in labels.channels.items():
-            arrays[f"{view}/{name}"] = channel
         arrays[f"{view}/instance"] = sequence.png(view, ping, "_instance")
         arrays[f"{view}/semantic"] = sequence.png(view, ping, "_semantic")
         arrays[f"{view}/shadow"] = sequence.png(view, ping, "_shadow")
@@ -77,6 +79,21 @@ class Apart(exported.Case):
                         np.testing.assert_array_equal(group[name][row], expected)
             sizes.add(group["timeseries"].shape)
         self.assertEqual(len(sizes), 2, "the sequences should differ in shape")
+
+    def test_cartesian_planes_are_those_of_the_exr_files(self):
+        with_exr = exported.dataset("--set", "output.cartesian.exr=true")
+        sequence = next(iter(exported.sequences(with_exr)))
+        level, labels = read_exr(sequence.folder / f"cartesian/{sequence.pings[0]:06}.exr")
+        with h5py.File(exported.export("hdf5", source=with_exr), "r") as file:
+            for name, channel in {"level_db": level.channels["Y"], **labels.channels}.items():
+                for source in (file, self.file):
+                    stored = source[f"sequences/{sequence.number:06}/cartesian/{name}"][0]
+                    self.assertEqual(stored.tobytes(), channel.tobytes(), name)
+
+    def test_without_polar_images_there_are_ids_and_grey(self):
+        source = exported.dataset("--set", "output.polar=false")
+        with h5py.File(exported.export("hdf5", source=source), "r") as file:
+            self.assertEqual(set(file["sequences/000000/cartesian"]), {"instance", "semantic", "shadow", "grey"})
 
     def test_chunks_hold_one_ping(self):
         def look(name, item):

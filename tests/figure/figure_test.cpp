@@ -57,7 +57,7 @@ struct Made {
       for (int j = 0; j < wall_beams; ++j) result.polar->instance[2 * sample::kBeams + j] = 1;
       REQUIRE(write_ping(dir, info, result, workers).ok());
     }
-    REQUIRE(finish_sequence(dir, info).ok());
+    REQUIRE(sample::finish(dir, info).ok());
     REQUIRE(finish_dataset(dir, all).ok());
   }
 

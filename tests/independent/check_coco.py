@@ -229,6 +229,7 @@ def check_annotation_lines(checklist, coco, sequences):
             )
             for record in records
             for image in record["images"]
+            if "file" in image  # masks without an image have none
         }
     faults += [
         path for path in sorted(set(lines) | set(gathered)) if lines.get(path) != gathered.get(path)

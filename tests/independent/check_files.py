@@ -71,9 +71,9 @@ def per_ping_files(sequence, ping):
         wanted.add(f"points/{stem}.ply")
     for kind in IMAGE_KINDS:
         if sequence.has(kind):
-            wanted |= {f"{kind}/{stem}.exr"} | {
-                f"{kind}/{stem}_{what}.png" for what in sequence.mask_kinds
-            }
+            wanted |= {f"{kind}/{stem}_{what}.png" for what in sequence.mask_kinds}
+            if kind == "polar" or sequence.has_image(kind):
+                wanted.add(f"{kind}/{stem}.exr")
             if sequence.has("png"):
                 wanted.add(f"png/{stem}_{kind}.png")
     return wanted
@@ -201,6 +201,8 @@ def check_sequence_files(checklist, sequence):
     """Exactly the files of the layout for its pings; sequence.json lists each of them."""
     found = files_below(sequence.folder)
     wanted = set(ONCE_PER_SEQUENCE)
+    if sequence.has("cartesian"):
+        wanted.add("cartesian_map.npy")
     for ping in sequence.pings:
         wanted |= per_ping_files(sequence, ping)
     extra = {path for path in found - wanted if not path.startswith(("layers/", "channels/", "statistics/"))}
@@ -232,6 +234,9 @@ def check_arrays(checklist, sequence):
         wanted |= {
             f"timeseries/{ping:06d}.npy": ("<c8", (sonar.beams, sonar.samples)) for ping in pings
         }
+    if sequence.has("cartesian"):
+        grid = sequence.stated_grid
+        wanted["cartesian_map.npy"] = ("<i4", (grid.height, grid.width))
     faults = []
     for path, (kind, shape) in wanted.items():
         array = sonar_dataset.read_npy(sequence.path(path))
@@ -246,15 +251,16 @@ def check_arrays(checklist, sequence):
 
 def image_faults(sequence, kind, ping):
     """All images of one ping and geometry have one size; masks have 16, 8 and 16 bits."""
-    parts = list(sequence.image(kind, ping).values())
-    shape = (parts[0].height, parts[0].width)
+    if kind == "polar":
+        shape = sequence.sonar.samples, sequence.sonar.beams
+    else:
+        shape = sequence.stated_grid.height, sequence.stated_grid.width
+    parts = sequence.image(kind, ping).values() if sequence.has_image(kind) else ()
     faults = [
-        f"{kind}/{ping:06d}.exr parts differ in size"
-        for part in parts[1:]
+        f"{kind}/{ping:06d}.exr {part.name} is {part.height} x {part.width}"
+        for part in parts
         if (part.height, part.width) != shape
     ]
-    if kind == "polar" and shape != (sequence.sonar.samples, sequence.sonar.beams):
-        faults.append(f"polar/{ping:06d}.exr is {shape}")
     for what in sequence.mask_kinds:
         mask = sequence.mask(kind, ping, what)
         if mask.shape != shape or mask.dtype != (np.uint8 if what == "semantic" else np.uint16):

@@ -73,7 +73,7 @@ def half_gap(obtained, expected):
 def check_parts(checklist, ping):
     """The two parts, their channels, types and compressions."""
     for kind in IMAGE_KINDS:
-        if not ping.sequence.has(kind):
+        if not ping.sequence.has_image(kind):
             continue
         parts = list(ping.sequence.image(kind, ping.number).values())
         names = [part.name for part in parts]
@@ -99,7 +99,7 @@ def check_parts(checklist, ping):
 
 
 def check_headers(checklist, ping):
-    """Numbers in the image headers: axes of the polar image, extent of the Cartesian one."""
+    """Axes in the headers of the polar image, extent of the Cartesian one in all that states it."""
     sonar, sequence = ping.sonar, ping.sequence
     wanted = {
         "first_beam_azimuth_rad": sonar.azimuths_rad[0],
@@ -113,8 +113,12 @@ def check_headers(checklist, ping):
             )
     if not sequence.has("cartesian"):
         return
-    for part in sequence.image("cartesian", ping.number).values():
-        grid, edge = sequence.grid(part), sonar.spacing_rad * sonar.beams / 2
+    grids = {"sequence.json": sequence.stated_grid}
+    if sequence.has_image("cartesian"):
+        parts = sequence.image("cartesian", ping.number).values()
+        grids |= {part.name: sequence.grid(part) for part in parts}
+    for place, grid in grids.items():
+        edge = sonar.spacing_rad * sonar.beams / 2
         aside = sonar.range_max_m * np.sin(min(edge, np.pi / 2))
         behind = sonar.range_max_m * min(np.cos(edge), 0.0)
         extents = {
@@ -126,7 +130,7 @@ def check_headers(checklist, ping):
         over = {side: round(metres / grid.metres_per_pixel, 6) for side, metres in extents.items()}
         checklist.expect(
             all(-1e-3 <= value < 1.0 for value in over.values()),
-            f"{ping.label} cartesian {part.name}, pixels beyond the fan",
+            f"{ping.label} cartesian {place}, pixels beyond the fan",
             over,
             "0 to 1 on every side",
         )
@@ -277,8 +281,7 @@ def check_grey(checklist, ping):
         if kind == "polar":
             wanted, unsure = labels.grey_levels(level, low, high).T, np.zeros(grey.shape, bool)
         else:
-            part = ping.sequence.image(kind, ping.number)["level"]
-            fan = cartesian_map(ping, part)
+            fan = cartesian_map(ping)
             wanted = fan.apply(labels.grey_levels(level, low, high), 0.0)
             unsure, outside = fan.uncertain, ~fan.inside
         gap = np.where(unsure | outside, 0.0, np.abs(grey - wanted))
@@ -292,36 +295,40 @@ def check_grey(checklist, ping):
         checklist.expect(lit == 0, f"{ping.label} {kind} grey, lit pixels outside the fan", lit, 0)
 
 
-def cartesian_map(ping, part):
-    """The fan's lookup for one Cartesian image, with the scale from its own header."""
-    sonar = ping.sonar
+def cartesian_map(ping):
+    """The fan's lookup for one Cartesian image, with the scale from its own header where it has one."""
+    sonar, sequence = ping.sonar, ping.sequence
+    grid = sequence.stated_grid
+    if sequence.has_image("cartesian"):
+        grid = sequence.grid(sequence.image("cartesian", ping.number)["level"])
     return labels.CartesianMap(
-        ping.sequence.grid(part), sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
     )
+
+
+def cartesian_channels(ping):
+    """Name, stored image, polar one and what is outside, of each channel where there are level images."""
+    if not ping.sequence.has_image("cartesian"):
+        return []
+    parts = ping.sequence.image("cartesian", ping.number)
+    blank = {"clean_db": physics.SILENCE_DB, "instance_fraction": 0.0}
+    channels = [("Y", "level", physics.SILENCE_DB)]
+    channels += [(name, "labels", blank.get(name, np.nan)) for name in LABEL_CHANNELS]
+    return [
+        (name, parts[part].channels[name], ping.parts[part].channels[name].T, outside)
+        for name, part, outside in channels
+    ]
 
 
 def check_cartesian(checklist, ping):
-    """Every Cartesian image is the nearest-neighbour picture of its polar one."""
+    """The map's pixels are the nearest ones, and every Cartesian image is its polar one through it."""
     if not ping.sequence.has("cartesian"):
         return
-    parts = ping.sequence.image("cartesian", ping.number)
-    fan = cartesian_map(ping, parts["level"])
-    images = [
-        (
-            name,
-            parts["labels"].channels[name],
-            ping.parts["labels"].channels[name].T,
-            np.nan
-            if name.startswith("elevation")
-            else physics.SILENCE_DB
-            if name == "clean_db"
-            else 0.0,
-        )
-        for name in LABEL_CHANNELS
-    ]
-    images.append(
-        ("Y", parts["level"].channels["Y"], ping.parts["level"].channels["Y"].T, physics.SILENCE_DB)
-    )
+    fan = cartesian_map(ping)
+    polar_pixel = np.arange(ping.sonar.samples)[None, :] * ping.sonar.beams
+    polar_pixel = polar_pixel + np.arange(ping.sonar.beams)[:, None]
+    images = cartesian_channels(ping)
+    images.append(("map", ping.sequence.cartesian_map(), polar_pixel, -1))
     images += [
         (what, ping.sequence.mask("cartesian", ping.number, what), ping.masks[what], 0)
         for what in ping.sequence.mask_kinds

@@ -309,6 +309,13 @@ class Sequence:
         """The parts of a level image, by name."""
         return {part.name: part for part in read_exr(self.path(kind, f"{ping:06d}.exr"))}
 
+    def has_image(self, kind):
+        """Whether there are level images; Cartesian ones are there on request alone."""
+        return self.has(kind) and any(n.endswith(".exr") for n in os.listdir(self.path(kind)))
+
+    def cartesian_map(self):
+        return read_npy(self.path("cartesian_map.npy"))
+
     def mask_path(self, kind, ping, what):
         return self.path(kind, f"{ping:06d}_{what}.png")
 
@@ -335,6 +342,17 @@ class Sequence:
             part.height,
             part.width,
             *(float(attributes[name]) for name in ("metres_per_pixel", "x_top_m", "y_left_m")),
+        )
+
+
+    @property
+    def stated_grid(self):
+        """Place of the Cartesian images as sequence.json says."""
+        return Grid(
+            *(
+                self.info["cartesian"][name]
+                for name in ("height_px", "width_px", "metres_per_pixel", "x_top_m", "y_left_m")
+            )
         )
 
 

@@ -162,6 +162,10 @@ def set_noise(content):
     content["noise"]["spectrum_level_db"] += 0.3
 
 
+def scale_grid(content):
+    content["cartesian"]["metres_per_pixel"] *= 1.002
+
+
 def later(array):
     """clean_db two samples late: the wall misses its place."""
     return np.roll(array, 2, axis=0)
@@ -249,6 +253,22 @@ FAULTS = [
         "check_labels",
         change_exr(f"{CARTESIAN}.exr", "labels", "y_left_m", lambda v: v + 0.2),
     ),
+    (
+        "a Cartesian map one pixel off",
+        "check_labels",
+        change_array(f"{SEQUENCE}/cartesian_map.npy", lambda a: np.roll(a, 1, axis=1)),
+    ),
+    (
+        "a Cartesian mask without level image one column off",
+        "check_labels",
+        change_png(f"{NOISY}/cartesian/000000_instance.png", lambda a: np.roll(a, 1, axis=1)),
+    ),
+    (
+        "another Cartesian scale in sequence.json",
+        "check_labels",
+        change_json(f"{NOISY}/sequence.json", scale_grid),
+    ),
+    ("no Cartesian map", "check_files", remove(f"{NOISY}/cartesian_map.npy")),
     ("a wrong level", "check_labels", change_exr(f"{POLAR}.exr", "level", "Y", half_step)),
     (
         "a wrong clean_db",

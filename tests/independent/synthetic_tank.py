@@ -166,8 +166,18 @@ def cartesian_grid(sonar):
     return Grid(CARTESIAN_HEIGHT, 2 * half, scale, sonar.range_max_m, half * scale)
 
 
-def write_images(folder, sonar, images, limits_db):
-    """EXR, masks and grey pictures of ping 0 in both geometries; the COCO entries of both."""
+def stated_grid(grid):
+    return {
+        "height_px": grid.height,
+        "width_px": grid.width,
+        "metres_per_pixel": grid.metres_per_pixel,
+        "x_top_m": grid.x_top_m,
+        "y_left_m": grid.y_left_m,
+    }
+
+
+def write_images(folder, sonar, images, limits_db, exr_kinds):
+    """Masks and grey pictures of ping 0 in both geometries, EXR in some; the COCO entries of both."""
     grid = cartesian_grid(sonar)
     fan = labels.CartesianMap(
         grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
@@ -195,15 +205,16 @@ def write_images(folder, sonar, images, limits_db):
         }
         instance = apply(images.instance, 0).astype(np.uint16)
         grey = apply(np.rint(labels.grey_levels(images.level, *limits_db)), 0).astype(np.uint8)
-        write(
-            f"{folder}/{kind}/000000.exr",
-            exr_bytes([("level", level, "none", numbers), ("labels", channels, "zip", numbers)]),
-        )
+        if kind in exr_kinds:
+            parts = [("level", level, "none", numbers), ("labels", channels, "zip", numbers)]
+            write(f"{folder}/{kind}/000000.exr", exr_bytes(parts))
         write(f"{folder}/{kind}/000000_instance.png", png_bytes(instance))
         # Class ids equal instance ids in this world.
         write(f"{folder}/{kind}/000000_semantic.png", png_bytes(instance.astype(np.uint8)))
         write(f"{folder}/png/000000_{kind}.png", png_bytes(grey))
         entries.append((kind, instance))
+    polar_pixel = np.arange(sonar.samples * sonar.beams).reshape(sonar.samples, sonar.beams).T
+    save_array(f"{folder}/cartesian_map.npy", fan.apply(polar_pixel, -1).astype(np.int32))
     return entries
 
 
@@ -280,6 +291,7 @@ def description(sonar, number, limits_db, kind="plain"):
             "pulse_extent_s": sonar.pulse.duration_s,
         },
         "png": {"db": list(limits_db)},
+        "cartesian": stated_grid(cartesian_grid(sonar)),
         "classes": CLASSES,
         "instances": [
             {
@@ -327,7 +339,8 @@ def write_sequence(root, number, kind):
     returns = labels.first_return_m(scatterers, sonar.sound_speed_m_s, sonar.beams)
     save_array(f"{folder}/first_return_m.npy", returns[None].astype(np.float32))
     limits_db = (100.0, 160.0)
-    masks = write_images(folder, sonar, Images(sonar, scatterers, series), limits_db)
+    exr_kinds = ("polar", "cartesian") if kind == "plain" else ("polar",)
+    masks = write_images(folder, sonar, Images(sonar, scatterers, series), limits_db, exr_kinds)
     numbers = ",".join(map(str, POSE))
     write(f"{folder}/poses.csv", f"ping,time_s,x,y,z,qw,qx,qy,qz\n0,0.0,{numbers}\n")
     write(f"{folder}/poses.tum", "0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n")

@@ -134,6 +134,39 @@ TEST_CASE("outside the fan there is nothing") {
   CHECK(image.multipath[1] == 0);
 }
 
+// Protects time: float planes that nobody asked for are left out, and ids are the same without.
+TEST_CASE("ids are resampled alone where nobody needs the float planes") {
+  LabelledImage polar;
+  polar.rows = 1;
+  polar.columns = 3;
+  for (const ImagePlane& plane : kImagePlanes) {
+    with_plane(polar, plane, [&](auto& values) {
+      for (const int value : {7, 8, 9}) values.push_back(sample_of(values, value));
+    });
+  }
+  CartesianGrid grid;
+  grid.height_px = 2;
+  grid.width_px = 2;
+  const std::vector<std::int32_t> map = {2, -1, 0, 1};
+  const LabelledImage all = resample(polar, grid, map);
+  const LabelledImage ids = resample(polar, grid, map, ResampledPlanes::ids);
+  CHECK(ids.rows == 2);
+  CHECK(ids.columns == 2);
+  for (const ImagePlane& plane : kImagePlanes) {
+    INFO(plane.name);
+    std::visit(
+        [&](auto values) {
+          if (is_float_plane(plane)) {
+            CHECK((ids.*values).empty());
+          } else {
+            CHECK(ids.*values == all.*values);
+            CHECK((ids.*values).front() == 9);
+          }
+        },
+        plane.values);
+  }
+}
+
 // Protects the copying from planes that are shorter than the image.
 TEST_CASE("an image without one of its planes is not resampled") {
   LabelledImage polar;

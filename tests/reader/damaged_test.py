@@ -56,7 +56,8 @@ def read_tables(folder):
 
 def read_arrays(folder):
     ping = SonarDataset(folder)[0]
-    return ping.series, ping.first_return_m, ping.sequence.range_m, ping.sequence.azimuth_rad
+    axes = ping.sequence.range_m, ping.sequence.azimuth_rad
+    return ping.series, ping.first_return_m, *axes, ping.cartesian.level_db
 
 
 class Folder(unittest.TestCase):
@@ -110,7 +111,7 @@ class Mutations(Folder):
             self.bear(relative, lambda: read_tables(self.data), MUTATIONS // 15)
 
     def test_arrays(self):
-        for relative in ("timeseries/000000.npy", "first_return_m.npy", "range_m.npy"):
+        for relative in ("timeseries/000000.npy", "first_return_m.npy", "range_m.npy", "cartesian_map.npy"):
             path = self.sequence / relative
             whole = path.read_bytes()
             self.addCleanup(path.write_bytes, whole)

@@ -72,7 +72,7 @@ class Scenes(Folder):
         for scene in sorted(path.stem for path in small_data.SCENES.glob("*.yaml")):
             with self.subTest(scene):
                 data = SonarDataset(small_data.generate(scene, self.folder / scene, "--sequences", "0:1",
-                                                        "--pings", "1:2"))
+                                                        "--pings", "1:2", "--set", "output.cartesian.exr=true"))
                 self.assertEqual(data.index, [(0, 1)])
                 ping, folder = data[0], self.folder / scene / "sequences/000000"
                 if not ping.sequence.info["each_ping"]:
@@ -92,29 +92,68 @@ class Forms(Folder):
 
     NAMES = ("level_db", "instance", "semantic", "grey")
 
-    def compare(self, setting):
-        if not small_data.has_key(setting):
-            self.skipTest(f"this program has no {setting}")
-        scene, pings = "seabed_and_target", ("--pings", "1:3")
-        plain = SonarDataset(small_data.generate(scene, self.folder / "plain", *pings))
-        other = SonarDataset(small_data.generate(scene, self.folder / "other", *pings, "--set", setting))
+    def compare(self, *settings, scene="seabed_and_target"):
+        if not small_data.has_key(*settings):
+            self.skipTest(f"this program has no {', '.join(settings)}")
+        changes = [part for setting in settings for part in ("--set", setting)]
+        pings = ("--pings", "1:3")
+        folders = self.folder / f"{scene}_plain", self.folder / f"{scene}_other"
+        plain = SonarDataset(small_data.generate(scene, folders[0], *pings))
+        other = SonarDataset(small_data.generate(scene, folders[1], *pings, *changes))
         self.assertEqual(plain.index, other.index)
-        names = [*self.NAMES, *read_exr(self.folder / "plain/sequences/000000/polar/000001.exr", 1)]
+        names = [*self.NAMES, *read_exr(folders[0] / "sequences/000000/polar/000001.exr", 1)]
         self.assertIn("clean_db", names)
         for a, b in zip(plain, other):
             np.testing.assert_array_equal(a.series, b.series)
             self.assertEqual(b.series.dtype, np.complex64)
+            np.testing.assert_array_equal(a.sequence.cartesian_map, b.sequence.cartesian_map)
             for ours, theirs in ((a.polar, b.polar), (a.cartesian, b.cartesian)):
-                for name in names + (["shadow"] if ours.has("shadow") else []):
+                for name in ("shadow", "multipath"):
+                    self.assertEqual(ours.has(name), theirs.has(name))
+                for name in names + [n for n in ("shadow", "multipath") if ours.has(n)]:
                     np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
                     self.assertEqual(getattr(ours, name).dtype, getattr(theirs, name).dtype)
                 self.assertEqual([x.bbox for x in ours.annotations], [x.bbox for x in theirs.annotations])
+        return plain, other
 
     def test_packed_by_sequence(self):
         self.compare("output.one_file_per=sequence")
 
     def test_series_as_exr(self):
         self.compare("output.timeseries=exr")
+
+    def test_cartesian_float_planes_of_files_and_through_the_map(self):
+        """Of scenes with noise, shadows and multipath: the map gives what the EXR files hold."""
+        seen = set()
+        for scene in ("seabed_and_target", "shallow_water"):
+            plain, other = self.compare("output.cartesian.exr=true", scene=scene)
+            files = [list((data.folder / "sequences/000000").glob("cartesian/*.exr")) for data in (plain, other)]
+            self.assertEqual([len(found) for found in files], [0, 2])
+            view, inside = plain[0].cartesian, plain[0].sequence.cartesian_map >= 0
+            self.assertTrue(0 < inside.sum() < inside.size)
+            self.assertIsNotNone(plain[0].sequence.info["noise"])
+            silent = inside & np.isnan(view.elevation_rad)
+            self.assertTrue(0 < silent.sum() < inside.sum())
+            seen |= {name for name in ("instance", "shadow", "multipath") if view.has(name) and getattr(view, name).any()}
+        self.assertEqual(seen, {"instance", "shadow", "multipath"})
+
+    def test_cartesian_float_planes_of_arrays_and_through_the_map(self):
+        self.compare("output.cartesian.exr=true", "output.one_file_per=sequence", scene="shallow_water")
+
+    def test_without_polar_images_there_are_no_cartesian_float_planes(self):
+        data = SonarDataset(small_data.generate("sonar_tank", self.folder / "masks", "--pings", "0:1",
+                                                "--set", "output.polar=false"))
+        view = data[0].cartesian
+        self.assertTrue(view.has("instance") and view.has("grey"))
+        self.assertFalse(view.has("level_db"))
+        self.assertRaisesRegex(DatasetError, "is not there", lambda: view.level_db)
+
+    def test_a_map_of_another_image_is_an_error(self):
+        data = SonarDataset(small_data.generate("sonar_tank", self.folder / "tank", "--pings", "0:1"))
+        path = self.folder / "tank/sequences/000000/cartesian_map.npy"
+        np.save(path, data[0].sequence.cartesian_map + 10**8)
+        again = SonarDataset(self.folder / "tank")
+        self.assertRaisesRegex(DatasetError, "cartesian_map.npy: cannot be read", lambda: again[0].cartesian.level_db)
 
 
 class Lists(Folder):

@@ -57,12 +57,13 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
   const auto alone =
       parse(kHead +
             "output: {statistics: true, pings: false, timeseries: both, polar: true, "
-            "shadow: true, png: {scale: amplitude}, scatterers: true, points: true, "
+            "shadow: true, png: {scale: amplitude}, cartesian: {exr: true}, scatterers: true, points: true, "
             "layers: {targets: [object]}, one_file_per: ping, polygons: true, "
             "sdf: {voxel_m: 0.1}}\n");
   REQUIRE(alone.ok());
   const OutputSelection& output = alone->output.selection;
   CHECK_FALSE((output.any_timeseries() || output.polar || output.cartesian || output.png));
+  CHECK_FALSE(output.cartesian_exr);
   CHECK_FALSE((output.shadow || output.amodal || output.polygons || output.scatterers));
   CHECK_FALSE((output.points || output.layers || output.channels || output.packed));
   CHECK(alone->output.sdf);  // of the sequence, not of a ping

@@ -70,6 +70,7 @@ TEST_CASE("what is left out has the documented default") {
   CHECK(scenario->output.selection.timeseries);
   CHECK(scenario->output.selection.polar);
   CHECK(scenario->output.selection.cartesian);
+  CHECK_FALSE(scenario->output.selection.cartesian_exr);
   CHECK(scenario->output.selection.png);
   CHECK_FALSE(scenario->output.selection.scatterers);
   CHECK_FALSE(scenario->output.png_db);
@@ -127,6 +128,11 @@ TEST_CASE("outputs are off, on or with options") {
   CHECK(scenario->output.selection.png);
   CHECK(scenario->output.png_db == std::array<double, 2>{-20, 40});
   CHECK(scenario->output.selection.scatterers);
+  const auto with_exr = parse(kHead + "output: {cartesian: {exr: true}}\n");
+  REQUIRE(with_exr.ok());
+  CHECK(with_exr->output.selection.cartesian);
+  CHECK(with_exr->output.selection.cartesian_exr);
+  CHECK(with_exr->output.cartesian_height_px == 1000);
 }
 
 // Protects the defaults of labels that go with pictures.
