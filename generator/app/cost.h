@@ -2,7 +2,7 @@
 //
 //   pings_under_way  work_items  sequences_under_way   how work is shared out
 //   PingSize  ping_size  layer_count  channel_samples
-//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text
+//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text  seconds_text
 //   run_cost                                           a run of a sweep
 #pragma once
 
@@ -18,7 +18,7 @@ namespace ensonify {
 struct Cost {
   std::uint64_t pings = 0;
   std::uint64_t files = 0;       // exact
-  std::uint64_t disk_bytes = 0;  // compressed parts estimated from typical images
+  std::uint64_t disk_bytes = 0;  // compressed parts and tables estimated from typical images
   std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as are under way
 };
 
@@ -55,8 +55,9 @@ std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
 // distance field.
 Cost estimate_files(const Session& session, std::uint64_t echoes);
 
-// "12 MB"
+// "12 MB", "2.5 h"
 std::string bytes_text(std::uint64_t bytes);
+std::string seconds_text(double seconds);
 
 // What a run of a sweep will take, from its scenario alone: no world is built and nothing is
 // traced, so that thousands are estimated in a second. The same on every machine. Errors (usage):
