@@ -35,6 +35,7 @@ struct Arguments {
   std::string shard;
   bool list = false, status = false, finalize = false, partial = false;
   bool overwrite = false, export_scatterers = false, quiet = false;
+  bool ignore_free_space = false;
 };
 
 Result<int> exit_status(const Status& status) {
@@ -80,6 +81,7 @@ Status set_make_options(const Arguments& arguments, MakeOptions& options) {
   options.overwrite = arguments.overwrite;
   options.partial = arguments.partial;
   options.quiet = arguments.quiet;
+  options.ignore_free_space = arguments.ignore_free_space;
   const Result<SimdLevel> simd = simd_of(arguments);
   if (!simd) return simd.error();
   options.simd = *simd;
@@ -112,7 +114,11 @@ Status run_generate(const Arguments& arguments) {
 
 Status run_check(const Arguments& arguments) {
   Result<ScenarioOptions> input = scenario_options(arguments);
-  return input ? check(*input) : Status(input.error());
+  if (!input) return input.error();
+  const Result<SimdLevel> simd = simd_of(arguments);
+  if (!simd) return simd.error();
+  return check({std::move(*input), arguments.folder, arguments.threads,
+                backends().at(arguments.backend), *simd});
 }
 
 // The exit status.
@@ -163,6 +169,11 @@ void add_numerics(CLI::App& command, Arguments& arguments) {
       ->check(CLI::IsMember({"auto", "sse4", "avx2", "avx512"}));
 }
 
+void add_ignore_free_space(CLI::App& command, Arguments& arguments) {
+  command.add_flag("--ignore-free-space", arguments.ignore_free_space,
+                   "begin even if the disk has no room for everything");
+}
+
 void add_sweep(CLI::App& app, Arguments& arguments) {
   CLI::App& command =
       *app.add_subcommand("sweep", "many runs of one scenario: make those that are missing");
@@ -193,6 +204,7 @@ void add_sweep(CLI::App& app, Arguments& arguments) {
                 "anew; what is done stays")
       ->excludes(status)
       ->excludes(finalize);
+  add_ignore_free_space(command, arguments);
   command.add_flag("--quiet", arguments.quiet, "no progress");
 }
 
@@ -222,10 +234,20 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
   command.add_flag("--partial", arguments.partial, "... though sequences are missing")
       ->needs(finalize);
   add_numerics(command, arguments);
+  add_ignore_free_space(command, arguments);
   command.add_flag("--export-scatterers", arguments.export_scatterers,
                    "write scatterers/*.npy as well");
   command.add_flag("--quiet", arguments.quiet, "no progress");
   return command;
+}
+
+void add_check(CLI::App& app, Arguments& arguments) {
+  CLI::App& command =
+      *app.add_subcommand("check", "validate; print the resolved scenario and its cost");
+  add_scenario_arguments(command, arguments);
+  command.add_option("-o,--output", arguments.folder,
+                     "folder whose disk is meant by free disk space; the current one by default");
+  add_numerics(command, arguments);
 }
 
 void add_bench(CLI::App& app, Arguments& arguments) {
@@ -318,9 +340,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_help_format(app, program_version());
   app.require_subcommand(1);
   add_generate(app, arguments);
-  add_scenario_arguments(
-      *app.add_subcommand("check", "validate; print the resolved scenario and its cost"),
-      arguments);
+  add_check(app, arguments);
   CLI::App& verify_command =
       *app.add_subcommand("verify", "check a data set or a sweep: schema, shapes, checksums");
   verify_command.add_option("DIR", arguments.folder, "a data set or a sweep")->required();

@@ -41,12 +41,22 @@ struct MakeOptions {
   bool overwrite = false;
   bool partial = false;  // --finalize of what is there
   bool quiet = false;
+  bool ignore_free_space = false;  // begins though the disk has no room for all
 };
 
 struct GenerateOptions : MakeOptions {
   ScenarioOptions input;
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
+};
+
+struct CheckOptions {
+  ScenarioOptions input;
+  std::filesystem::path output;  // of whose disk the free space is announced; empty: the working
+                                 // folder's
+  int threads = 0;
+  BackendChoice backend = BackendChoice::automatic;
+  SimdLevel simd = best_simd_level();
 };
 
 struct SweepOptions : MakeOptions {
@@ -83,8 +93,9 @@ Status generate(const GenerateOptions& options);
 // (sequences are missing, or the folder holds other work), io.
 Status finalize_dataset(const GenerateOptions& options);
 
-// Prints the resolved scenario and, as comments under it, what generating it will cost.
-Status check(const ScenarioOptions& options);
+// Prints the resolved scenario and, as comments under it, what generating it will cost, for which
+// it makes a few pings.
+Status check(const CheckOptions& options);
 
 // Error kind damage when anything of the data set is not as its manifest says.
 Status verify(const std::filesystem::path& folder, int threads);

@@ -155,8 +155,15 @@ Cost estimate_cost(const Session& session, int threads) {
 std::string bytes_text(std::uint64_t bytes) {
   const double b = static_cast<double>(bytes);
   if (b < 1e6) return fmt::format("{:.0f} kB", b / 1e3);
+  if (b < 1e7) return fmt::format("{:.1f} MB", b / 1e6);
   if (b < 1e9) return fmt::format("{:.0f} MB", b / 1e6);
   return fmt::format("{:.1f} GB", b / 1e9);
+}
+
+std::string seconds_text(double seconds) {
+  if (seconds < 100) return fmt::format("{:.3g} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.3g} min", seconds / 60);
+  return fmt::format("{:.3g} h", seconds / 3600);
 }
 
 namespace {

@@ -2,7 +2,7 @@
 //
 //   pings_under_way  work_items  sequences_under_way   how work is shared out
 //   PingSize  ping_size  layer_count  channel_samples
-//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text
+//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text  seconds_text
 //   run_cost                                           a run of a sweep
 #pragma once
 
@@ -18,7 +18,7 @@ namespace ensonify {
 struct Cost {
   std::uint64_t pings = 0;
   std::uint64_t files = 0;       // exact
-  std::uint64_t disk_bytes = 0;  // compressed parts estimated from typical images
+  std::uint64_t disk_bytes = 0;  // compressed parts and tables estimated from typical images
   std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as are under way
 };
 
@@ -29,8 +29,8 @@ int pings_under_way(int threads, std::uint64_t pings);
 // What a sequence's pings are shared out in: one by one, or blocks of an ensemble.
 std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
 
-// As many sequences of `pings` each as it takes to have enough pings in hand; at least two where each
-// has a world of its own, so that one is built while the pings of another are computed.
+// As many sequences of `pings` each as it takes to have enough pings in hand; at least two where
+// each has a world of its own, so that one is built while the pings of another are computed.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences, bool vary);
 
 // What one ping has. Cartesian pixels are counted only where they are asked for.
@@ -56,8 +56,9 @@ std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
 // distance field.
 Cost estimate_files(const Session& session, std::uint64_t echoes);
 
-// "12 MB"
+// "12 MB", "2.5 h"
 std::string bytes_text(std::uint64_t bytes);
+std::string seconds_text(double seconds);
 
 // What a run of a sweep will take, from its scenario alone: no world is built and nothing is
 // traced, so that thousands are estimated in a second. The same on every machine. Errors (usage):

@@ -4,10 +4,13 @@
 #include <chrono>
 #include <cstdio>
 
+#include "app/announce.h"
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
+#include "app/measure.h"
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
@@ -218,6 +221,8 @@ Status generate(const GenerateOptions& options) {
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
   Result<SharedParts> first = calibrate_first(*opened, workers);
   if (!first) return first.error();
+  const Status room = room_for_work(options, worlds, work, numerics, workers.threads(), *first);
+  if (!room) return room;
   FolderUse use;
   const auto state = open_work(options.output, work.identity, session.scenario.sequences,
                                options.overwrite, false, &use);
@@ -236,11 +241,16 @@ Status generate(const GenerateOptions& options) {
 
 namespace {
 
+// So many pings of a sequence are enough for a mean.
+constexpr std::uint32_t kMeasuredPerThread = 16;
+
 // Distributions, and some of the sequences as far as that goes without their worlds.
-Status check_sequences(const ScenarioOptions& options, const Workers& workers) {
-  const Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
+Result<SequenceWorlds> check_sequences(const ScenarioOptions& options, const Workers& workers) {
+  Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
   if (!worlds) return worlds.error();
-  return worlds->check_some({}, workers);
+  const Status checked = worlds->check_some({}, workers);
+  if (!checked) return checked.error();
+  return worlds;
 }
 
 Result<Session> first_session(const ScenarioOptions& options) {
@@ -255,38 +265,62 @@ Result<Session> first_session(const ScenarioOptions& options) {
   return session;
 }
 
-}  // namespace
-
-Status check(const ScenarioOptions& options) {
-  const Result<Session> session = first_session(options);
-  if (!session) return session.error();
-  for (const std::string& warning : session->world.warnings) {
-    tell("warning: {}\n", warning);
-  }
-  const int threads = Workers().threads();
-  for (const auto& text :
-       undersampled_warnings(*session, Tracer(session->world), Workers(threads))) {
-    tell("warning: {}\n", text);
-  }
-  // Before anything else takes memory: it looks at what the process has.
-  const Cost cost = estimate_cost(*session, threads);
-  if (varies_by_sequence(session->scenario)) {
-    Status valid = check_sequences(options, Workers(threads));
-    if (!valid) return valid;
-  }
-  answer("{}", to_yaml(session->scenario,
+void answer_scenario(const Session& session) {
+  answer("{}", to_yaml(session.scenario,
                        [](const std::filesystem::path& file) { return file.string(); }));
   answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
-         counted(session->scenario.sequences, "sequence"),
-         counted(session->ping_times_s.size(), "ping"), session->sonar.beam_count,
-         session->record.samples, ping_size(*session).rays);
-  if (const auto& tiles = session->surface_tiles) {
+         counted(session.scenario.sequences, "sequence"),
+         counted(session.ping_times_s.size(), "ping"), session.sonar.beam_count,
+         session.record.samples, ping_size(session).rays);
+  if (const auto& tiles = session.surface_tiles) {
     answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
            tiles->most_leaves, tiles->tiles.size());
   }
-  answer("# files: {}\n# disk: about {}\n# peak memory: about {} with {}\n", cost.files,
-         bytes_text(cost.disk_bytes), bytes_text(cost.peak_bytes), counted(threads, "thread"));
-  return {};
+}
+
+}  // namespace
+
+Status check(const CheckOptions& options) {
+  const RunTime start = time_now();
+  Result<Session> loaded = first_session(options.input);
+  if (!loaded) return loaded.error();
+  const RunTime opening = time_now() - start;
+  for (const std::string& warning : loaded->world.warnings) {
+    tell("warning: {}\n", warning);
+  }
+  const Workers workers(options.threads);
+  for (const auto& text : undersampled_warnings(*loaded, Tracer(loaded->world), workers)) {
+    tell("warning: {}\n", text);
+  }
+  // With the processor time that loading the program took.
+  RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
+  // Before anything else takes memory: it looks at what the process has.
+  const Cost cost = estimate_cost(*loaded, workers.threads());
+  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
+  if (!numerics) return numerics.error();
+  std::optional<SequenceWorlds> worlds;
+  if (varies_by_sequence(loaded->scenario)) {
+    const RunTime reopening = time_now();
+    Result<SequenceWorlds> valid = check_sequences(options.input, workers);
+    if (!valid) return valid.error();
+    before_pings = before_pings + (time_now() - reopening) - opening;
+    worlds = std::move(*valid);
+  }
+  answer_scenario(*loaded);
+  const auto session = std::make_shared<const Session>(std::move(*loaded));
+  const ReadyWorld first{session, std::make_shared<const Tracer>(session->world)};
+  MeasureJob job{{0, session->scenario.sequences},
+                 {},
+                 static_cast<std::uint32_t>(session->ping_times_s.size()),
+                 worlds.has_value(),
+                 [&](std::uint32_t sequence) -> Result<ReadyWorld> {
+                   return worlds ? worlds->world(sequence) : first;
+                 },
+                 *numerics,
+                 workers.threads()};
+  job.disk = folder_there(options.output);
+  job.most_pings = kMeasuredPerThread * static_cast<std::uint32_t>(job.threads);
+  return announce_run(options, *session, cost, job, before_pings);
 }
 
 }  // namespace ensonify

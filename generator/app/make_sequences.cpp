@@ -239,8 +239,7 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   const Result<std::string> sdf = sdf_of(run, session, info);
   if (!sdf) return sdf.error();
   return finish_sequence(
-      run.dir, info,
-      {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map()});
+      run.dir, info, {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map()});
 }
 
 Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {

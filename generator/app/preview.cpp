@@ -168,7 +168,7 @@ Status make_preview_pings(Preview& preview, const fs::path& folder, const Worker
     result.ping = i;
     if (Status stored = write_ping(folder, info, result, workers); !stored) return stored;
   }
-  return finish_sequence(folder, info);
+  return finish_sequence(folder, info, {.cartesian_map = preview.pipeline->cartesian_map()});
 }
 
 // Without the input files, which nobody looks for there.

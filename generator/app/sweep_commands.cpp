@@ -21,12 +21,6 @@
 namespace ensonify {
 namespace {
 
-std::string seconds_text(double seconds) {
-  if (seconds < 100) return fmt::format("{:.3g} s", seconds);
-  if (seconds < 6000) return fmt::format("{:.3g} min", seconds / 60);
-  return fmt::format("{:.3g} h", seconds / 3600);
-}
-
 void print_row(const SweepRun& run) {
   answer("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", run.id, run.cost.pings, run.cost.files,
          bytes_text(run.cost.disk_bytes), seconds_text(run.cost.core_s), run.name);

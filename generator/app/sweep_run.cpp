@@ -11,6 +11,7 @@
 
 #include "app/commands.h"
 #include "app/cost.h"
+#include "app/disk_room.h"
 #include "app/make_sequences.h"
 #include "app/program.h"
 #include "app/sweep_jobs.h"
@@ -266,12 +267,15 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   if (!shard) return shard.error();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
+  const std::vector<std::size_t> runs = runs_of_shard(plan, *shard);
+  const Status room = room_for_runs(options, *sweep, runs, *numerics, workers.threads());
+  if (!room) return room.error();
   listen_for_interrupts();
   const Status opened =
       open_sweep_folder(options.output, {sweep->file.name, program_version(), program_commit()},
                         plan, options.overwrite);
   if (!opened) return opened.error();
-  const ToDo todo = to_do(options, *sweep, runs_of_shard(plan, *shard));
+  const ToDo todo = to_do(options, *sweep, runs);
   Result<std::size_t> made = std::size_t{0};
   if (!todo.missing.empty()) {
     made = make_missing(options, *sweep, *numerics, todo, workers);

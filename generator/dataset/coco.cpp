@@ -10,19 +10,20 @@
 namespace ensonify {
 namespace {
 
-// The elements of a JSON array, one a line.
+// The elements of a JSON array, one a line. Without a file they are only counted.
 class ElementWriter {
  public:
-  explicit ElementWriter(StreamedFile& file) : file_(file) {}
+  explicit ElementWriter(StreamedFile* file) : file_(file) {}
   void add(const Json& element) {
-    file_.append(first_ ? "\n  " : ",\n  ");
-    file_.append(json_line(element));
-    first_ = false;
+    const std::string text = (bytes_ == 0 ? "\n  " : ",\n  ") + json_line(element);
+    if (file_ != nullptr) file_->append(text);
+    bytes_ += text.size();
   }
+  std::uint64_t bytes() const { return bytes_; }
 
  private:
-  StreamedFile& file_;
-  bool first_ = true;
+  StreamedFile* file_;
+  std::uint64_t bytes_ = 0;
 };
 
 Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, const Json& image) {
@@ -130,14 +131,17 @@ Status add_image(const SequenceInfo& info, const Json& line, const Json& image, 
   });
 }
 
+Status add_line(const SequenceInfo& info, const Json& line, Lists& lists) {
+  for (const Json& image : line.at("images")) {
+    if (!has_image(image)) continue;
+    if (Status added = add_image(info, line, image, lists); !added) return added;
+  }
+  return {};
+}
+
 Status add_sequence(const std::filesystem::path& dir, const SequenceInfo& info, Lists& lists) {
-  return for_each_annotation_line(dir, info.sequence, [&](const Json& line) -> Status {
-    for (const Json& image : line.at("images")) {
-      if (!has_image(image)) continue;
-      if (Status added = add_image(info, line, image, lists); !added) return added;
-    }
-    return {};
-  });
+  return for_each_annotation_line(dir, info.sequence,
+                                  [&](const Json& line) { return add_line(info, line, lists); });
 }
 
 }  // namespace
@@ -176,7 +180,7 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
   file.append("{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
               json_line(categories_json(classes)) + ",\n\"images\": [");
-  Lists lists{ElementWriter(file), ElementWriter(annotations), ElementWriter(hidden)};
+  Lists lists{ElementWriter(&file), ElementWriter(&annotations), ElementWriter(&hidden)};
   for (const std::uint32_t sequence : sequences) {
     const auto manifest = read_sequence_manifest(dir, sequence);
     if (!manifest) {
@@ -191,6 +195,12 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   file.append_all_of(hidden);
   file.append("\n]\n}\n");
   return file.commit();
+}
+
+Result<std::uint64_t> coco_bytes(const SequenceInfo& info, const Json& line) {
+  Lists lists{ElementWriter(nullptr), ElementWriter(nullptr), ElementWriter(nullptr)};
+  if (const Status added = add_line(info, line, lists); !added) return added.error();
+  return lists.images.bytes() + lists.annotations.bytes() + lists.hidden.bytes();
 }
 
 }  // namespace ensonify

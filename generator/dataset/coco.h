@@ -11,7 +11,7 @@
 // "array" and "index" in place of "file"; masks without an image have none of the three.
 //
 //   annotation_line  for_each_annotation_line
-//   write_coco
+//   write_coco  coco_bytes
 #pragma once
 
 #include <cstdint>
@@ -42,5 +42,8 @@ Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t 
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences,
                              const std::vector<std::string>& classes);
+
+// How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
+Result<std::uint64_t> coco_bytes(const SequenceInfo& info, const Json& line);
 
 }  // namespace ensonify

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -95,21 +95,15 @@ class SequenceTables {
                                "{} beams; remove .work and generate again",
                                record.ping, record.first_return_m.size(), beams_)};
     }
-    poses_.append(poses_row(record.ping, record.time_s, record.sonar_in_world));
-    tum_.append(tum_row(record.time_s, record.sonar_in_world));
-    objects_.append(objects_rows(record.ping, record.object_in_world));
-    boxes_.append(
-        boxes_rows(record.ping, record.sonar_in_world, record.object_in_world, instances_));
-    std::string row(record.first_return_m.size() * sizeof(float), '\0');
-    std::memcpy(row.data(), record.first_return_m.data(), row.size());
-    first_return_.append(row);
-    annotations_.append(record.annotations);
+    const auto rows = table_rows(record, instances_);
+    const auto files = this->files();
+    for (std::size_t i = 0; i < rows.size(); ++i) files[i]->append(rows[i]);
     return {};
   }
 
   Result<std::vector<FileEntry>> commit() {
     std::vector<FileEntry> entries;
-    for (StreamedFile* file : {&poses_, &tum_, &objects_, &boxes_, &first_return_, &annotations_}) {
+    for (StreamedFile* file : files()) {
       auto entry = file->commit();
       if (!entry) return entry.error();
       entries.push_back(std::move(*entry));
@@ -118,6 +112,11 @@ class SequenceTables {
   }
 
  private:
+  // In the order of table_rows.
+  std::array<StreamedFile*, 6> files() {
+    return {&poses_, &tum_, &objects_, &boxes_, &first_return_, &annotations_};
+  }
+
   const std::vector<Instance>& instances_;
   std::size_t beams_;
   StreamedFile poses_, tum_, objects_, boxes_, first_return_, annotations_;

@@ -175,21 +175,25 @@ std::string to_text(const PingRecord& record) {
   return lines + sha256_hex(lines) + "\n";
 }
 
+std::optional<PingRecord> parse_ping_record(std::string_view text) {
+  const std::string_view lines = text.substr(0, text.size() - std::min(text.size(), kHashLine));
+  const bool whole = text.substr(lines.size()) == sha256_hex(lines) + "\n";
+  const std::size_t head = std::min(lines.find('\n'), lines.size());
+  const auto json = whole ? parse_json(lines.substr(0, head)) : std::nullopt;
+  auto record = json ? parse(*json) : std::nullopt;
+  if (record) record->annotations = lines.substr(std::min(head + 1, lines.size()));
+  return record;
+}
+
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
                                     std::uint32_t ping) {
   const auto path = dir / layout::record_path(sequence, ping);
   const auto text = read_file(path);
   if (!text) return text.error();
-  const std::string_view all(*text);
-  const std::string_view lines = all.substr(0, all.size() - std::min(all.size(), kHashLine));
-  const bool whole = all.substr(lines.size()) == sha256_hex(lines) + "\n";
-  const std::size_t head = std::min(lines.find('\n'), lines.size());
-  const auto json = whole ? parse_json(lines.substr(0, head)) : std::nullopt;
-  auto record = json ? parse(*json) : std::nullopt;
+  auto record = parse_ping_record(*text);
   if (!record || record->ping != ping) {
     return Error{ErrorKind::damage, path.string() + ": not a record of this ping"};
   }
-  record->annotations = lines.substr(std::min(head + 1, lines.size()));
   return std::move(*record);
 }
 

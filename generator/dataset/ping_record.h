@@ -1,12 +1,14 @@
 // The record of a finished ping in .work: all that the finishing step needs to know of it, so that
 // it never opens the ping's own files. Private to dataset/.
 //
-//   record_of  to_text  read_ping_record  files_are_there
+//   record_of  to_text  parse_ping_record  read_ping_record  files_are_there
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.h"
@@ -32,6 +34,9 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
 // that finishing copies it without parsing, and the hash of both, so that no damage to them comes
 // into the data set.
 std::string to_text(const PingRecord& record);
+
+// The opposite; none if the text is not that of a record, or not whole.
+std::optional<PingRecord> parse_ping_record(std::string_view text);
 
 // Error (io): it cannot be read; (damage): it is not a record of that ping, or
 // not whole.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+
 #include "dataset/layout.h"
 
 namespace ensonify {
@@ -50,6 +52,18 @@ std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
                         pose_columns(in_world), pose_columns(compose(world_in_sonar, in_world)));
   }
   return rows;
+}
+
+std::array<std::string, 6> table_rows(const PingRecord& record,
+                                      const std::vector<Instance>& instances) {
+  std::string first_return(record.first_return_m.size() * sizeof(float), '\0');
+  std::memcpy(first_return.data(), record.first_return_m.data(), first_return.size());
+  return {poses_row(record.ping, record.time_s, record.sonar_in_world),
+          tum_row(record.time_s, record.sonar_in_world),
+          objects_rows(record.ping, record.object_in_world),
+          boxes_rows(record.ping, record.sonar_in_world, record.object_in_world, instances),
+          std::move(first_return),
+          record.annotations};
 }
 
 std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,

@@ -2,14 +2,17 @@
 // Private to dataset/.
 //
 //   poses.csv  poses.tum  objects.csv  boxes.csv  index.csv
+//   table_rows    what a ping adds to the tables of its sequence
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/ping.h"
 #include "core/vec.h"
+#include "dataset/ping_record.h"
 
 namespace ensonify {
 
@@ -33,6 +36,10 @@ std::string objects_rows(std::uint32_t ping, const std::vector<Pose>& object_in_
 std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
                        const std::vector<Pose>& object_in_world,
                        const std::vector<Instance>& instances);
+
+// Of poses.csv, poses.tum, objects.csv, boxes.csv, first_return_m.npy and annotations.jsonl.
+std::array<std::string, 6> table_rows(const PingRecord& record,
+                                      const std::vector<Instance>& instances);
 
 std::string index_row(std::uint32_t sequence, std::uint32_t ping, double time_s,
                       const std::string& split);

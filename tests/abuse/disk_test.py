@@ -25,8 +25,8 @@ class Full(Case):
         disk = self.folder / "disk"
         mount(self, disk, options_small)
         output = disk / "out"
-        failed = self.generate(output, expect=4)
-        self.assertIn("space", failed.stderr.lower())
+        failed = self.generate(output, "--ignore-free-space", expect=4)
+        self.assertIn("No space left", failed.stderr)
         self.assertEqual(errors_in(failed), 1, failed.stderr)
         whole = {name: digest for name, digest in contents(output).items() if not name.startswith(".work/")}
         self.assertEqual({name: expected.get(name) for name in whole}, whole, "a file that is not whole")
@@ -62,6 +62,54 @@ class Full(Case):
                 self.assertFalse([path for path in left if path.suffix in (".html", ".png", ".webp", ".hdf5")], "half a file")
             for path in disk.iterdir():
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+class TooSmall(Case):
+    """A disk that has no room for the data set is refused before anything is written."""
+
+    def disk_for(self, share):
+        """A disk with room for this share of the undisturbed data set."""
+        files = [path for path in (self.folder / "undisturbed").rglob("*") if path.is_file()]
+        blocks = sum(-(-path.stat().st_size // 4096) for path in files) + len(files) // 8  # and folders
+        disk = self.folder / "disk"
+        mount(self, disk, f"size={int(share * blocks) * 4096}")
+        return disk
+
+    def test_nothing_is_written_without_room(self):
+        self.undisturbed()
+        disk = self.disk_for(0.7)
+        refused = self.generate(disk / "out", expect=4)
+        self.assertRegex(refused.stderr, r"out: the data needs about [\d.]+ [kM]B of disk space, but only [\d.]+ [kM]B are")
+        self.assertIn("--ignore-free-space", refused.stderr)
+        self.assertEqual(list(disk.iterdir()), [])
+        self.assertIn("which is too little", run("check", self.scenario, "-o", disk / "out").stdout)
+        self.assertIn("No space left", self.generate(disk / "out", "--ignore-free-space", expect=4).stderr)
+
+    def test_what_is_there_needs_no_room(self):
+        expected = self.undisturbed()
+        disk = self.disk_for(1.25)
+        output = disk / "out"
+        self.generate(output, "--sequences", "0:2")
+        self.assertLess(os.statvfs(disk).f_bavail, os.statvfs(disk).f_blocks / 2)
+        self.generate(output)
+        self.assertEqual(contents(output), expected)
+        # Complete: nothing is to be written.
+        self.generate(output)
+        # Other work in its place: what is removed for it makes room.
+        self.generate(disk / "other", "--seed", "12", expect=4)
+        self.assertFalse((disk / "other").exists())
+        self.generate(output, "--seed", "12", "--overwrite")
+        self.assertNotEqual(contents(output), expected)
+
+    def test_a_part_needs_its_share(self):
+        self.undisturbed()
+        disk = self.disk_for(0.6)
+        self.generate(disk / "out", expect=4)
+        self.generate(disk / "out", "--shard", "0/3")
+        shutil.rmtree(disk / "out")
+        self.generate(disk / "out", "--sequences", "1:2")
+        shutil.rmtree(disk / "out")
+        self.generate(disk / "out", "--pings", "0:4")
 
 
 class NotWritable(Case):

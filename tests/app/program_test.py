@@ -5,9 +5,12 @@ Run by ctest; by hand:
 """
 import json
 import os
+import re
+import shutil
+import subprocess
 import unittest
 
-from program import SCENES, Case, run
+from program import PROGRAM, SCENES, Case, run
 
 
 class Commands(Case):
@@ -25,10 +28,11 @@ class Commands(Case):
         again = self.folder / "again.yaml"
         again.write_text(first.stdout)
 
-        def but_memory(text):  # which starts from what this very process holds
-            return [line for line in text.splitlines() if not line.startswith("# peak memory:")]
+        def but_measured(text):
+            measured = ("# peak memory:", "# disk:", "# free", "# time:", "# pings measured")
+            return [line for line in text.splitlines() if not line.startswith(measured)]
 
-        self.assertEqual(but_memory(run("check", again).stdout), but_memory(first.stdout))
+        self.assertEqual(but_measured(run("check", again).stdout), but_measured(first.stdout))
 
     def test_check_announces_files_and_bytes(self):
         announced = run("check", self.scenario).stdout
@@ -36,6 +40,38 @@ class Commands(Case):
         self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
         files = sum(1 for path in output.rglob("*") if path.is_file())
         self.assertIn(f"# files: {files}\n", announced)
+
+    def test_check_announces_size_and_time(self):
+        for more in ([], ["output.one_file_per=sequence"], ["output.timeseries=exr"],
+                     ["sequences=6", "trajectory.pings=9", "materials.m.reflectivity={uniform: [1e-4, 1e-2]}"]):
+            with self.subTest(more=more):
+                # Rays enough that pings take far longer than starting the program and its threads.
+                words = [word for key in ("sonar.rays.elevation=1000", *more) for word in ("--set", key)]
+                announced = run("check", self.scenario, "--threads", "2", *words).stdout
+                output = self.folder / "out"
+                made = subprocess.Popen([PROGRAM, "generate", self.scenario, "-o", output, "--quiet", "--threads", "2",
+                                         *words])
+                _, made.returncode, usage = os.wait4(made.pid, 0)
+                self.assertEqual(made.returncode, 0)
+                size_mb = float(re.search(r"# disk: about ([\d.]+) MB\n", announced)[1])
+                taken_mb = sum(path.stat().st_size for path in output.rglob("*") if path.is_file()) / 1e6
+                self.assertLess(abs(size_mb / taken_mb - 1), 0.1)
+                # Other programs on the machine change the time by the clock, and processor time far less.
+                core_s = float(re.search(r"# time: about [\d.]+ s with 2 threads, ([\d.]+) s of one core\n", announced)[1])
+                taken_s = usage.ru_utime + usage.ru_stime
+                self.assertLess(core_s, 2 * taken_s)
+                self.assertLess(taken_s, 2 * core_s)
+                measured = int(re.search(r"# pings measured for disk and time: (\d+) \(sequences: \d+\)\n", announced)[1])
+                self.assertGreater(measured, 1)
+                shutil.rmtree(output)
+
+    def test_check_announces_the_free_space_of_a_disk(self):
+        text = run("check", self.scenario, "-o", self.folder / "not/yet").stdout
+        number, unit = re.search(rf"# free disk space in {self.folder}/not/yet: ([\d.]+) ([MG])B\n", text).groups()
+        free = shutil.disk_usage(self.folder).free
+        self.assertLess(abs(float(number) * {"M": 1e6, "G": 1e9}[unit] / free - 1), 0.2)
+        self.assertIn("# free disk space in this folder: ", run("check", self.scenario).stdout)
+        self.assertFalse((self.folder / "not").exists())
 
     def test_every_scene_passes_check(self):
         scenes = sorted(SCENES.glob("*.yaml"))

@@ -311,12 +311,15 @@ class FullDisk(SweepTest):
         """Protects the night: a disk that is full must not mark run after run as failed."""
         expected = self.whole()
         self.out.mkdir()
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", self.out],
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", self.out],
                                  capture_output=True, check=False)
         if mounted.returncode != 0:
             self.skipTest("mounting a small tmpfs needs root and the right to mount")
         self.addCleanup(subprocess.run, ["umount", self.out], check=False)
-        self.assertIn("space", self.go("--quiet", expect=4).stderr)
+        self.assertIn("but only 1.0 MB are free", self.go("--quiet", expect=4).stderr)
+        self.assertEqual(list(self.out.iterdir()), [])
+        subprocess.run(["mount", "-o", "remount,size=2m", self.out], check=True)
+        self.assertIn("No space left", self.go("--quiet", "--ignore-free-space", expect=4).stderr)
         self.assertFalse((self.out / "failed").exists())
         subprocess.run(["mount", "-o", "remount,size=200m", self.out], check=True)
         self.go("--quiet")
