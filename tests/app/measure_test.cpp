@@ -87,11 +87,11 @@ TEST_CASE("the announced size is that of the data set") {
   Maker maker;
   GenerateOptions options = maker.options("out");
   options.input.overrides = {{"output", output}, {"sequences", sequences}};
-  const Announced told = announced(options.input);
-  CHECK(told.measured.pings > 0);
+  const Announced expected = announced(options.input);
+  CHECK(expected.measured.pings > 0);
   maker.make(options);
   INFO(output << " x " << sequences);
-  CHECK(told.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.02));
+  CHECK(expected.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.02));
 }
 
 TEST_CASE("the announced size is the mean of sequences that are sampled") {
@@ -100,11 +100,12 @@ TEST_CASE("the announced size is the mean of sequences that are sampled") {
   options.input.overrides = {{"sequences", "4"},
                              {"objects.1.shape.sphere.radius_m", "{uniform: [0.1, 0.6]}"},
                              {"trajectory.pings", "3"}};
-  const Announced told = announced(options.input);
-  CHECK(told.measured.sequences == 3);  // the world of sequence 0 is there: it shows no building
-  CHECK(told.measured.world_s > 0);
+  const Announced expected = announced(options.input);
+  CHECK(expected.measured.sequences ==
+        3);  // the world of sequence 0 is there: it shows no building
+  CHECK(expected.measured.world_s > 0);
   maker.make(options);
-  CHECK(told.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.05));
+  CHECK(expected.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.05));
 }
 
 TEST_CASE("the announced time follows from pings, threads and sequences") {
