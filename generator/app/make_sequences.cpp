@@ -217,8 +217,7 @@ Status make_sequence(const Run& run, const SequenceInfo& light, int threads, Wor
   const Result<std::string> sdf = sdf_of(run, *workshop.world.session, info);
   if (!sdf) return sdf.error();
   return finish_sequence(
-      run.dir, info,
-      {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map()});
+      run.dir, info, {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map()});
 }
 
 std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInfo& info) {

@@ -100,10 +100,10 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   const bool hidden = wants_hidden(output);
   const std::uint64_t unused_shadow = output.shadow ? 0 : kShadowBytesPerPixel;
-  const std::uint64_t polar_pixel = plane_bytes(output, ImageView::polar) +
-                                    (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
-  const std::uint64_t cartesian_pixel = plane_bytes(output, ImageView::cartesian) +
-                                        (output.amodal ? kAmodalBytesPerPixel : 0);
+  const std::uint64_t polar_pixel =
+      plane_bytes(output, ImageView::polar) + (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
+  const std::uint64_t cartesian_pixel =
+      plane_bytes(output, ImageView::cartesian) + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
   const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
                                   ? count.pixels * sizeof(float)

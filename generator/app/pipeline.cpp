@@ -183,8 +183,8 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
       const StageTimer timer(workers, Stage::cartesian);
       return resample(image, *info.cartesian, tables.cartesian_map, planes...);
     };
-    LabelledImage cartesian = cartesian_of(
-        polar, output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids);
+    LabelledImage cartesian =
+        cartesian_of(polar, output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids);
     InstanceSets amodal;
     if (output.amodal) amodal = cartesian_of(hidden.amodal);
     timed(workers, Stage::annotations, [&] {
