@@ -34,11 +34,11 @@ std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
                                 const std::function<Status(const Json&)>& use);
 
-// Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence, ping, polar before Cartesian;
-// annotations from 1 in the order of their images. Category k is classes[k - 1]. Instances that are
-// seen nowhere in a picture stand in a list of their own, `hidden`: readers of COCO expect masks
-// with pixels. All sequences are finished. Errors (damage): a sequence.json or a line cannot be
-// read; (io).
+// Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
+// ping, polar before Cartesian; annotations from 1 in the order of their images. Category k is
+// classes[k - 1]. Instances that are seen nowhere in a picture stand in a list of their own,
+// `hidden`: readers of COCO expect masks with pixels.
+// All sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences,
                              const std::vector<std::string>& classes);

@@ -28,8 +28,8 @@ std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
 
 // What a sequence has that is not in the records of its pings.
 struct SequenceParts {
-  std::string_view sdf_vdb = {};       // the bytes of sdf.vdb, where info.sdf asks for them
-  const Moments* moments = nullptr;    // of all its pings, where info.output.statistics asks
+  std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
+  const Moments* moments = nullptr;  // of all its pings, where info.output.statistics asks
   // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
   std::span<const std::int32_t> cartesian_map = {};
 };

@@ -187,8 +187,8 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
                                       std::span<const std::int32_t> map) {
   const GridSizes sizes = sizes_of(info);
   const std::string name = layout::in_sequence(info.sequence, layout::kCartesianMap);
-  return write_file_atomically(
-      dir, name, encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
+  return write_file_atomically(dir, name,
+                               encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
 }
 
 Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {

@@ -177,7 +177,9 @@ void check_draws(const Node& tree, const std::string& label, const std::filesyst
   std::size_t copied = 0;
   for (std::size_t variant = 0; variant < variants && copied < kMostCopiedAtExtremes; ++variant) {
     for (const bool is_upper : {false, true}) {
-      Faults found{faults.limits, faults.sources};
+      Faults found;
+      found.limits = faults.limits;
+      found.sources = faults.sources;
       copied +=
           all + kCopiesPerReading * read_extreme(tree, {is_upper, variant}, label, {folder, found});
       for (const Fault& fault : found.list) {

@@ -117,6 +117,9 @@ class Memory(unittest.TestCase):
     def test_distance_field(self):
         self.check_announced(ROOM, "output.sdf.voxel_m=0.04", "sonar.range_max_m=10")
 
+    def test_distance_field_that_takes_more_than_the_pings(self):
+        self.check_announced(ROOM, "output.sdf.voxel_m=0.03", "sonar.range_max_m=10", "output.cartesian=false")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -207,7 +207,8 @@ TEST_CASE("Cartesian float planes come from the polar image through the map") {
     std::vector<float> expected;
     for (const std::int32_t from : map) {
       if (!with_polar) break;
-      expected.push_back(from < 0 ? blank_value<float>(plane.blank) : (*written.polar.*values)[from]);
+      expected.push_back(from < 0 ? blank_value<float>(plane.blank)
+                                  : (*written.polar.*values)[from]);
     }
     CHECK(reads_back(pixels.*values, expected));
     CHECK(can_read(made.sequence, plane_row(ImageView::cartesian, plane.name)) == with_polar);

@@ -92,9 +92,9 @@ TEST_CASE("a ping without float planes of its Cartesian image") {
   auto info = sample::sequence_info(0);
   info.output.cartesian_exr = false;
   auto result = sample::ping_result(info, 0);
-  for (auto* values : {&result.cartesian->level_db, &result.cartesian->clean_db,
-                       &result.cartesian->elevation_rad, &result.cartesian->elevation_std_rad,
-                       &result.cartesian->instance_fraction}) {
+  for (auto* values :
+       {&result.cartesian->level_db, &result.cartesian->clean_db, &result.cartesian->elevation_rad,
+        &result.cartesian->elevation_std_rad, &result.cartesian->instance_fraction}) {
     values->clear();
   }
   REQUIRE(write_ping(folder.path(), info, result, Workers(1)).ok());

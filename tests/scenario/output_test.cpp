@@ -57,7 +57,8 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
   const auto alone =
       parse(kHead +
             "output: {statistics: true, pings: false, timeseries: both, polar: true, "
-            "shadow: true, png: {scale: amplitude}, cartesian: {exr: true}, scatterers: true, points: true, "
+            "shadow: true, png: {scale: amplitude}, cartesian: {exr: true}, scatterers: true, "
+            "points: true, "
             "layers: {targets: [object]}, one_file_per: ping, polygons: true, "
             "sdf: {voxel_m: 0.1}}\n");
   REQUIRE(alone.ok());
