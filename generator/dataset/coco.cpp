@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <type_traits>
 
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
+#include "formats/json_slices.h"
 
 namespace ensonify {
 namespace {
@@ -14,10 +16,13 @@ namespace {
 class ElementWriter {
  public:
   explicit ElementWriter(StreamedFile* file) : file_(file) {}
-  void add(const Json& element) {
-    const std::string text = (bytes_ == 0 ? "\n  " : ",\n  ") + json_line(element);
-    if (file_ != nullptr) file_->append(text);
-    bytes_ += text.size();
+  void add(const std::string& element) {
+    const std::string_view start = bytes_ == 0 ? "\n  " : ",\n  ";
+    if (file_ != nullptr) {
+      file_->append(start);
+      file_->append(element);
+    }
+    bytes_ += start.size() + element.size();
   }
   std::uint64_t bytes() const { return bytes_; }
 
@@ -26,65 +31,73 @@ class ElementWriter {
   std::uint64_t bytes_ = 0;
 };
 
-Json image_json(std::uint64_t id, const SequenceInfo& info, const Json& line, const Json& image) {
-  const auto full = [&](const Json& name) {
-    return layout::in_sequence(info.sequence, name.get<std::string>());
+// Thrown where a line lacks a member.
+struct IncompleteLine {};
+
+std::string_view text_of(const JsonMembers& members, std::string_view key) {
+  const std::string_view text = members.at(key);
+  if (text.empty()) throw IncompleteLine();
+  return text;
+}
+
+template <class Value>
+Value value_of(const JsonMembers& members, std::string_view key) {
+  const auto json = parse_json(text_of(members, key));
+  const bool fits = json && (std::is_arithmetic_v<Value> ? json->is_number() : json->is_string());
+  if (!fits) throw IncompleteLine();
+  return json->get<Value>();
+}
+
+std::string image_json(std::uint64_t id, const SequenceInfo& info, std::string_view ping,
+                       const JsonMembers& image) {
+  const auto full = [&](std::string_view key) {
+    return quoted_text(layout::in_sequence(info.sequence, value_of<std::string>(image, key)));
   };
-  Json json = {{"id", id}};
-  if (const Json* file = member(image, "file")) {
-    json["file_name"] = full(*file);
-  } else {
-    json["array"] = full(image.at("array"));
-    json["index"] = image.at("index");
-  }
-  json.update({{"width", image.at("width")},
-               {"height", image.at("height")},
-               {"view", image.at("view")},
-               {"sequence", info.sequence},
-               {"ping", line.at("ping")},
-               {"split", info.split}});
-  return json;
+  const std::string place =
+      image.at("file").empty()
+          ? fmt::format(R"("array":{},"index":{})", full("array"), text_of(image, "index"))
+          : fmt::format(R"("file_name":{})", full("file"));
+  return fmt::format(
+      R"({{"id":{},{},"width":{},"height":{},"view":{},"sequence":{},"ping":{},"split":{}}})", id,
+      place, text_of(image, "width"), text_of(image, "height"), text_of(image, "view"),
+      info.sequence, ping, quoted_text(info.split));
 }
 
 // Of masks without an image there is nothing that a detector could be trained on.
-bool has_image(const Json& image) { return image.contains("file") || image.contains("array"); }
-
-Json mask_json(const Json& image, const Json& counts) {
-  return {{"size", Json::array({image.at("height"), image.at("width")})}, {"counts", counts}};
+bool has_image(const JsonMembers& image) {
+  return !image.at("file").empty() || !image.at("array").empty();
 }
 
-void add_amodal(Json& json, const Json& image, const Json& annotation) {
-  if (!annotation.contains("amodal_counts")) return;
-  json["occlusion"] = annotation.at("occlusion");
-  json["amodal_bbox"] = annotation.at("amodal_bbox");
-  json["amodal_area"] = annotation.at("amodal_area");
-  json["amodal_segmentation"] = mask_json(image, annotation.at("amodal_counts"));
+std::string mask_json(const JsonMembers& image, std::string_view counts) {
+  return fmt::format(R"({{"size":[{},{}],"counts":{}}})", text_of(image, "height"),
+                     text_of(image, "width"), counts);
 }
 
-Json annotation_json(std::uint64_t id, std::uint64_t image_id, const Instance& instance,
-                     const Json& image, const Json& annotation) {
-  Json json = {{"id", id},
-               {"image_id", image_id},
-               {"category_id", instance.class_id},
-               {"bbox", annotation.at("bbox")},
-               {"area", annotation.at("area")},
-               {"iscrowd", 0},
-               {"segmentation", mask_json(image, annotation.at("counts"))},
-               {"instance_id", instance.id},
-               {"name", instance.name}};
-  if (annotation.contains("polygons")) json["polygons"] = annotation.at("polygons");
-  add_amodal(json, image, annotation);
-  return json;
+// The members of an amodal mask, each behind a comma; empty where there is none.
+std::string amodal_json(const JsonMembers& image, const JsonMembers& annotation) {
+  if (annotation.at("amodal_counts").empty()) return {};
+  return fmt::format(
+      R"(,"occlusion":{},"amodal_bbox":{},"amodal_area":{},"amodal_segmentation":{})",
+      text_of(annotation, "occlusion"), text_of(annotation, "amodal_bbox"),
+      text_of(annotation, "amodal_area"), mask_json(image, annotation.at("amodal_counts")));
 }
 
-Json hidden_json(std::uint64_t image_id, const Instance& instance, const Json& image,
-                 const Json& annotation) {
-  Json json = {{"image_id", image_id},
-               {"category_id", instance.class_id},
-               {"instance_id", instance.id},
-               {"name", instance.name}};
-  add_amodal(json, image, annotation);
-  return json;
+std::string annotation_json(std::uint64_t id, std::uint64_t image_id, const Instance& instance,
+                            const JsonMembers& image, const JsonMembers& annotation) {
+  const std::string_view polygons = annotation.at("polygons");
+  return fmt::format(
+      R"({{"id":{},"image_id":{},"category_id":{},"bbox":{},"area":{},"iscrowd":0,)"
+      R"("segmentation":{},"instance_id":{},"name":{}{}{}{}}})",
+      id, image_id, instance.class_id, text_of(annotation, "bbox"), text_of(annotation, "area"),
+      mask_json(image, text_of(annotation, "counts")), instance.id, quoted_text(instance.name),
+      polygons.empty() ? "" : R"(,"polygons":)", polygons, amodal_json(image, annotation));
+}
+
+std::string hidden_json(std::uint64_t image_id, const Instance& instance, const JsonMembers& image,
+                        const JsonMembers& annotation) {
+  return fmt::format(R"({{"image_id":{},"category_id":{},"instance_id":{},"name":{}{}}})", image_id,
+                     instance.class_id, instance.id, quoted_text(instance.name),
+                     amodal_json(image, annotation));
 }
 
 Json categories_json(const std::vector<std::string>& classes) {
@@ -95,22 +108,36 @@ Json categories_json(const std::vector<std::string>& classes) {
   return categories;
 }
 
-const Instance* find_instance(const SequenceInfo& info, const Json& annotation) {
-  const auto id = annotation.at("instance").get<std::uint64_t>();
+const Instance* find_instance(const SequenceInfo& info, const JsonMembers& annotation) {
+  const auto id = value_of<std::uint64_t>(annotation, "instance");
   return id >= 1 && id <= info.instances.size() ? &info.instances[id - 1] : nullptr;
 }
 
-// The lists of coco.json, which grow side by side: a line of annotations.jsonl is parsed once.
+// Calls use(members) for the objects in the list of that key. Error of `use`.
+template <class Use>
+Status for_each_object(const JsonMembers& parent, std::string_view key, const Use& use) {
+  const auto list = json_elements(text_of(parent, key));
+  if (!list) throw IncompleteLine();
+  for (const std::string_view text : *list) {
+    const auto object = json_members(text);
+    if (!object) throw IncompleteLine();
+    if (Status used = use(*object); !used) return used;
+  }
+  return {};
+}
+
+// The lists of coco.json, which grow side by side.
 struct Lists {
   ElementWriter images, annotations, hidden;
   std::uint64_t image_id = 0, annotation_id = 0;
 };
 
-Status add_image(const SequenceInfo& info, const Json& line, const Json& image, Lists& lists) {
+Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMembers& image,
+                 Lists& lists) {
   const std::uint64_t image_id = ++lists.image_id;
-  lists.images.add(image_json(image_id, info, line, image));
-  const auto add = [&](const char* key, const auto& use) -> Status {
-    for (const Json& annotation : image.at(key)) {
+  lists.images.add(image_json(image_id, info, ping, image));
+  const auto add = [&](std::string_view key, const auto& use) {
+    return for_each_object(image, key, [&](const JsonMembers& annotation) -> Status {
       const Instance* instance = find_instance(info, annotation);
       if (instance == nullptr) {
         return Error{ErrorKind::bug, fmt::format("sequence {}: an annotation of an instance that "
@@ -118,30 +145,45 @@ Status add_image(const SequenceInfo& info, const Json& line, const Json& image, 
                                                  info.sequence)};
       }
       use(*instance, annotation);
-    }
-    return {};
+      return {};
+    });
   };
-  Status added = add("annotations", [&](const Instance& instance, const Json& annotation) {
+  Status added = add("annotations", [&](const Instance& instance, const JsonMembers& annotation) {
     lists.annotations.add(
         annotation_json(++lists.annotation_id, image_id, instance, image, annotation));
   });
   if (!added) return added;
-  return add("hidden", [&](const Instance& instance, const Json& annotation) {
+  return add("hidden", [&](const Instance& instance, const JsonMembers& annotation) {
     lists.hidden.add(hidden_json(image_id, instance, image, annotation));
   });
 }
 
-Status add_line(const SequenceInfo& info, const Json& line, Lists& lists) {
-  for (const Json& image : line.at("images")) {
-    if (!has_image(image)) continue;
-    if (Status added = add_image(info, line, image, lists); !added) return added;
-  }
-  return {};
+// Throws IncompleteLine.
+Status add_line(const SequenceInfo& info, std::string_view text, Lists& lists) {
+  const auto line = json_members(text);
+  if (!line) throw IncompleteLine();
+  return for_each_object(*line, "images", [&](const JsonMembers& image) {
+    return has_image(image) ? add_image(info, text_of(*line, "ping"), image, lists) : Status();
+  });
 }
 
-Status add_sequence(const std::filesystem::path& dir, const SequenceInfo& info, Lists& lists) {
-  return for_each_annotation_line(dir, info.sequence,
-                                  [&](const Json& line) { return add_line(info, line, lists); });
+// Calls use(text) for the lines of a sequence's annotations.jsonl, which may throw IncompleteLine.
+Status for_each_line(const std::filesystem::path& dir, std::uint32_t sequence,
+                     const std::function<Status(std::string_view)>& use) {
+  const auto path = dir / layout::in_sequence(sequence, layout::kAnnotations);
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  try {
+    while (std::getline(file, line)) {
+      if (const Status used = use(line); !used) return used;
+    }
+  } catch (const IncompleteLine&) {
+    return Error{ErrorKind::damage, path.string() + ": a line is not one of ensonify's"};
+  }
+  if (!file.eof()) {
+    return Error{ErrorKind::io, "cannot read " + path.string()};
+  }
+  return {};
 }
 
 }  // namespace
@@ -152,23 +194,14 @@ std::string annotation_line(std::uint32_t ping, double time_s, Json images) {
   return json_line(line) + "\n";
 }
 
-Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
-                                const std::function<Status(const Json&)>& use) {
-  const auto path = dir / layout::in_sequence(sequence, layout::kAnnotations);
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  while (std::getline(file, line)) {
-    const auto json = parse_json(line);
-    if (!json || !count_at(*json, "ping") || !number_at(*json, "time_s") ||
-        member(*json, "images") == nullptr) {
-      return Error{ErrorKind::damage, path.string() + ": a line is not one of ensonify's"};
-    }
-    if (const Status used = use(*json); !used) return used;
-  }
-  if (!file.eof()) {
-    return Error{ErrorKind::io, "cannot read " + path.string()};
-  }
-  return {};
+Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t sequence,
+                               const std::function<void(std::uint32_t, double)>& use) {
+  return for_each_line(dir, sequence, [&](std::string_view text) {
+    const auto line = json_members(text);
+    if (!line) throw IncompleteLine();
+    use(value_of<std::uint32_t>(*line, "ping"), value_of<double>(*line, "time_s"));
+    return Status();
+  });
 }
 
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
@@ -186,7 +219,9 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
     if (!manifest) {
       return damaged(dir / layout::in_sequence(sequence, layout::kSequenceJson), "cannot be read");
     }
-    const Status added = add_sequence(dir, manifest->info, lists);
+    const Status added = for_each_line(dir, sequence, [&](std::string_view line) {
+      return add_line(manifest->info, line, lists);
+    });
     if (!added) return added.error();
   }
   file.append("\n],\n\"annotations\": [");
@@ -197,9 +232,13 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   return file.commit();
 }
 
-Result<std::uint64_t> coco_bytes(const SequenceInfo& info, const Json& line) {
+Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line) {
   Lists lists{ElementWriter(nullptr), ElementWriter(nullptr), ElementWriter(nullptr)};
-  if (const Status added = add_line(info, line, lists); !added) return added.error();
+  try {
+    if (const Status added = add_line(info, line, lists); !added) return added.error();
+  } catch (const IncompleteLine&) {
+    return Error{ErrorKind::bug, "a line of annotations lacks a member"};
+  }
   return lists.images.bytes() + lists.annotations.bytes() + lists.hidden.bytes();
 }
 

@@ -10,7 +10,7 @@
 // output.amodal the last four are absent and nothing is hidden. Packed pings have
 // "array" and "index" in place of "file"; masks without an image have none of the three.
 //
-//   annotation_line  for_each_annotation_line
+//   annotation_line  for_each_annotated_ping
 //   write_coco  coco_bytes
 #pragma once
 
@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.h"
@@ -29,10 +30,10 @@ namespace ensonify {
 
 std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 
-// Hands over the lines of a sequence's annotations.jsonl as JSON, in order.
+// Calls use(ping, time_s) for the lines of a sequence's annotations.jsonl, in order.
 // Error (io): it cannot be read; (damage): a line is not what stands above.
-Status for_each_annotation_line(const std::filesystem::path& dir, std::uint32_t sequence,
-                                const std::function<Status(const Json&)>& use);
+Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t sequence,
+                               const std::function<void(std::uint32_t, double)>& use);
 
 // Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
 // ping, polar before Cartesian; annotations from 1 in the order of their images. Category k is
@@ -44,6 +45,6 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
                              const std::vector<std::string>& classes);
 
 // How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
-Result<std::uint64_t> coco_bytes(const SequenceInfo& info, const Json& line);
+Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);
 
 }  // namespace ensonify

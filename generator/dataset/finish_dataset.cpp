@@ -98,13 +98,11 @@ Result<std::vector<FileEntry>> write_index(const fs::path& dir,
   for (const SequenceEntry& sequence : sequences) {
     const auto split = std::find(std::begin(kSplits), std::end(kSplits), sequence.split);
     StreamedFile& list = *splits[split - std::begin(kSplits)];
-    const Status read = for_each_annotation_line(dir, sequence.sequence, [&](const Json& line) {
-      const auto ping = line.at("ping").get<std::uint32_t>();
-      index.append(
-          index_row(sequence.sequence, ping, line.at("time_s").get<double>(), sequence.split));
-      list.append(layout::index_stem(sequence.sequence, ping) + "\n");
-      return Status();
-    });
+    const Status read =
+        for_each_annotated_ping(dir, sequence.sequence, [&](std::uint32_t ping, double time_s) {
+          index.append(index_row(sequence.sequence, ping, time_s, sequence.split));
+          list.append(layout::index_stem(sequence.sequence, ping) + "\n");
+        });
     if (!read) return read.error();
   }
   std::vector<FileEntry> entries;

@@ -140,8 +140,9 @@ Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInf
   return entries;
 }
 
+// `lines`: those of the pings' files in sequence.json.
 Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
-                            std::vector<FileEntry>& entries) {
+                            std::vector<FileEntry>& entries, StreamedFile& lines) {
   Totals totals;
   SequenceTables tables(dir, info);
   const Status read = for_each_record(dir, info, [&](const PingRecord& record) -> Status {
@@ -151,7 +152,11 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
       return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
                                                info.sequence, record.ping, info.first_ping)};
     }
-    for (const FileEntry& entry : record.files) totals.bytes += is_piece(entry) ? 0 : entry.bytes;
+    for (const FileEntry& entry : record.files) {
+      if (is_piece(entry)) continue;
+      totals.bytes += entry.bytes;
+      lines.append(file_line(entry, false));
+    }
     return tables.add(record);
   });
   if (!read) return read.error();
@@ -163,7 +168,7 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
 }
 
 Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const Totals& totals,
-                           std::vector<FileEntry> entries) {
+                           std::vector<FileEntry> entries, StreamedFile& lines_of_pings) {
   StreamedFile file(dir, layout::in_sequence(info.sequence, layout::kSequenceJson));
   file.append(files_opening(sequence_head(info, totals.each_ping, totals.bytes)));
   bool first = true;
@@ -171,13 +176,7 @@ Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const 
     entry.path.erase(0, layout::sequence_folder(info.sequence).size() + 1);
     file.append(file_line(entry, std::exchange(first, false)));
   }
-  const Status read = for_each_record(dir, info, [&](const PingRecord& record) {
-    for (const FileEntry& entry : record.files) {
-      if (!is_piece(entry)) file.append(file_line(entry, false));
-    }
-    return Status();
-  });
-  if (!read) return read;
+  file.append_all_of(lines_of_pings);
   file.append(files_closing());
   const auto committed = file.commit();
   return committed ? Status() : Status(committed.error());
@@ -219,9 +218,10 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!arrays) return arrays.error();
     entries->insert(entries->end(), arrays->begin(), arrays->end());
   }
-  const auto totals = write_tables(dir, info, *entries);
+  StreamedFile lines(dir, layout::in_sequence(info.sequence, "sequence.json.files"), false);
+  const auto totals = write_tables(dir, info, *entries, lines);
   if (!totals) return totals.error();
-  return write_sequence_json(dir, info, *totals, std::move(*entries));
+  return write_sequence_json(dir, info, *totals, std::move(*entries), lines);
 }
 
 }  // namespace

@@ -30,8 +30,7 @@ std::uint64_t fixed_bytes(const CatalogueRow& row, const GridSizes& sizes) {
 
 Result<PingBytes> ping_bytes(const SequenceInfo& info, const EncodedPing& encoded) {
   const auto record = parse_ping_record(encoded.record);
-  const auto line = record ? parse_json(record->annotations) : std::nullopt;
-  if (!line) return Error{ErrorKind::bug, "the record of a ping does not read back"};
+  if (!record) return Error{ErrorKind::bug, "the record of a ping does not read back"};
   PingBytes bytes;
   bytes.record = encoded.record.size();
   for (const FileEntry& entry : record->files) {
@@ -45,7 +44,7 @@ Result<PingBytes> ping_bytes(const SequenceInfo& info, const EncodedPing& encode
   for (const std::string& row : table_rows(*record, info.instances)) {
     bytes.sequence_lines += row.size();
   }
-  const Result<std::uint64_t> coco = coco_bytes(info, *line);
+  const Result<std::uint64_t> coco = coco_bytes(info, record->annotations);
   if (!coco) return coco.error();
   bytes.dataset_lines = *coco +
                         index_row(info.sequence, record->ping, record->time_s, info.split).size() +

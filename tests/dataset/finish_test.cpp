@@ -189,7 +189,7 @@ TEST_CASE("masks without an image are annotated, but not in coco.json") {
   sample::write_pings(folder.path(), info);
   REQUIRE(sample::finish(folder.path(), info).ok());
   auto dataset = sample::dataset_info(1);
-  dataset.sequences = {info};
+  dataset.first = info;
   REQUIRE(finish_dataset(folder.path(), dataset).ok());
   const std::string lines = sample::read(folder.path() / "sequences/000000/annotations.jsonl");
   const SortedJson line = SortedJson::parse(lines.substr(0, lines.find('\n')));
