@@ -120,9 +120,11 @@ class Drawer {
     return uniform(key_, 0, way.key, 0);
   }
 
-  double normal_of(const Way& way) const {
-    if (extreme_ != nullptr) return extreme_->is_upper ? kExtremeDeviation : -kExtremeDeviation;
-    return std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
+  double normal_of(double mean, double deviation, const Way& way) const {
+    if (extreme_ != nullptr) {
+      return mean + (extreme_->is_upper ? deviation : -deviation) * kExtremeDeviation;
+    }
+    return mean + deviation * std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
   }
 
   void refuse(const Node& node, const std::string& path, std::string text) {
@@ -229,7 +231,7 @@ class Drawer {
 
   double drawn_number(std::string_view kind, const std::array<double, 2>& given, const Way& way) {
     const auto [a, b] = given;
-    if (kind == "normal") return a + b * normal_of(way);
+    if (kind == "normal") return normal_of(a, b, way);
     const double u = uniform_of(way);
     const double value = kind == "uniform"
                              ? a + u * (b - a)

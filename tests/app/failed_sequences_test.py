@@ -119,7 +119,7 @@ class VeryMany(Case):
         out = self.folder / str(sequences)
         start = time.monotonic()
         with subprocess.Popen([PROGRAM, "generate", str(self.scenario), "-o", str(out), "--quiet", "--threads",
-                               "1", "--set", f"sequences={sequences}"]) as process:
+                               "1", "--ignore-free-space", "--set", f"sequences={sequences}"]) as process:
             while not list(out.glob(".work/sequences/*/000*.json")) + list(out.glob("sequences/*/sequence.json")):
                 self.assertIsNone(process.poll())
                 time.sleep(0.005)
