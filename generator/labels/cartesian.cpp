@@ -8,10 +8,31 @@
 #include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
-#include "labels/look_up.h"
+#include "labels/shadow.h"
 
 namespace ensonify {
 namespace {
+
+// Neighbours in the picture lie far apart in the polar image, whose rows it crosses; a tile of it
+// needs no more polar rows than the processor keeps at hand.
+constexpr int kTile_px = 64;
+struct Tile {
+  int first_row = 0, end_row = 0, first_column = 0, end_column = 0;
+};
+
+struct Pixel {
+  std::int32_t to = 0, from = 0;
+};
+
+// Calls use(from, to, plane) for those of `planes` that all images have.
+template <class Use>
+void for_each_plane(ResampledPlanes planes, const LabelledImage& from, LabelledImage& to, Use use) {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted != nullptr) continue;
+    if (planes == ResampledPlanes::ids && is_float_plane(plane)) continue;
+    std::visit([&](auto member) { use(from.*member, to.*member, plane); }, plane.values);
+  }
+}
 
 // Planes that are only there when asked for may be empty.
 void check_sizes(const LabelledImage& image) {
@@ -21,6 +42,52 @@ void check_sizes(const LabelledImage& image) {
     const std::size_t size = with_plane(image, plane, [](const auto& v) { return v.size(); });
     ENSONIFY_ASSERT(size == pixels || (size == 0 && plane.wanted != nullptr));
   }
+}
+
+// Adds `count` pixels outside the fan.
+void add_blank(std::size_t count, ResampledPlanes planes, LabelledImage& image) {
+  for_each_plane(planes, image, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+    using Value = typename std::decay_t<decltype(to)>::value_type;
+    to.resize(from.size() + count, blank_value<Value>(plane.blank));
+  });
+}
+
+// The pixels of a tile that lie in the fan.
+void list_pixels(const std::vector<std::int32_t>& map, int columns, const Tile& tile,
+                 std::vector<Pixel>& pixels) {
+  pixels.resize(kTile_px * kTile_px);
+  std::size_t count = 0;
+  for (int row = tile.first_row; row < tile.end_row; ++row) {
+    for (int column = tile.first_column; column < tile.end_column; ++column) {
+      const int to = row * columns + column;
+      pixels[count] = {to, map[to]};
+      count += map[to] >= 0;
+    }
+  }
+  pixels.resize(count);
+}
+
+template <class T>
+void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std::vector<T>& to) {
+  for (const Pixel& pixel : pixels) to[pixel.to] = from[pixel.from];
+}
+
+// Copies `pixels` into a blank image and leaves those of them in the list that hold an echo.
+void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
+                 ResampledPlanes planes, std::vector<Pixel>& pixels, LabelledImage& image) {
+  const auto copy = [&](bool is_level) {
+    for_each_plane(planes, polar, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
+      if ((plane.blank == PlaneBlank::no_energy) == is_level) copy_pixels(pixels, from, to);
+    });
+  };
+  copy(true);
+  std::size_t count = 0;
+  for (const Pixel pixel : pixels) {
+    pixels[count] = pixel;
+    count += holds_echo[pixel.from];
+  }
+  pixels.resize(count);
+  copy(false);
 }
 
 // Far under a pixel, far over what rounding does.
@@ -111,34 +178,44 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
   return map;
 }
 
-ENSONIFY_VECTOR_CLONES void look_up(const float* polar, const std::int32_t* map, std::size_t count,
-                                    float blank, float* to) {
-  for (std::size_t i = 0; i < count; ++i) to[i] = map[i] >= 0 ? polar[map[i]] : blank;
-}
-
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map, ResampledPlanes planes) {
   check_sizes(polar);
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;
+  for_each_plane(planes, polar, image,
+                 [&](const auto&, auto& to, const ImagePlane&) { to.reserve(map.size()); });
+  // Most pixels hold none, and a map of bytes is looked up faster than an image of floats.
+  std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
+  std::transform(polar.elevation_rad.begin(), polar.elevation_rad.end(), holds_echo.begin(),
+                 [](float elevation) { return std::uint8_t{!std::isnan(elevation)}; });
+  std::vector<Pixel> pixels;
+  for (int row = 0; row < grid.height_px; row += kTile_px) {
+    const int end_row = std::min(row + kTile_px, grid.height_px);
+    add_blank(std::size_t(end_row - row) * grid.width_px, planes, image);
+    for (int column = 0; column < grid.width_px; column += kTile_px) {
+      const Tile tile{row, end_row, column, std::min(column + kTile_px, grid.width_px)};
+      list_pixels(map, grid.width_px, tile, pixels);
+      copy_pixels(polar, holds_echo, planes, pixels, image);
+    }
+  }
+  // These have values where no echo is heard.
   for (const ImagePlane& plane : kImagePlanes) {
-    if (planes == ResampledPlanes::ids && is_float_plane(plane)) continue;
-    std::visit(
-        [&](auto member) {
-          using Value = typename std::decay_t<decltype(image.*member)>::value_type;
-          const auto& from = polar.*member;
-          if (from.empty()) return;
-          image.*member = looked_up(from, blank_value<Value>(plane.blank), grid, map);
-        },
-        plane.values);
+    if (plane.wanted == nullptr) continue;
+    const auto ids = std::get<std::vector<std::uint16_t> ImagePlanes::*>(plane.values);
+    if (!(polar.*ids).empty()) image.*ids = resample(polar.*ids, grid, map);
   }
   return image;
 }
 
 GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,
                    const std::vector<std::int32_t>& map) {
-  return {grid.height_px, grid.width_px, looked_up(polar.pixels, std::uint8_t{0}, grid, map)};
+  GreyImage grey{grid.height_px, grid.width_px, std::vector<std::uint8_t>(map.size())};
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (map[i] >= 0) grey.pixels[i] = polar.pixels[static_cast<std::size_t>(map[i])];
+  }
+  return grey;
 }
 
 std::vector<double> shown_gain_db(const GreySettings& settings, double absorption_db_m,

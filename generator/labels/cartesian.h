@@ -33,7 +33,8 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 // With `ids` the float planes of the image stay empty.
 enum class ResampledPlanes { all, ids };
 
-// Outside the fan: kNoEnergyDb, NaN angles, instance 0.
+// Outside the fan: kNoEnergyDb, NaN angles, instance 0. A polar pixel without an elevation holds no
+// label (labels/polar.h).
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map,
                        ResampledPlanes planes = ResampledPlanes::all);
