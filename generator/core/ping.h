@@ -182,7 +182,7 @@ struct OutputSelection {
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
-  bool cartesian_exr = false;  // float planes of Cartesian pictures too; needs `cartesian`
+  bool cartesian_exr = false;  // float planes of Cartesian images too; needs `cartesian`
   bool channels = false;       // what each element of an array hears
   bool packed = false;         // arrays of all pings in place of files of each
   bool statistics = false;     // of all pings of a sequence, which then are draws of one scene

@@ -37,7 +37,7 @@ Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t s
 
 // Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
 // ping, polar before Cartesian; annotations from 1 in the order of their images. Category k is
-// classes[k - 1]. Instances that are seen nowhere in a picture stand in a list of their own,
+// classes[k - 1]. Instances that are seen nowhere in an image stand in a list of their own,
 // `hidden`: readers of COCO expect masks with pixels.
 // All sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,

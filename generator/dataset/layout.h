@@ -23,7 +23,7 @@ inline constexpr char kDatasetSha256[] = "dataset.sha256";
 inline constexpr char kProvenanceJson[] = "provenance.json";
 inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kSdf[] = "sdf.vdb";                     // where it is asked for
-inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian pictures
+inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian images
 inline constexpr char kAnnotations[] = "annotations.jsonl";
 // What statistics are made from while pings are missing; in .work.
 inline constexpr char kMoments[] = "moments.bin";

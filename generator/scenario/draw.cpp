@@ -167,7 +167,7 @@ class Drawer {
     return std::min(index, count - 1);
   }
 
-  // Afterwards variant_ is that of the alternative, until whoever draws it is done.
+  // Afterwards variant_ is that of the alternative, until its caller is done.
   std::size_t pick_variant(const Node& alternatives) {
     variant_ %= variants_of_choice(alternatives);
     std::size_t index = 0;

@@ -279,7 +279,7 @@ class SequenceFolder:
 
     @cached_property
     def cartesian_map(self) -> np.ndarray:
-        """int32 [rows, columns] of the Cartesian pictures: sample * beams + beam, the index of the
+        """int32 [rows, columns] of the Cartesian images: sample * beams + beam, the index of the
         pixel's polar one in a flattened plane; -1 outside the fan."""
         return np.array(read_npy(self.map_path))
 
