@@ -84,9 +84,9 @@ class Outcome {
     if (failed_ == 0) return;
     tell("error: {} of {} failed; the reasons are in {}\n", failed_,
          counted(failed_ + done_, "run"), (options_.output / "failed").string());
-    for (const auto& [message, runs] : failures_) {
-      const std::string more = runs.second > 0 ? fmt::format(" and {} more", runs.second) : "";
-      tell("  {} (run {}{})\n", message, runs.first, more);
+    for (const auto& [message, alike] : failures_) {
+      const std::string more = alike.count > 1 ? fmt::format(" and {} more", alike.count - 1) : "";
+      tell("  {} (run {}{})\n", message, one_line(alike.first->name), more);
     }
   }
 
@@ -99,12 +99,9 @@ class Outcome {
   Status record(const SweepRun& run, const Error& error) {
     if (error.kind == ErrorKind::io && disk_is_full(run)) return named(run, error);
     ++failed_;
-    auto& [name, more] = failures_[error.message];
-    if (name.empty()) {
-      name = one_line(run.name);
-    } else {
-      ++more;
-    }
+    Alike& alike = failures_[error.message];
+    // Runs stand in one list, in the sweep's order; which one fails first depends on the threads.
+    if (alike.count++ == 0 || &run < alike.first) alike.first = &run;
     return write_failure(options_.output, {run.id, run.name, kind_name(error.kind), error.message,
                                            host_name(), time_utc()});
   }
@@ -126,8 +123,12 @@ class Outcome {
   std::optional<Error> fatal_;
   std::atomic<bool> interrupted_ = false;
   std::size_t done_ = 0, failed_ = 0;
-  // By message: the first run's name, and how many more.
-  std::map<std::string, std::pair<std::string, std::size_t>> failures_;
+  // Runs of one message.
+  struct Alike {
+    const SweepRun* first = nullptr;
+    std::size_t count = 0;
+  };
+  std::map<std::string, Alike> failures_;
 };
 
 Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken, Outcome& outcome) {
