@@ -172,7 +172,8 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {
-    return trace_fan(tracer, fan, pose, session.sonar, session.water, workers);
+    return trace_fan(moment.tracer, moment.fan, moment.sonar_in_world, moment.session.sonar,
+                     moment.session.water, workers);
   });
   std::optional<StageTimer> timer(std::in_place, workers, Stage::scatterers);
   const OtherEchoes other = other_echoes(moment, hits, workers);
