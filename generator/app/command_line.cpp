@@ -29,6 +29,7 @@ struct Arguments {
   std::string scenario, folder, pings, sequences, backend = "auto", simd = "auto";
   std::vector<std::string> sets;
   std::optional<std::string> seed, preset;
+  bool all_worlds = false;
   int threads = 0;
   BenchCommandOptions bench;
   ViewArguments views;
@@ -118,7 +119,7 @@ Status run_check(const Arguments& arguments) {
   const Result<SimdLevel> simd = simd_of(arguments);
   if (!simd) return simd.error();
   return check({std::move(*input), arguments.folder, arguments.threads,
-                backends().at(arguments.backend), *simd});
+                backends().at(arguments.backend), *simd, arguments.all_worlds});
 }
 
 // The exit status.
@@ -247,6 +248,8 @@ void add_check(CLI::App& app, Arguments& arguments) {
   add_scenario_arguments(command, arguments);
   command.add_option("-o,--output", arguments.folder,
                      "folder whose disk is meant by free disk space; the current one by default");
+  command.add_flag("--all", arguments.all_worlds,
+                   "build the world of every sequence; of up to 200 by default");
   add_numerics(command, arguments);
 }
 

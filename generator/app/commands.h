@@ -57,6 +57,7 @@ struct CheckOptions {
   int threads = 0;
   BackendChoice backend = BackendChoice::automatic;
   SimdLevel simd = best_simd_level();
+  bool all_worlds = false;  // builds the world of each sequence, not of some alone
 };
 
 struct SweepOptions : MakeOptions {

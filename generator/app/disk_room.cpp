@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "app/cost.h"
+#include "app/draw_session.h"
 #include "app/make_sequences.h"
 #include "app/memory.h"
 #include "core/moments.h"
@@ -195,6 +196,7 @@ Status room_for_work(const GenerateOptions& options, const SequenceWorlds& world
   if (rest.sequences == 0) return {};
   if (is_emptied) *free += static_cast<std::uint64_t>(bytes_in(options.output));
   MeasureJob job = job_of(worlds, work, numerics, threads);
+  job.first = worlds.first_sequence();
   job.most_pings = probes(rest.pings);
   job.most_sequences = probes(rest.sequences);
   const Result<Measured> measured = measure_pings(job, first);
@@ -213,9 +215,12 @@ namespace {
 // run will report.
 double measured_share(const Sweep& sweep, const SweepRun& run, const Numerics& numerics,
                       int threads) {
-  Result<Scenario> scenario = scenario_of(sweep.file, run.point);
-  if (!scenario) return 1;
-  Result<Session> session = prepare_session(std::move(*scenario), 0);
+  Result<Session> session =
+      drawn_session({[&](SequenceDraw draw) { return scenario_of(sweep.file, run.point, draw); },
+                     [](Scenario scenario, std::uint32_t sequence) {
+                       return prepare_session(std::move(scenario), sequence);
+                     }},
+                    0);
   if (!session) return 1;
   const auto pings = static_cast<std::uint32_t>(session->ping_times_s.size());
   const std::uint64_t sequences = session->scenario.sequences;

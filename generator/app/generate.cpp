@@ -4,13 +4,10 @@
 #include <chrono>
 #include <cstdio>
 
-#include "app/announce.h"
 #include "app/commands.h"
-#include "app/cost.h"
 #include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
-#include "app/measure.h"
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
@@ -31,14 +28,14 @@ struct Opened {
   DatasetWork work;
 };
 
-Result<Opened> open_dataset(const GenerateOptions& options, const Workers& workers) {
+Result<Opened> open_dataset(const GenerateOptions& options) {
   Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
   if (!worlds) return worlds.error();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
   FileHashes hashes;
   Result<DatasetWork> work =
-      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes, workers);
+      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes);
   if (!work) return work.error();
   return Opened{std::move(*worlds), std::move(*numerics), std::move(*work)};
 }
@@ -181,7 +178,7 @@ Status finalize_dataset(const GenerateOptions& options) {
                              options.output.string())};
   }
   const Workers workers(options.threads);
-  Result<Opened> opened = open_dataset(options, workers);
+  Result<Opened> opened = open_dataset(options);
   if (!opened) return opened.error();
   DatasetWork& work = opened->work;
   FolderUse use;
@@ -208,7 +205,7 @@ Status generate(const GenerateOptions& options) {
   expect_interrupts();
   const Clock::time_point start = Clock::now();
   const Workers workers(options.threads);
-  Result<Opened> opened = open_dataset(options, workers);
+  Result<Opened> opened = open_dataset(options);
   if (!opened) return opened.error();
   auto& [worlds, numerics, work] = *opened;
   const Session& session = worlds.first();
@@ -216,6 +213,11 @@ Status generate(const GenerateOptions& options) {
   if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
   for (auto& text : undersampled_warnings(session, worlds.first_tracer(), workers)) {
     warnings.push_back(std::move(text));
+  }
+  const auto unreadable = worlds.unreadable(options.pings, workers);
+  if (!unreadable.empty()) {
+    const auto looked_at = std::min(session.scenario.sequences, kSequencesChecked);
+    warnings.push_back(failures_text(unreadable, looked_at));
   }
   for (const std::string& text : warnings) tell("warning: {}\n", text);
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
@@ -237,90 +239,6 @@ Status generate(const GenerateOptions& options) {
   const Status made = make(options, *opened, std::move(*first), workers.threads());
   if (!made) return made;
   return end_work(options, *opened, workers.threads(), start);
-}
-
-namespace {
-
-// So many pings of a sequence are enough for a mean.
-constexpr std::uint32_t kMeasuredPerThread = 16;
-
-// Distributions, and some of the sequences as far as that goes without their worlds.
-Result<SequenceWorlds> check_sequences(const ScenarioOptions& options, const Workers& workers) {
-  Result<SequenceWorlds> worlds = SequenceWorlds::open(options);
-  if (!worlds) return worlds.error();
-  const Status checked = worlds->check_some({}, workers);
-  if (!checked) return checked.error();
-  return worlds;
-}
-
-Result<Session> first_session(const ScenarioOptions& options) {
-  const Result<std::string> text = read_scenario_text(options.scenario);
-  if (!text) return text.error();
-  const std::string label = options.scenario.string();
-  Result<Scenario> scenario =
-      parse_scenario(*text, label, options.scenario.parent_path(), options.overrides);
-  if (!scenario) return scenario.error();
-  Result<Session> session = prepare_session(std::move(*scenario), 0);
-  if (!session) return with_place(session.error(), *text, label, options.overrides);
-  return session;
-}
-
-void answer_scenario(const Session& session) {
-  answer("{}", to_yaml(session.scenario,
-                       [](const std::filesystem::path& file) { return file.string(); }));
-  answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
-         counted(session.scenario.sequences, "sequence"),
-         counted(session.ping_times_s.size(), "ping"), session.sonar.beam_count,
-         session.record.samples, ping_size(session).rays);
-  if (const auto& tiles = session.surface_tiles) {
-    answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
-           tiles->most_leaves, tiles->tiles.size());
-  }
-}
-
-}  // namespace
-
-Status check(const CheckOptions& options) {
-  const RunTime start = time_now();
-  Result<Session> loaded = first_session(options.input);
-  if (!loaded) return loaded.error();
-  const RunTime opening = time_now() - start;
-  for (const std::string& warning : loaded->world.warnings) {
-    tell("warning: {}\n", warning);
-  }
-  const Workers workers(options.threads);
-  for (const auto& text : undersampled_warnings(*loaded, Tracer(loaded->world), workers)) {
-    tell("warning: {}\n", text);
-  }
-  // With the processor time that loading the program took.
-  RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
-  // Before anything else takes memory: it looks at what the process has.
-  const Cost cost = estimate_cost(*loaded, workers.threads());
-  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
-  if (!numerics) return numerics.error();
-  std::optional<SequenceWorlds> worlds;
-  if (varies_by_sequence(loaded->scenario)) {
-    const RunTime reopening = time_now();
-    Result<SequenceWorlds> valid = check_sequences(options.input, workers);
-    if (!valid) return valid.error();
-    before_pings = before_pings + (time_now() - reopening) - opening;
-    worlds = std::move(*valid);
-  }
-  answer_scenario(*loaded);
-  const auto session = std::make_shared<const Session>(std::move(*loaded));
-  const ReadyWorld first{session, std::make_shared<const Tracer>(session->world)};
-  MeasureJob job{{0, session->scenario.sequences},
-                 {},
-                 static_cast<std::uint32_t>(session->ping_times_s.size()),
-                 worlds.has_value(),
-                 [&](std::uint32_t sequence) -> Result<ReadyWorld> {
-                   return worlds ? worlds->world(sequence) : first;
-                 },
-                 *numerics,
-                 workers.threads()};
-  job.disk = folder_there(options.output);
-  job.most_pings = kMeasuredPerThread * static_cast<std::uint32_t>(job.threads);
-  return announce_run(options, *session, cost, job, before_pings);
 }
 
 }  // namespace ensonify

@@ -102,14 +102,12 @@ Result<std::string> FileHashes::of(const fs::path& file) {
 Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& pings,
                                    const std::optional<PingRange>& sequences,
-                                   const Numerics& numerics, FileHashes& hashes,
-                                   const Workers& workers) {
+                                   const Numerics& numerics, FileHashes& hashes) {
   const Scenario& scenario = worlds.first().scenario;
   const Result<PingRange> asked = sequences_of(sequences, scenario);
   if (!asked) return asked.error();
-  Result<SequenceInfo> first = worlds.info(0, pings);
+  Result<SequenceInfo> first = worlds.info(worlds.first_sequence(), pings);
   if (!first) return first.error();
-  if (const Status valid = worlds.check_some(pings, workers); !valid) return valid.error();
   Result<std::vector<Asset>> assets = hash_assets(scenario, hashes);
   if (!assets) return assets.error();
   DatasetWork work{

@@ -37,7 +37,7 @@ class FileHashes {
 };
 
 struct DatasetWork {
-  SequenceInfo first;              // of sequence 0
+  SequenceInfo first;              // of the first sequence that can be made
   std::uint32_t sequences = 0;     // of the scenario
   PingRange asked;                 // the sequences that are to be made
   std::optional<PingRange> pings;  // of each; absent: all that it has
@@ -48,15 +48,12 @@ struct DatasetWork {
   std::uint32_t asked_count() const { return asked.second - asked.first; }
 };
 
-// `pings`, `sequences`: ranges [first, last); absent: all. Takes no more time and memory for many
-// sequences than for kSequencesChecked. Errors (usage): a range that the scenario does not have,
-// samples of one of the checked sequences that make no valid scenario; io: an input file cannot be
-// read.
+// `pings`, `sequences`: ranges [first, last); absent: all. Errors (usage): a range that the scenario
+// does not have; io: an input file cannot be read.
 Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& pings,
                                    const std::optional<PingRange>& sequences,
-                                   const Numerics& numerics, FileHashes& hashes,
-                                   const Workers& workers);
+                                   const Numerics& numerics, FileHashes& hashes);
 
 // The top level of the data set, once those asked for are made or cannot be made; others are in it
 // that are whole. Errors: those of finish_dataset; usage: there is no sequence; io: one of those

@@ -32,7 +32,7 @@ struct Run {
   const Failures& failed;  // of earlier runs
 
   void ping_done() const {
-    crew.progress.ping_done();
+    crew.progress.one_done();
     if (told) told();
   }
   // The threads that one of several pings made side by side may take.
@@ -176,7 +176,7 @@ Status open_workshop(const Run& run, std::uint32_t sequence, const Workers& work
   if (!world) return world.error();
   workshop.world = std::move(*world);
   if (!vary) workshop.shared = run.first;
-  if (vary && sequence == 0) workshop.shared = std::exchange(run.first, {});
+  if (vary && sequence == run.worlds.first_sequence()) workshop.shared = std::exchange(run.first, {});
   return {};
 }
 
@@ -196,6 +196,7 @@ Result<ReadyPipeline> start_sequence(const Run& run, std::uint32_t sequence, con
 // What is wrong with one sequence does not keep the others from being made. A file that has gone
 // meanwhile is wrong with all of them, and may come back.
 Status give_up(const Run& run, std::uint32_t sequence, const Error& error) {
+  if (error.kind == ErrorKind::final_usage) return of_sequence(sequence, error);
   if (error.kind != ErrorKind::usage) return error;
   for (const Asset& asset : run.work.assets) {
     if (::access(asset.source.c_str(), R_OK) != 0) return read_error(asset.source, errno);

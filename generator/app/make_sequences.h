@@ -105,8 +105,8 @@ PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& w
 // Several sequences are under way at once where one has too few pings to fill the threads.
 // `beside`: data sets that are made at the same time, this one counted; a ping takes fewer threads
 // then. `ping_done`, unless it is null, is called from any thread. `first`: what has been worked
-// out in the world of sequence 0. Error kinds: io, interrupted, device, bug; what is finished is
-// kept.
+// out in the world of the first sequence that can be made. Error kinds: io, interrupted, device, bug,
+// final_usage (of_sequence); what is finished is kept.
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
                       const SequenceWorlds& worlds, const DatasetWork& work, int beside = 1,
                       const std::function<void()>& ping_done = {}, SharedParts first = {});

@@ -230,13 +230,15 @@ Result<ReadyWorld> timed_world(MeasureRoom& room, std::uint32_t sequence) {
 }
 
 Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& first) {
-  const bool is_first_world = !room.job.vary || sequence == 0;
+  const bool is_first_world = !room.job.vary || sequence == room.job.first;
   SharedParts shared;
   if (is_first_world) {
     const std::lock_guard lock(room.sums.mutex);
     shared = first;
   }
   const Result<ReadyWorld> world = timed_world(room, sequence);
+  // A sequence that cannot be made takes no pings, and ends nothing.
+  if (!world && world.error().kind == ErrorKind::usage) return {};
   if (!world) return world.error();
   const Result<PingRange> pings = range_of(room.job.pings, *world->session);
   if (!pings) return pings.error();
@@ -253,10 +255,11 @@ Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& 
   return measured;
 }
 
-// The world of sequence 0 is there already: it does not show what building one takes.
+// The world of the first sequence is there already: it does not show what building one takes.
 std::vector<std::uint32_t> measured_sequences(const MeasureJob& job, int lanes) {
   const auto [first, last] = job.sequences;
-  const bool leaves_first = job.vary && job.count() > 1 && job.most_sequences > 1 && first == 0;
+  const bool leaves_first =
+      job.vary && job.count() > 1 && job.most_sequences > 1 && first == job.first;
   const std::uint32_t most = job.vary
                                  ? job.most_sequences
                                  : std::min(job.most_sequences, static_cast<std::uint32_t>(lanes));
@@ -340,6 +343,9 @@ Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first) {
     });
     if (!done) return done.error();
   }
+  if (room.sums.measured.sequences == 0) {
+    if (Status done = measure_sequence(room, job.first, first); !done) return done.error();
+  }
   return means_of(room.sums, process_core_s() - core_before_s);
 }
 
@@ -351,7 +357,7 @@ RunTime time_of(const Measured& m, const MeasureJob& job) {
   const int lanes = lanes_of(job), threads = std::max(1, job.threads / lanes);
   const double sequences = job.count(), pings = job.pings_each, all_pings = sequences * pings;
   const double world_s = job.vary ? m.world_s : 0;
-  const double known_s = job.vary && job.sequences.first == 0 ? world_s : 0;
+  const double known_s = job.vary && job.sequences.first == job.first ? world_s : 0;
   const double finish_s = (m.join_s + kSequencePasses * m.finish_s) * pings;
   const double end_s = kDatasetPasses * m.finish_s * all_pings;
   const double pings_s = m.first_ping_s + (pings - 1) * m.ping_s;

@@ -36,6 +36,7 @@ struct MeasureJob {
   std::uint32_t most_sequences = 1000;
   // Where files without a name show what writing takes, and vanish; empty: nothing is written.
   std::filesystem::path disk = {};
+  std::uint32_t first = 0;  // the sequence whose world is there already
 };
 
 // Means over what was measured. Seconds are those of one thread, while all threads work.
@@ -55,7 +56,7 @@ struct Measured {
   double sequence_bytes = 0;
 };
 
-// `first`: what is known of the world of sequence 0, or of the one that all share; what is worked
+// `first`: what is known of the world of the first sequence, or of the one that all share; what is worked
 // out there is added. Errors: those of job.world, make_pipeline and encode_ping. Throws
 // DeviceFailure.
 Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first);

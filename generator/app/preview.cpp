@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "app/commands.h"
+#include "app/draw_session.h"
 #include "app/make_dataset.h"
 #include "app/pipeline.h"
 #include "app/preview_parts.h"
@@ -68,12 +69,12 @@ std::string plain_text(const Scenario& scenario) {
   return to_yaml(scenario, [](const fs::path& file) { return file.string(); });
 }
 
-// The scenario as it is drawn for the sequence.
-Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text) {
+// The scenario as it is drawn.
+Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text,
+                             SequenceDraw draw) {
   const ScenarioOptions& input = options.input;
-  Result<Scenario> scenario =
-      parse_scenario(text, input.scenario.string(), input.scenario.parent_path(), input.overrides,
-                     options.sequence);
+  Result<Scenario> scenario = parse_scenario(
+      text, input.scenario.string(), input.scenario.parent_path(), input.overrides, draw);
   if (!scenario || options.sequence < scenario->sequences) return scenario;
   return Error{ErrorKind::usage, fmt::format("--sequence {}: the scenario has sequences 0 to {}",
                                              options.sequence, scenario->sequences - 1)};
@@ -107,18 +108,29 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
   const fs::path& file = options.input.scenario;
   const Result<std::string> text = read_scenario_text(file);
   if (!text) return text.error();
-  Result<Scenario> scenario = scenario_of(options, *text);
-  if (!scenario) return scenario.error();
-  if (watch != nullptr) {
-    std::vector<fs::path> files = input_files(*scenario);
-    files.push_back(file);
-    watch->watch(files);
-  }
   auto preview = std::make_unique<Preview>();
-  preview->scenario = std::move(*scenario);
+  const auto draw = [&](SequenceDraw of) {
+    Result<Scenario> scenario = scenario_of(options, *text, of);
+    if (!scenario) return scenario;
+    if (watch != nullptr && of.redraw == 0) {
+      std::vector<fs::path> files = input_files(*scenario);
+      files.push_back(file);
+      watch->watch(files);
+    }
+    preview->scenario = *scenario;
+    return scenario;
+  };
   Result<Session> session =
-      prepare_session(reduced_scenario(preview->scenario, options.full), options.sequence);
-  if (!session) return with_place(session.error(), *text, file.string(), options.input.overrides);
+      drawn_session({draw,
+                     [&](const Scenario& scenario, std::uint32_t sequence) {
+                       Result<Session> made =
+                           prepare_session(reduced_scenario(scenario, options.full), sequence);
+                       if (made) return made;
+                       return Result<Session>(with_place(made.error(), *text, file.string(),
+                                                         options.input.overrides));
+                     }},
+                    options.sequence);
+  if (!session) return session.error();
   preview->session = std::move(*session);
   // Nothing is waited for longer than a few pings, so that a device is not worth its start.
   Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
@@ -221,14 +233,14 @@ Status write_page(const PreviewOptions& options, Preview& preview, const fs::pat
 
 // Whether what is wrong can be put right in the scenario or a file that it names.
 bool is_of_input(const Error& error) {
-  return error.kind == ErrorKind::usage || error.kind == ErrorKind::io;
+  return exit_code(error.kind) == exit_code(ErrorKind::usage) || error.kind == ErrorKind::io;
 }
 
 // Errors of the scenario alone, before it is put together; empty: none.
 std::string scenario_faults(const PreviewOptions& options) {
   const Result<std::string> text = read_scenario_text(options.input.scenario);
   if (!text) return text.error().message;
-  const Result<Scenario> scenario = scenario_of(options, *text);
+  const Result<Scenario> scenario = scenario_of(options, *text, options.sequence);
   return scenario ? std::string() : scenario.error().message;
 }
 

@@ -4,7 +4,7 @@
 //   ReadyWorld      a session and the tracer of its world
 //   ScenarioSource  where the scenario of each sequence comes from
 //   BuiltWorld      a world that others may share
-//   SequenceWorlds  open, open_in, info, check_some, world
+//   SequenceWorlds  open, open_in, info, unreadable, session, world
 //   range_of        the pings of a sequence that are asked for
 //   of_sequence     an error with the number of its sequence
 #pragma once
@@ -18,8 +18,10 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/draw_session.h"
 #include "app/session.h"
 #include "core/parallel.h"
+#include "dataset/manifest.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -31,8 +33,8 @@ struct ReadyWorld {
 
 // Both may be called from several threads at once.
 struct ScenarioSource {
-  // As drawn for the sequence. Errors (usage).
-  std::function<Result<Scenario>(std::uint32_t, ErrorPlaces)> scenario;
+  // As drawn. Errors (usage).
+  std::function<Result<Scenario>(SequenceDraw, ErrorPlaces)> scenario;
   // An error of prepare_session, with the place of its key.
   std::function<Error(const Error&)> placed;
 };
@@ -46,38 +48,52 @@ using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
 
 class SequenceWorlds {
  public:
-  // Reads the scenario, checks its distributions and builds the world of sequence 0. Errors: those
-  // of load_scenario, check_draws and prepare_session, the last with the place of the key in the
-  // file.
+  // Reads the scenario, checks its distributions and builds the first world: that of sequence 0, or
+  // of the next one of the first kFirstTried sequences that has one. Errors: that of sequence 0,
+  // of load_scenario or drawn_session, the latter with the place of the key in the file; those of
+  // check_draws.
   static Result<SequenceWorlds> open(const ScenarioOptions& input);
+  // The same without a tracer, which trace_first makes.
+  static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input);
+  void trace_first();
   // The same in the world of sequence 0, or the error of building it, that is there already.
   static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
   // Whether each sequence has a world of its own.
   bool vary() const;
+  std::uint32_t first_sequence() const { return first_sequence_; }
   const Session& first() const { return *first_.session; }
   const Tracer& first_tracer() const { return *first_.tracer; }
 
   // What the files of a sequence say of it, as far as it is known without building its world: ids,
-  // names and classes of the instances, but nothing measured on them. `pings` absent: all that the
-  // sequence has. Errors (usage), with places: its draws do not make a valid scenario, or it has
+  // names and classes of the instances of its first draw, but nothing measured on them. `pings`
+  // absent: all that the sequence has. Errors (usage), with places: its draws do not make a valid scenario, or it has
   // fewer pings. May be called from several threads at once.
   Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
 
-  // Looks at up to kSequencesChecked sequences, evenly spread. The error is that of the first that
-  // has one, with its number.
-  Status check_some(const std::optional<PingRange>& pings, const Workers& workers) const;
+  // Of up to kSequencesChecked sequences, evenly spread, those of which info is an error.
+  std::vector<SequenceFailure> unreadable(const std::optional<PingRange>& pings,
+                                          const Workers& workers) const;
 
-  // Errors (usage), without places: its draws do not make a valid scenario, or its world cannot be
-  // built. May be called from several threads at once.
+  // Errors (usage, final_usage), without places: its draws do not make a valid scenario, or its
+  // world cannot be built. May be called from several threads at once.
+  Result<Session> session(std::uint32_t sequence) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
  private:
   explicit SequenceWorlds(ScenarioSource source) : source_(std::move(source)) {}
 
+  // prepare_session of drawn_session, with the meshes that earlier worlds read.
+  Result<Session> drawn(std::uint32_t sequence, ErrorPlaces places) const;
+
   ScenarioSource source_;
+  std::unique_ptr<MeshLibrary> meshes_ = std::make_unique<MeshLibrary>();
+  std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;
 };
+
+// Each may take kMostRedraws draws and one.
+inline constexpr std::uint32_t kFirstTried = 8;
 
 // More would keep the first ping waiting; what the others have is found when their turn comes.
 inline constexpr std::uint32_t kSequencesChecked = 64;

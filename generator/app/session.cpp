@@ -139,6 +139,12 @@ Status cut_surfaces(Session& session) {
                            leaves, kMostLeaves)};
 }
 
+void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
+  std::erase_if(scenario.objects, [&](const ObjectSpec& spec) {
+    return std::find(names.begin(), names.end(), spec.name) != names.end();
+  });
+}
+
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
                         bool is_built) {
   Session session;
@@ -149,7 +155,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
   Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);
   Result<Path> path =
-      load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, sequence));
+      load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, SequenceDraw(sequence, scenario.redraw)));
   if (std::optional<Error> error = all_errors(pulse, profile, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
   session.water.profile = std::move(*profile);
@@ -170,6 +176,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
   if (!times) return times.error();
 
+  remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
@@ -197,8 +204,8 @@ void give_back_import(const World& world) {
   }
 }
 
-Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence) {
-  Result<World> world = build_world(scenario, sequence);
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence, MeshLibrary* library) {
+  Result<World> world = build_world(scenario, sequence, library);
   if (world) give_back_import(*world);
   return prepare_in_world(std::move(scenario), sequence, std::move(world));
 }
@@ -242,6 +249,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.multipath = scenario.multipath;
   info.paths = session.bounces.paths;
   info.draws = scenario.draws;
+  info.placement = session.placement;
   info.instances = session.world.instances;
   info.classes = session.world.classes;
   if (scenario.output.selection.cartesian) {

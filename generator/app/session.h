@@ -39,13 +39,16 @@ struct Session {
   Path path;                                       // of the body
   std::vector<double> ping_times_s;                // of all pings, whatever range is run
   std::optional<SurfaceTiles> surface_tiles = {};  // of speckle: surface
+  std::optional<Placement> placement = {};         // of drawn_session alone
 };
 
 // Loads meshes, tables and paths; `sequence` keys what the world draws. Errors (usage): those of
 // load_pulse_table, build_world, load_path and ping_times, all at once; of make_bounce_plan, of a
 // sonar that leaves the water between surface and bottom, and of more scatterers on surfaces than
-// kMostLeaves in a ping.
-Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence);
+// kMostLeaves in a ping. Of objects that the world leaves out the scenario has no more either.
+// `library`: as for build_world.
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence,
+                                MeshLibrary* library = nullptr);
 
 // The same with a world, or the error of one, that build_world made of an equal scenario; equal but
 // for what worlds do not depend on (world_key, sweep_parts.h).

@@ -52,8 +52,8 @@ Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
       job.world, *scenario, [&](const Scenario& of) { return build(room.crew, of); });
   const Turn turn(room.crew.turns);
   Result<SequenceWorlds> worlds =
-      SequenceWorlds::open_in({[&](std::uint32_t sequence, ErrorPlaces places) {
-                                 return scenario_of(file, point, sequence, places);
+      SequenceWorlds::open_in({[&](SequenceDraw draw, ErrorPlaces places) {
+                                 return scenario_of(file, point, draw, places);
                                },
                                [&](const Error& error) { return with_place(error, file, point); }},
                               built);
@@ -142,9 +142,11 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   const auto tables = tables_of(room, session);
   const MemoryGate::Hold memory = hold_memory(room, session, *tables->backend, taken.beside);
   const Workers workers(1);
-  Result<DatasetWork> work =
-      settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes, workers);
+  Result<DatasetWork> work = settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes);
   if (!work) return work.error();
+  if (const auto unreadable = worlds->unreadable({}, workers); !unreadable.empty()) {
+    return of_sequence(unreadable[0].sequence, {ErrorKind::usage, unreadable[0].error});
+  }
   if (Status same = check_id(*job.run, *work); !same) return same;
   if (taken.run == 0) {
     const Turn turn(room.crew.turns);

@@ -54,19 +54,25 @@ ProgressStyle progress_style(bool quiet) {
 }
 
 std::string progress_text(std::uint64_t done, std::uint64_t total, std::uint64_t made,
-                          double seconds) {
-  std::string text = fmt::format("{}/{}", done, counted(total, "ping"));
+                          double seconds, std::string_view what) {
+  std::string text = fmt::format("{}/{}", done, counted(total, what));
   if (made == 0 || !(seconds > 0)) return text;
   const double rate = static_cast<double>(made) / seconds;
-  text += fmt::format(", {:.3g} pings/s", rate);
+  text += fmt::format(", {:.3g} {}s/s", rate, what);
   if (done < total) {
     text += fmt::format(", {} left", duration_text(static_cast<double>(total - done) / rate));
   }
   return text;
 }
 
-Progress::Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found)
-    : style_(style), total_(total), found_(found), start_(Clock::now()), shown_(start_) {
+Progress::Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found,
+                   std::string_view what)
+    : style_(style),
+      total_(total),
+      found_(found),
+      what_(what),
+      start_(Clock::now()),
+      shown_(start_) {
   if (style_ == ProgressStyle::bar) show();
 }
 
@@ -86,7 +92,7 @@ void Progress::correct_total(std::uint64_t assumed, std::uint64_t actual) {
   total_ = total_ + actual - std::min(total_, assumed);
 }
 
-void Progress::ping_done() {
+void Progress::one_done() {
   const std::lock_guard lock(mutex_);
   ++made_;
   if (style_ == ProgressStyle::quiet) return;
@@ -99,7 +105,8 @@ void Progress::show() {
   shown_ = Clock::now();
   const std::uint64_t done = found_ + made_;
   const std::string text =
-      progress_text(done, total_, made_, std::chrono::duration<double>(shown_ - start_).count());
+      progress_text(done, total_, made_,
+                    std::chrono::duration<double>(shown_ - start_).count(), what_);
   if (style_ == ProgressStyle::lines) {
     tell("{}\n", text);
     return;

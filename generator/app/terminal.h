@@ -41,20 +41,21 @@ enum class ProgressStyle { quiet, lines, bar };
 // The bar where stderr is a terminal, lines elsewhere.
 ProgressStyle progress_style(bool quiet);
 
-// "12/40 pings, 3.1 pings/s, 9 s left". `made` pings took `seconds`; `left` remain.
+// "12/40 pings, 3.1 pings/s, 9 s left". `made` of them took `seconds`.
 std::string progress_text(std::uint64_t done, std::uint64_t total, std::uint64_t made,
-                          double seconds);
+                          double seconds, std::string_view what = "ping");
 
 class Progress {
  public:
-  // `found` of `total` pings were there already.
-  Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found);
+  // `found` of `total` pings, or of `what` is counted, were there already.
+  Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found,
+           std::string_view what = "ping");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   // From any thread.
-  void ping_done();
+  void one_done();
   // More pings that were there already. From any thread.
   void pings_found(std::uint64_t pings);
   // So many of the total are in fact as many as `actual`. From any thread.
@@ -65,6 +66,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   ProgressStyle style_;
   std::uint64_t total_, found_, made_ = 0;
+  std::string what_;
   Clock::time_point start_, shown_;
   std::mutex mutex_;
   bool bar_open_ = false;

@@ -44,7 +44,7 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   const StopWatch watch;
   const Workers workers(site.threads);
   FileHashes hashes;
-  Result<DatasetWork> work = settle_dataset(worlds, plan.pings, {}, site.numerics, hashes, workers);
+  Result<DatasetWork> work = settle_dataset(worlds, plan.pings, {}, site.numerics, hashes);
   if (!work) return work.error();
   FolderUse use;
   const auto state =

@@ -11,6 +11,8 @@ int exit_code(ErrorKind kind) {
     case ErrorKind::damage:
       return 1;
     case ErrorKind::usage:
+    case ErrorKind::redraw:
+    case ErrorKind::final_usage:
       return 2;
     case ErrorKind::incomplete:
       return 3;

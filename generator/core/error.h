@@ -22,6 +22,8 @@ enum class ErrorKind {
   device,       // device or memory not to be had
   interrupted,  // asked to stop; what is finished is kept
   incomplete,   // some parts of the work cannot be made; all others are done
+  redraw,       // a world as it was drawn cannot be built; another draw may do
+  final_usage,  // usage that ends the whole run, where usage costs one sequence
 };
 
 struct Error {

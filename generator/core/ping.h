@@ -6,8 +6,8 @@
 //   GreySettings  OutputSelection          how and what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  SequenceInfo   what the pings of a sequence
-//   share
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  SequenceInfo   what the pings of a
+//   sequence share
 #pragma once
 
 #include <array>
@@ -200,6 +200,19 @@ struct DrawnValue {
   friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
 };
 
+// What placing objects at random made of a sequence. Sampling again keeps the sequences with few or
+// small objects: the counts tell by how much.
+struct PlacedClass {
+  std::string class_name;
+  std::uint64_t first = 0;  // objects of the first draw that were to be placed
+  std::uint64_t kept = 0;   // ... of the draw that was kept, without those left out
+};
+struct Placement {
+  std::uint32_t redraws = 0;  // before the draw that was kept
+  std::vector<PlacedClass> classes;
+  std::vector<std::string> left_out;  // names of objects
+};
+
 struct SequenceInfo {
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
@@ -220,6 +233,7 @@ struct SequenceInfo {
   std::optional<Multipath> multipath = {};
   std::vector<SoundPath> paths = {};  // of scatterers, by id
   std::vector<DrawnValue> draws;
+  std::optional<Placement> placement = {};  // absent: nothing is placed at random
   std::vector<Instance> instances;
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for

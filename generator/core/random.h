@@ -2,6 +2,7 @@
 // depends on the order of calls or on threads.
 //
 //   Stream          what a draw is for
+//   SequenceDraw    a sequence may be drawn several times
 //   stream_key      64-bit key from (seed, stream, sequence)
 //   name_key        64-bit key from a name
 //   philox4x32_10   the generator
@@ -66,6 +67,19 @@ ENSONIFY_HD inline std::uint64_t stream_key(std::uint64_t seed, Stream stream,
                                             std::uint32_t sequence) {
   const auto word = (std::uint64_t{static_cast<std::uint32_t>(stream)} << 32) | sequence;
   return mix64(mix64(seed) ^ mix64(~word));
+}
+
+// A draw of a sequence's world: redraw 0 is the first, and the next is made where the objects of one
+// find no place.
+struct SequenceDraw {
+  constexpr SequenceDraw(std::uint32_t sequence_number = 0, std::uint32_t redraw_number = 0)
+      : sequence(sequence_number), redraw(redraw_number) {}
+  std::uint32_t sequence, redraw;
+};
+
+inline std::uint64_t stream_key(std::uint64_t seed, Stream stream, SequenceDraw draw) {
+  const std::uint64_t key = stream_key(seed, stream, draw.sequence);
+  return draw.redraw == 0 ? key : mix64(key ^ mix64(draw.redraw));
 }
 
 // FNV-1a over the bytes, mixed.

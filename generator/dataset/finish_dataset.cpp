@@ -55,7 +55,8 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
 }
 
 Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
-                                    const DatasetInfo& info) {
+                                    const DatasetInfo& info,
+                                    std::optional<PlacementTotals>& totals) {
   const std::string relative = layout::in_sequence(sequence, layout::kSequenceJson);
   const auto unfinished = [&] {
     return Error{ErrorKind::usage,
@@ -72,6 +73,10 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
   const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
   if (own.classes != info.classes || split == std::end(kSplits)) {
     return damaged(dir / relative, "has other classes than the data set, or an unknown split");
+  }
+  if (own.placement) {
+    if (!totals) totals.emplace();
+    add(*own.placement, *totals);
   }
   return SequenceEntry{sequence,        own.first_ping, own.last_ping,
                        own.seed,        own.split,      manifest->bytes + *own_bytes,
@@ -145,8 +150,8 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
                             const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1, info.identity, info.classes, 0, std::move(sequences), info.failed,
-                           {}};
+  DatasetManifest manifest{1,  info.identity, info.classes, 0, std::move(sequences), {},
+                           info.failed, {}};
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;
@@ -223,8 +228,9 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
     return std::move(*newer);
   }
   std::vector<SequenceEntry> sequences;
+  std::optional<PlacementTotals> placement;
   for (const std::uint32_t sequence : info.sequences) {
-    auto entry = read_sequence(dir, sequence, info);
+    auto entry = read_sequence(dir, sequence, info, placement);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
     // Those of a finishing that was cut off.
@@ -239,6 +245,7 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
   if (!entries) return entries.error();
   if (const Status written = write_provenance(dir, info); !written) return written.error();
   DatasetManifest manifest = manifest_of(info, std::move(sequences), *entries);
+  manifest.placement = std::move(placement);
   if (const Status sealed = seal(dir, manifest, *entries); !sealed) return sealed.error();
   remove_own_work(dir, info);
   return manifest;

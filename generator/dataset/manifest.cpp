@@ -120,6 +120,14 @@ void read_layers(MemberReader& io, SequenceInfo& info) {
   });
 }
 
+template <class Io, class Value>
+void placement_members(Io& io, Value& placement) {
+  io("redraws", placement.redraws);
+  io.list("classes", placement.classes,
+          [](Io& item, auto& placed) { placed_class_members(item, placed); });
+  io("left_out", placement.left_out);
+}
+
 // Numbers as numbers, everything else as it stands in YAML.
 Json draws_json(const std::vector<DrawnValue>& draws) {
   Json json = Json::object();
@@ -180,6 +188,8 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
               [](MemberWriter& g, auto& grid) { cartesian_members(g, grid); });
   io.optional("sdf", info.sdf, [](MemberWriter& g, auto& sdf) { sdf_members(g, sdf); });
   io.said("draws", draws_json(info.draws));
+  io.maybe("placement", info.placement,
+           [](MemberWriter& g, auto& placement) { placement_members(g, placement); });
   instance_members(io, info);
   io.said("axes", axes_json(info.output));
   io.said("pack", info.output.packed ? "sequence" : "ping");
@@ -212,6 +222,8 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   info.output.cartesian = info.cartesian.has_value();
   io.optional("sdf", info.sdf, [](MemberReader& g, auto& sdf) { sdf_members(g, sdf); });
   read_draws(io, info);
+  io.maybe("placement", info.placement,
+           [](MemberReader& g, auto& placement) { placement_members(g, placement); });
   instance_members(io, info);
   info.output.packed = text_at(head, "pack") == "sequence";
   io.group("arrays", [&](MemberReader& arrays) {

@@ -52,13 +52,24 @@ struct SequenceFailure {
   std::string error;  // without places, the same on every machine
 };
 
+// Sums over the sequences of a data set in which objects are placed at random.
+struct PlacementTotals {
+  std::uint64_t sequences = 0;
+  std::uint64_t redrawn = 0;  // of the sequences
+  std::uint64_t redraws = 0;
+  std::uint64_t left_out = 0;         // objects
+  std::vector<PlacedClass> classes;  // sorted by name
+};
+void add(const Placement& placement, PlacementTotals& totals);
+
 struct DatasetManifest {
   std::uint64_t version = 0;
   WorkIdentity identity;             // but for its pings
   std::vector<std::string> classes;  // class id k is classes[k - 1]
   std::uint64_t bytes = 0;           // of all files that manifests list
   std::vector<SequenceEntry> sequences;
-  std::vector<SequenceFailure> failed;  // by number
+  std::optional<PlacementTotals> placement = {};  // absent: nothing is placed at random
+  std::vector<SequenceFailure> failed;            // by number
   std::string fault;                    // as above
 };
 

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <utility>
 
 #include "dataset/json_members.h"
 #include "dataset/manifest_json.h"
+#include "dataset/manifest_members.h"
 
 namespace ensonify {
 namespace {
@@ -47,6 +49,14 @@ void dataset_members(Io& io, Value& manifest) {
     item("bytes", entry.bytes);
     item("sha256", entry.sha256);
   });
+  io.maybe("placement", manifest.placement, [](Io& group, auto& totals) {
+    group("sequences", totals.sequences);
+    group("redrawn", totals.redrawn);
+    group("redraws", totals.redraws);
+    group("left_out", totals.left_out);
+    group.list("classes", totals.classes,
+               [](Io& item, auto& placed) { placed_class_members(item, placed); });
+  });
   if (Io::kWrites && manifest.failed.empty()) return;
   io.list("failed", manifest.failed, [](Io& item, auto& failure) {
     item("sequence", failure.sequence);
@@ -55,6 +65,25 @@ void dataset_members(Io& io, Value& manifest) {
 }
 
 }  // namespace
+
+void add(const Placement& placement, PlacementTotals& totals) {
+  ++totals.sequences;
+  totals.redrawn += placement.redraws > 0;
+  totals.redraws += placement.redraws;
+  totals.left_out += placement.left_out.size();
+  for (const PlacedClass& placed : placement.classes) {
+    auto& classes = totals.classes;
+    auto at = std::lower_bound(classes.begin(), classes.end(), placed.class_name,
+                               [](const PlacedClass& of, const std::string& name) {
+                                 return of.class_name < name;
+                               });
+    if (at == classes.end() || at->class_name != placed.class_name) {
+      at = classes.insert(at, {placed.class_name, 0, 0});
+    }
+    at->first += placed.first;
+    at->kept += placed.kept;
+  }
+}
 
 Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>& files) {
   Json json = Json::object();

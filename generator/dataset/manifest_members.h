@@ -3,6 +3,7 @@
 // Private to dataset/.
 //
 //   sonar_members  instance_members   in the order of the file, for a writer and for a reader
+//   placed_class_members
 //   model_json                        the beam model, or that of an element-level array
 //   axes_json                         rows and columns, units and frames
 //   grey_formula                      how grey images are made of levels
@@ -22,6 +23,14 @@ void sonar_members(MemberReader& io, SequenceInfo& info);
 // `classes` and `instances`.
 void instance_members(MemberWriter& io, const SequenceInfo& info);
 void instance_members(MemberReader& io, SequenceInfo& info);
+
+// Of a Placement and of PlacementTotals.
+template <class Io, class Value>
+void placed_class_members(Io& io, Value& placed) {
+  io("class", placed.class_name);
+  io("first", placed.first);
+  io("kept", placed.kept);
+}
 
 Json model_json(const SequenceInfo& info);
 Json axes_json(const OutputSelection& output);

@@ -354,9 +354,9 @@ void draw_tree(Node& root, Drawer& drawer) {
 
 }  // namespace
 
-void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
+void draw_values(Node& root, std::uint64_t seed, SequenceDraw draw, Faults& faults,
                  std::vector<Place>& wrong, std::vector<DrawnValue>& draws) {
-  Drawer drawer(stream_key(seed, Stream::world, sequence), nullptr, faults, wrong, draws);
+  Drawer drawer(stream_key(seed, Stream::world, draw), nullptr, faults, wrong, draws);
   draw_tree(root, drawer);
   std::sort(draws.begin(), draws.end(),
             [](const DrawnValue& a, const DrawnValue& b) { return a.path < b.path; });

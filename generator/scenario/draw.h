@@ -24,6 +24,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/random.h"
 #include "scenario/faults.h"
 #include "scenario/field_reader.h"
 #include "scenario/field_writer.h"
@@ -40,7 +41,7 @@ bool has_counts(std::string_view section, const Node& node);
 
 // Replaces every distribution below the top level's keys. One that is wrong stays as it is; its
 // places are added to `wrong`, so that what is said about it later can be left out.
-void draw_values(Node& root, std::uint64_t seed, std::uint32_t sequence, Faults& faults,
+void draw_values(Node& root, std::uint64_t seed, SequenceDraw draw, Faults& faults,
                  std::vector<Place>& wrong, std::vector<DrawnValue>& draws);
 
 // Every number at one end of what its distribution can give (of a normal: 3 standard deviations

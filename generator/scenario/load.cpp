@@ -126,7 +126,7 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario) {
 
 std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
-                                            std::uint32_t sequence) {
+                                            SequenceDraw draw) {
   const InputFolder input{folder, faults};
   const Value root{&tree, tree.place, ""};
   auto sections = keep_drawn_sections(tree, input);
@@ -138,7 +138,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   read_seed(told_later, root, "seed", seed);
   std::vector<Place> wrong;
   std::vector<DrawnValue> draws;
-  draw_values(tree, seed, sequence, faults, wrong, draws);
+  draw_values(tree, seed, draw, faults, wrong, draws);
   const std::size_t before = faults.list.size();
   Scenario scenario = read_scenario(input, root, label);
   check_layer_targets(faults, root, targets);
@@ -146,6 +146,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   if (!faults.empty()) return std::nullopt;
   scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                             [](const ObjectSpec& o) { return o.place; });
+  scenario.redraw = draw.redraw;
   scenario.draws = std::move(draws);
   scenario.class_names = std::move(classes);
   scenario.drawn_sections = std::move(sections);
@@ -155,14 +156,14 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
 
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides, std::uint32_t sequence,
+                                const std::vector<Override>& overrides, SequenceDraw draw,
                                 const ReadLimits& limits, ErrorPlaces places) {
   Faults faults;
   faults.limits = limits;
   std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
   if (!tree) return to_error(faults, places);
   apply_overrides(*tree, overrides, faults);
-  auto scenario = parse_scenario_tree(std::move(*tree), label, folder, faults, sequence);
+  auto scenario = parse_scenario_tree(std::move(*tree), label, folder, faults, draw);
   if (!scenario) return to_error(faults, places);
   return std::move(*scenario);
 }
@@ -227,10 +228,10 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file, std::s
 }
 
 Result<Scenario> load_scenario(const std::filesystem::path& file,
-                               const std::vector<Override>& overrides, std::uint32_t sequence) {
+                               const std::vector<Override>& overrides, SequenceDraw draw) {
   const Result<std::string> text = read_scenario_text(file);
   if (!text) return text.error();
-  return parse_scenario(*text, file.string(), file.parent_path(), overrides, sequence);
+  return parse_scenario(*text, file.string(), file.parent_path(), overrides, draw);
 }
 
 Error with_place(const Error& error, const std::string& text, const std::string& label,

@@ -140,6 +140,20 @@ static void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view 
   }
 }
 
+const char* name_of(PlaceFailure failure) {
+  switch (failure) {
+    case PlaceFailure::redraw:
+      return "redraw";
+    case PlaceFailure::skip_object:
+      return "skip_object";
+    case PlaceFailure::skip_sequence:
+      return "skip_sequence";
+    case PlaceFailure::error:
+      return "error";
+  }
+  return "";
+}
+
 void fields(Fields& f, PoseSpec& pose) {
   f.numbers({"position_m", "Position", "[x, y, z]: x east, y north, z up"}, pose.position_m,
             kPosition);
@@ -167,6 +181,12 @@ void fields(Fields& f, PlaceSpec& place) {
                  place.along_surface, {{"up", false}, {"surface", true}});
   rotation_fields(f, place.rotation,
                   "[roll, pitch, yaw] of the object before it is turned and aligned");
+  f.choice<PlaceFailure>(
+      {"on_failure", "Where there is no room",
+       "What happens where no free place is found: redraw: everything that is sampled for the "
+       "sequence is sampled again; skip_object: the sequence has no such object; skip_sequence: the "
+       "data set has no such sequence; error: the run ends"},
+      place.on_failure, words_to(PlaceFailure::error));
 }
 
 void fields(Fields& f, ObjectSpec& object) {

@@ -1,7 +1,7 @@
 // Where things stand and how they move, as scenarios give it.
 //
 //   PoseSpec        position and rotation
-//   PlaceSpec       somewhere on an object, left to be placed
+//   PlaceSpec  PlaceFailure   somewhere on an object, left to be placed
 //   TrajectorySpec  poses, a file, or one of the ways below; wave motion; when the pings go out
 #pragma once
 
@@ -80,6 +80,10 @@ struct TrajectorySpec {
   std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };
 
+// What becomes of a sequence in which an object finds no free place.
+enum class PlaceFailure { redraw, skip_object, skip_sequence, error };
+const char* name_of(PlaceFailure failure);
+
 // Somewhere in an area, standing on an object. `on` and `area_m` must be given.
 struct PlaceSpec {
   std::string on;                                 // name of an object
@@ -89,6 +93,7 @@ struct PlaceSpec {
   bool any_yaw = true;         // turned by a drawn angle; else as `rotation` says
   bool along_surface = false;  // its z along the ground's normal; else up
   RotationSpec rotation = std::array<double, 3>{};  // before it is turned and aligned
+  PlaceFailure on_failure = PlaceFailure::redraw;
 };
 
 }  // namespace ensonify

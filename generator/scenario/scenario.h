@@ -22,6 +22,7 @@
 
 #include "core/error.h"
 #include "core/ping.h"
+#include "core/random.h"
 #include "core/sonar.h"
 #include "core/surface.h"
 #include "core/vec.h"
@@ -241,6 +242,7 @@ struct Scenario {
   // sequences.
   std::vector<std::string> class_names;
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
+  std::uint32_t redraw = 0;       // of the SequenceDraw that it was drawn for
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
   std::vector<std::string> notices;  // nothing wrong, to be told: files from outside its folder
@@ -256,10 +258,10 @@ struct Override {
 // Errors (usage): one line a fault, `file:line:column: key.path: what is wrong, what is accepted`,
 // all faults of the file at once; also where a named input file does not exist. A scenario file
 // that exists and cannot be opened or read is an error of reading (io).
-// Distributions are drawn for `sequence` (keyed by the seed), counts expanded.
+// Distributions are drawn for `draw` (keyed by the seed), counts expanded.
 Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {},
-                               std::uint32_t sequence = 0);
+                               SequenceDraw draw = {});
 
 // An error about a value that only shows once files, sizes and poses are put together, `key.path:
 // ...`, with the place of that key in the text before it, or of what stands around it there. As it
@@ -276,7 +278,7 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file,
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides = {},
-                                std::uint32_t sequence = 0, const ReadLimits& limits = {},
+                                SequenceDraw draw = {}, const ReadLimits& limits = {},
                                 ErrorPlaces places = ErrorPlaces::shown);
 
 // Whether what distributions can give at their extremes (draw_extremes), and every alternative, is
@@ -292,7 +294,7 @@ Status check_draws(const std::string& text, const std::string& label,
 struct Node;
 std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
-                                            std::uint32_t sequence = 0);
+                                            SequenceDraw draw = {});
 // The same step of check_draws.
 void check_draws(const Node& tree, const std::string& label, const std::filesystem::path& folder,
                  Faults& faults);

@@ -187,11 +187,11 @@ Plan plan_of(const Sweep& sweep) {
   return plan;
 }
 
-Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence,
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point, SequenceDraw draw,
                              ErrorPlaces places) {
   Faults faults = faults_of(file);
   auto scenario = parse_scenario_tree(tree_of(file, point, faults), file.sources[1],
-                                      file.base.parent_path(), faults, sequence);
+                                      file.base.parent_path(), faults, draw);
   if (!scenario) return to_error(faults, places);
   return std::move(*scenario);
 }

@@ -55,7 +55,7 @@ Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers&
 Plan plan_of(const Sweep& sweep);
 
 // As drawn for one of its sequences. Errors: as expand_sweep, of this run.
-Result<Scenario> scenario_of(const SweepFile& file, const Point& point, std::uint32_t sequence = 0,
+Result<Scenario> scenario_of(const SweepFile& file, const Point& point, SequenceDraw draw = {},
                              ErrorPlaces places = ErrorPlaces::shown);
 
 // An error that only shows once a world is there, each line `key.path: ...`, with the place of that

@@ -282,8 +282,8 @@ bool run_is_done(const fs::path& dir, const std::string& id) {
 }
 
 std::string kind_name(ErrorKind kind) {
-  constexpr const char* kNames[] = {"bug",    "damage",      "usage",     "io",
-                                    "device", "interrupted", "incomplete"};
+  constexpr const char* kNames[] = {"bug",         "damage",     "usage", "io",   "device",
+                                    "interrupted", "incomplete", "usage", "usage"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -19,7 +19,12 @@ namespace ensonify {
 namespace {
 
 using MeshKey = std::tuple<std::string, double, bool, bool>;
-using MeshCache = std::map<MeshKey, std::shared_ptr<const Mesh>>;
+
+// Of one world, which tells the warnings of a mesh once.
+struct MeshCache {
+  MeshLibrary* library = nullptr;  // of files, for this world and others; null: there is none
+  std::map<MeshKey, std::shared_ptr<const Mesh>> meshes = {};
+};
 
 // Everything that is wrong with the input files, one line a fault, each behind its key.
 struct WorldFaults {
@@ -38,18 +43,33 @@ struct WorldFaults {
 Normals normals_of(bool smooth) { return smooth ? Normals::smooth : Normals::face; }
 
 // The mesh of that key, loaded by load() where it is not there. `warnings`: of a mesh that was not
-// read before.
+// met before.
 template <class Load>
-Result<Shape> mesh_shape(const MeshKey& key, MeshCache& meshes, std::vector<std::string>& warnings,
+Result<Shape> mesh_shape(const MeshKey& key, MeshCache& cache, std::vector<std::string>& warnings,
                          Load load) {
-  std::shared_ptr<const Mesh>& cached = meshes[key];
+  std::shared_ptr<const Mesh>& cached = cache.meshes[key];
   if (!cached) {
-    Result<Mesh> loaded = load();
-    if (!loaded) return loaded.error();
-    cached = std::make_shared<const Mesh>(std::move(*loaded));
+    Result<std::shared_ptr<const Mesh>> mesh = load();
+    if (!mesh) return mesh.error();
+    cached = std::move(*mesh);
     warnings = cached->warnings;
   }
   return Shape(MeshShape{cached});
+}
+
+Result<std::shared_ptr<const Mesh>> shared(Result<Mesh> mesh) {
+  if (!mesh) return mesh.error();
+  return std::make_shared<const Mesh>(std::move(*mesh));
+}
+
+template <class Load>
+Result<Shape> file_shape(const MeshKey& key, MeshCache& cache, std::vector<std::string>& warnings,
+                         Load load) {
+  return mesh_shape(key, cache, warnings, [&]() -> Result<std::shared_ptr<const Mesh>> {
+    if (cache.library == nullptr) return shared(load());
+    const auto& [file, scale, smooth, colored] = key;
+    return cache.library->mesh(fmt::format("{}\n{:a} {} {}", file, scale, smooth, colored), load);
+  });
 }
 
 Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
@@ -67,7 +87,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   if (const auto* mesh = std::get_if<MeshSpec>(&spec)) {
     const MeshKey key{mesh->file.string(), mesh->scale, mesh->smooth_normals,
                       mesh->vertex_reflectivity};
-    return mesh_shape(key, meshes, warnings, [&] {
+    return file_shape(key, meshes, warnings, [&] {
       return load_mesh(
           mesh->file, mesh->scale, normals_of(mesh->smooth_normals),
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
@@ -76,7 +96,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
     // A mesh file does not end in .vdb; no name of a grid holds a line feed.
     const MeshKey key{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false};
-    return mesh_shape(key, meshes, warnings, [&] {
+    return file_shape(key, meshes, warnings, [&] {
       return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
     });
   }
@@ -84,7 +104,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
     // No file is called so: mesh files have an ending.
     const MeshKey key{std::string(word_of(model->kind)), model->size_m, false, false};
     return mesh_shape(key, meshes, warnings,
-                      [&]() -> Result<Mesh> { return model_mesh(model->kind, model->size_m); });
+                      [&] { return shared(model_mesh(model->kind, model->size_m)); });
   }
   return Shape(PlaneShape{});
 }
@@ -153,10 +173,10 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
 }
 
 // Moves with a wave motion of its own, keyed by its name: objects added beside it change nothing.
-void set_path(const Scenario& scenario, const ObjectSpec& spec, std::uint32_t sequence,
+void set_path(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw draw,
               const std::string& key, WorldObject& object, WorldFaults& faults) {
   if (!spec.trajectory) return;
-  const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, sequence);
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, draw);
   Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
   if (!path) {
     faults.add(key + ".trajectory.file", path.error());
@@ -200,10 +220,10 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
   if (parts.materials.empty()) parts = {};
 }
 
-void add_objects(const Scenario& scenario, std::uint32_t sequence,
-                 const std::map<std::string, Material>& materials, World& world,
-                 WorldFaults& faults) {
-  MeshCache meshes;
+void add_objects(const Scenario& scenario, SequenceDraw draw,
+                 const std::map<std::string, Material>& materials, MeshLibrary* library,
+                 World& world, WorldFaults& faults) {
+  MeshCache meshes{library};
   TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
@@ -213,7 +233,7 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
         field == nullptr
             ? shape_of(spec.shape, meshes, warnings)
             : Shape(MeshShape{
-                  terrain_of(*field, terrain_key(scenario.seed, sequence, spec.name),
+                  terrain_of(*field, terrain_key(scenario.seed, draw, spec.name),
                              fmt::format("objects.{}.shape.heightfield", i), terrains, faults),
                   true});
     for (const std::string& warning : warnings) {
@@ -235,18 +255,18 @@ void add_objects(const Scenario& scenario, std::uint32_t sequence,
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
     WorldObject& object = world.objects.back();
-    set_path(scenario, spec, sequence, fmt::format("objects.{}", i), object, faults);
+    set_path(scenario, spec, draw, fmt::format("objects.{}", i), object, faults);
     if (mesh == nullptr) continue;
     set_parts(*mesh, *std::get<MeshShape>(object.shape).mesh, materials,
               fmt::format("objects.{}.shape.mesh.parts", i), object, instance, faults);
   }
 }
 
-std::vector<VolumeParts> load_volumes(const Scenario& scenario, std::uint32_t sequence,
+std::vector<VolumeParts> load_volumes(const Scenario& scenario, SequenceDraw draw,
                                       WorldFaults& faults) {
   std::vector<VolumeParts> volumes;
   DensityCache cache;
-  const std::uint64_t stream = stream_key(scenario.seed, Stream::bubbles, sequence);
+  const std::uint64_t stream = stream_key(scenario.seed, Stream::bubbles, draw);
   for (std::size_t i = 0; i < scenario.volumes.size(); ++i) {
     const VolumeSpec& spec = scenario.volumes[i];
     Result<VolumeParts> parts = make_volume(spec, mix64(stream ^ name_key(spec.name)), cache);
@@ -293,18 +313,35 @@ World empty_world(const Scenario& scenario) {
   return world;
 }
 
-Result<World> build_world(const Scenario& scenario, std::uint32_t sequence) {
+Result<std::shared_ptr<const Mesh>> MeshLibrary::mesh(const std::string& key,
+                                                      const std::function<Result<Mesh>()>& load) {
+  // Scales that are drawn come but once: those that no world has any more make room.
+  constexpr std::size_t kKept = 64;
+  const std::lock_guard lock(mutex_);
+  const auto found = meshes_.find(key);
+  if (found != meshes_.end()) return found->second;
+  Result<std::shared_ptr<const Mesh>> mesh = shared(load());
+  if (!mesh) return mesh.error();
+  if (meshes_.size() >= kKept) {
+    std::erase_if(meshes_, [](const auto& entry) { return entry.second.use_count() == 1; });
+  }
+  meshes_.emplace(key, *mesh);
+  return mesh;
+}
+
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, MeshLibrary* library) {
+  const SequenceDraw draw(sequence, scenario.redraw);
   World world;
   world.classes = scenario.class_names;
   world.warnings = scenario.notices;
   WorldFaults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
-  add_objects(scenario, sequence, materials, world, faults);
-  std::vector<VolumeParts> volumes = load_volumes(scenario, sequence, faults);
+  add_objects(scenario, draw, materials, library, world, faults);
+  std::vector<VolumeParts> volumes = load_volumes(scenario, draw, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
-  if (Status placed = place_objects(scenario, sequence, world); !placed) return placed.error();
+  if (Status placed = place_objects(scenario, draw, world); !placed) return placed.error();
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -164,6 +165,11 @@ Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, cons
   return {pose, nullptr};
 }
 
+ErrorKind kind_of(PlaceFailure failure) {
+  if (failure == PlaceFailure::redraw) return ErrorKind::redraw;
+  return failure == PlaceFailure::error ? ErrorKind::final_usage : ErrorKind::usage;
+}
+
 struct Tally {
   std::uint32_t without_ground = 0;
   std::map<std::string, std::uint32_t> in_the_way;
@@ -181,11 +187,17 @@ Error no_room(std::size_t index, const Body& body, const Tally& tally) {
   if (all > 0) {
     why += fmt::format(", {} times too near to another object, most often {}", all, most);
   }
-  return {ErrorKind::usage,
+  return {kind_of(body.spec.place->on_failure),
           fmt::format("objects.{}.place: no free place for {} in {} draws: {}; accepted is an "
                       "area_m with room for it on {}: make it larger, or clearance_m or the number "
                       "of objects smaller",
                       index, body.spec.name, kAttempts, why, body.spec.place->on)};
+}
+
+Error no_ground(std::size_t index, const ObjectSpec& spec) {
+  return {kind_of(spec.place->on_failure),
+          fmt::format("objects.{}.place: {} was to stand on {}, for which there is no free place",
+                      index, spec.name, spec.place->on)};
 }
 
 // Grounds and what is taken, while objects are being placed.
@@ -203,8 +215,9 @@ class Site {
   Status place(std::size_t index, std::uint64_t key) {
     const ObjectSpec& spec = scenario_.objects[index];
     WorldObject& object = *by_name_.at(spec.name);
+    if (left_out_.contains(spec.place->on)) return no_ground(index, spec);
     if (std::holds_alternative<PlaneShape>(object.shape)) {
-      return Error{ErrorKind::usage,
+      return Error{ErrorKind::final_usage,
                    fmt::format("objects.{}.place: {} is a plane without end and cannot be placed, "
                                "accepted is a pose",
                                index, spec.name)};
@@ -229,6 +242,8 @@ class Site {
     }
     return no_room(index, body, tally);
   }
+
+  void leave_out(const ObjectSpec& spec) { left_out_.insert(spec.name); }
 
  private:
   void take(const ObjectSpec& spec) {
@@ -256,20 +271,48 @@ class Site {
   std::map<std::string, WorldObject*> by_name_;
   std::map<std::string, std::unique_ptr<Ground>> grounds_;
   std::vector<Taken> taken_;
+  std::set<std::string> left_out_;
 };
+
+// The ids of the others close up.
+void remove_left_out(World& world) {
+  const auto is_left_out = [&](const std::string& name) {
+    return std::find(world.left_out.begin(), world.left_out.end(), name) != world.left_out.end();
+  };
+  std::erase_if(world.objects, [&](const WorldObject& object) {
+    return is_left_out(world.instances[object.instance - 1].name);
+  });
+  std::vector<std::uint16_t> new_id(world.instances.size() + 1);
+  std::uint16_t next = 0;
+  for (Instance& instance : world.instances) {
+    if (is_left_out(instance.name)) continue;
+    new_id[instance.id] = ++next;
+    instance.id = next;
+  }
+  std::erase_if(world.instances,
+                [&](const Instance& instance) { return is_left_out(instance.name); });
+  for (WorldObject& object : world.objects) object.instance = new_id[object.instance];
+}
 
 }  // namespace
 
-Status place_objects(const Scenario& scenario, std::uint32_t sequence, World& world) {
+Status place_objects(const Scenario& scenario, SequenceDraw draw, World& world) {
   const bool any = std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                [](const ObjectSpec& spec) { return spec.place.has_value(); });
   if (!any) return {};
-  const std::uint64_t key = stream_key(scenario.seed, Stream::place, sequence);
+  const std::uint64_t key = stream_key(scenario.seed, Stream::place, draw);
   Site site(scenario, world);
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
-    if (!scenario.objects[i].place) continue;
-    if (Status placed = site.place(i, key); !placed) return placed;
+    const ObjectSpec& spec = scenario.objects[i];
+    if (!spec.place) continue;
+    Status placed = site.place(i, key);
+    if (placed) continue;
+    const bool may_go = placed.error().kind != ErrorKind::final_usage;
+    if (!may_go || spec.place->on_failure != PlaceFailure::skip_object) return placed;
+    site.leave_out(spec);
+    world.left_out.push_back(spec.name);
   }
+  if (!world.left_out.empty()) remove_left_out(world);
   return {};
 }
 

@@ -4,17 +4,18 @@
 //   place_objects   sets their poses
 #pragma once
 
-#include <cstdint>
-
 #include "core/error.h"
+#include "core/random.h"
 #include "scenario/scenario.h"
 #include "world/world.h"
 
 namespace ensonify {
 
-// In the order of the scenario, each drawn again until it stands free, keyed by seed, sequence and
-// name. `world.objects` has every object of the scenario, with its shape.
-// Errors (usage): no free place found, with the object's name and what to change.
-Status place_objects(const Scenario& scenario, std::uint32_t sequence, World& world);
+// In the order of the scenario, each drawn again until it stands free, keyed by seed, draw and name.
+// `world.objects` has every object of the scenario, with its shape. Objects whose place.on_failure
+// is skip_object and for which there is no room go from the world into `world.left_out`.
+// Errors: no free place found, with the object's name and what to change; their kind is redraw,
+// usage or final_usage as on_failure says. Error (final_usage): a plane cannot be placed.
+Status place_objects(const Scenario& scenario, SequenceDraw draw, World& world);
 
 }  // namespace ensonify

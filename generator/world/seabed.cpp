@@ -140,8 +140,8 @@ void add_ripples(const RippleSpec& ripple, std::uint64_t key, std::uint64_t numb
 
 }  // namespace
 
-std::uint64_t terrain_key(std::uint64_t seed, std::uint32_t sequence, std::string_view object) {
-  return mix64(stream_key(seed, Stream::terrain, sequence) ^ name_key(object));
+std::uint64_t terrain_key(std::uint64_t seed, SequenceDraw draw, std::string_view object) {
+  return mix64(stream_key(seed, Stream::terrain, draw) ^ name_key(object));
 }
 
 double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad_m) {

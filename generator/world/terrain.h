@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "scenario/terrain_spec.h"
 #include "world/mesh.h"
 
@@ -41,7 +42,7 @@ inline double row_y_m(const HeightGrid& grid, int row) {
 Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double cell_m, double scale,
                                     double offset_m);
 
-std::uint64_t terrain_key(std::uint64_t seed, std::uint32_t sequence, std::string_view object);
+std::uint64_t terrain_key(std::uint64_t seed, SequenceDraw draw, std::string_view object);
 
 // W2(K) in m^4, over all wave vectors (two-sided): its integral over the plane is rms^2.
 //   W2 = rms^2 (g - 2) / (2 pi) K0^(g - 2) (K^2 + K0^2)^(-g/2),  K0 = 2 pi / outer scale

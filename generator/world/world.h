@@ -1,11 +1,15 @@
 // The immutable world of one sequence: what can be hit, where it stands and how it scatters.
 //
 //   World        objects, point targets, and their ids as instances
-//   build_world  empty_world   scenario -> World
+//   MeshLibrary  build_world  empty_world   scenario -> World
 //   object_pose  where an object is at a time
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <variant>
 #include <vector>
@@ -52,15 +56,29 @@ struct World {
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
   // What was put right in the input files, each behind its key; nothing is printed here.
   std::vector<std::string> warnings;
+  std::vector<std::string> left_out;  // names of objects that the scenario has and the world has not
+};
+
+// Meshes of files, which worlds have in common. From several threads at once.
+class MeshLibrary {
+ public:
+  // The mesh under that key, loaded where it is not there; an error is not kept.
+  Result<std::shared_ptr<const Mesh>> mesh(const std::string& key,
+                                           const std::function<Result<Mesh>()>& load);
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
 };
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
 // vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
 // each line behind the key that names the file; usage, or io where nothing is wrong but the
-// reading; usage, a part that a mesh does not have. Procedural terrain is drawn by seed, sequence
-// and name. What the scenario leaves to be placed is placed for `sequence`; usage where there is no
-// room.
-Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0);
+// reading; usage, a part that a mesh does not have. Procedural terrain is drawn by seed, sequence,
+// redraw and name. What the scenario leaves to be placed is placed (place.h); errors of
+// place_objects. `library`: of worlds that read the same files; null: this world's own.
+Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0,
+                          MeshLibrary* library = nullptr);
 
 // Its instances and classes alone, without materials; reads no file.
 World empty_world(const Scenario& scenario);

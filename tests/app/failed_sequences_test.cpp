@@ -29,7 +29,7 @@ objects:
     class: ball
     material: m
     shape: {sphere: {radius_m: 0.3}}
-    place: {on: floor, area_m: [[1.2, -0.5], [2.2, 0.5]], clearance_m: 0.1}
+    place: {on: floor, area_m: [[1.2, -0.5], [2.2, 0.5]], clearance_m: 0.1, on_failure: skip_sequence}
 trajectory: {ping_rate_hz: 5, pings: 2}
 output: {cartesian: {height_px: 60}}
 )";

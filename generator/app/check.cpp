@@ -1,0 +1,98 @@
+#include <memory>
+#include <utility>
+
+#include "app/announce.h"
+#include "app/commands.h"
+#include "app/cost.h"
+#include "app/disk_room.h"
+#include "app/make_dataset.h"
+#include "app/measure.h"
+#include "app/sequence_worlds.h"
+#include "app/session.h"
+#include "app/tables.h"
+#include "app/terminal.h"
+#include "app/world_census.h"
+#include "core/counted.h"
+
+namespace ensonify {
+namespace {
+
+// So many pings of a sequence are enough for a mean.
+constexpr std::uint32_t kMeasuredPerThread = 16;
+
+void answer_scenario(const Session& session) {
+  answer("{}", to_yaml(session.scenario,
+                       [](const std::filesystem::path& file) { return file.string(); }));
+  answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
+         counted(session.scenario.sequences, "sequence"),
+         counted(session.ping_times_s.size(), "ping"), session.sonar.beam_count,
+         session.record.samples, ping_size(session).rays);
+  if (const auto& tiles = session.surface_tiles) {
+    answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
+           tiles->most_leaves, tiles->tiles.size());
+  }
+}
+
+void tell_warnings(const Session& session, const Workers& workers) {
+  for (const std::string& warning : session.world.warnings) tell("warning: {}\n", warning);
+  for (const auto& text : undersampled_warnings(session, Tracer(session.world), workers)) {
+    tell("warning: {}\n", text);
+  }
+}
+
+// Above this share of sequences that are sampled again, what is kept differs from what was asked for.
+constexpr double kManyRedrawn = 0.05;
+
+void warn_of_redraws(const PlacementTotals& placed) {
+  if (static_cast<double>(placed.redrawn) <= kManyRedrawn * static_cast<double>(placed.sequences)) {
+    return;
+  }
+  tell("warning: {:.0f} % of the sequences find room only when they are sampled again, which keeps "
+       "those with few and small objects; a larger area_m or a smaller clearance_m gives room, "
+       "place.on_failure: skip_object keeps the sequence without the object\n",
+       100.0 * static_cast<double>(placed.redrawn) / static_cast<double>(placed.sequences));
+}
+
+Status unless_failed(const WorldCensus& census) {
+  if (census.failed.empty()) return {};
+  return Error{ErrorKind::incomplete, failures_text(census.failed, census.looked_at)};
+}
+
+}  // namespace
+
+Status check(const CheckOptions& options) {
+  const RunTime start = time_now();
+  Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(options.input);
+  if (!worlds) return worlds.error();
+  const Session& session = worlds->first();
+  const Workers workers(options.threads);
+  tell_warnings(session, workers);
+  // With the processor time that loading the program took.
+  const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
+  // Before anything else takes memory: it looks at what the process has.
+  const Cost cost = estimate_cost(session, workers.threads());
+  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
+  if (!numerics) return numerics.error();
+  const Result<WorldCensus> census =
+      take_census(*worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt,
+                  workers);
+  if (!census) return census.error();
+  answer_scenario(session);
+  for (const std::string& line : census_lines(*census)) answer("# {}\n", line);
+  warn_of_redraws(census->placement);
+  worlds->trace_first();
+  MeasureJob job{{0, session.scenario.sequences},
+                 {},
+                 static_cast<std::uint32_t>(session.ping_times_s.size()),
+                 worlds->vary(),
+                 [&](std::uint32_t sequence) { return worlds->world(sequence); },
+                 *numerics,
+                 workers.threads()};
+  job.first = worlds->first_sequence();
+  job.disk = folder_there(options.output);
+  job.most_pings = kMeasuredPerThread * static_cast<std::uint32_t>(job.threads);
+  if (Status told = announce_run(options, session, cost, job, before_pings); !told) return told;
+  return unless_failed(*census);
+}
+
+}  // namespace ensonify
