@@ -7,6 +7,7 @@
 #include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "app/measure.h"
+#include "app/scene_warnings.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
 #include "app/tables.h"
@@ -30,13 +31,6 @@ void answer_scenario(const Session& session) {
   if (const auto& tiles = session.surface_tiles) {
     answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
            tiles->most_leaves, tiles->tiles.size());
-  }
-}
-
-void tell_warnings(const Session& session, const Workers& workers) {
-  for (const std::string& warning : session.world.warnings) tell("warning: {}\n", warning);
-  for (const auto& text : undersampled_warnings(session, Tracer(session.world), workers)) {
-    tell("warning: {}\n", text);
   }
 }
 
@@ -66,7 +60,9 @@ Status check(const CheckOptions& options) {
   if (!worlds) return worlds.error();
   const Session& session = worlds->first();
   const Workers workers(options.threads);
-  tell_warnings(session, workers);
+  for (const std::string& text : all_warnings(session, Tracer(session.world), workers)) {
+    tell("warning: {}\n", text);
+  }
   // With the processor time that loading the program took.
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
   // Before anything else takes memory: it looks at what the process has.

@@ -9,6 +9,7 @@
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
 #include "app/pipeline.h"
+#include "app/scene_warnings.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
 #include "app/tables.h"
@@ -209,11 +210,8 @@ Status generate(const GenerateOptions& options) {
   if (!opened) return opened.error();
   auto& [worlds, numerics, work] = *opened;
   const Session& session = worlds.first();
-  std::vector<std::string> warnings = session.world.warnings;
+  std::vector<std::string> warnings = all_warnings(session, worlds.first_tracer(), workers);
   if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
-  for (auto& text : undersampled_warnings(session, worlds.first_tracer(), workers)) {
-    warnings.push_back(std::move(text));
-  }
   const auto unreadable = worlds.unreadable(options.pings, workers);
   if (!unreadable.empty()) {
     const auto looked_at = std::min(session.scenario.sequences, kSequencesChecked);

@@ -15,6 +15,7 @@
 #include "app/pipeline.h"
 #include "app/preview_parts.h"
 #include "app/program.h"
+#include "app/scene_warnings.h"
 #include "app/session.h"
 #include "app/terminal.h"
 #include "core/counted.h"
@@ -93,6 +94,7 @@ void tell_reduction(const PreviewOptions& options, const Preview& preview) {
 
 void warn(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
   std::vector<std::string> warnings = preview.session.world.warnings;
+  for (auto& text : scene_warnings(preview.session)) warnings.push_back(std::move(text));
   // Fewer rays than the scenario's say nothing of those.
   if (options.full) {
     for (auto& text : undersampled_warnings(preview.session, *preview.tracer, workers)) {

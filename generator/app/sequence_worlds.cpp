@@ -146,9 +146,9 @@ std::vector<SequenceFailure> SequenceWorlds::unreadable(const std::optional<Ping
   return looks;
 }
 
-Result<Session> SequenceWorlds::session(std::uint32_t sequence) const {
+Result<Session> SequenceWorlds::session(std::uint32_t sequence, ErrorPlaces places) const {
   if (!vary() || sequence == first_sequence_) return first();
-  return drawn(sequence, ErrorPlaces::hidden);
+  return drawn(sequence, places);
 }
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {

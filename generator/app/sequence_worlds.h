@@ -75,9 +75,9 @@ class SequenceWorlds {
   std::vector<SequenceFailure> unreadable(const std::optional<PingRange>& pings,
                                           const Workers& workers) const;
 
-  // Errors (usage, final_usage), without places: its draws do not make a valid scenario, or its
-  // world cannot be built. May be called from several threads at once.
-  Result<Session> session(std::uint32_t sequence) const;
+  // Errors (usage, final_usage): its draws do not make a valid scenario, or its world cannot be
+  // built; those of `world` without places. May be called from several threads at once.
+  Result<Session> session(std::uint32_t sequence, ErrorPlaces places) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
  private:

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "app/cost.h"
+#include "app/scene_warnings.h"
 #include "app/session.h"
 #include "app/tables.h"
 #include "app/terminal.h"
@@ -150,7 +151,7 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   if (Status same = check_id(*job.run, *work); !same) return same;
   if (taken.run == 0) {
     const Turn turn(room.crew.turns);
-    for (const auto& text : undersampled_warnings(session, worlds->first_tracer(), workers)) {
+    for (const auto& text : all_warnings(session, worlds->first_tracer(), workers)) {
       warn_once(room, *job.run, text);
     }
   }

@@ -57,7 +57,7 @@ Result<WorldCensus> take_census(const SequenceWorlds& worlds, std::uint32_t most
     const bool is_shown = is_long || progress_style(false) == ProgressStyle::bar;
     Progress progress(progress_style(!is_shown), census.looked_at, 0, "world");
     workers.for_each(looks.size(), [&](std::size_t i) {
-      const Result<Session> session = worlds.session(sequence_of(i));
+      const Result<Session> session = worlds.session(sequence_of(i), ErrorPlaces::shown);
       if (session) {
         looks[i].placement = session->placement;
       } else {
@@ -89,9 +89,10 @@ double rate_bound(std::uint64_t hits, std::uint64_t trials) {
 
 std::vector<std::string> census_lines(const WorldCensus& census) {
   if (census.looked_at == 0) return {};
-  std::vector<std::string> lines = {fmt::format("worlds built: {} of {}; not to be made: {}",
-                                                census.looked_at, census.sequences,
-                                                share_text(census.failed.size(), census))};
+  std::vector<std::string> lines;
+  lines.reserve(3);
+  lines.push_back(fmt::format("worlds built: {} of {}; not to be made: {}", census.looked_at,
+                              census.sequences, share_text(census.failed.size(), census)));
   const PlacementTotals& placed = census.placement;
   if (placed.sequences == 0) return lines;
   lines.push_back(fmt::format("worlds sampled again for want of room: {}, {} in all",

@@ -140,6 +140,11 @@ static void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view 
   }
 }
 
+const char* name_of(PlaceAlignment alignment) {
+  if (alignment == PlaceAlignment::rest) return "rest";
+  return alignment == PlaceAlignment::up ? "up" : "surface";
+}
+
 const char* name_of(PlaceFailure failure) {
   switch (failure) {
     case PlaceFailure::redraw:
@@ -167,18 +172,26 @@ void fields(Fields& f, PlaceSpec& place) {
          kRequired);
   area_fields(f, place);
   f.number({"clearance_m", "Clearance",
-            "Smallest distance between the bounding circles of placed objects, seen from above"},
+            "Smallest distance between the outlines of placed objects, seen from above"},
            place.clearance_m, from_to(0, kMaxLengthM));
+  f.boolean({"touching", "Touching",
+             "The object is moved towards the nearest one on the same ground until their outlines "
+             "touch"},
+            place.touching);
   f.number({"sink_m", "Burial depth", "How far the object is lowered into the ground"},
            place.sink_m, kPosition);
+  f.number({"buried_fraction", "Buried fraction",
+            "Share of its height by which the object is lowered, in addition to sink_m"},
+           place.buried_fraction, from_to(0, 1));
   f.choice<bool>({"yaw", "Yaw",
                   "any: the object is turned about the vertical by a random angle; fixed: it is "
                   "not turned"},
                  place.any_yaw, {{"any", true}, {"fixed", false}});
-  f.choice<bool>({"align", "Alignment",
-                  "up: the z axis of the object is vertical; surface: it is normal to the ground "
-                  "under the object"},
-                 place.along_surface, {{"up", false}, {"surface", true}});
+  f.choice<PlaceAlignment>(
+      {"align", "Alignment",
+       "up: the z axis of the object is vertical; surface: it is normal to the ground under the "
+       "object; rest: the object lies on a random face of its convex hull on which it is stable"},
+      place.align, words_to(PlaceAlignment::rest));
   rotation_fields(f, place.rotation,
                   "[roll, pitch, yaw] of the object before it is turned and aligned");
   f.choice<PlaceFailure>(

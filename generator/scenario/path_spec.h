@@ -80,6 +80,11 @@ struct TrajectorySpec {
   std::optional<int> pings;  // absent: the path's own length; left out with a single pose: 1
 };
 
+// up: its z is vertical; surface: along the ground's normal; rest: it lies on a face on which it can
+// stay, along the ground.
+enum class PlaceAlignment { up, surface, rest };
+const char* name_of(PlaceAlignment alignment);
+
 // What becomes of a sequence in which an object finds no free place.
 enum class PlaceFailure { redraw, skip_object, skip_sequence, error };
 const char* name_of(PlaceFailure failure);
@@ -88,10 +93,12 @@ const char* name_of(PlaceFailure failure);
 struct PlaceSpec {
   std::string on;                                 // name of an object
   std::array<std::array<double, 2>, 2> area_m{};  // corners [x, y] in the world
-  double clearance_m = 0.2;                       // between bounding circles, seen from above
+  double clearance_m = 0.2;                       // between outlines, seen from above
   double sink_m = 0;                              // straight down into the ground
-  bool any_yaw = true;         // turned by a drawn angle; else as `rotation` says
-  bool along_surface = false;  // its z along the ground's normal; else up
+  double buried_fraction = 0;                     // of its height; comes to sink_m
+  bool any_yaw = true;                            // turned by a drawn angle; else as `rotation` says
+  PlaceAlignment align = PlaceAlignment::up;
+  bool touching = false;  // moved until its outline touches the nearest other one
   RotationSpec rotation = std::array<double, 3>{};  // before it is turned and aligned
   PlaceFailure on_failure = PlaceFailure::redraw;
 };

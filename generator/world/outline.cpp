@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/units.h"
+#include "world/convex.h"
 
 namespace ensonify {
 namespace {
@@ -97,16 +100,34 @@ std::vector<Vec3> corners_of(const BoxShape& box) {
   return corners;
 }
 
-// The circle is around the middle of the bounding rectangle.
-Outline around(const std::vector<Vec3>& points, const Quat& rotation) {
+// The outline of a hull: its middle and circle. Heights are left as they are.
+void close_outline(Outline& outline) {
   Bounds bounds;
-  for (const Vec3& point : points) bounds.add(rotate(rotation, point));
-  const Vec3 middle = bounds.middle();
-  Outline outline{middle.x, middle.y, 0, bounds.low.z, bounds.high.z};
+  for (const auto& [x, y] : outline.hull_m) bounds.add({x, y, 0});
+  outline.x_m = bounds.middle().x;
+  outline.y_m = bounds.middle().y;
+  outline.radius_m = 0;
+  for (const auto& [x, y] : outline.hull_m) {
+    outline.radius_m =
+        std::max(outline.radius_m, std::hypot(x - outline.x_m, y - outline.y_m));
+  }
+  outline.radius_m += outline.round_m;
+}
+
+Outline around(const std::vector<Vec3>& points, const Quat& rotation) {
+  Outline outline;
+  Bounds bounds;
+  std::vector<std::array<double, 2>> seen;
+  seen.reserve(points.size());
   for (const Vec3& point : points) {
     const Vec3 p = rotate(rotation, point);
-    outline.radius_m = std::max(outline.radius_m, std::hypot(p.x - outline.x_m, p.y - outline.y_m));
+    bounds.add(p);
+    seen.push_back({p.x, p.y});
   }
+  outline.low_m = bounds.low.z;
+  outline.high_m = bounds.high.z;
+  outline.hull_m = convex_hull(std::move(seen));
+  close_outline(outline);
   return outline;
 }
 
@@ -116,15 +137,26 @@ double half_extent(const CylinderShape& cylinder, double cosine) {
          cylinder.radius_m * std::sqrt(std::max(0.0, 1 - cosine * cosine));
 }
 
-// Level directions make angles with the axis of cosines up to its level part; the extent is largest
-// towards the rim's corner, at cosine h / hypot(h, r).
 Outline around(const CylinderShape& cylinder, const Quat& rotation) {
   const Vec3 axis = rotate(rotation, {0, 0, 1});
-  const double level = std::min(1.0, std::hypot(axis.x, axis.y));
-  const double corner =
-      cylinder.half_height_m / std::hypot(cylinder.half_height_m, cylinder.radius_m);
   const double height = half_extent(cylinder, std::min(1.0, std::abs(axis.z)));
-  return {0, 0, half_extent(cylinder, std::min(level, corner)), -height, height};
+  if (axis.x == 0 && axis.y == 0) {
+    return {{{0, 0}}, cylinder.radius_m, 0, 0, cylinder.radius_m, -height, height};
+  }
+  // Corners of a polygon around each disc.
+  const double radius = cylinder.radius_m / std::cos(kPi / kOnRim);
+  std::vector<Vec3> points;
+  for (int i = 0; i < kOnRim; ++i) {
+    const double angle = 2 * kPi * i / kOnRim;
+    for (const double side : {-1.0, 1.0}) {
+      points.push_back({radius * std::cos(angle), radius * std::sin(angle),
+                        side * cylinder.half_height_m});
+    }
+  }
+  Outline outline = around(points, rotation);
+  outline.low_m = -height;
+  outline.high_m = height;
+  return outline;
 }
 
 std::vector<Vec3> points_on(const BoxShape& box) {
@@ -189,10 +221,103 @@ Outline outline_of(const Shape& shape, const Quat& rotation) {
     return around(*cylinder, rotation);
   }
   if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-    return {0, 0, sphere->radius_m, -sphere->radius_m, sphere->radius_m};
+    const double radius = sphere->radius_m;
+    return {{{0, 0}}, radius, 0, 0, radius, -radius, radius};
   }
   if (const auto* mesh = std::get_if<MeshShape>(&shape)) return around(points_on(*mesh), rotation);
   return {};
+}
+
+Outline turned(const Outline& outline, double yaw_rad) {
+  const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
+  Outline result = outline;
+  for (auto& [x, y] : result.hull_m) {
+    const double old = x;
+    x = c * old - s * y;
+    y = s * old + c * y;
+  }
+  close_outline(result);
+  return result;
+}
+
+Outline moved(Outline outline, Vec3 by_m) {
+  for (auto& [x, y] : outline.hull_m) x += by_m.x, y += by_m.y;
+  outline.x_m += by_m.x, outline.y_m += by_m.y;
+  outline.low_m += by_m.z, outline.high_m += by_m.z;
+  return outline;
+}
+
+namespace {
+
+double dot2(Point2 a, Point2 b) { return a[0] * b[0] + a[1] * b[1]; }
+Point2 minus(Point2 a, Point2 b) { return {a[0] - b[0], a[1] - b[1]}; }
+
+struct Separation {
+  double distance = -std::numeric_limits<double>::infinity();
+  Point2 direction{1, 0};
+};
+
+// How far `there` lies beyond the edges of `here`: along the outward normal for which it is farthest.
+Separation beyond_edges(const std::vector<Point2>& here, const std::vector<Point2>& there) {
+  Separation most;
+  for (std::size_t i = 0; here.size() > 1 && i < here.size(); ++i) {
+    const Point2 edge = minus(here[(i + 1) % here.size()], here[i]);
+    const double along = std::hypot(edge[0], edge[1]);
+    const Point2 normal{edge[1] / along, -edge[0] / along};
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Point2& point : there) {
+      nearest = std::min(nearest, dot2(minus(point, here[i]), normal));
+    }
+    if (nearest > most.distance) most = {nearest, normal};
+  }
+  return most;
+}
+
+// The shortest way from a point to an edge of `hull`.
+Point2 way_to(const std::vector<Point2>& hull, Point2 from) {
+  Point2 best = minus(hull[0], from);
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point2 a = hull[i], edge = minus(hull[(i + 1) % hull.size()], a);
+    const double squared = dot2(edge, edge);
+    const double part =
+        squared > 0 ? std::clamp(dot2(minus(from, a), edge) / squared, 0.0, 1.0) : 0;
+    const Point2 way = minus({a[0] + part * edge[0], a[1] + part * edge[1]}, from);
+    if (dot2(way, way) < dot2(best, best)) best = way;
+  }
+  return best;
+}
+
+// Of hulls that are apart.
+Point2 shortest_way(const std::vector<Point2>& from, const std::vector<Point2>& to) {
+  Point2 best = way_to(to, from[0]);
+  for (const Point2& point : from) {
+    const Point2 way = way_to(to, point);
+    if (dot2(way, way) < dot2(best, best)) best = way;
+  }
+  for (const Point2& point : to) {
+    const Point2 back = way_to(from, point);
+    if (dot2(back, back) < dot2(best, best)) best = {-back[0], -back[1]};
+  }
+  return best;
+}
+
+}  // namespace
+
+Gap gap_between(const Outline& from, const Outline& to) {
+  const double round = from.round_m + to.round_m;
+  Separation out = beyond_edges(from.hull_m, to.hull_m);
+  const Separation back = beyond_edges(to.hull_m, from.hull_m);
+  if (back.distance > out.distance) {
+    out = {back.distance, {-back.direction[0], -back.direction[1]}};
+  }
+  const bool are_points = from.hull_m.size() == 1 && to.hull_m.size() == 1;
+  if (!are_points && out.distance <= 0) {
+    return {out.distance - round, out.direction[0], out.direction[1]};
+  }
+  const Point2 way = shortest_way(from.hull_m, to.hull_m);
+  const double distance = std::hypot(way[0], way[1]);
+  if (distance == 0) return {-round, 1, 0};
+  return {distance - round, way[0] / distance, way[1] / distance};
 }
 
 std::vector<Vec3> contact_points(const Shape& shape) {

@@ -1,11 +1,14 @@
 // How much room a body takes, and where it may touch what it stands on.
 //
 //   box_of                  the box around what stands in the world: the labels' 3-D boxes
-//   Outline  outline_of     the upright cylinder around a turned body
+//   Outline  outline_of     a turned body seen from above, and its heights
+//   turned                  an outline, about the vertical
+//   Gap  gap_between        of two outlines, seen from above
 //   contact_points          on its surface, in its own frame
 //   support_point           the farthest one in a direction
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -25,15 +28,28 @@ std::optional<OrientedBox> box_of(const Shape& shape);
 std::optional<OrientedBox> box_of(const Volume& volume);
 std::optional<OrientedBox> box_of(const School& school);
 
-// Relative to the body's origin.
+// Relative to the body's origin, or to any other point that it is moved by.
 struct Outline {
-  double x_m = 0, y_m = 0;  // of the circle's centre
-  double radius_m = 0;
+  std::vector<std::array<double, 2>> hull_m;  // convex, counter-clockwise; one point of a circle
+  double round_m = 0;                         // the body reaches so far beyond the hull
+  double x_m = 0, y_m = 0;                    // middle of the rectangle around it
+  double radius_m = 0;                        // of the circle around that middle that holds it
   double low_m = 0, high_m = 0;
 };
 
-// A plane has none; it is not asked for one.
+// Of a box or mesh the convex hull; of a sphere or upright cylinder the circle; of another cylinder
+// 0.5 % too wide at most. A plane has none; it is not asked for one.
 Outline outline_of(const Shape& shape, const Quat& rotation);
+Outline turned(const Outline& outline, double yaw_rad);
+Outline moved(Outline outline, Vec3 by_m);
+
+// From one outline to the nearest point of another: of length `distance_m`, below zero where they
+// overlap (then the depth along the direction in which it is least).
+struct Gap {
+  double distance_m = 0;
+  double x = 0, y = 0;  // unit length
+};
+Gap gap_between(const Outline& from, const Outline& to);
 
 // All vertices of a mesh, and enough of the other shapes that what lies between them is small:
 // 150 of a box, 225 of a cylinder, 200 of a sphere.

@@ -118,7 +118,7 @@ class Commands(Case):
                          "{uniform: [-0.5, 1]}, reflection: -1}}\n")
         first = run("check", drawn, "--set", "sequences=1")
         result = run("check", drawn)
-        self.assertEqual((first.returncode, result.returncode), (0, 2), first.stderr)
+        self.assertEqual((first.returncode, result.returncode), (0, 3), first.stderr)
         self.assertRegex(result.stderr, r"sequence \d+: .*drawn\.yaml:\d+:\d+: multipath\.surface")
 
     def test_progress_is_quiet_when_asked(self):

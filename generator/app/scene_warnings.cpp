@@ -1,0 +1,179 @@
+#include "app/scene_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+#include <variant>
+
+#include "core/units.h"
+#include "world/ground.h"
+#include "world/shapes.h"
+
+namespace ensonify {
+namespace {
+
+constexpr double kLargeM = 30, kSmallM = 0.01;
+
+double longest(Vec3 size) { return std::max({size.x, size.y, size.z}); }
+
+std::string size_text(Vec3 size) {
+  return fmt::format("{:.3g} x {:.3g} x {:.3g} m", size.x, size.y, size.z);
+}
+
+// glTF and DAE say how long their unit is.
+bool has_unit(const MeshSpec& spec) {
+  std::string ending = spec.file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".gltf" || ending == ".glb" || ending == ".dae";
+}
+
+const Instance& instance_of(const World& world, const WorldObject& object) {
+  return world.instances[object.instance - 1];
+}
+
+void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
+  std::set<std::string> told;  // files
+  for (const ObjectSpec& spec : session.scenario.objects) {
+    const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
+    if (mesh == nullptr || mesh->scale != 1 || has_unit(*mesh)) continue;
+    const auto& instances = session.world.instances;
+    const auto instance =
+        std::find_if(instances.begin(), instances.end(),
+                     [&](const Instance& of) { return of.name == spec.name; });
+    if (instance == instances.end() || !instance->box) continue;
+    const Vec3 size = instance->box->size_m;
+    if (longest(size) <= kLargeM && longest(size) >= kSmallM) continue;
+    if (!told.insert(mesh->file.string()).second) continue;
+    std::string advice = "its unit may not be the metre";
+    if (const auto scale = likely_scale(longest(size))) {
+      advice += fmt::format(": scale: {:g} makes {}", *scale, size_text(*scale * size));
+    }
+    warnings.push_back(
+        fmt::format("{}: the mesh is {}; {}", spec.name, size_text(size), advice));
+  }
+}
+
+// How often the surface winds around the point: 1 within a closed mesh whose faces look outwards, 0
+// outside of it (van Oosterom and Strackee 1983, for the solid angle of a triangle).
+double winding_number(const Mesh& mesh, Vec3 point) {
+  double sum = 0;
+  for (const auto& corners : mesh.triangles) {
+    std::array<Vec3, 3> p;
+    for (int i = 0; i < 3; ++i) p[i] = to_vec3(mesh.vertices[corners[i]]) - point;
+    const double a = length(p[0]), b = length(p[1]), c = length(p[2]);
+    const double numerator = dot(p[0], cross(p[1], p[2]));
+    const double denominator =
+        a * b * c + dot(p[0], p[1]) * c + dot(p[1], p[2]) * a + dot(p[2], p[0]) * b;
+    sum += 2 * std::atan2(numerator, denominator);
+  }
+  return sum / (4 * kPi);
+}
+
+bool is_below(const MeshShape& terrain, const Shape& shape, const Pose& pose, Vec3 point) {
+  if (!terrain.ground) return false;
+  const auto surface = Ground(shape, pose).at(point.x, point.y);
+  return surface && point.z < surface->height_m;
+}
+
+bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
+  const Vec3 own = rotate(conjugate(pose.rotation), point - pose.position_m);
+  return std::visit(
+      [&](const auto& shape) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, MeshShape>) {
+          if (shape.ground) return is_below(shape, object.shape, pose, point);
+          return winding_number(*shape.mesh, own) > 0.5;
+        } else {
+          // A plane is seen from both sides, as a surface of the water is.
+          const bool is_plane = std::is_same_v<std::decay_t<decltype(shape)>, PlaneShape>;
+          return !is_plane && signed_distance_m(shape, own) < 0;
+        }
+      },
+      object.shape);
+}
+
+std::string place_text(const Shape& shape) {
+  const auto* mesh = std::get_if<MeshShape>(&shape);
+  if (mesh != nullptr && mesh->ground) return "below";
+  const auto* box = std::get_if<BoxShape>(&shape);
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  const bool is_room = (box != nullptr && box->inside) || (sphere != nullptr && sphere->inside);
+  return is_room ? "outside of the room" : "inside";
+}
+
+void warn_of_solids(const Session& session, std::vector<std::string>& warnings) {
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  std::set<std::uint32_t> told;  // instances
+  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+    const Vec3 sonar = sonar_pose(session, ping).position_m;
+    const std::vector<Pose> poses = object_poses(session, ping);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const WorldObject& object = session.world.objects[i];
+      if (!is_solid_at(object, poses[i], sonar) || !told.insert(object.instance).second) continue;
+      warnings.push_back(fmt::format(
+          "ping {}: the sonar at ({:.3g}, {:.3g}, {:.3g}) m is {} {}", ping, sonar.x, sonar.y,
+          sonar.z, place_text(object.shape), instance_of(session.world, object).name));
+    }
+  }
+}
+
+// Of equal place and size, to a millimetre.
+void warn_of_coincidence(const Session& session, std::vector<std::string>& warnings) {
+  constexpr double kSameM = 1e-3;
+  const auto rounded = [](Vec3 v) {
+    return std::array<std::int64_t, 3>{std::llround(v.x / kSameM), std::llround(v.y / kSameM),
+                                       std::llround(v.z / kSameM)};
+  };
+  std::map<std::array<std::array<std::int64_t, 3>, 2>, std::string> seen;
+  std::size_t more = 0;
+  for (const WorldObject& object : session.world.objects) {
+    const Instance& instance = instance_of(session.world, object);
+    if (!instance.box || object.path) continue;
+    const auto [at, is_new] = seen.try_emplace(
+        {rounded(compose(object.pose, instance.box->pose).position_m),
+         rounded(instance.box->size_m)},
+        instance.name);
+    if (is_new) continue;
+    if (more++ > 0) continue;
+    warnings.push_back(
+        fmt::format("{} and {} lie in one place and are of one size", at->second, instance.name));
+  }
+  if (more > 1) warnings.back() += fmt::format(", and so do {} more", more - 1);
+}
+
+}  // namespace
+
+std::optional<double> likely_scale(double longest_edge_m) {
+  if (longest_edge_m <= kLargeM && longest_edge_m >= kSmallM) return std::nullopt;
+  for (const double unit : {1e-3, 1e-2, 0.0254}) {
+    const double scale = longest_edge_m > kLargeM ? unit : 1 / unit;
+    const double edge = scale * longest_edge_m;
+    if (edge >= 0.05 && edge <= 20) return scale;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> scene_warnings(const Session& session) {
+  std::vector<std::string> warnings;
+  warn_of_sizes(session, warnings);
+  warn_of_solids(session, warnings);
+  warn_of_coincidence(session, warnings);
+  return warnings;
+}
+
+std::vector<std::string> all_warnings(const Session& session, const Tracer& tracer,
+                                      const Workers& workers) {
+  std::vector<std::string> warnings = session.world.warnings;
+  for (auto& text : scene_warnings(session)) warnings.push_back(std::move(text));
+  for (auto& text : undersampled_warnings(session, tracer, workers)) {
+    warnings.push_back(std::move(text));
+  }
+  return warnings;
+}
+
+}  // namespace ensonify

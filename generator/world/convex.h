@@ -1,0 +1,32 @@
+// Convex polygons and bodies.
+//
+//   convex_hull   of points in a plane
+//   RestFace  rest_faces   on which a body can stand
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/error.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+using Point2 = std::array<double, 2>;
+
+// Counter-clockwise, without points on its edges (Andrew 1979). Fewer than three points, and points
+// of one line, give their ends.
+std::vector<Point2> convex_hull(std::vector<Point2> points);
+
+// A face of the convex hull over which the hull's centre of mass lies: a body that stands on it
+// stays.
+struct RestFace {
+  Vec3 normal;       // outwards, unit length
+  double share = 0;  // solid angle of the face from the centre of mass, of that of all rest faces
+};
+
+// Faces of the hull of the points, sorted by share, the largest first; the hull is by Qhull (Barber
+// et al. 1996). Error (usage): the points lie in one plane.
+Result<std::vector<RestFace>> rest_faces(const std::vector<Vec3>& points);
+
+}  // namespace ensonify

@@ -1,0 +1,216 @@
+#include "world/place_attempt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+// Outlines that touch meet within rounding.
+constexpr double kTouchM = 1e-9;
+
+bool overlap(const Taken& a, const Taken& b, double clearance_m) {
+  const Outline &p = a.outline, &q = b.outline;
+  const double apart = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
+  if (apart >= p.radius_m + q.radius_m + clearance_m) return false;
+  // On one ground nothing stands over another; elsewhere it may pass above or below.
+  const bool on_one_ground = !a.on.empty() && a.on == b.on;
+  if (!on_one_ground &&
+      !(p.low_m < q.high_m + clearance_m && q.low_m < p.high_m + clearance_m)) {
+    return false;
+  }
+  return gap_between(p, q).distance_m < clearance_m;
+}
+
+// Whether one lies within the circle of the other, seen from above.
+bool holds(const Outline& outer, const Outline& inner) {
+  return std::hypot(outer.x_m - inner.x_m, outer.y_m - inner.y_m) + inner.radius_m <=
+         outer.radius_m;
+}
+
+// The height of the origin at which the turned body, let down over (x, y), touches the ground;
+// nothing if some of it is beside the ground.
+std::optional<double> resting_height(const Body& body, const Quat& rotation, double x, double y) {
+  double height = -std::numeric_limits<double>::infinity();
+  Vec3 normal;
+  const auto let_down = [&](Vec3 point) {
+    const Vec3 p = rotate(rotation, point);
+    const auto below = body.ground.at(x + p.x, y + p.y);
+    if (below && below->height_m - p.z > height) {
+      height = below->height_m - p.z;
+      normal = below->normal;
+      return std::optional(true);
+    }
+    return below ? std::optional(false) : std::nullopt;
+  };
+  for (const Vec3& point : body.points) {
+    if (!let_down(point)) return std::nullopt;
+  }
+  // Round bodies touch between those points, where the surface faces the ground.
+  for (int i = 0; i < 4; ++i) {
+    const auto point = support_point(body.shape, rotate(conjugate(rotation), -normal));
+    if (!point) break;
+    const auto touches = let_down(*point);
+    if (!touches) return std::nullopt;
+    if (!*touches) break;
+  }
+  return height;
+}
+
+// The normal of the plane through the ground under a circle, by least squares.
+std::optional<Vec3> slope_under(const Ground& ground, double x, double y, double radius) {
+  double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+  for (int ring = 1; ring <= 2; ++ring) {
+    for (int i = 0; i < 16; ++i) {
+      const double angle = 2 * kPi * i / 16;
+      const double u = radius * ring / 2 * std::cos(angle), v = radius * ring / 2 * std::sin(angle);
+      const auto below = ground.at(x + u, y + v);
+      if (!below) return std::nullopt;
+      xx += u * u, xy += u * v, yy += v * v;
+      xz += u * below->height_m, yz += v * below->height_m;
+    }
+  }
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > 0)) return Vec3{0, 0, 1};
+  return normalized(
+      Vec3{-(xz * yy - yz * xy) / determinant, -(yz * xx - xz * xy) / determinant, 1});
+}
+
+// The shortest turn of z to a normal that points upwards.
+Quat turn_to(Vec3 normal) { return normalized(Quat{1 + normal.z, -normal.y, normal.x, 0}); }
+
+// The shortest turn of a normal to straight down.
+Quat turn_down(Vec3 normal) {
+  // Of a normal that points up every half turn about a level axis is one.
+  if (normal.z > 1 - 1e-12) return {0, 1, 0, 0};
+  return normalized(Quat{1 - normal.z, -normal.y, normal.x, 0});
+}
+
+const RestFace& drawn_face(const std::vector<RestFace>& faces, double uniform) {
+  for (const RestFace& face : faces) {
+    uniform -= face.share;
+    if (uniform < 0) return face;
+  }
+  return faces.back();
+}
+
+// A body turned for one attempt.
+struct Laid {
+  Quat rotation;
+  Outline outline;
+};
+
+std::optional<Laid> lay(const Body& body, double x_m, double y_m, const Philox4& words) {
+  const PlaceSpec& place = *body.spec.place;
+  const double yaw = place.any_yaw ? 2 * kPi * uniform_from_word(words.v[2]) : 0;
+  const Quat turn = from_roll_pitch_yaw(0, 0, yaw);
+  if (place.align == PlaceAlignment::up) {
+    return Laid{turn * body.base, turned(body.outline, yaw)};
+  }
+  Quat rotation = body.base;
+  if (place.align == PlaceAlignment::rest) {
+    const RestFace& face = drawn_face(body.faces, uniform_from_word(words.v[3]));
+    rotation = turn_down(face.normal) * rotation;
+  }
+  rotation = turn * rotation;
+  const auto normal =
+      slope_under(body.ground, x_m, y_m, outline_of(body.shape, rotation).radius_m);
+  if (!normal) return std::nullopt;
+  rotation = turn_to(*normal) * rotation;
+  return Laid{rotation, outline_of(body.shape, rotation)};
+}
+
+struct Touch {
+  const Taken* other = nullptr;
+  Vec3 way_m;  // to it
+};
+
+Touch nearest_on_ground(const Taken& own, const std::vector<Taken>& taken) {
+  Touch touch;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Taken& other : taken) {
+    if (other.on != own.on) continue;
+    const Gap gap = gap_between(own.outline, other.outline);
+    if (gap.distance_m >= nearest_m) continue;
+    nearest_m = gap.distance_m;
+    touch = {&other, {gap.distance_m * gap.x, gap.distance_m * gap.y, 0}};
+  }
+  return touch;
+}
+
+}  // namespace
+
+Taken taken_by(const ObjectSpec& spec, const Outline& of_body, Vec3 position_m) {
+  Taken taken{spec.name, "", moved(of_body, position_m), 0};
+  if (spec.place) {
+    taken.on = spec.place->on;
+    taken.clearance_m = spec.place->clearance_m;
+  }
+  return taken;
+}
+
+bool takes_room(const Shape& shape) {
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return !box->inside;
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return !sphere->inside;
+  return !std::holds_alternative<PlaneShape>(shape);
+}
+
+Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, const Ground& ground,
+                     const std::optional<Taken>& ground_taken) {
+  const Quat base = pose_of({{}, spec.place->rotation}).rotation;
+  Body body{spec, shape, ground, ground_taken, base, contact_points(shape),
+            outline_of(shape, base), {}};
+  if (spec.place->align != PlaceAlignment::rest) return body;
+  std::vector<Vec3> points = body.points;
+  for (Vec3& point : points) point = rotate(base, point);
+  Result<std::vector<RestFace>> faces = rest_faces(points);
+  if (!faces) return faces.error();
+  body.faces = std::move(*faces);
+  return body;
+}
+
+Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, const Philox4& words) {
+  const PlaceSpec& place = *body.spec.place;
+  const auto& [from, to] = place.area_m;
+  const double x = from[0] + uniform_from_word(words.v[0]) * (to[0] - from[0]);
+  const double y = from[1] + uniform_from_word(words.v[1]) * (to[1] - from[1]);
+  const auto laid = lay(body, x, y, words);
+  if (!laid) return {};
+  Vec3 origin{x - laid->outline.x_m, y - laid->outline.y_m, 0};
+  Taken own = taken_by(body.spec, laid->outline, origin);
+  Touch touch;
+  if (place.touching) {
+    touch = nearest_on_ground(own, taken);
+    if (touch.other == nullptr) return {};
+    origin = origin + touch.way_m;
+    own = taken_by(body.spec, laid->outline, origin);
+  }
+  const auto clearance = [&](const Taken& other) {
+    return &other == touch.other ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
+  };
+  // The cheap question first.
+  for (const Taken& other : taken) {
+    if (other.on == place.on && overlap(own, other, clearance(other))) {
+      return {std::nullopt, &other};
+    }
+  }
+  const auto height = resting_height(body, laid->rotation, origin.x, origin.y);
+  if (!height) return {};
+  const double tall_m = laid->outline.high_m - laid->outline.low_m;
+  origin.z = *height - place.sink_m - place.buried_fraction * tall_m;
+  own = taken_by(body.spec, laid->outline, origin);
+  for (const Taken& other : taken) {
+    if (other.name == place.on || !overlap(own, other, clearance(other))) continue;
+    // What surrounds the ground surrounds all that stands on it.
+    const bool is_around = other.on.empty() && body.ground_taken &&
+                           holds(other.outline, body.ground_taken->outline);
+    if (!is_around) return {std::nullopt, &other};
+  }
+  return {Pose{origin, laid->rotation}, nullptr};
+}
+
+}  // namespace ensonify
