@@ -151,7 +151,7 @@ CLI::Option* add_set(CLI::App& command, Arguments& arguments, const std::string&
 }
 
 void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file")->required();
+  command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file; - for standard input")->required();
   add_set(command, arguments, "a key");
   command.add_option("--seed", arguments.seed, "override the scenario's seed");
 }

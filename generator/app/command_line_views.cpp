@@ -109,6 +109,9 @@ Status run_preview(ScenarioOptions input, const ViewArguments& arguments) {
   PreviewOptions options = arguments.preview;
   options.input = std::move(input);
   options.quiet = arguments.quiet;
+  if (options.watch && options.input.scenario == kStandardInput) {
+    return Error{ErrorKind::usage, "--watch: standard input does not change, accepted is a file"};
+  }
   return preview(options);
 }
 

@@ -144,6 +144,7 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
         fmt::format("{} and {} lie in one place and are of one size", at->second, instance.name));
   }
   if (more > 1) warnings.back() += fmt::format(", and so do {} more", more - 1);
+  if (more > 0) warnings.back() += "; objects of a count need a sampled position or a place";
 }
 
 }  // namespace
@@ -158,8 +159,26 @@ std::optional<double> likely_scale(double longest_edge_m) {
   return std::nullopt;
 }
 
+namespace {
+
+// No source and no receiver spans so much.
+constexpr double kMostAbsorptionDb = 250;
+
+void warn_of_range(const Session& session, std::vector<std::string>& warnings) {
+  const double two_way_db_m = 2 * session.water.absorption_db_m;
+  const double lost_db = two_way_db_m * session.sonar.range_max_m;
+  if (lost_db <= kMostAbsorptionDb) return;
+  warnings.push_back(fmt::format(
+      "sonar.range_max_m: absorption alone takes {:.3g} dB on the way to {:g} m and back, so that "
+      "nothing is heard beyond {:.2g} m; the range is in metres",
+      lost_db, session.sonar.range_max_m, kMostAbsorptionDb / two_way_db_m));
+}
+
+}  // namespace
+
 std::vector<std::string> scene_warnings(const Session& session) {
   std::vector<std::string> warnings;
+  warn_of_range(session, warnings);
   warn_of_sizes(session, warnings);
   warn_of_solids(session, warnings);
   warn_of_coincidence(session, warnings);

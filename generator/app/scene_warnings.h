@@ -13,7 +13,7 @@
 
 namespace ensonify {
 
-// Meshes without a unit of their own that are over 30 m or under 1 cm long at scale 1, a sonar
+// A range from which absorption lets nothing come back, meshes without a unit of their own that are over 30 m or under 1 cm long at scale 1, a sonar
 // within something solid or below terrain at its first, middle or last ping, and objects that lie in
 // one another's place. One line each, without line ends.
 std::vector<std::string> scene_warnings(const Session& session);

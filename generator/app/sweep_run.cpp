@@ -285,6 +285,17 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
          counted(todo.runs, "run"));
   }
   close_sweep_folder(options.output);
+  if (!made || *made > 0) return made;
+  // A part cannot know whether it is the last one.
+  if (shard->count > 1) {
+    if (!options.quiet) {
+      tell("{}: once all shards are done, the same command with --finalize in place of --shard "
+           "writes their tables\n",
+           options.output.string());
+    }
+    return made;
+  }
+  if (Status finished = finalize_sweep(options); !finished) return finished.error();
   return made;
 }
 

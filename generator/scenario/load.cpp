@@ -1,6 +1,7 @@
 // From the text of a file to a checked scenario, and back.
 #include <algorithm>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <map>
 #include <system_error>
@@ -21,7 +22,7 @@ namespace {
 std::string default_name(const std::string& label) {
   const std::string stem = std::filesystem::path(label).stem().string();
   const bool printable = !first_invalid_utf8(stem) && !first_control_character(stem, "");
-  return printable && !stem.empty() && stem.size() <= kMaxNameBytes ? stem : "scenario";
+  return printable && !stem.empty() && label != kStandardInput && stem.size() <= kMaxNameBytes ? stem : "scenario";
 }
 
 bool same_place(const Place& a, const Place& b) {
@@ -203,12 +204,27 @@ Status check_draws(const std::string& text, const std::string& label,
   return faults.empty() ? Status() : to_error(faults);
 }
 
+namespace {
+
+template <class Refuse>
+Result<std::string> text_of(std::istream& stream, const Refuse& refuse) {
+  // One byte more than the limit, so that an endless pipe ends and is refused.
+  std::string text(kMaxYamlBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+}  // namespace
+
 Result<std::string> read_scenario_text(const std::filesystem::path& file, std::string_view what) {
   const std::string label = file.string();
   const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
     return Error{kind,
                  one_line(fmt::format("{}: {}, accepted is {} in YAML", label, trouble, what))};
   };
+  if (file == kStandardInput) return text_of(std::cin, refuse);
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) return refuse(ErrorKind::usage, "no such file");
@@ -219,12 +235,7 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file, std::s
   }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return refuse(ErrorKind::io, "cannot be opened");
-  // One byte more than the limit, so that an endless pipe ends and is refused.
-  std::string text(kMaxYamlBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
+  return text_of(stream, refuse);
 }
 
 Result<Scenario> load_scenario(const std::filesystem::path& file,

@@ -269,7 +269,11 @@ Result<Scenario> load_scenario(const std::filesystem::path& file,
 Error with_place(const Error& error, const std::string& text, const std::string& label,
                  const std::vector<Override>& overrides = {});
 
-// The text of a scenario file. Errors as above, of the file alone; `what` is what they ask for.
+// In place of a scenario file.
+inline constexpr const char* kStandardInput = "-";
+
+// The text of a scenario file, or of standard input, which can be read once. Errors as above, of the
+// file alone; `what` is what they ask for.
 Result<std::string> read_scenario_text(const std::filesystem::path& file,
                                        std::string_view what = "a scenario");
 

@@ -12,6 +12,41 @@ namespace {
 
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
+std::vector<std::string_view> lines_until(std::string_view text, int line) {
+  std::vector<std::string_view> lines;
+  while (static_cast<int>(lines.size()) <= line && !text.empty()) {
+    const std::size_t end = text.find('\n');
+    lines.push_back(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return lines;
+}
+
+// Of an empty line or a comment: npos.
+std::size_t indentation_of(std::string_view line) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  return first == std::string_view::npos || line[first] == '#' ? std::string_view::npos : first;
+}
+
+// In spaces: behind the dashes of list items, whose maps begin there.
+std::size_t inner_indentation(std::string_view line, std::size_t at) {
+  while (line.substr(at).starts_with("- ")) {
+    const std::size_t next = line.find_first_not_of(' ', at + 1);
+    if (next == std::string_view::npos) break;
+    at = next;
+  }
+  return at;
+}
+
+// A key alone, a list item alone, or something that goes on in the next line.
+bool opens_more(std::string_view line) {
+  const std::size_t comment = line.find(" #");
+  line = line.substr(0, comment);
+  const std::size_t last = line.find_last_not_of(" \t\r");
+  return last != std::string_view::npos &&
+         std::string_view(":-,[{|>").find(line[last]) != std::string_view::npos;
+}
+
 }  // namespace
 
 bool is_clean_text(std::string_view text, int source, const std::string& path, bool has_lines,
@@ -39,6 +74,37 @@ bool is_clean_text(std::string_view text, int source, const std::string& path, b
     }
   }
   return true;
+}
+
+std::string indentation_trouble(std::string_view text, int line) {
+  const std::vector<std::string_view> lines = lines_until(text, line);
+  if (line < 0 || static_cast<int>(lines.size()) <= line) return "";
+  const std::string_view own = lines.back();
+  const std::size_t at = indentation_of(own);
+  if (at == std::string_view::npos) return "";
+  if (own.substr(0, at).find('\t') != std::string_view::npos) {
+    return "the line is indented with a tab, accepted are spaces";
+  }
+  std::vector<std::size_t> open;  // indentations of what the lines above have begun
+  for (auto above = lines.rbegin() + 1; above != lines.rend(); ++above) {
+    const std::size_t indentation = indentation_of(*above);
+    if (indentation == std::string_view::npos) continue;
+    const std::size_t inner = inner_indentation(*above, indentation);
+    if (open.empty() && at > inner && !opens_more(*above)) {
+      return fmt::format("the line is indented by {} spaces, and the one above, by {}, has its value "
+                         "already; accepted are keys of one map in one column",
+                         at, inner);
+    }
+    for (const std::size_t level : {inner, indentation}) {
+      if (open.empty() || level < open.back()) open.push_back(level);
+    }
+  }
+  if (open.empty() || std::find(open.begin(), open.end(), at) != open.end() || at > open.front()) {
+    return "";
+  }
+  return fmt::format("the line is indented by {}, accepted here are {}",
+                     at == 1 ? "1 space" : fmt::format("{} spaces", at),
+                     fmt::join(open, ", "));
 }
 
 bool is_unterminated(std::string_view text, std::size_t offset) {

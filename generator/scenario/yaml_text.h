@@ -3,6 +3,7 @@
 //
 //   is_clean_text     bytes that no YAML file should hold
 //   is_unterminated   a quote that is never closed
+//   indentation_trouble   what may be wrong with the indentation of a line
 //   Columns  place_at_offset   places in characters
 #pragma once
 
@@ -24,6 +25,10 @@ bool is_clean_text(std::string_view text, int source, const std::string& path, b
 // yaml-cpp lets the end of the text close a quote; such a scalar has swallowed the rest of the
 // file. `offset` is that of the last quoted scalar, or of its anchor.
 bool is_unterminated(std::string_view text, std::size_t offset);
+
+// Where the indentation of the line (from 0) can be why yaml-cpp refuses it: what is wrong and what is
+// accepted; else empty.
+std::string indentation_trouble(std::string_view text, int line);
 
 Place place_at_offset(int source, std::string_view text, std::size_t offset);
 

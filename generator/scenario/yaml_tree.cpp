@@ -266,7 +266,10 @@ std::optional<Node> read_clean(const std::string& text, int source, const std::s
   } catch (const StopReading&) {
     return std::nullopt;
   } catch (const YAML::Exception& error) {
-    add_fault(faults, builder.place(error.mark), path, "not valid YAML: " + error.msg);
+    const std::string trouble =
+        whole_text ? indentation_trouble(text, error.mark.line) : std::string();
+    add_fault(faults, builder.place(error.mark), path,
+              "not valid YAML: " + (trouble.empty() ? error.msg : trouble));
     return std::nullopt;
   } catch (const std::exception& error) {
     add_fault(faults, {source, whole_text ? 1 : 0, 1}, path,

@@ -112,6 +112,15 @@ class Commands(Case):
         (output / "sequences/000000/range_m.npy").write_bytes(b"cut")
         self.assertTrue(run("verify", output).stderr.endswith(": 1 fault\n"))
 
+    def test_a_scenario_comes_by_standard_input(self):
+        text = self.scenario.read_text()
+        told = subprocess.run([PROGRAM, "check", "-"], input=text, capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertIn("# 1 sequence x ", told.stdout)
+        wrong = subprocess.run([PROGRAM, "check", "-"], input="sonar: 1\n", capture_output=True, text=True)
+        self.assertEqual(wrong.returncode, 2)
+        self.assertRegex(wrong.stderr, r"^-:1:")
+
     def test_check_looks_at_every_sequence(self):
         drawn = self.folder / "drawn.yaml"
         drawn.write_text(self.scenario.read_text() + "sequences: 12\nmultipath: {surface: {z_m: "

@@ -97,6 +97,15 @@ TEST_CASE("a sonar in something solid is told") {
   CHECK(scene.warnings(object("plane: {}", "[0, 0, 1]")).empty());
 }
 
+// Protects from a range in millimetres.
+TEST_CASE("a range from which nothing comes back is told") {
+  const Scene scene;
+  const std::string water = "  []\nwater: {absorption: {fixed_db_m: ";
+  CHECK(scene.warnings(water + "25.1}}\n").at(0).find("nothing is heard beyond 5 m") !=
+        std::string::npos);
+  CHECK(scene.warnings(water + "24.9}}\n").empty());
+}
+
 // Protects from doubled echoes of an entry that was pasted twice.
 TEST_CASE("objects in one place are told once") {
   const Scene scene;
@@ -108,5 +117,5 @@ TEST_CASE("objects in one place are told once") {
   }
   CHECK(scene.warnings(objects) ==
         std::vector<std::string>{"ball_0 and ball_1 lie in one place and are of one size, and so do 1 "
-                                 "more"});
+                                 "more; objects of a count need a sampled position or a place"});
 }

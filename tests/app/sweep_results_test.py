@@ -102,6 +102,7 @@ class Failures(SweepTest):
         gone, whole = (self.out / "runs" / line["run"] for line in self.plan())
         for name in ("timeseries/000001.npy", "polar/000001.exr"):
             (gone / "sequences/000000" / name).unlink()
+        (self.out / "runs.csv").unlink()
         refused = self.go("--finalize", expect=4)
         self.assertIn("1 of 2 runs are damaged; remove their folders", refused.stderr)
         self.assertIn(f"runs/{gone.name}: ", refused.stderr)

@@ -85,7 +85,6 @@ class SweepTest(unittest.TestCase):
         """The folder that one process makes and finishes, in one go."""
         out = self.folder / "whole"
         self.go("--quiet", out=out)
-        self.go("--finalize", "--quiet", out=out)
         return contents(out)
 
 

@@ -194,5 +194,19 @@ TEST_CASE("more values than any scenario holds are refused") {
   CHECK(read("a: [" + repeated("1,", 1000) + "]\n").message.empty());
 }
 
+// Protects beginners from the parser's own words: what stops most of them is a tab or a column.
+TEST_CASE("wrong indentation is named as such") {
+  check_fault("a:\n\tb: 1\n", "f:2:");
+  CHECK(read("a:\n\tb: 1\n").message.find("indented with a tab, accepted are spaces") !=
+        std::string::npos);
+  const auto deeper = read("a:\n  b: 1\n   c: 2\n").message;
+  CHECK(deeper.find("indented by 3 spaces, and the one above, by 2, has its value already") !=
+        std::string::npos);
+  const auto between = read("# first\na:\n  - b: 1\n    c: 2\n\n   d: 3\n").message;
+  CHECK(between.find("indented by 3 spaces, accepted here are 4, 2, 0") != std::string::npos);
+  CHECK(read("a:\n  b:\n    c: 1\n  d: 2\ne: 3\n").message.empty());
+  CHECK(read("a: {b: 1\n").message.find("indented") == std::string::npos);
+}
+
 }  // namespace
 }  // namespace ensonify
