@@ -7,6 +7,7 @@
 #include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "app/measure.h"
+#include "app/object_looks.h"
 #include "app/scene_warnings.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
@@ -47,6 +48,39 @@ void warn_of_redraws(const PlacementTotals& placed) {
        100.0 * static_cast<double>(placed.redrawn) / static_cast<double>(placed.sequences));
 }
 
+// The sequences whose objects are told: the first, and where each has its own two more.
+std::vector<std::uint32_t> looked_at(const SequenceWorlds& worlds) {
+  const std::uint32_t first = worlds.first_sequence();
+  if (!worlds.vary()) return {first};
+  std::vector<std::uint32_t> sequences = {first};
+  for (const std::uint32_t sequence :
+       spread_order(0, worlds.first().scenario.sequences, 3)) {
+    if (sequence != first && sequences.size() < 3) sequences.push_back(sequence);
+  }
+  return sequences;
+}
+
+// Prints a table of the objects of each.
+Status look_at_sequences(const SequenceWorlds& worlds, const Numerics& numerics,
+                         const Workers& workers) {
+  SeenObjects seen;
+  for (const std::uint32_t sequence : looked_at(worlds)) {
+    const Result<ReadyWorld> world = worlds.world(sequence);
+    if (!world && world.error().kind == ErrorKind::usage) continue;  // told by the census
+    if (!world) return world.error();
+    const auto& [session, tracer] = *world;
+    const auto looks = look_at_objects(*session, *tracer, sequence, numerics, workers);
+    if (!looks) continue;  // noise.snr_db without an echo: generate refuses it
+    answer("# ping 0 of sequence {}:\n", sequence);
+    for (const std::string& line : look_lines(*looks)) answer("#   {}\n", line);
+    note_seen(*session, *tracer, sequence, *looks, workers, seen);
+  }
+  for (const std::string& text : unseen_warnings(seen, worlds.first().scenario)) {
+    tell("warning: {}\n", text);
+  }
+  return {};
+}
+
 Status unless_failed(const WorldCensus& census) {
   if (census.failed.empty()) return {};
   return Error{ErrorKind::incomplete, failures_text(census.failed, census.looked_at)};
@@ -77,6 +111,7 @@ Status check(const CheckOptions& options) {
   for (const std::string& line : census_lines(*census)) answer("# {}\n", line);
   warn_of_redraws(census->placement);
   worlds->trace_first();
+  if (Status told = look_at_sequences(*worlds, *numerics, workers); !told) return told;
   MeasureJob job{{0, session.scenario.sequences},
                  {},
                  static_cast<std::uint32_t>(session.ping_times_s.size()),

@@ -1,0 +1,55 @@
+// What a sonar hears of each object, as `check` tells it before anything is made.
+//
+//   ObjectLook  look_at_objects   at ping 0 of one sequence
+//   look_lines                    as a table
+//   SeenObjects  note_seen  unseen_warnings   objects that are never in view
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/session.h"
+#include "app/tables.h"
+#include "core/parallel.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+struct ObjectLook {
+  std::string name;
+  std::optional<Vec3> size_m;  // along its own axes; absent: without end
+  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;  // of its middle, in the sonar's frame
+  double share_in_fan = 0;  // of its points, within azimuths, elevations and ranges of the fan
+  std::int64_t pixels = 0;  // of the polar image, that it wins
+  std::optional<double> over_ground_db;  // mean expected power, against the ground around it
+  std::optional<double> over_noise_db;   // ... against the noise
+};
+
+// In the order of the objects. Around an object: in the rectangle around its pixels, twice as high
+// and wide, 3 pixels wider on each side at least. Ground: terrain, planes, rooms, what others are
+// placed on, and pixels without an instance. Errors: those of make_pipeline.
+Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tracer& tracer,
+                                                std::uint32_t sequence, const Numerics& numerics,
+                                                const Workers& workers);
+
+// A line for the head and for each object, of a long table the first 24; without line ends.
+std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks);
+
+// Over all sequences that were looked at. Where things are sampled one object may be out of view, so
+// that classes are what counts.
+struct SeenObjects {
+  std::map<std::string, bool> is_seen;  // by name, or by class where things are sampled
+  std::map<std::string, std::string> where;  // of one that is not seen: where it is at ping 0
+  std::vector<std::string> empty_pings;      // "ping 0 of sequence 3"
+};
+
+// Adds what rays of the fan meet at the first, middle and last ping. Point targets and volumes are
+// not looked for.
+void note_seen(const Session& session, const Tracer& tracer, std::uint32_t sequence,
+               const std::vector<ObjectLook>& looks, const Workers& workers, SeenObjects& seen);
+std::vector<std::string> unseen_warnings(const SeenObjects& seen, const Scenario& scenario);
+
+}  // namespace ensonify
