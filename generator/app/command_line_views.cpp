@@ -152,11 +152,16 @@ Status run_export(const ViewArguments& arguments) {
 // Which objects the formats that list objects write.
 static void add_object_options(CLI::App& command, ExportOptions& options) {
   constexpr const char* kGroup = "Objects";
-  command.add_option("--classes", options.classes,
-                     "these classes alone, separated by commas; else all of kind thing")
-      ->delimiter(',')
-      ->group(kGroup);
-  command.add_option("--exclude", options.exclude, "all but these")->delimiter(',')->group(kGroup);
+  const auto add_list = [&](const char* name, auto& names, const char* what) {
+    command.add_option(name, names, what)
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("A,B")
+        ->group(kGroup);
+  };
+  add_list("--classes", options.classes,
+           "these classes alone, separated by commas; else all of kind thing");
+  add_list("--exclude", options.exclude, "all but these");
   command.add_option("--min-pixels", options.min_pixels, "least pixels of the mask (1)")
       ->check(CLI::Range(1, 1'000'000'000))
       ->group(kGroup);

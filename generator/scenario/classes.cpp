@@ -84,9 +84,10 @@ void take_kinds(Faults& faults, const Value& classes, ClassList& list) {
     const auto found = std::find(list.names.begin(), list.names.end(), name);
     if (found == list.names.end()) {
       add_fault(faults, entry.place, entry.path,
-                fmt::format("no object, point target or volume has the class {}{}; expected one "
-                            "of {}",
-                            shown(name), hint(name, known), joined(known)));
+                fmt::format("no object, point target or volume has the class {}{}; expected a class "
+                            "of this scenario{}{}",
+                            shown(name), hint(name, known), known.empty() ? "" : ": ",
+                            joined(known)));
       continue;
     }
     const Node* kind = entry.node->kind == NodeKind::map ? find(*entry.node, "kind") : nullptr;

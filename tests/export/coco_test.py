@@ -84,6 +84,12 @@ class Coco(exported.Case):
         self.check_choice(lambda a: a.class_id == 2, "--exclude", "pole")
         self.check_choice(lambda a: a.class_id == 1, *exported.ALL_CLASSES, "--exclude", "pole,ball & net")
 
+    def test_names_of_classes_end_before_the_folder(self):
+        out = exported.scratch() / "out"
+        result = exported.run("export", "--exclude", "room", "--classes", "pole", exported.dataset(), "--format",
+                              "coco", "-o", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_size(self):
         least = int(between([a.area for a in self.stored() if a.class_id != 1])) + 1
         self.check_choice(lambda a: a.class_id != 1 and a.area >= least, "--min-pixels", least)
