@@ -152,6 +152,28 @@ Status run_export(const ViewArguments& arguments) {
   return export_command(arguments.format, std::move(options), arguments.quiet);
 }
 
+// Which objects the formats that list objects write.
+static void add_object_options(CLI::App& command, ExportOptions& options) {
+  constexpr const char* kGroup = "Objects";
+  const auto add_list = [&](const char* name, auto& names, const char* what) {
+    command.add_option(name, names, what)
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("A,B")
+        ->group(kGroup);
+  };
+  add_list("--classes", options.classes,
+           "these classes alone, separated by commas; else all of kind thing");
+  add_list("--exclude", options.exclude, "all but these");
+  command.add_option("--min-pixels", options.min_pixels, "least pixels of the mask (1)")
+      ->check(CLI::Range(1, 1'000'000'000))
+      ->group(kGroup);
+  command.add_option("--min-visible", options.min_visible,
+                     "least share of the amodal mask that is visible")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(kGroup);
+}
+
 void add_export(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
   ExportOptions& options = arguments.exported;
@@ -168,7 +190,12 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
   command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
       ->check(CLI::Range(1, 1'000'000));
+  command.add_option("--margin-px", options.margin_px, "pixels around the box of a crop (8)")
+      ->check(CLI::Range(0, 65535));
+  command.add_option("--split", options.split, "the sequences of this split alone")
+      ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  add_object_options(command, options);
   command.footer(export_format_list());
 }
 

@@ -114,8 +114,10 @@ Status export_command(const std::string& format_name, ExportOptions options, boo
 std::string export_format_list() {
   std::string text = "formats (docs/export.md):\n";
   for (const ExportFormat& format : export_formats()) {
+    std::string takes = format.options;
+    if (format.lists_objects) takes += " and the options of objects";
     text += fmt::format("  {:<12} {}{}{}\n", format.name, format.what,
-                        *format.options != '\0' ? "; takes " : "", format.options);
+                        takes.empty() ? "" : "; takes ", takes);
   }
   return text;
 }

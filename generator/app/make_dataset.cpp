@@ -146,6 +146,7 @@ Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& w
   dataset.scenario_yaml = std::move(work.scenario_yaml);
   dataset.first = std::move(work.first);
   dataset.classes = worlds.first().world.classes;
+  dataset.class_kinds = worlds.first().scenario.class_kinds;
   dataset.assets = std::move(work.assets);
   dataset.host = host_name();
   dataset.threads = threads;

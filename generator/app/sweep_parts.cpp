@@ -207,6 +207,7 @@ std::string world_key(const Scenario& scenario) {
   part.synthesis_tolerance = none.synthesis_tolerance;
   part.output = none.output;
   part.splits = none.splits;
+  part.classes = none.classes;
   // Its draws are those of terrain, plumes, fish, places and wave motion.
   if (!varies_by_sequence(part)) part.seed = none.seed;
   std::string key = to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });

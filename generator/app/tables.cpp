@@ -126,6 +126,7 @@ std::string table_key(const Scenario& scenario) {
   part.objects = none.objects;
   part.point_targets = none.point_targets;
   part.volumes = none.volumes;
+  part.classes = none.classes;
   part.multipath = none.multipath;
   // What follows from motion stands in the key of pipeline_tables.
   part.trajectory = none.trajectory;

@@ -6,7 +6,7 @@
 //   GreySettings  OutputSelection          how and what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  SequenceInfo   what the pings of a
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the pings of a
 //   sequence share
 #pragma once
 
@@ -212,6 +212,10 @@ struct Placement {
   std::vector<PlacedClass> classes;
   std::vector<std::string> left_out;  // names of objects
 };
+
+// As COCO tells them apart: what can be counted, and what fills the image around it.
+enum class ClassKind { thing, stuff };
+inline const char* name_of(ClassKind kind) { return kind == ClassKind::stuff ? "stuff" : "thing"; }
 
 struct SequenceInfo {
   std::uint32_t sequence = 0;

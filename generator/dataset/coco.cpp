@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <type_traits>
 
@@ -49,14 +50,18 @@ Value value_of(const JsonMembers& members, std::string_view key) {
 }
 
 std::string image_json(std::uint64_t id, const SequenceInfo& info, std::string_view ping,
-                       const JsonMembers& image) {
+                       const JsonMembers& image, const std::string* file_name) {
   const auto full = [&](std::string_view key) {
     return quoted_text(layout::in_sequence(info.sequence, value_of<std::string>(image, key)));
   };
+  const auto array = [&] {
+    return fmt::format(R"("array":{},"index":{})", full("array"), text_of(image, "index"));
+  };
   const std::string place =
-      image.at("file").empty()
-          ? fmt::format(R"("array":{},"index":{})", full("array"), text_of(image, "index"))
-          : fmt::format(R"("file_name":{})", full("file"));
+      file_name == nullptr && image.at("file").empty()
+          ? array()
+          : fmt::format(R"("file_name":{})",
+                        file_name != nullptr ? quoted_text(*file_name) : full("file"));
   return fmt::format(
       R"({{"id":{},{},"width":{},"height":{},"view":{},"sequence":{},"ping":{},"split":{}}})", id,
       place, text_of(image, "width"), text_of(image, "height"), text_of(image, "view"),
@@ -100,14 +105,6 @@ std::string hidden_json(std::uint64_t image_id, const Instance& instance, const 
                      amodal_json(image, annotation));
 }
 
-Json categories_json(const std::vector<std::string>& classes) {
-  Json categories = Json::array();
-  for (std::size_t k = 0; k < classes.size(); ++k) {
-    categories.push_back({{"id", k + 1}, {"name", classes[k]}, {"supercategory", "object"}});
-  }
-  return categories;
-}
-
 const Instance* find_instance(const SequenceInfo& info, const JsonMembers& annotation) {
   const auto id = value_of<std::uint64_t>(annotation, "instance");
   return id >= 1 && id <= info.instances.size() ? &info.instances[id - 1] : nullptr;
@@ -132,10 +129,15 @@ struct Lists {
   std::uint64_t image_id = 0, annotation_id = 0;
 };
 
+bool holds(const std::vector<std::uint16_t>& instances, std::uint32_t id) {
+  return std::find(instances.begin(), instances.end(), id) != instances.end();
+}
+
 Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMembers& image,
-                 Lists& lists) {
+                 Lists& lists, const CocoImage* chosen = nullptr) {
   const std::uint64_t image_id = ++lists.image_id;
-  lists.images.add(image_json(image_id, info, ping, image));
+  lists.images.add(image_json(image_id, info, ping, image,
+                              chosen != nullptr ? &chosen->file_name : nullptr));
   const auto add = [&](std::string_view key, const auto& use) {
     return for_each_object(image, key, [&](const JsonMembers& annotation) -> Status {
       const Instance* instance = find_instance(info, annotation);
@@ -149,10 +151,11 @@ Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMemb
     });
   };
   Status added = add("annotations", [&](const Instance& instance, const JsonMembers& annotation) {
+    if (chosen != nullptr && !holds(chosen->instances, instance.id)) return;
     lists.annotations.add(
         annotation_json(++lists.annotation_id, image_id, instance, image, annotation));
   });
-  if (!added) return added;
+  if (!added || chosen != nullptr) return added;
   return add("hidden", [&](const Instance& instance, const JsonMembers& annotation) {
     lists.hidden.add(hidden_json(image_id, instance, image, annotation));
   });
@@ -186,7 +189,59 @@ Status for_each_line(const std::filesystem::path& dir, std::uint32_t sequence,
   return {};
 }
 
+std::string head_text(const std::string& name, const Json& categories) {
+  const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
+  return "{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
+         json_line(categories) + ",\n\"images\": [";
+}
+
 }  // namespace
+
+Json categories_json(const std::vector<std::string>& classes,
+                     const std::vector<ClassKind>& kinds) {
+  Json categories = Json::array();
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    categories.push_back({{"id", k + 1},
+                          {"name", classes[k]},
+                          {"supercategory", "object"},
+                          {"isthing", kinds[k] == ClassKind::thing ? 1 : 0}});
+  }
+  return categories;
+}
+
+struct CocoFile::State {
+  StreamedFile file, annotations;
+  Lists lists{ElementWriter(&file), ElementWriter(&annotations), ElementWriter(nullptr)};
+};
+
+CocoFile::CocoFile(const std::filesystem::path& path, const std::string& name,
+                   const Json& categories)
+    : state_(new State{StreamedFile(path), StreamedFile(path.string() + ".annotations")}) {
+  state_->file.append(head_text(name, categories));
+}
+CocoFile::~CocoFile() = default;
+
+Status CocoFile::add(const SequenceInfo& info, std::string_view line, const CocoImage& image) {
+  try {
+    const auto members = json_members(line);
+    if (!members) throw IncompleteLine();
+    return for_each_object(*members, "images", [&](const JsonMembers& of) {
+      const bool is_chosen = value_of<std::string>(of, "view") == image.view;
+      return is_chosen ? add_image(info, text_of(*members, "ping"), of, state_->lists, &image)
+                       : Status();
+    });
+  } catch (const IncompleteLine&) {
+    return Error{ErrorKind::damage,
+                 fmt::format("sequence {}: a line of annotations lacks a member", info.sequence)};
+  }
+}
+
+Status CocoFile::close() {
+  state_->file.append("\n],\n\"annotations\": [");
+  state_->file.append_all_of(state_->annotations);
+  state_->file.append("\n]\n}\n");
+  return state_->file.close();
+}
 
 std::string annotation_line(std::uint32_t ping, double time_s, Json images) {
   Json line = {{"ping", ping}, {"time_s", time_s}};
@@ -206,13 +261,11 @@ Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t s
 
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences,
-                             const std::vector<std::string>& classes) {
+                             const Json& categories) {
   StreamedFile file(dir, "coco.json");
   StreamedFile annotations(dir, "coco.json.annotations", false);
   StreamedFile hidden(dir, "coco.json.hidden", false);
-  const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
-  file.append("{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
-              json_line(categories_json(classes)) + ",\n\"images\": [");
+  file.append(head_text(name, categories));
   Lists lists{ElementWriter(&file), ElementWriter(&annotations), ElementWriter(&hidden)};
   for (const std::uint32_t sequence : sequences) {
     const auto manifest = read_sequence_manifest(dir, sequence);

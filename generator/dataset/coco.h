@@ -1,5 +1,5 @@
 // Boxes and masks: annotations.jsonl of a sequence, and coco.json made from those of all of them
-// without holding more than one line in memory. Private to dataset/.
+// without holding more than one line in memory. All but CocoFile is private to dataset/.
 //
 // annotations.jsonl has one line a ping:
 //   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
@@ -11,12 +11,14 @@
 // "array" and "index" in place of "file"; masks without an image have none of the three.
 //
 //   annotation_line  for_each_annotated_ping
-//   write_coco  coco_bytes
+//   categories_json  write_coco  coco_bytes
+//   CocoImage  CocoFile   some images and annotations, in another file
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,16 +37,45 @@ std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t sequence,
                                const std::function<void(std::uint32_t, double)>& use);
 
+// Category k is classes[k - 1]; `isthing` is 1 or 0, as in COCO's panoptic files.
+Json categories_json(const std::vector<std::string>& classes,
+                     const std::vector<ClassKind>& kinds);
+
 // Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
-// ping, polar before Cartesian; annotations from 1 in the order of their images. Category k is
-// classes[k - 1]. Instances that are seen nowhere in an image stand in a list of their own,
+// ping, polar before Cartesian; annotations from 1 in the order of their images. Instances that are seen nowhere in an image stand in a list of their own,
 // `hidden`: readers of COCO expect masks with pixels.
 // All sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences,
-                             const std::vector<std::string>& classes);
+                             const Json& categories);
 
 // How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);
+
+// One image of a ping, and those of its annotations that are wanted.
+struct CocoImage {
+  std::string view;  // polar or cartesian
+  std::string file_name;
+  std::vector<std::uint16_t> instances;
+};
+
+// A file as write_coco makes it, without the list `hidden`.
+class CocoFile {
+ public:
+  CocoFile(const std::filesystem::path& path, const std::string& name, const Json& categories);
+  ~CocoFile();
+  CocoFile(const CocoFile&) = delete;
+  CocoFile& operator=(const CocoFile&) = delete;
+
+  // `line` is the ping's, of annotations.jsonl. Error (damage): it lacks a member; (bug): it names
+  // an instance that the sequence does not have.
+  Status add(const SequenceInfo& info, std::string_view line, const CocoImage& image);
+  // Gives the file its name. Error (io).
+  Status close();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace ensonify

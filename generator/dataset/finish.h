@@ -55,6 +55,7 @@ struct DatasetInfo {
   std::vector<SequenceFailure> failed;   // those that cannot be made, ascending
   std::uint64_t sequences_in_all = 0;    // of the scenario; more than those are others' to make
   std::vector<std::string> classes;      // class id k is classes[k - 1]
+  std::vector<ClassKind> class_kinds;    // of each
   std::vector<Asset> assets;
   // What differs from run to run: goes to provenance.json, the only file that is never hashed.
   std::string host;

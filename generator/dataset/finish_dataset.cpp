@@ -141,7 +141,8 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
   const auto tables = write_index(dir, sequences);
   if (!tables) return tables.error();
   entries.insert(entries.end(), tables->begin(), tables->end());
-  done = keep(write_coco(dir, info.identity.name, info.sequences, info.classes));
+  done = keep(write_coco(dir, info.identity.name, info.sequences,
+                         categories_json(info.classes, info.class_kinds)));
   if (!done) return done.error();
   std::sort(entries.begin(), entries.end(),
             [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; });
@@ -150,8 +151,8 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
                             const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1,  info.identity, info.classes, 0, std::move(sequences), {},
-                           info.failed, {}};
+  DatasetManifest manifest{1,  info.identity, info.classes, info.class_kinds, 0, std::move(sequences),
+                           {}, info.failed,   {}};
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;

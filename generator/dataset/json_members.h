@@ -36,6 +36,7 @@ inline Json value_json(const Quat& q) { return Json::array({q.w, q.x, q.y, q.z})
 inline Json value_json(const PulseTableRow& row) {
   return Json::array({row.frequency_hz, row.amplitude, row.phase_rad});
 }
+inline Json value_json(ClassKind kind) { return name_of(kind); }
 template <class T>
 Json value_json(const std::vector<T>& values) {
   Json json = Json::array();
@@ -96,6 +97,14 @@ inline bool take_value(const Json& json, PulseTableRow& row) {
   const bool taken = take_value(json, found);
   if (taken) row = {found[0], found[1], found[2]};
   return taken;
+}
+inline bool take_value(const Json& json, ClassKind& kind) {
+  for (const ClassKind word : {ClassKind::thing, ClassKind::stuff}) {
+    if (json != name_of(word)) continue;
+    kind = word;
+    return true;
+  }
+  return false;
 }
 template <class T>
 bool take_value(const Json& json, std::optional<T>& value) {

@@ -66,6 +66,7 @@ struct DatasetManifest {
   std::uint64_t version = 0;
   WorkIdentity identity;             // but for its pings
   std::vector<std::string> classes;  // class id k is classes[k - 1]
+  std::vector<ClassKind> class_kinds;  // of each
   std::uint64_t bytes = 0;           // of all files that manifests list
   std::vector<SequenceEntry> sequences;
   std::optional<PlacementTotals> placement = {};  // absent: nothing is placed at random

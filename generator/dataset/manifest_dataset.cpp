@@ -33,6 +33,7 @@ void dataset_members(Io& io, Value& manifest) {
   io("seed", manifest.identity.seed);
   io("scenario_sha256", manifest.identity.scenario_sha256);
   io("classes", manifest.classes);
+  io("class_kinds", manifest.class_kinds);
   if constexpr (Io::kWrites) {
     Json splits = {{"train", Json::array()}, {"val", Json::array()}, {"test", Json::array()}};
     for (const SequenceEntry& entry : manifest.sequences) {

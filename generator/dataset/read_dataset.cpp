@@ -110,7 +110,7 @@ std::optional<StoredAnnotation> annotation_of(const Json& json, const StoredSequ
   auto runs = run_lengths(*counts, pixels);
   if (!runs) return std::nullopt;
   return StoredAnnotation{static_cast<std::uint16_t>(*instance), std::move(*runs),
-                          number_at(json, "occlusion")};
+                          number_at(json, "occlusion"), count_at(json, "amodal_area")};
 }
 
 // Absent in data sets without amodal masks of an older program.
@@ -216,7 +216,10 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
   }
   if (!manifest->fault.empty()) return damaged(path, "has a wrong member " + manifest->fault);
   const DatasetManifest& m = *manifest;
-  return StoredDataset{dir, m, m.identity.name, m.classes, m.sequences};
+  if (m.class_kinds.size() != m.classes.size()) {
+    return damaged(path, "does not have a kind in class_kinds for each of its classes");
+  }
+  return StoredDataset{dir, m, m.identity.name, m.classes, m.class_kinds, m.sequences};
 }
 
 Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredSequenceRow& row) {

@@ -44,6 +44,7 @@ struct StoredDataset {
   DatasetManifest manifest;
   std::string name;
   std::vector<std::string> classes;  // class id k is classes[k - 1]
+  std::vector<ClassKind> class_kinds;  // of each
   std::vector<StoredSequenceRow> sequences;
 };
 
@@ -89,6 +90,7 @@ struct StoredAnnotation {
   std::uint16_t instance = 0;
   std::vector<std::int64_t> runs;   // of 0, 1, 0, ... down the columns; they add to all pixels
   std::optional<double> occlusion;  // absent: not asked for, or no ray meets it
+  std::optional<std::uint64_t> amodal_area;  // pixels; absent: not asked for
 };
 
 struct StoredPicture {

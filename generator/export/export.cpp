@@ -12,18 +12,22 @@ namespace ensonify {
 namespace {
 
 constexpr ExportFormat kFormats[] = {
-    {"yolo", "Ultralytics: pictures, labels with outlines or boxes, data.yaml", true,
+    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, "--view",
+     write_coco_folder},
+    {"yolo", "Ultralytics: pictures, labels with outlines or boxes, data.yaml", true, true,
      "--view, --labels", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, "--view", write_voc},
-    {"index_mask", "pictures with class and instance masks, in train, val and test", true, "--view",
-     write_index_mask},
-    {"tum", "a TUM trajectory of the sonar and of each object", true, "", write_tum},
-    {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false,
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, "--view", write_voc},
+    {"crops", "an image of each object, in folders by split and class", true, true,
+     "--view, --margin-px", write_crops},
+    {"index_mask", "pictures with class and instance masks, in train, val and test", true, false,
+     "--view", write_index_mask},
+    {"tum", "a TUM trajectory of the sonar and of each object", true, false, "", write_tum},
+    {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false, false,
      "--stack, --pad", write_hdf5},
-    {"webdataset", "tar shards of pictures, masks, series and labels", true,
+    {"webdataset", "tar shards of pictures, masks, series and labels", true, true,
      "--view, --shard-size-mb", write_webdataset},
-    {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
-    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, "",
+    {"ply", "a point cloud of each ping, from scatterers/", true, false, "", write_ply},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, false, "",
      write_mcap},
 };
 
@@ -34,11 +38,23 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
       {"--labels", options.labels.has_value()},
       {"--stack", options.stack},
       {"--pad", options.pad},
+      {"--margin-px", options.margin_px.has_value()},
       {"--shard-size-mb", options.shard_size_mb.has_value()}};
+  const std::pair<std::string_view, bool> of_objects[] = {
+      {"--classes", options.classes.has_value()},
+      {"--exclude", !options.exclude.empty()},
+      {"--min-pixels", options.min_pixels.has_value()},
+      {"--min-visible", options.min_visible.has_value()}};
   std::string unwanted;
+  const auto refuse = [&](std::string_view name) {
+    unwanted += (unwanted.empty() ? "" : ", ") + std::string(name);
+  };
   for (const auto& [name, is_given] : given) {
     const bool taken = std::string_view(format.options).find(name) != std::string_view::npos;
-    if (is_given && !taken) unwanted += (unwanted.empty() ? "" : ", ") + std::string(name);
+    if (is_given && !taken) refuse(name);
+  }
+  for (const auto& [name, is_given] : of_objects) {
+    if (is_given && !format.lists_objects) refuse(name);
   }
   return unwanted;
 }
@@ -56,12 +72,26 @@ Status check_options(const ExportFormat& format, const ExportOptions& options) {
   return {};
 }
 
+// Leaves the sequences of the split that is asked for.
+Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
+  if (!options.split) return {};
+  std::erase_if(dataset.sequences,
+                [&](const StoredSequenceRow& row) { return row.split != *options.split; });
+  if (!dataset.sequences.empty()) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("--split {}: no sequence of {} is in it", *options.split,
+                           options.dataset.string())};
+}
+
 Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
-  const auto dataset = open_dataset(options.dataset);
+  auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
+  if (const Status left = keep_split(options, *dataset); !left) return left.error();
+  auto objects = object_filter(*dataset, options);
+  if (!objects) return objects.error();
   auto place = OutputPlace::open(options.output, format.is_folder, options.dataset);
   if (!place) return place.error();
-  const ExportJob job{*dataset, options};
+  const ExportJob job{*dataset, options, *objects};
   if (const Status written = format.write(job, place->temporary()); !written) {
     return written.error();
   }

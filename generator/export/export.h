@@ -15,6 +15,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/error.h"
 #include "core/ping.h"
@@ -34,6 +35,13 @@ struct ExportOptions {
   bool stack = false;                          // hdf5: all sequences in one array
   bool pad = false;                            // ... of the size of the largest
   std::optional<std::uint64_t> shard_size_mb;  // of webdataset, 10^6 bytes
+  std::optional<int> margin_px;                // of crops: around the box, on each side
+  std::optional<std::string> split;            // train, val or test; absent: all
+  // Which objects get a box: those of these classes; absent: of all that are things.
+  std::optional<std::vector<std::string>> classes;
+  std::vector<std::string> exclude;        // ... but not of these
+  std::optional<std::uint64_t> min_pixels;  // of the mask
+  std::optional<double> min_visible;        // least share of the amodal mask, 0 to 1
   // Asked between pings; true ends the work with ErrorKind::interrupted and leaves nothing behind.
   std::function<bool()> stop;
 };
@@ -44,7 +52,8 @@ struct ExportFormat {
   const char* name;
   const char* what;
   bool is_folder;       // what OUT becomes
-  const char* options;  // those that it takes, as on the command line, with blanks between
+  bool lists_objects;   // and takes the options that choose among them
+  const char* options;  // the others that it takes, as on the command line
   Status (*write)(const ExportJob& job, const std::filesystem::path& target);
 };
 

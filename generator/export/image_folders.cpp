@@ -54,7 +54,6 @@ Status write_yolo_ping(const ExportJob& job, const fs::path& target, const Store
   std::string labels;
   for (const StoredAnnotation& annotation : picture->annotations) {
     const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture->height));
-    if (mask.area == 0) continue;
     labels += label_line(job, *picture, mask, sequence.instances[annotation.instance - 1].class_id);
   }
   const std::string name = item_name(sequence, ping);
@@ -175,7 +174,6 @@ Result<LabelPicture> label_picture(const ExportJob& job, const StoredSequence& s
   std::uint8_t index = 0;
   for (const StoredAnnotation& annotation : picture->annotations) {
     const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture->height));
-    if (mask.area == 0) continue;
     const std::uint8_t class_id = sequence.instances[annotation.instance - 1].class_id;
     add_object(label, mask, class_id, ++index, job.dataset.classes[class_id - 1U]);
   }

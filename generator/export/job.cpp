@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "dataset/layout.h"
+#include "formats/json.h"
 
 namespace ensonify {
 Status for_each_sequence(const ExportJob& job,
@@ -50,9 +54,85 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
   return ping_file(job.dataset, sequence.row.sequence, row.file, ping.ping);
 }
 
+std::string plain_name(std::string_view text, std::size_t most) {
+  std::string name;
+  for (const char c : text.substr(0, most)) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
+    name += plain ? c : '_';
+  }
+  return name;
+}
+
+std::vector<std::string> splits_of(const ExportJob& job) {
+  if (job.options.split) return {*job.options.split};
+  return {"train", "val", "test"};
+}
+
 const CatalogueRow& grey_of(const ExportJob& job) { return grey_row(job.view()); }
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane) {
   return plane_row(job.view(), plane);
+}
+
+namespace {
+
+// By class id - 1; Error (usage): there is no class of one of the names.
+Result<std::vector<bool>> classes_of(const StoredDataset& dataset, std::string_view option,
+                                     const std::vector<std::string>& names) {
+  std::vector<bool> found(dataset.classes.size());
+  for (const std::string& name : names) {
+    const auto at = std::find(dataset.classes.begin(), dataset.classes.end(), name);
+    if (at == dataset.classes.end()) {
+      std::string known;
+      for (const std::string& of : dataset.classes) known += (known.empty() ? "" : ", ") + of;
+      return Error{ErrorKind::usage, fmt::format("{}: the data set has no class {}; expected {}",
+                                                 option, quoted_text(name), known)};
+    }
+    found[static_cast<std::size_t>(at - dataset.classes.begin())] = true;
+  }
+  return found;
+}
+
+std::uint64_t pixels_of(const StoredAnnotation& annotation) {
+  std::int64_t pixels = 0;
+  for (std::size_t i = 1; i < annotation.runs.size(); i += 2) pixels += annotation.runs[i];
+  return static_cast<std::uint64_t>(pixels);
+}
+
+Result<bool> is_wanted(const ObjectFilter& filter, const StoredSequence& sequence,
+                       const StoredAnnotation& annotation) {
+  const std::uint64_t pixels = pixels_of(annotation);
+  const std::uint8_t class_id = sequence.instances[annotation.instance - 1U].class_id;
+  if (!filter.classes[class_id - 1U] || pixels < filter.min_pixels) return false;
+  if (filter.min_visible <= 0) return true;
+  if (!annotation.amodal_area) {
+    return Error{ErrorKind::usage,
+                 fmt::format("--min-visible: sequence {} has no amodal masks to compare with; "
+                             "generate the data set with output.amodal: true",
+                             sequence.row.sequence)};
+  }
+  const auto amodal = static_cast<double>(*annotation.amodal_area);
+  return static_cast<double>(pixels) >= filter.min_visible * amodal;
+}
+
+}  // namespace
+
+Result<ObjectFilter> object_filter(const StoredDataset& dataset, const ExportOptions& options) {
+  ObjectFilter filter{{}, options.min_pixels.value_or(1), options.min_visible.value_or(0)};
+  for (const ClassKind kind : dataset.class_kinds) {
+    filter.classes.push_back(kind == ClassKind::thing);
+  }
+  if (options.classes) {
+    auto chosen = classes_of(dataset, "--classes", *options.classes);
+    if (!chosen) return chosen.error();
+    filter.classes = std::move(*chosen);
+  }
+  const auto excluded = classes_of(dataset, "--exclude", options.exclude);
+  if (!excluded) return excluded.error();
+  for (std::size_t k = 0; k < filter.classes.size(); ++k) {
+    if ((*excluded)[k]) filter.classes[k] = false;
+  }
+  return filter;
 }
 
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
@@ -60,7 +140,15 @@ Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence
   auto pictures = pictures_of(job.dataset, sequence, ping);
   if (!pictures) return pictures.error();
   for (StoredPicture& picture : *pictures) {
-    if (picture.view == view_name(view)) return std::move(picture);
+    if (picture.view != view_name(view)) continue;
+    std::vector<StoredAnnotation> wanted;
+    for (StoredAnnotation& annotation : picture.annotations) {
+      const auto is_in = is_wanted(job.objects, sequence, annotation);
+      if (!is_in) return is_in.error();
+      if (*is_in) wanted.push_back(std::move(annotation));
+    }
+    picture.annotations = std::move(wanted);
+    return std::move(picture);
   }
   return damaged(job.dataset.dir / layout::in_sequence(sequence.row.sequence, layout::kAnnotations),
                  fmt::format("has no {} picture of ping {}", view_name(view), ping.ping));

@@ -1,8 +1,11 @@
 // What exporters share. Private to export/.
 //
+//   ObjectFilter  object_filter   which annotations are written
 //   ExportJob            the data set and the wishes of the user
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
 //   item_name            000000_000003, for flat folders
+//   plain_name           part of a file's name
+//   splits_of            one, or all
 //   need                 the Error for a kind of file that the data set has not
 //   grey_of  mask_of_view   rows of the catalogue of the view that the user wants
 //   path_of              the file of a row and a ping
@@ -10,15 +13,27 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "dataset/read_dataset.h"
 #include "export/export.h"
 
 namespace ensonify {
 
+struct ObjectFilter {
+  std::vector<bool> classes;  // by class id - 1: whether it is written
+  std::uint64_t min_pixels = 1;
+  double min_visible = 0;
+};
+
+// Errors (usage): a name that is no class of the data set.
+Result<ObjectFilter> object_filter(const StoredDataset& dataset, const ExportOptions& options);
+
 struct ExportJob {
   const StoredDataset& dataset;
   const ExportOptions& options;
+  const ObjectFilter& objects;
 
   PictureView view() const { return options.view.value_or(PictureView::cartesian); }
 };
@@ -31,6 +46,13 @@ Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequen
 
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
+// The first `most` bytes as any file system takes them: the others than letters, digits, -, _ and .
+// become _.
+std::string plain_name(std::string_view text, std::size_t most);
+
+// Those that are exported, in the order train, val, test.
+std::vector<std::string> splits_of(const ExportJob& job);
+
 // No error where every ping of the sequence has this file; else usage, with the key of the scenario
 // that makes it.
 Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row);
@@ -41,11 +63,14 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
-// The annotations of this ping's picture of the view.
+// The annotations of this ping's picture of the view that the filter keeps; their masks are not
+// empty. Error (usage): the least visible share is asked for without amodal masks.
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, PictureView view);
 
-// The exporters, one a file.
+// The exporters.
+Status write_coco_folder(const ExportJob& job, const std::filesystem::path& target);
+Status write_crops(const ExportJob& job, const std::filesystem::path& target);
 Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
 Status write_voc(const ExportJob& job, const std::filesystem::path& target);
 Status write_index_mask(const ExportJob& job, const std::filesystem::path& target);

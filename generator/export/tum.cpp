@@ -19,15 +19,8 @@ std::string tum_line(double time_s, const Pose& pose) {
   return fmt::format("{} {} {} {} {} {} {} {}\n", time_s, p.x, p.y, p.z, q.x, q.y, q.z, q.w);
 }
 
-// A name that any file system takes.
 std::string file_name(const StoredInstance& instance) {
-  std::string name = fmt::format("{:05}_", instance.id);
-  for (const char c : instance.name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.';
-    if (name.size() < 100) name += plain ? c : '_';
-  }
-  return name + ".txt";
+  return fmt::format("{:05}_{}.txt", instance.id, plain_name(instance.name, 94));
 }
 
 class Trajectories {

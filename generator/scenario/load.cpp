@@ -132,7 +132,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   const Value root{&tree, tree.place, ""};
   auto sections = keep_drawn_sections(tree, input);
   const bool drawn = holds_distribution(tree);
-  std::vector<std::string> classes = class_names(root);
+  ClassList classes = class_list(faults, root);
   const std::vector<std::string> targets = layer_target_words(root);
   std::uint64_t seed = 0;
   Faults told_later;
@@ -149,7 +149,8 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             [](const ObjectSpec& o) { return o.place; });
   scenario.redraw = draw.redraw;
   scenario.draws = std::move(draws);
-  scenario.class_names = std::move(classes);
+  scenario.class_names = std::move(classes.names);
+  scenario.class_kinds = std::move(classes.kinds);
   scenario.drawn_sections = std::move(sections);
   scenario.notices = notices_of_files(scenario, folder);
   return scenario;

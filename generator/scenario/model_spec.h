@@ -18,6 +18,10 @@ enum class ModelKind {
   carton,
   shackle,
   wall,
+  pipe,
+  crab_pot,
+  ladder,
+  net,
 };
 
 // Both must be given. The size is the longest edge of the box around the thing.
@@ -27,7 +31,7 @@ struct ModelSpec {
 };
 
 // In the order of ModelKind.
-inline constexpr std::array<std::pair<std::string_view, ModelKind>, 10> kModelKinds = {{
+inline constexpr std::array<std::pair<std::string_view, ModelKind>, 14> kModelKinds = {{
     {"bottle", ModelKind::bottle},
     {"can", ModelKind::can},
     {"tyre", ModelKind::tyre},
@@ -38,6 +42,10 @@ inline constexpr std::array<std::pair<std::string_view, ModelKind>, 10> kModelKi
     {"carton", ModelKind::carton},
     {"shackle", ModelKind::shackle},
     {"wall", ModelKind::wall},
+    {"pipe", ModelKind::pipe},
+    {"crab_pot", ModelKind::crab_pot},
+    {"ladder", ModelKind::ladder},
+    {"net", ModelKind::net},
 }};
 
 constexpr std::string_view word_of(ModelKind kind) {

@@ -73,44 +73,7 @@ void count_list(Faults& faults, const Value& root, std::string_view key,
   }
 }
 
-void add_class(const std::string& name, std::vector<std::string>& names) {
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-}
-
-// Adds all scalars below the node: the value of `class`, or what it is sampled from.
-void add_scalars(const Node& node, std::vector<std::string>& names) {
-  if (node.kind == NodeKind::scalar) add_class(node.text, names);
-  for (const Node& item : node.items) add_scalars(item, names);
-}
-
-// Adds the classes of an entry, or of everything that the entry or the list is sampled from.
-void add_classes(const Node& node, const std::string& default_class,
-                 std::vector<std::string>& names) {
-  const Node* alternatives = node.kind == NodeKind::map ? find(node, "choice") : nullptr;
-  if (alternatives != nullptr || node.kind == NodeKind::list) {
-    for (const Node& item : (alternatives != nullptr ? *alternatives : node).items) {
-      add_classes(item, default_class, names);
-    }
-  } else if (const Node* given = find(node, "class")) {
-    add_scalars(*given, names);
-  } else {
-    add_class(default_class, names);
-  }
-}
-
 }  // namespace
-
-std::vector<std::string> class_names(const Value& root) {
-  std::vector<std::string> names;
-  const auto add_list = [&](std::string_view key, const std::string& default_class) {
-    const auto list = child(root, key);
-    if (list && !list->node->items.empty()) add_classes(*list->node, default_class, names);
-  };
-  add_list("objects", ObjectSpec{}.class_name);
-  add_list("point_targets", PointTargetSpec{}.class_name);
-  add_list("volumes", VolumeSpec{}.class_name);
-  return names;
-}
 
 static void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning) {
   constexpr std::string_view kKeys[] = {"rotation_deg", "quaternion_wxyz"};

@@ -167,6 +167,7 @@ static void world_fields(Fields& f, Scenario& scenario) {
           "Scattering in the water itself, each exactly one of uniform, vdb, plume and school, "
           "labeled as instances after the point targets; left out: none"},
          scenario.volumes, kLines);
+  class_fields(f, scenario.classes);
   f.map(
       {"multipath", "Multipath",
        "Echoes via specular reflectors, in addition to the direct echoes; left out: direct echoes "

@@ -201,6 +201,11 @@ struct VolumeSpec {
   PoseSpec pose;  // of no meaning to a uniform volume without end
 };
 
+struct ClassSpec {
+  std::string name;
+  ClassKind kind = ClassKind::thing;
+};
+
 struct OutputSpec {
   // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
   OutputSelection selection;
@@ -230,6 +235,7 @@ struct Scenario {
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
+  std::vector<ClassSpec> classes;      // those that the text gives a kind
   std::optional<Multipath> multipath;  // absent: direct echoes alone
   TrajectorySpec trajectory;
   bool motion_within_ping = false;
@@ -241,6 +247,7 @@ struct Scenario {
   // Every class that any draw can bring, in order of appearance in the file: ids that hold for all
   // sequences.
   std::vector<std::string> class_names;
+  std::vector<ClassKind> class_kinds;  // of each
   bool has_draws = false;         // something is drawn or placed: sequences are different worlds
   std::uint32_t redraw = 0;       // of the SequenceDraw that it was drawn for
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path

@@ -4,7 +4,7 @@
 //   limits            that several sections share
 //   preset_trees      blamed             sonar.cpp, presets.cpp
 //   check_...         what only shows when several sections are known
-//   class_names  layer_target_words      from the tree before it is drawn
+//   class_list  layer_target_words      from the tree before it is drawn
 #pragma once
 
 #include <string>
@@ -66,8 +66,15 @@ void check_places(Faults& faults, const Value& root);
 void check_instances(Faults& faults, const Value& root);
 
 // Every class that the lists name, behind draws too, in order of appearance; with the defaults of
-// those that name none.
-std::vector<std::string> class_names(const Value& root);
+// those that name none. Its kind is the one under `classes`; else stuff where nothing but terrain,
+// planes, rooms and volumes has the class, in any draw. Faults: a key of `classes` that is no
+// class, a kind that is sampled.
+struct ClassList {
+  std::vector<std::string> names;
+  std::vector<ClassKind> kinds;  // of each
+};
+ClassList class_list(Faults& faults, const Value& root);
+void class_fields(Fields& f, std::vector<ClassSpec>& classes);
 
 // What output.layers.targets may name: objects, point targets and their classes, behind draws too.
 std::vector<std::string> layer_target_words(const Value& root);

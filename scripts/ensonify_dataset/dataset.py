@@ -342,6 +342,11 @@ class SonarDataset:
         return self.info["classes"]
 
     @property
+    def class_kinds(self) -> List[str]:
+        """`thing` or `stuff` of each class: what has a box in exports, and what surrounds it."""
+        return self.info["class_kinds"]
+
+    @property
     def index(self) -> List[Tuple[int, int]]:
         """(sequence, ping) of every item, in order."""
         return [(number, ping) for number, pings in zip(self.sequences, self._pings) for ping in pings]

@@ -34,7 +34,7 @@ it means. [scenario.md](scenario.md) explains them together, with examples, and 
   the map has its own default.
 - *switch*: `true`, `false`, `on` or `off`. *switch or map*: a map of options turns it on. *word or map*: a word
   stands for the map of that kind with its defaults.
-- Any value but `ensonify`, `seed`, `sequences` and names may be drawn, see [Drawn values](#drawn-values).
+- Any value but `ensonify`, `seed`, `sequences`, names and kinds of classes may be drawn, see [Drawn values](#drawn-values).
 """
 
 

@@ -55,6 +55,7 @@ const std::vector<Override> kChanges = {
     {"objects.ball.pose.position_m", "[3, 0, 0]"},
     {"point_targets", "[{name: p, target_strength_db: -40, position_m: [1, 0, 0]}]"},
     {"volumes", "[{name: w, uniform: {strength_db: -50}}]"},
+    {"classes", "{object: {kind: stuff}}"},
     {"multipath", "{surface: {z_m: 1, reflection: -1}}"},
     {"trajectory.pings", "7"},
     {"motion_within_ping", "true"},

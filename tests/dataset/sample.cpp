@@ -194,6 +194,7 @@ DatasetInfo dataset_info(std::uint32_t sequences) {
   for (std::uint32_t s = 0; s < sequences; ++s) info.sequences.push_back(s);
   info.first = sequence_info(0);
   info.classes = info.first.classes;
+  info.class_kinds = {ClassKind::stuff, ClassKind::thing};
   info.host = "somewhere";
   info.threads = 2;
   return info;

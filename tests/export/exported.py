@@ -14,6 +14,7 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))  # the reader of data sets
 sys.path.insert(0, os.environ.get("READERS", str(pathlib.Path(__file__).parent.parent / "independent")))
 import sonar_dataset  # noqa: E402
 
@@ -45,6 +46,10 @@ trajectory:
 splits: {train: 0.5, val: 0.5, test: 0}
 output: {cartesian: {height_px: 60}}
 """
+
+# The room is stuff: without these it is no object of an export.
+CLASSES = ["room", "ball & net", "pole"]
+ALL_CLASSES = ("--classes", ",".join(CLASSES))
 
 _made = {}
 

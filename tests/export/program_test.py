@@ -33,7 +33,7 @@ class Refusals(Case):
 
     def test_help_lists_every_format(self):
         text = run("export", "--help").stdout
-        for name in ("yolo", "voc", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap"):
+        for name in ("coco", "yolo", "voc", "crops", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap"):
             self.assertRegex(text, rf"\n  {name} +\w")
 
     def test_foreign_and_unfinished_folders(self):
@@ -50,8 +50,20 @@ class Refusals(Case):
 
     def test_an_option_of_another_format(self):
         self.refuse(2, exported.dataset(), "--format", "tum", "--view", "polar", expected=["--view", "tum"])
+        self.refuse(2, exported.dataset(), "--format", "tum", "--classes", "pole", expected=["--classes", "tum"])
+        self.refuse(2, exported.dataset(), "--format", "index_mask", "--min-pixels", "3", expected=["--min-pixels"])
+        self.refuse(2, exported.dataset(), "--format", "yolo", "--margin-px", "3", expected=["--margin-px"])
         self.refuse(2, exported.dataset(), "--format", "hdf5", "--pad", expected=["--stack"])
         self.refuse(2, exported.dataset(), "--format", "yolo", "--view", "sideways")
+
+    def test_a_choice_of_objects_that_the_data_set_does_not_have(self):
+        for option in ("--classes", "--exclude"):
+            self.refuse(2, exported.dataset(), "--format", "coco", option, "pole,bal",
+                        expected=[option, '"bal"', "room, ball & net, pole"])
+        self.refuse(2, exported.dataset(), "--format", "coco", "--split", "test", expected=["--split test"])
+        self.refuse(2, exported.dataset(), "--format", "coco", "--min-visible", "1.5", expected=["--min-visible"])
+        bare = exported.dataset("--set", "output.amodal=false", "--set", "trajectory.pings=1")
+        self.refuse(2, bare, "--format", "coco", "--min-visible", "0.5", expected=["output.amodal: true"])
 
     def test_an_output_that_holds_something(self):
         folder = scratch() / "mine"
@@ -95,11 +107,12 @@ class Trouble(Case):
             resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
 
         source = exported.dataset("--export-scatterers")
-        for name in ("yolo", "voc", "index_mask", "hdf5", "webdataset", "ply", "mcap"):
+        for name in ("coco", "yolo", "voc", "crops", "index_mask", "hdf5", "webdataset", "ply", "mcap"):
             with self.subTest(format=name):
                 folder = scratch()
-                result = subprocess.run([exported.PROGRAM, "export", source, "--format", name, "-o", folder / "out"],
-                                        capture_output=True, text=True, preexec_fn=hold)
+                margin = ["--margin-px", "99"] if name == "crops" else []  # its files are small
+                result = subprocess.run([exported.PROGRAM, "export", source, "--format", name, "-o", folder / "out",
+                                         *margin], capture_output=True, text=True, preexec_fn=hold)
                 self.assertEqual(result.returncode, 4, result.stderr)
                 self.assertIn(".out.part", result.stderr)
                 self.assertEqual(list(folder.iterdir()), [])
@@ -151,7 +164,7 @@ class Damage(Case):
 
             return change
 
-        self.damage(gone("png/000001_cartesian.png"), "yolo", "voc", "index_mask", "webdataset",
+        self.damage(gone("png/000001_cartesian.png"), "coco", "yolo", "voc", "crops", "index_mask", "webdataset",
                     expected=["000001_cartesian.png"])
         self.damage(short("polar/000002.exr"), "hdf5", expected=["polar/000002.exr"])
         self.damage(short("timeseries/000002.npy"), "hdf5", "webdataset", expected=["timeseries/000002.npy"])
@@ -163,7 +176,7 @@ class Damage(Case):
             path = source / "sequences/000000/annotations.jsonl"
             path.write_text(path.read_text().replace('"counts":"', '"counts":"1', 1))
 
-        self.damage(runs, "yolo", "voc", expected=["annotations.jsonl", "ping 0"])
+        self.damage(runs, "coco", "yolo", "voc", "crops", expected=["annotations.jsonl", "ping 0"])
 
     def test_a_link_out_of_the_data_set_is_not_followed(self):
         secret = scratch() / "secret.png"

@@ -31,11 +31,12 @@ def read_indexed(path):
 class Voc(exported.Case):
     format_name = "voc"
 
-    def check(self, view, *options):
-        out = exported.export("voc", *options)
+    def check(self, view, *options, stuff=True):
+        out = exported.export("voc", *options, *(exported.ALL_CLASSES if stuff else ()))
         listed = {"train": [], "val": [], "test": []}
-        class_names = ["room", "ball & net", "pole"]
-        for sequence, ping, expected in pictures(view):
+        class_names = exported.CLASSES
+        for sequence, ping, everything in pictures(view):
+            expected = [(c, mask) for c, mask in everything if stuff or class_names[c - 1] != "room"]
             name = f"{sequence.number:06}_{ping:06}"
             listed[sequence.split].append(name)
             picture = read_png(out / "JPEGImages" / f"{name}.png")
@@ -53,7 +54,10 @@ class Voc(exported.Case):
                 cut = left == 0 or top == 0 or right == mask.shape[1] or bottom == mask.shape[0]
                 self.assertEqual(found.findtext("truncated"), str(int(cut)))
             classes, palette = read_indexed(out / "SegmentationClass" / f"{name}.png")
-            np.testing.assert_array_equal(classes, sequence.png(view, ping, "_semantic"))
+            semantic = sequence.png(view, ping, "_semantic")
+            if not stuff:
+                semantic[semantic == 1 + class_names.index("room")] = 0
+            np.testing.assert_array_equal(classes, semantic)
             # The colours that VOC's own masks have: aeroplane, bicycle, bird, and what is void.
             self.assertEqual(palette[[0, 1, 2, 3, 255]].tolist(),
                              [[0, 0, 0], [128, 0, 0], [0, 128, 0], [128, 128, 0], [224, 224, 192]])
@@ -71,6 +75,9 @@ class Voc(exported.Case):
 
     def test_polar(self):
         self.check("polar", "--view", "polar")
+
+    def test_a_room_is_no_object_unless_it_is_asked_for(self):
+        self.check("cartesian", stuff=False)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ class WebDataset(exported.Case):
     format_name = "webdataset"
 
     def check(self, view, *options):
-        items, shard_of = members(exported.export("webdataset", *options))
+        items, shard_of = members(exported.export("webdataset", *options, *exported.ALL_CLASSES))
         wanted = set()
         for sequence in exported.sequences():
             names = {i["id"]: i for i in sequence.head["instances"]}

@@ -52,7 +52,7 @@ class Yolo(exported.Case):
         self.assertTrue(names["train"] and names["val"])
 
     def check_outlines(self, view, *options):
-        out = exported.export("yolo", *options)
+        out = exported.export("yolo", *options, *exported.ALL_CLASSES)
         self.check_pictures(out, view)
         parts = 0
         for sequence, ping, expected in pictures(view):
@@ -76,7 +76,7 @@ class Yolo(exported.Case):
 
     def test_boxes(self):
         for view in ("cartesian", "polar"):
-            out = exported.export("yolo", "--labels", "boxes", "--view", view)
+            out = exported.export("yolo", "--labels", "boxes", "--view", view, *exported.ALL_CLASSES)
             for sequence, ping, expected in pictures(view):
                 text = (out / f"labels/{sequence.split}/{sequence.number:06}_{ping:06}.txt").read_text()
                 lines = [[float(word) for word in line.split(" ")] for line in text.splitlines()]
@@ -93,8 +93,14 @@ class Yolo(exported.Case):
         self.assertIn("val: images/val", lines)
         self.assertIn("nc: 3", lines)
         names = lines[lines.index("names:") + 1:]
-        self.assertEqual([json.loads(line.split(": ", 1)[1]) for line in names],
-                         ["room", "ball & net", "pole"])
+        self.assertEqual([json.loads(line.split(": ", 1)[1]) for line in names], exported.CLASSES)
+
+    def test_a_room_has_no_label_unless_it_is_asked_for(self):
+        out = exported.export("yolo")
+        for sequence, ping, expected in pictures("cartesian"):
+            text = (out / f"labels/{sequence.split}/{sequence.number:06}_{ping:06}.txt").read_text()
+            self.assertEqual([int(line.split(" ")[0]) for line in text.splitlines()],
+                             [c - 1 for c, _ in expected if exported.CLASSES[c - 1] != "room"])
 
 
 if __name__ == "__main__":

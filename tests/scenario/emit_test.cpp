@@ -44,6 +44,7 @@ point_targets:
   - {name: "- dash", class: "n", target_strength_db: -41.5, position_m: [3, 1, 0]}
 volumes:
   - {name: "water, all", class: reverberation, uniform: {strength_db: -60.5}}
+classes: {reverberation: {kind: thing}, "null": {kind: stuff}}
 trajectory:
   poses:
     - {time_s: 1700000000.125, position_m: [0, 0, 0.1], rotation_deg: [0, 0, 90]}

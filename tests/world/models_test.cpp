@@ -141,7 +141,8 @@ TEST_CASE("models are made of as many balls and rings as they should") {
       {ModelKind::bottle, {1, 0}}, {ModelKind::can, {1, 0}},    {ModelKind::tyre, {0, 1}},
       {ModelKind::chain, {0, 11}}, {ModelKind::hook, {1, 1}},   {ModelKind::propeller, {5, 0}},
       {ModelKind::valve, {6, 1}},  {ModelKind::carton, {1, 0}}, {ModelKind::shackle, {4, 0}},
-      {ModelKind::wall, {1, 0}},
+      {ModelKind::wall, {1, 0}},   {ModelKind::pipe, {0, 1}},   {ModelKind::crab_pot, {108, 2}},
+      {ModelKind::ladder, {9, 0}}, {ModelKind::net, {36, 0}},
   };
   for_each_model([&](ModelKind kind, double, const Mesh& mesh) {
     std::pair<int, int> found;
@@ -286,6 +287,31 @@ TEST_CASE("the chain has the volume of its links") {
   const double octagon = 8 / (2 * kPi) * std::sin(2 * kPi / 8);
   CHECK(volume(chain) < octagon * round);
   CHECK(volume(chain) > 0.97 * octagon * round);
+}
+
+// Protects pipe, pot and ladder, by sums over their parts: a bar of n corners has the area n/2
+// sin(2 pi/n) r^2; what reaches into one another counts twice.
+TEST_CASE("models of bars have the volume of their bars") {
+  const auto bars = [](double radius, int corners, double length) {
+    return corners / 2.0 * std::sin(2 * kPi / corners) * radius * radius * length;
+  };
+  const double pipe = bars(110, 48, 40) + bars(57.15, 48, 1960) - bars(50, 48, 2000);
+  CHECK(of_size_one(ModelKind::pipe) == Approx(pipe / std::pow(2000, 3)).epsilon(1e-5));
+  // Wires along x: 2 walls with 9 and 2 with 6; along y as many; upright: 4 walls with 9.
+  const double funnel = std::abs(turned_volume({{100, 0}, {55, 150}, {59, 150}, {104, 0}}, 16));
+  const double pot = bars(5, 8, 8 * 610 + 4 * 460) + bars(2, 6, 60 * 610 + 36 * 460) + 2 * funnel;
+  // Bars of 8 corners lie with flat or with edge outwards; the longest edge is along x or y.
+  const Extent e = extent(model_mesh(ModelKind::crab_pot, 620));
+  CHECK(e.high.x - e.low.x == Approx(620));
+  CHECK(e.high.z - e.low.z == Approx(470).epsilon(1e-3));
+  CHECK(of_size_one(ModelKind::crab_pot) == Approx(pot / std::pow(620, 3)).epsilon(1e-4));
+  const double ladder = 2 * 2000.0 * 25 * 70 + 7 * bars(15, 16, 400);
+  CHECK(of_size_one(ModelKind::ladder) == Approx(ladder / std::pow(2000, 3)).epsilon(1e-5));
+  // 15 twines over folds and 21 across; a fold of chords of 100 mm is at least as long as straight.
+  const double straight = bars(4, 4, 15 * 2000 + 21 * 1400);
+  const double net = of_size_one(ModelKind::net) * std::pow(2000, 3);
+  CHECK(net > straight);
+  CHECK(net < 1.3 * straight);
 }
 
 // Protects memory: a heap of a thousand cans is one mesh.

@@ -100,6 +100,27 @@ void name_parts(const aiScene& scene, Wanted& wanted, Mesh& mesh) {
   }
 }
 
+// Whether a material of a mesh has an image, of whatever use.
+bool has_texture(const aiScene& scene) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const unsigned material = scene.mMeshes[m]->mMaterialIndex;
+    if (material >= scene.mNumMaterials) continue;
+    for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; ++type) {
+      const auto use = static_cast<aiTextureType>(type);
+      if (scene.mMaterials[material]->GetTextureCount(use) > 0) return true;
+    }
+  }
+  return false;
+}
+
+// Before assimp's own steps, which take the materials away.
+void warn_of_textures(const aiScene& scene, Mesh& mesh) {
+  if (!has_texture(scene)) return;
+  mesh.warnings.push_back(
+      "its texture is ignored: images do not change how a mesh scatters; for a pattern give its "
+      "parts materials, or its vertices colors that reflectivity: vertex_color uses");
+}
+
 // Adds the meshes of a node and of all below it, placed by the transforms on the way.
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
               const Wanted& wanted, Mesh& mesh) {
@@ -183,6 +204,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normal
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
   Mesh mesh;
   name_parts(*scene, wanted, mesh);
+  warn_of_textures(*scene, mesh);
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
   if (scene == nullptr) return broken_mesh(file, "cannot be made into triangles");
   if (wanted.colors) {

@@ -14,7 +14,9 @@ Solid solid_of(ModelKind kind) {
       {ModelKind::tyre, tyre_solid},       {ModelKind::chain, chain_solid},
       {ModelKind::hook, hook_solid},       {ModelKind::propeller, propeller_solid},
       {ModelKind::valve, valve_solid},     {ModelKind::carton, carton_solid},
-      {ModelKind::shackle, shackle_solid}, {ModelKind::wall, wall_solid}};
+      {ModelKind::shackle, shackle_solid}, {ModelKind::wall, wall_solid},
+      {ModelKind::pipe, pipe_solid},       {ModelKind::crab_pot, crab_pot_solid},
+      {ModelKind::ladder, ladder_solid},   {ModelKind::net, net_solid}};
   return std::find_if(std::begin(kSolids), std::end(kSolids),
                       [&](const auto& row) { return row.first == kind; })
       ->second();

@@ -88,5 +88,9 @@ Solid valve_solid();      // stands, pipe along x, wheel on top
 Solid carton_solid();     // lies on its largest face
 Solid shackle_solid();    // lies flat, bow towards x
 Solid wall_solid();       // stands, length along x
+Solid pipe_solid();       // lies, axis x
+Solid crab_pot_solid();   // stands, entrances along y
+Solid ladder_solid();     // lies flat, stiles along x
+Solid net_solid();        // lies in folds across x
 
 }  // namespace ensonify

@@ -1,0 +1,96 @@
+// An image of each object: SPLIT/CLASS/SSSSSS_PPPPPP_IIIII.png, by sequence, ping and instance, cut
+// out of the 8-bit display image around the object's box. The folders are those that ImageFolder
+// of torchvision reads.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dataset/mask.h"
+#include "export/job.h"
+#include "formats/files.h"
+#include "formats/output.h"
+#include "formats/png.h"
+
+namespace ensonify {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kDefaultMarginPx = 8;
+
+// A folder for each class, by class id - 1. Those whose names become alike have their id behind it.
+std::vector<std::string> class_folders(const std::vector<std::string>& classes) {
+  std::vector<std::string> names;
+  for (const std::string& name : classes) {
+    names.push_back(plain_name(name, 100));
+    if (names.back().starts_with('.')) names.back().front() = '_';
+  }
+  std::vector<std::string> folders;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const bool is_alone = std::count(names.begin(), names.end(), names[k]) == 1;
+    folders.push_back(is_alone ? names[k] : fmt::format("{}_{}", names[k], k + 1));
+  }
+  return folders;
+}
+
+// The pixels of the box and of so many around it, as far as the image has them.
+Result<std::string> crop_png(const std::vector<std::uint8_t>& grey, const StoredPicture& picture,
+                             const Mask& mask, int margin_px) {
+  const int width = static_cast<int>(picture.width), height = static_cast<int>(picture.height);
+  const int left = std::max(mask.left - margin_px, 0), top = std::max(mask.top - margin_px, 0);
+  const int right = std::min(mask.left + mask.width + margin_px, width);
+  const int bottom = std::min(mask.top + mask.height + margin_px, height);
+  std::vector<std::uint8_t> pixels;
+  for (int row = top; row < bottom; ++row) {
+    const auto begin = grey.begin() + static_cast<std::ptrdiff_t>(row) * width;
+    pixels.insert(pixels.end(), begin + left, begin + right);
+  }
+  return encode_png(pixels, bottom - top, right - left);
+}
+
+Status write_crops_of(const ExportJob& job, const std::vector<std::string>& folders,
+                      const fs::path& target, const StoredSequence& sequence,
+                      const StoredPing& ping) {
+  const auto picture = picture_of_view(job, sequence, ping, job.view());
+  if (!picture) return picture.error();
+  if (picture->annotations.empty()) return {};
+  const auto path = path_of(job, sequence, ping, grey_of(job));
+  if (!path) return path.error();
+  const auto grey = read_grey8(*path, picture->height, picture->width);
+  if (!grey) return grey.error();
+  const int margin_px = job.options.margin_px.value_or(kDefaultMarginPx);
+  for (const StoredAnnotation& annotation : picture->annotations) {
+    const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture->height));
+    const auto png = crop_png(*grey, *picture, mask, margin_px);
+    if (!png) return png.error();
+    const std::string name =
+        fmt::format("{}_{:05}.png", item_name(sequence, ping), annotation.instance);
+    const std::uint8_t class_id = sequence.instances[annotation.instance - 1U].class_id;
+    const Status written =
+        write_whole(target / sequence.row.split / folders[class_id - 1U] / name, *png);
+    if (!written) return written;
+  }
+  return {};
+}
+
+}  // namespace
+
+Status write_crops(const ExportJob& job, const fs::path& target) {
+  const std::vector<std::string> folders = class_folders(job.dataset.classes);
+  // ImageFolder numbers classes by the folders that it finds: all splits must have the same.
+  for (const std::string& split : splits_of(job)) {
+    for (std::size_t k = 0; k < folders.size(); ++k) {
+      if (!job.objects.classes[k]) continue;
+      std::error_code error;
+      fs::create_directories(target / split / folders[k], error);
+      if (error) return write_error(target / split / folders[k], error.value());
+    }
+  }
+  return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
+    if (const Status there = need(job, sequence, grey_of(job)); !there) return there;
+    return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
+      return write_crops_of(job, folders, target, sequence, ping);
+    });
+  });
+}
+
+}  // namespace ensonify
