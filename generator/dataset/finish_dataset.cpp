@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <optional>
@@ -54,8 +55,22 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
+// What dataset.json says of the 8-bit images, gathered from the sequences.
+struct Images {
+  std::optional<std::array<double, 2>> limits_db;
+  DisplayCounts counts;
+};
+
+// Whether the sequence's images have the limits of those before it.
+bool add_images(const SequenceInfo& sequence, Images& images) {
+  if (!sequence.output.png) return true;
+  images.counts += sequence.png_counts;
+  if (!images.limits_db) images.limits_db = sequence.png.limits_db;
+  return *images.limits_db == sequence.png.limits_db;
+}
+
 Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
-                                    const DatasetInfo& info) {
+                                    const DatasetInfo& info, Images& images) {
   const std::string relative = layout::in_sequence(sequence, layout::kSequenceJson);
   const auto unfinished = [&] {
     return Error{ErrorKind::usage,
@@ -72,6 +87,9 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
   const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
   if (own.classes != info.classes || split == std::end(kSplits)) {
     return damaged(dir / relative, "has other classes than the data set, or an unknown split");
+  }
+  if (!add_images(own, images)) {
+    return damaged(dir / relative, "has other limits of 8-bit images than sequences before it");
   }
   return SequenceEntry{sequence,        own.first_ping, own.last_ping,
                        own.seed,        own.split,      manifest->bytes + *own_bytes,
@@ -144,9 +162,18 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 }
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
-                            const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1, info.identity, info.classes, 0, std::move(sequences), info.failed,
-                           {}};
+                            const Images& images, const std::vector<FileEntry>& files) {
+  DatasetManifest manifest;
+  manifest.version = 1;
+  manifest.identity = info.identity;
+  manifest.classes = info.classes;
+  manifest.sequences = std::move(sequences);
+  manifest.failed = info.failed;
+  if (images.limits_db) {
+    manifest.png = info.first.png;
+    manifest.png->limits_db = *images.limits_db;
+    manifest.png_counts = images.counts;
+  }
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;
@@ -223,8 +250,9 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
     return std::move(*newer);
   }
   std::vector<SequenceEntry> sequences;
+  Images images;
   for (const std::uint32_t sequence : info.sequences) {
-    auto entry = read_sequence(dir, sequence, info);
+    auto entry = read_sequence(dir, sequence, info, images);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
     // Those of a finishing that was cut off.
@@ -238,7 +266,7 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
   const auto entries = write_top_level(dir, info, sequences);
   if (!entries) return entries.error();
   if (const Status written = write_provenance(dir, info); !written) return written.error();
-  DatasetManifest manifest = manifest_of(info, std::move(sequences), *entries);
+  DatasetManifest manifest = manifest_of(info, std::move(sequences), images, *entries);
   if (const Status sealed = seal(dir, manifest, *entries); !sealed) return sealed.error();
   remove_own_work(dir, info);
   return manifest;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,8 @@ struct DatasetManifest {
   std::uint64_t bytes = 0;           // of all files that manifests list
   std::vector<SequenceEntry> sequences;
   std::vector<SequenceFailure> failed;  // by number
+  std::optional<Display> png;           // of the 8-bit images of all sequences; absent: none
+  DisplayCounts png_counts;             // ... over all pings
   std::string fault;                    // as above
 };
 

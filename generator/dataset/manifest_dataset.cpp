@@ -2,6 +2,7 @@
 
 #include "dataset/json_members.h"
 #include "dataset/manifest_json.h"
+#include "dataset/manifest_members.h"
 
 namespace ensonify {
 namespace {
@@ -38,6 +39,9 @@ void dataset_members(Io& io, Value& manifest) {
     }
     io.said("splits", std::move(splits));
   }
+  io.optional("png", manifest.png, [&](Io& png, auto& display) {
+    display_members(png, display, manifest.png_counts);
+  });
   io("bytes", manifest.bytes);
   io.list("sequences", manifest.sequences, [](Io& item, auto& entry) {
     item("sequence", entry.sequence);
