@@ -165,6 +165,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
   command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
       ->check(CLI::Range(1, 1'000'000));
+  command.add_option("--render", options.render,
+                     "name of a render: its 8-bit images in place of the data set's own");
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
   command.footer(export_format_list());
 }

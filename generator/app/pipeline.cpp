@@ -110,7 +110,7 @@ DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
   std::vector<float> stored(polar.level_db.size());
   to_halves(polar.level_db, halves);
   from_halves(halves, stored);
-  return displayed(*setup.display, polar.rows, polar.columns, stored);
+  return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
 }
 
 // The mean over the pixels that hear an echo; 0 where none does.

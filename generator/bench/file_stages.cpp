@@ -129,7 +129,7 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const std
   const DisplayTable table = display_table(display, 0, 1, polar.rows);
   GreyImage grey;
   stages.add("grey", [&] {
-    grey = displayed(table, polar.rows, polar.columns, polar.level_db).grey;
+    grey = displayed(table, polar.rows, polar.columns, polar.level_db, polar.elevation_rad).grey;
   });
 
   const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);

@@ -39,14 +39,16 @@ inline bool same_tvg(const Display& a, const Display& b) {
 
 // Pixels of polar images; Cartesian ones show the same.
 struct DisplayCounts {
-  std::uint64_t heard = 0;  // with energy
-  std::uint64_t black = 0;  // ... that show 0
-  std::uint64_t white = 0;  // ... that show 255
+  std::uint64_t all = 0;
+  std::uint64_t white = 0;  // that show 255
+  std::uint64_t echo = 0;   // that hold an echo: whose elevation is known
+  std::uint64_t black = 0;  // ... and show 0
 
   DisplayCounts& operator+=(const DisplayCounts& more) {
-    heard += more.heard;
-    black += more.black;
+    all += more.all;
     white += more.white;
+    echo += more.echo;
+    black += more.black;
     return *this;
   }
   friend bool operator==(const DisplayCounts&, const DisplayCounts&) = default;

@@ -11,9 +11,10 @@ void members(Io& io, Shown& display, Counts& counts, std::optional<double> absor
   io.word("scale", display.scale, GreyScale::amplitude);
   io("db", display.limits_db);
   io.group("pixels", [&](Io& pixels) {
-    pixels("heard", counts.heard);
-    pixels("black", counts.black);
+    pixels("all", counts.all);
     pixels("white", counts.white);
+    pixels("echo", counts.echo);
+    pixels("black", counts.black);
   });
   if (Io::kWrites && is_plain(display)) return;
   io("gamma", display.gamma);

@@ -114,8 +114,8 @@ std::optional<PingRecord> parse(const Json& json) {
       files == nullptr || grey == nullptr) {
     return std::nullopt;
   }
-  record.grey_counts = {count_at(*grey, "heard").value_or(0), count_at(*grey, "black").value_or(0),
-                        count_at(*grey, "white").value_or(0)};
+  const auto count = [&](const char* key) { return count_at(*grey, key).value_or(0); };
+  record.grey_counts = {count("all"), count("white"), count("echo"), count("black")};
   record.ping = static_cast<std::uint32_t>(*ping);
   record.time_s = *time;
   const auto pose = pose_of_json(*sonar);
@@ -175,9 +175,10 @@ std::string to_text(const PingRecord& record) {
                      {"sonar_in_world", json_of(record.sonar_in_world)},
                      {"object_in_world", std::move(objects)},
                      {"first_return_m", std::move(first)},
-                     {"grey", Json::object({{"heard", counts.heard},
-                                            {"black", counts.black},
-                                            {"white", counts.white}})},
+                     {"grey", Json::object({{"all", counts.all},
+                                            {"white", counts.white},
+                                            {"echo", counts.echo},
+                                            {"black", counts.black}})},
                      {"files", std::move(files)}};
   const std::string lines = json_line(json) + "\n" + record.annotations;
   return lines + sha256_hex(lines) + "\n";

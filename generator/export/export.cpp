@@ -13,18 +13,19 @@ namespace {
 
 constexpr ExportFormat kFormats[] = {
     {"yolo", "Ultralytics: pictures, labels with outlines or boxes, data.yaml", true,
-     "--view, --labels", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, "--view", write_voc},
-    {"index_mask", "pictures with class and instance masks, in train, val and test", true, "--view",
-     write_index_mask},
+     "--view, --labels, --render", write_yolo},
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, "--view, --render",
+     write_voc},
+    {"index_mask", "pictures with class and instance masks, in train, val and test", true,
+     "--view, --render", write_index_mask},
     {"tum", "a TUM trajectory of the sonar and of each object", true, "", write_tum},
     {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false,
      "--stack, --pad", write_hdf5},
     {"webdataset", "tar shards of pictures, masks, series and labels", true,
-     "--view, --shard-size-mb", write_webdataset},
+     "--view, --shard-size-mb, --render", write_webdataset},
     {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
-    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, "",
-     write_mcap},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true,
+     "--render", write_mcap},
 };
 
 // Options that were given and that the format does not take.
@@ -34,7 +35,8 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
       {"--labels", options.labels.has_value()},
       {"--stack", options.stack},
       {"--pad", options.pad},
-      {"--shard-size-mb", options.shard_size_mb.has_value()}};
+      {"--shard-size-mb", options.shard_size_mb.has_value()},
+      {"--render", options.render.has_value()}};
   std::string unwanted;
   for (const auto& [name, is_given] : given) {
     const bool taken = std::string_view(format.options).find(name) != std::string_view::npos;
@@ -56,12 +58,44 @@ Status check_options(const ExportFormat& format, const ExportOptions& options) {
   return {};
 }
 
+// The render whose images are exported, which has to have them all, pixel by pixel those of the
+// masks; absent where none is asked for.
+Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
+                                                const StoredDataset& dataset,
+                                                const ExportOptions& options) {
+  std::optional<RenderManifest> none;
+  if (!options.render) return none;
+  auto render = read_render(dataset, *options.render);
+  if (!render) return render.error();
+  const auto refused = [&](const std::string& what) {
+    return Error{ErrorKind::usage, fmt::format("--render {}: {}", *options.render, what)};
+  };
+  if (render->display.flip != Flip::none) {
+    return refused("its images are flipped, and masks and boxes are not; render without --flip");
+  }
+  const bool is_mcap = format.write == write_mcap;
+  const std::string view =
+      view_name(is_mcap ? ImageView::polar : options.view.value_or(ImageView::cartesian));
+  if (std::find(render->views.begin(), render->views.end(), view) == render->views.end()) {
+    return refused(fmt::format("has no {} images; render without --view", view));
+  }
+  if (is_mcap && !render->display.color_map.empty()) {
+    return refused("has colors, and the message holds gray levels; render without --colour-map");
+  }
+  if (render->sequences.size() != dataset.sequences.size()) {
+    return refused("lacks sequences of the data set; render without --sequences");
+  }
+  return std::optional(std::move(*render));
+}
+
 Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
   const auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
   auto place = OutputPlace::open(options.output, format.is_folder, options.dataset);
   if (!place) return place.error();
-  const ExportJob job{*dataset, options};
+  const auto render = render_of(format, *dataset, options);
+  if (!render) return render.error();
+  const ExportJob job{*dataset, options, *render};
   if (const Status written = format.write(job, place->temporary()); !written) {
     return written.error();
   }

@@ -34,6 +34,7 @@ struct ExportOptions {
   bool stack = false;                          // hdf5: all sequences in one array
   bool pad = false;                            // ... of the size of the largest
   std::optional<std::uint64_t> shard_size_mb;  // of webdataset, 10^6 bytes
+  std::optional<std::string> render;           // 8-bit images of this one in place of png/
   // Asked between pings; true ends the work with ErrorKind::interrupted and leaves nothing behind.
   std::function<bool()> stop;
 };

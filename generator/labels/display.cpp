@@ -78,18 +78,22 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
 }
 
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
-                         std::span<const float> level_db) {
+                         std::span<const float> level_db, std::span<const float> elevation_rad) {
   DisplayedImage image{{rows, columns, std::vector<std::uint8_t>(level_db.size())}, {}};
   if (level_db.empty()) return image;
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
+  image.counts.all = level_db.size();
   for (std::size_t i = 0; i < level_db.size(); ++i) {
-    if (!(level_db[i] > kNoEnergyDb)) continue;
-    const std::uint8_t level = gray_level(table, level_db[i] + table.tvg_db[i / width] + further_db);
+    std::uint8_t level = 0;
+    if (level_db[i] > kNoEnergyDb) {
+      level = gray_level(table, level_db[i] + table.tvg_db[i / width] + further_db);
+    }
     image.grey.pixels[i] = level;
-    ++image.counts.heard;
-    image.counts.black += level == 0;
     image.counts.white += level == 255;
+    const bool is_echo = !std::isnan(elevation_rad[i]);
+    image.counts.echo += is_echo;
+    image.counts.black += is_echo && level == 0;
   }
   return image;
 }

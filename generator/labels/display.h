@@ -41,8 +41,9 @@ struct DisplayedImage {
 // 255 10^(gamma (s - w) / 20), from 0 to 255; 0 without energy. With automatic gain each image gets
 // the further gain that puts the level at rank 0.995 (n - 1), rounded down, of its n pixels with
 // energy on the white limit; gain_db comes on top. `color_map` and `flip` are left to the caller.
+// `elevation_rad`: NaN where a pixel holds no echo.
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
-                         std::span<const float> level_db);
+                         std::span<const float> level_db, std::span<const float> elevation_rad);
 
 // The clean levels plus time-varied gain of the pixels that hold an echo (whose elevation is known)
 // and energy.

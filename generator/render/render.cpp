@@ -146,15 +146,16 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Display
     return Error{ErrorKind::interrupted, "interrupted; the same command begins anew"};
   }
   const auto pixels =
-      read_picture(job.dataset, sequence, ImageView::polar, ping, {"level_db"});
+      read_picture(job.dataset, sequence, ImageView::polar, ping, {"level_db", "elevation_rad"});
   if (!pixels) return pixels.error();
-  if (pixels->level_db.size() != sequence.samples * sequence.beams) {
+  const std::uint64_t count = sequence.samples * sequence.beams;
+  if (pixels->level_db.size() != count || pixels->elevation_rad.size() != count) {
     return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
                    "has no polar levels, which other sequences have");
   }
   const DisplayedImage polar =
       displayed(table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
-                pixels->level_db);
+                pixels->level_db, pixels->elevation_rad);
   counts = polar.counts;
   for (std::size_t i = 0; i < job.views.size(); ++i) {
     const bool is_polar = job.views[i] == ImageView::polar;
