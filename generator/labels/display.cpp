@@ -115,7 +115,7 @@ std::array<double, 2> default_limits_db(std::vector<float> levels) {
     std::nth_element(levels.begin(), nth, levels.end());
     return *nth;
   };
-  const double white = std::ceil(percentile(0.99) + 6.0);
+  const double white = std::ceil(percentile(0.995) + 7.0);
   const double black = std::floor(percentile(0.05) - 10.0);
   return {std::clamp(black, white - 80.0, white - 40.0), white};
 }

@@ -147,7 +147,7 @@ TEST_CASE("limits follow the pixels that hold an echo") {
   }
   const auto limits = db_limits_from_clean(clean_db, elevation_rad);
   CHECK(limits[0] == 72);   // 82.5 - 10, rounded down
-  CHECK(limits[1] == 136);  // 129.5 + 6, rounded up
+  CHECK(limits[1] == 137);  // 129.7 + 7, rounded up
   CHECK(db_limits_from_clean({}, {}) == std::array<double, 2>{60, 120});
 }
 
