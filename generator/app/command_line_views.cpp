@@ -194,9 +194,75 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
       ->check(CLI::Range(0, 65535));
   command.add_option("--split", options.split, "the sequences of this split alone")
       ->check(CLI::IsMember({"train", "val", "test"}));
+  command.add_option("--render", options.render,
+                     "name of a render: its 8-bit images in place of the data set's own");
   command.add_flag("--quiet", arguments.quiet, "no message at the end");
   add_object_options(command, options);
   command.footer(export_format_list());
+}
+
+void add_render(CLI::App& app, ViewArguments& arguments) {
+  CLI::App& command =
+      *app.add_subcommand("render", "make the 8-bit images of a data set again, with another display");
+  RenderOptions& options = arguments.render;
+  RenderWords& words = arguments.render_words;
+  Display& display = options.display;
+  command.add_option("DIR", options.dataset, "a finished data set")->required();
+  command.add_option("--name", options.name, "of the render: the images go to DIR/renders/NAME")
+      ->required();
+  command.add_option("--view", words.view, "polar or cartesian; both by default")
+      ->check(CLI::IsMember({"polar", "cartesian"}));
+  command.add_option("--db", words.db,
+                     "MIN:MAX: black and white; by default those of the data set's own images");
+  command.add_flag("--auto", display.automatic_gain,
+                   "automatic gain: the 99.5th percentile of each ping becomes white");
+  command
+      .add_option("--tvg", display.spreading,
+                  "time-varied gain, dB for each tenfold of range; 0 by default")
+      ->check(CLI::Range(0.0, 100.0));
+  command.add_flag("--absorption", display.absorption,
+                   "compensate the two-way absorption of the water");
+  command.add_option("--gain-db", display.gain_db, "constant gain; 0 by default")
+      ->check(CLI::Range(-1000.0, 1000.0));
+  command
+      .add_option("--scale", words.scale,
+                  "db (default): gray is linear in dB; amplitude: in a power of the amplitude")
+      ->check(CLI::IsMember({"db", "amplitude"}));
+  command.add_option("--gamma", display.gamma, "that power; 1 by default")
+      ->check(CLI::Range(0.05, 20.0));
+  offer(*command.add_option("--colour-map", display.color_map,
+                            "colours of the gray levels, as a palette; none by default"),
+        colour_maps());
+  command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")
+      ->check(CLI::IsMember({"none", "horizontal", "vertical", "both"}));
+  command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
+  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--overwrite", options.overwrite, "replace a render of this name");
+  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+}
+
+Status run_render(const ViewArguments& arguments) {
+  RenderOptions options = arguments.render;
+  const RenderWords& words = arguments.render_words;
+  if (!words.view.empty()) {
+    options.view = words.view == "polar" ? ImageView::polar : ImageView::cartesian;
+  }
+  if (!words.db.empty()) {
+    const auto db = parse_pair<double>(words.db);
+    if (!db) return Error{ErrorKind::usage, "--db " + words.db + ": accepted is MIN:MAX in dB"};
+    options.limits_db = {db->first, db->second};
+  }
+  if (!words.sequences.empty()) {
+    const auto sequences = parse_range("--sequences", words.sequences);
+    if (!sequences) return sequences.error();
+    options.sequences = *sequences;
+  }
+  options.display.scale = words.scale == "db" ? GreyScale::db : GreyScale::amplitude;
+  for (const Flip flip : {Flip::horizontal, Flip::vertical, Flip::both}) {
+    if (words.flip == flip_name(flip)) options.display.flip = flip;
+  }
+  return render_command(std::move(options), arguments.quiet);
 }
 
 void add_presets(CLI::App& app, std::optional<std::string>& preset) {

@@ -6,6 +6,7 @@
 //   add_preview  run_preview
 //   add_figure   run_figure
 //   add_export   run_export
+//   add_render   run_render
 //   add_presets
 #pragma once
 
@@ -27,6 +28,11 @@ struct FigureWords {
   std::string pings, view, quantity, db, interpolation;
 };
 
+// Options of renders as they are written.
+struct RenderWords {
+  std::string view, db, scale = "db", flip = "none", sequences;
+};
+
 struct ViewArguments {
   ExportOptions exported;
   std::string format, view, labels;  // of export
@@ -34,6 +40,8 @@ struct ViewArguments {
   PreviewOptions preview;
   FigureOptions figure;
   FigureWords figure_words;
+  RenderOptions render;
+  RenderWords render_words;
   bool quiet = false;
 };
 
@@ -46,11 +54,13 @@ void add_report(CLI::App& app, ViewArguments& arguments);
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
+void add_render(CLI::App& app, ViewArguments& arguments);
 void add_presets(CLI::App& app, std::optional<std::string>& preset);
 
 Status run_report(const ViewArguments& arguments);
 Status run_preview(ScenarioOptions input, const ViewArguments& arguments);
 Status run_figure(const ViewArguments& arguments);
 Status run_export(const ViewArguments& arguments);
+Status run_render(const ViewArguments& arguments);
 
 }  // namespace ensonify

@@ -3,7 +3,7 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
-//   report_command preview figure_command
+//   report_command preview figure_command render_command
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@
 #include "core/runtime.h"
 #include "export/export.h"
 #include "figure/figure.h"
+#include "render/render.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
 #include "sweep/shards.h"
@@ -136,6 +137,9 @@ Status preview(const PreviewOptions& options);
 
 // Draws one ping, or a run of them. Error kinds: usage, io, interrupted.
 Status figure_command(FigureOptions options, bool quiet);
+
+// Makes the 8-bit images of a finished data set again. Error kinds: usage, io, interrupted.
+Status render_command(RenderOptions options, bool quiet);
 
 // All presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);

@@ -4,9 +4,11 @@
 
 #include "app/commands.h"
 #include "app/make_dataset.h"
+#include "app/program.h"
 #include "app/terminal.h"
 #include "core/counted.h"
 #include "dataset/verify.h"
+#include "render/warning.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
 
@@ -153,6 +155,23 @@ Status figure_command(FigureOptions options, bool quiet) {
   }
   tell("{}: {} {}{}\n", options.output.string(), report->frames,
        report->frames == 1 ? "ping" : "pings", limits);
+  return {};
+}
+
+Status render_command(RenderOptions options, bool quiet) {
+  listen_for_interrupts();
+  options.stop = interrupted;
+  options.program_version = program_version();
+  options.program_commit = program_commit();
+  const auto report = render_dataset(options);
+  if (!report) return report.error();
+  const std::string warning =
+      display_warning(report->display, report->counts, options.dataset.string());
+  if (!warning.empty()) tell("warning: {}\n", warning);
+  if (quiet) return {};
+  tell("{}: {} of {}, {:g} to {:g} dB\n", report->folder.string(), counted(report->pings, "ping"),
+       counted(report->sequences, "sequence"), report->display.limits_db[0],
+       report->display.limits_db[1]);
   return {};
 }
 

@@ -16,6 +16,7 @@
 #include "app/terminal.h"
 #include "core/counted.h"
 #include "dataset/work.h"
+#include "render/warning.h"
 
 namespace ensonify {
 namespace {
@@ -66,9 +67,9 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
   if (!info.noise_snr_db) return shared;
   shared.tables = pipeline_tables(worlds.first(), numerics);
   const Result<Calibrated> made = calibrate(
-      ping_setup(worlds.first(), worlds.first_tracer(), info, shared.tables), false, workers);
+      ping_setup(worlds.first(), worlds.first_tracer(), info, shared.tables), {}, workers);
   if (!made) return made.error();
-  if (info.speckle != SpeckleMode::surface) shared.calibration = made->calibration;
+  if (info.speckle != SpeckleMode::surface) shared.noise_power_pa2 = made->noise_power_pa2;
   return shared;
 }
 
@@ -155,6 +156,13 @@ void tell_finished(const GenerateOptions& options, const DatasetManifest& datase
        counted(sequences, "sequence"));
 }
 
+void warn_of_display(const GenerateOptions& options, const DatasetManifest& dataset) {
+  if (!dataset.png) return;
+  const std::string warning =
+      display_warning(*dataset.png, dataset.png_counts, options.output.string());
+  if (!warning.empty()) tell("warning: {}\n", warning);
+}
+
 // The data set, once its sequences are made, or the shard.
 Status end_work(const GenerateOptions& options, const Opened& opened, int threads,
                 Clock::time_point start) {
@@ -164,6 +172,7 @@ Status end_work(const GenerateOptions& options, const Opened& opened, int thread
   } else {
     const Result<DatasetManifest> ended = finish(options, opened, threads, start);
     if (!ended) return ended.error();
+    warn_of_display(options, *ended);
     tell_finished(options, *ended, work.asked);
   }
   return unless_failed(options, work, work.asked);
@@ -194,6 +203,7 @@ Status finalize_dataset(const GenerateOptions& options) {
   if (*state != FolderState::complete) {
     const Result<DatasetManifest> ended = finish(options, *opened, workers.threads(), start);
     if (!ended) return ended.error();
+    warn_of_display(options, *ended);
   }
   if (!options.quiet) {
     tell("{}: finished with {} of {}\n", options.output.string(), made,
@@ -234,6 +244,9 @@ Status generate(const GenerateOptions& options) {
     return unless_failed(options, work, work.asked);
   }
   listen_for_interrupts();
+  const Status settled =
+      settle_display(options.output, worlds, numerics, workers, work, *first);
+  if (!settled) return settled;
   const Status made = make(options, *opened, std::move(*first), workers.threads());
   if (!made) return made;
   return end_work(options, *opened, workers.threads(), start);

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <functional>
 
+#include "app/display_limits.h"
 #include "app/program.h"
 #include "app/terminal.h"
 #include "core/counted.h"
+#include "dataset/write_ping.h"
 #include "formats/sha256.h"
 
 namespace ensonify {
@@ -111,10 +113,24 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
   Result<std::vector<Asset>> assets = hash_assets(scenario, hashes);
   if (!assets) return assets.error();
   DatasetWork work{
-      std::move(*first), scenario.sequences, *asked, pings, std::move(*assets), {}, {}};
+      std::move(*first), scenario.sequences, *asked, pings, std::move(*assets), {}, {}, {}};
   work.identity = identity_of(worlds, work, numerics);
   work.scenario_yaml = resolved_text(scenario, work.assets);
   return work;
+}
+
+Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const Numerics& numerics,
+                      const Workers& workers, DatasetWork& work, SharedParts& first) {
+  const SequenceInfo& info = work.first;
+  const bool makes_ping_zero = work.asked.first == 0 && work.asked_count() > 0 &&
+                               info.first_ping == 0 && !info.output.statistics &&
+                               !ping_is_finished(dir, 0, 0, info);
+  const auto limits_db = display_limits_db(
+      [&](std::uint32_t sequence) { return worlds.world(sequence); },
+      worlds.vary(), numerics, workers, &first, makes_ping_zero);
+  if (!limits_db) return limits_db.error();
+  work.limits_db = *limits_db;
+  return {};
 }
 
 Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& worlds,

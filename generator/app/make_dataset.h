@@ -3,10 +3,12 @@
 //   settled_numerics
 //   FileHashes     of input files, each read once
 //   DatasetWork  settle_dataset   everything known, nothing written
+//   settle_display ... and the limits of 8-bit images
 //   finish_work    the last step
 //   failures_of  portable_text  failures_text   the sequences that cannot be made
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -16,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/tables.h"
 #include "dataset/failures.h"
@@ -44,6 +47,7 @@ struct DatasetWork {
   std::vector<Asset> assets;
   WorkIdentity identity;
   std::string scenario_yaml;
+  std::array<double, 2> limits_db = Display{}.limits_db;  // of 8-bit images; see settle_display
 
   std::uint32_t asked_count() const { return asked.second - asked.first; }
 };
@@ -54,6 +58,12 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& pings,
                                    const std::optional<PingRange>& sequences,
                                    const Numerics& numerics, FileHashes& hashes);
+
+// Works out work.limits_db. `first`: what is known of the world of sequence 0; what is worked out
+// there is added, and ping 0 as far as `dir` lacks it. Errors: those of display_limits_db.
+Status settle_display(const std::filesystem::path& dir, const SequenceWorlds& worlds,
+                      const Numerics& numerics, const Workers& workers, DatasetWork& work,
+                      SharedParts& first);
 
 // The top level of the data set, once those asked for are made or cannot be made; others are in it
 // that are whole. Errors: those of finish_dataset; usage: there is no sequence; io: one of those

@@ -187,6 +187,7 @@ Result<ReadyPipeline> start_sequence(const Run& run, std::uint32_t sequence, con
   const Result<PingRange> range = range_of(run.work.pings, *session);
   if (!range) return range.error();
   SequenceInfo info = sequence_info(*session, sequence, range->first, range->second);
+  info.png.limits_db = run.work.limits_db;
   const bool makes_ping_zero =
       info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
   return make_pipeline(*session, *tracer, std::move(info), run.crew.numerics, workers,

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <chrono>
@@ -15,6 +16,7 @@
 #include <utility>
 
 #include "app/cost.h"
+#include "app/display_limits.h"
 #include "app/make_sequences.h"
 #include "core/moments.h"
 #include "dataset/footprint.h"
@@ -82,6 +84,7 @@ struct MeasureRoom {
   Clock::time_point start = Clock::now();
   MeasureSums sums = {};
   std::atomic<int> begun = 0;  // pings
+  std::array<double, 2> limits_db = {};  // of 8-bit images
 
   bool is_late() const { return elapsed_s(start) > seconds; }
 };
@@ -242,8 +245,9 @@ Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& 
   if (!world) return world.error();
   const Result<PingRange> pings = range_of(room.job.pings, *world->session);
   if (!pings) return pings.error();
-  Result<ReadyPipeline> ready = prepare_pings(
-      room, *world, sequence_info(*world->session, sequence, pings->first, pings->second), shared);
+  SequenceInfo info = sequence_info(*world->session, sequence, pings->first, pings->second);
+  info.png.limits_db = room.limits_db;
+  Result<ReadyPipeline> ready = prepare_pings(room, *world, info, shared);
   if (!ready) return ready.error();
   if (is_first_world) {
     const std::lock_guard lock(room.sums.mutex);
@@ -332,6 +336,11 @@ Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first) {
   const std::vector<std::uint32_t> sequences = measured_sequences(job, lanes);
   MeasureRoom room{job, std::max(1, job.threads / lanes), Turns(job.threads),
                    job.vary ? job.seconds / 3 : job.seconds};
+  // How well images deflate depends on them.
+  const auto limits_db =
+      display_limits_db(job.world, job.vary, job.numerics, Workers(job.threads));
+  if (!limits_db) return limits_db.error();
+  room.limits_db = *limits_db;
   const Clock::time_point start = Clock::now();
   const double core_before_s = process_core_s();
   for (std::size_t i = 0; i < sequences.size(); i += static_cast<std::size_t>(lanes)) {

@@ -105,9 +105,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t cartesian_pixel =
       plane_bytes(output, ImageView::cartesian) + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
-  const std::uint64_t shown = output.png && session.scenario.output.png != GreySettings{}
-                                  ? count.pixels * sizeof(float)
-                                  : 0;
+  const std::uint64_t shown = output.png ? count.pixels * sizeof(float) : 0;
   const std::uint64_t cartesian = count.cartesian_pixels * cartesian_pixel + grey;
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;

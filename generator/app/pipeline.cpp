@@ -8,6 +8,7 @@
 #include "core/random.h"
 #include "core/stage_times.h"
 #include "labels/annotations.h"
+#include "formats/half_floats.h"
 #include "labels/cartesian.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
@@ -103,27 +104,13 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   return input;
 }
 
-// [samples]; empty where the grey images show levels as they are.
-std::vector<double> grey_gain_of(const SequenceInfo& info) {
-  const GreySettings& png = info.png;
-  const bool has_gain = png.spreading != 0 || png.absorption || png.gain_db != 0;
-  if (!info.output.png || !has_gain) return {};
-  return shown_gain_db(png, info.water.absorption_db_m, sample_range_m(info.sonar, info.water, 1),
-                       info.record.samples);
-}
-
-std::array<double, 2> db_limits_of(const PingSetup& setup, const LabelledImage& image) {
-  if (setup.grey_gain_db.empty()) return db_limits_from_clean(image.clean_db, image.elevation_rad);
-  return db_limits_from_clean(with_gain(image.clean_db, setup.grey_gain_db), image.elevation_rad);
-}
-
-GreyImage grey_of(const PingSetup& setup, const LabelledImage& polar) {
-  const auto grey = [&](std::span<const float> shown_db) {
-    return grey_image(polar.rows, polar.columns, shown_db, setup.info.png.scale,
-                      setup.info.png_db_limits);
-  };
-  return setup.grey_gain_db.empty() ? grey(polar.level_db)
-                                    : grey(with_gain(polar.level_db, setup.grey_gain_db));
+// The image is one of the levels that are stored, so that it can be made of them again.
+DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
+  std::vector<std::uint16_t> halves(polar.level_db.size());
+  std::vector<float> stored(polar.level_db.size());
+  to_halves(polar.level_db, halves);
+  from_halves(halves, stored);
+  return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
 }
 
 // The mean over the pixels that hear an echo; 0 where none does.
@@ -176,7 +163,9 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
     }
   }
   if (output.png) {
-    result.polar_grey = timed(workers, Stage::grey, [&] { return grey_of(setup, polar); });
+    DisplayedImage image = timed(workers, Stage::grey, [&] { return shown(setup, polar); });
+    result.polar_grey = std::move(image.grey);
+    result.grey_counts = image.counts;
   }
   if (output.cartesian) {
     const auto cartesian_of = [&](const auto& image, auto... planes) {
@@ -204,44 +193,46 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
                      std::shared_ptr<const PipelineTables> tables) {
   std::vector<std::uint8_t> class_of_instance = {0};
   for (const Instance& instance : info.instances) class_of_instance.push_back(instance.class_id);
-  std::vector<double> grey_gain_db = grey_gain_of(info);
+  std::shared_ptr<const DisplayTable> display;
+  if (info.output.png) {
+    display = std::make_shared<const DisplayTable>(
+        display_table(info.png, info.water.absorption_db_m,
+                      sample_range_m(info.sonar, info.water, 1), info.record.samples));
+  }
   return {session,
           tracer,
           std::move(info),
           std::move(tables),
           make_surface_scattering(session.sonar, session.water, session.world),
           std::move(class_of_instance),
-          std::move(grey_gain_db)};
+          std::move(display)};
 }
 
-Result<Calibrated> calibrate(const PingSetup& setup, bool keeps_ping_zero, const Workers& workers) {
+Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
+                             const Workers& workers) {
   const SequenceInfo& info = setup.info;
   const OutputSelection& output = info.output;
-  const std::optional<std::array<double, 2>>& given = setup.session.scenario.output.png_db;
-  Calibrated made{{info.noise_power_pa2, info.png_db_limits}, {}};
-  auto& [calibration, ping_zero] = made;
-  if (output.png && given) calibration.png_db_limits = *given;
-  const bool needs_limits = output.png && !given;
-  if (!needs_limits && !info.noise_snr_db) return made;
-  PingEchoes echoes = echoes_of(setup, 0, keeps_ping_zero && wants_hidden(output), workers);
+  Calibrated made{info.noise_power_pa2, {}, {}};
+  if (!wish.echo_levels && !info.noise_snr_db) return made;
+  PingEchoes echoes = echoes_of(setup, 0, wish.keeps_ping_zero && wants_hidden(output), workers);
   // Series without the noise of an snr_db, which is not known yet, are not
   // those of the ping.
-  const bool keeps_series = keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
+  const bool keeps_series = wish.keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
   PingSeries series =
       series_of(setup, echoes, 0, true, keeps_series ? only_level(output) : true, workers);
   if (info.noise_snr_db) {
     const Result<double> noise_pa2 =
         noise_power_of_snr(info, mean_clean_pa2(setup, echoes, series));
     if (!noise_pa2) return noise_pa2.error();
-    calibration.noise_power_pa2 = *noise_pa2;
+    made.noise_power_pa2 = *noise_pa2;
   }
-  if (needs_limits) {
+  if (wish.echo_levels) {
     LabelledImage polar = polar_image(polar_input(setup, echoes, series), workers);
-    calibration.png_db_limits = db_limits_of(setup, polar);
-    if (keeps_series) ping_zero.polar = std::move(polar);
+    made.echo_levels_db = echo_levels_db(*setup.display, polar);
+    if (keeps_series) made.ping_zero.polar = std::move(polar);
   }
-  if (keeps_series) ping_zero.series = std::move(series);
-  if (keeps_ping_zero) ping_zero.echoes = std::move(echoes);
+  if (keeps_series) made.ping_zero.series = std::move(series);
+  if (wish.keeps_ping_zero) made.ping_zero.echoes = std::move(echoes);
   return made;
 }
 
@@ -306,16 +297,19 @@ Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer
         SceneEchoes{std::move(echoes), std::move(first_return_m)});
   }
   PingStart ping_zero;
-  std::optional<Calibration> calibration = shared.calibration;
-  if (!calibration) {
-    Result<Calibrated> made = calibrate(setup, keeps_ping_zero && !shared.scene, workers);
+  std::optional<double> noise_power_pa2 = shared.noise_power_pa2;
+  if (!noise_power_pa2) {
+    Result<Calibrated> made =
+        calibrate(setup, {false, keeps_ping_zero && !shared.scene}, workers);
     if (!made) return made.error();
-    calibration = made->calibration;
+    noise_power_pa2 = made->noise_power_pa2;
     ping_zero = std::move(made->ping_zero);
-    if (setup.info.speckle != SpeckleMode::surface) shared.calibration = calibration;
+    if (setup.info.speckle != SpeckleMode::surface) shared.noise_power_pa2 = noise_power_pa2;
   }
-  setup.info.noise_power_pa2 = calibration->noise_power_pa2;
-  setup.info.png_db_limits = calibration->png_db_limits;
+  setup.info.noise_power_pa2 = *noise_power_pa2;
+  if (setup.info.sequence == 0 && keeps_ping_zero && !shared.scene && shared.ping_zero) {
+    ping_zero = std::exchange(*shared.ping_zero, {});
+  }
   return ReadyPipeline{Pipeline(std::move(setup), shared.scene), std::move(ping_zero)};
 }
 

@@ -2,12 +2,11 @@
 //
 //   PingSetup  ping_setup    what the pings of a sequence have in common
 //   PingStart                a ping that is worked out in part
-//   Calibration  calibrate   what ping 0 settles for its sequence
+//   CalibrationWish  Calibrated  calibrate   what ping 0 settles
 //   SceneEchoes  SharedParts what the sequences of one world have in common
 //   Pipeline  make_pipeline  the pings of a sequence
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "core/runtime.h"
+#include "labels/display.h"
 #include "labels/polar.h"
 #include "synthesis/backend.h"
 #include "trace/scatter.h"
@@ -34,7 +34,7 @@ struct PingSetup {
   std::shared_ptr<const PipelineTables> tables;
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
-  std::vector<double> grey_gain_db;  // [samples] of the grey images; empty: none
+  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: there are none
 };
 
 // `session` and `tracer` must outlive the result; `tables` are those of the
@@ -49,23 +49,23 @@ struct PingStart {
   std::optional<LabelledImage> polar;
 };
 
-// Members of SequenceInfo: the noise power, also of noise.snr_db, and black and
-// white of the grey images, also where the scenario does not give them. Both
-// follow from the clean image of ping 0, which holds no draw but the places of
-// scatterers on surfaces (speckle: surface).
-struct Calibration {
-  double noise_power_pa2 = 0;
-  std::array<double, 2> png_db_limits{};
+// What is to be worked out of ping 0.
+struct CalibrationWish {
+  bool echo_levels = false;      // for the limits of the display
+  bool keeps_ping_zero = false;  // for its run
 };
 
 struct Calibrated {
-  Calibration calibration;
-  PingStart ping_zero;  // empty unless it is to be kept and had to be looked at
+  double noise_power_pa2 = 0;        // of SequenceInfo, also of noise.snr_db
+  std::vector<float> echo_levels_db;  // echo_levels_db (labels/display.h) of the ping
+  PingStart ping_zero;                // empty unless it is to be kept and had to be looked at
 };
 
-// `setup.info` is not calibrated yet. Error (usage): noise.snr_db, and ping 0
-// hears nothing.
-Result<Calibrated> calibrate(const PingSetup& setup, bool keeps_ping_zero, const Workers& workers);
+// `setup.info` is not calibrated yet. All follows from the clean image of ping 0, which holds no
+// draw but the places of scatterers on surfaces (speckle: surface). Error (usage): noise.snr_db,
+// and ping 0 hears nothing.
+Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
+                             const Workers& workers);
 
 // What all pings hear where they are draws of one scene (output.statistics).
 struct SceneEchoes {
@@ -78,7 +78,8 @@ struct SceneEchoes {
 struct SharedParts {
   std::shared_ptr<const PipelineTables> tables;
   std::shared_ptr<const SceneEchoes> scene;  // only with output.statistics
-  std::optional<Calibration> calibration;    // not with speckle: surface
+  std::optional<double> noise_power_pa2;     // not with speckle: surface
+  std::shared_ptr<PingStart> ping_zero;      // of sequence 0; null or empty: not worked out
 };
 
 class Pipeline {
@@ -106,7 +107,7 @@ struct ReadyPipeline {
 };
 
 // The pipeline of the sequence that `info` describes, which is not calibrated
-// yet. `session` and `tracer` must outlive it. With `keeps_ping_zero` what
+// yet, but has the limits of its display. `session` and `tracer` must outlive it. With `keeps_ping_zero` what
 // calibration works out of ping 0 is kept. Errors: those of calibrate. Throws
 // DeviceFailure.
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,

@@ -257,6 +257,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   }
   info.output = scenario.output.selection;
   info.png = scenario.output.png;
+  info.png.limits_db = scenario.output.png_db.value_or(info.png.limits_db);
   if (info.output.layers) {
     info.target_instances = target_instances(scenario);
     info.layers = layers_of(info);

@@ -61,7 +61,8 @@ void give_back_import(const World& world);
 // is no cell.
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
-// Without the PNG limits and the noise power of an snr_db, which need the clean image of ping 0.
+// Without limits of 8-bit images that the scenario does not give (display_limits.h), and without
+// the noise power of an snr_db, which needs the clean image of ping 0.
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
                            std::uint32_t last_ping);
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include "app/cost.h"
 #include "app/scene_warnings.h"
@@ -92,13 +93,21 @@ Status check_id(const SweepRun& run, const DatasetWork& work) {
 }
 
 Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
-                      const fs::path& dir, const SequenceWorlds& worlds, const DatasetWork& work) {
+                      const fs::path& dir, const SequenceWorlds& worlds, DatasetWork& work) {
   room.crew.progress.pings_found(ping_totals(dir, worlds, work).found);
   std::atomic<std::uint64_t> made = 0;
   const auto ping_done = [&] {
     if (++made % job.pings_of_item == 0) room.queue.item_done(taken.run);
   };
-  return make_sequences(room.crew, dir, worlds, work, taken.beside, ping_done);
+  SharedParts first;
+  {
+    const Turn turn(room.crew.turns);
+    const Workers workers(1);
+    const Status settled =
+        settle_display(dir, worlds, room.crew.numerics, workers, work, first);
+    if (!settled) return settled;
+  }
+  return make_sequences(room.crew, dir, worlds, work, taken.beside, ping_done, std::move(first));
 }
 
 }  // namespace

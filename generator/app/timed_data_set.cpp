@@ -53,6 +53,8 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   Progress progress(ProgressStyle::quiet, 0, 0);
   Turns turns(workers.threads());
   const Crew crew{site.numerics, workers.threads(), turns, progress, nullptr, &stages};
+  const Status settled = settle_display(dir, worlds, site.numerics, workers, *work, first);
+  if (!settled) return settled.error();
   const Status made = make_sequences(crew, dir, worlds, *work, 1, {}, std::move(first));
   if (!made) return made.error();
   const std::vector<SequenceFailure> failed = failures_of(dir, *work);

@@ -9,6 +9,7 @@
 #include "formats/sha256.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
+#include "labels/display.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "trace/scatter.h"
@@ -123,10 +124,12 @@ Status time_file_stages(const Bench& bench, const ScattererList& list, const std
                         CaseReport& report) {
   const Stages stages{bench, report};
   const LabelledImage polar = time_images(stages, list, hits, series);
-  const std::array<double, 2> limits = db_limits_from_clean(polar.clean_db, polar.elevation_rad);
+  Display display;
+  display.limits_db = db_limits_from_clean(polar.clean_db, polar.elevation_rad);
+  const DisplayTable table = display_table(display, 0, 1, polar.rows);
   GreyImage grey;
   stages.add("grey", [&] {
-    grey = grey_image(polar.rows, polar.columns, polar.level_db, GreyScale::db, limits);
+    grey = displayed(table, polar.rows, polar.columns, polar.level_db, polar.elevation_rad).grey;
   });
 
   const auto beams = static_cast<std::uint64_t>(bench.setup.sonar.beam_count);

@@ -3,7 +3,7 @@
 //
 //   ImagePlanes  LabelledImage  ImageView   one picture and its labels
 //   GreyImage  PixelMask  Annotation
-//   GreySettings  OutputSelection          how and what is written
+//   OutputSelection                        what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
 //   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the pings of a
@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "core/display.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/surface.h"
@@ -104,6 +105,7 @@ struct PingResult {
   std::optional<LabelledImage> cartesian;
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
+  DisplayCounts grey_counts;  // of polar_grey
   std::vector<Annotation> polar_annotations;
   std::vector<Annotation> cartesian_annotations;
   std::vector<Annotation> polar_hidden;  // instances that are seen nowhere: amodal masks alone
@@ -150,17 +152,6 @@ struct CartesianGrid {
   int height_px = 0, width_px = 0;
   double m_per_px = 0;
   double x_top_m = 0, y_left_m = 0;
-};
-
-// How grey pictures are made of levels: black and white are limits of
-// level + gain_db + spreading log10(r / 1 m) + 2 alpha r, the last term with `absorption`.
-enum class GreyScale { db, amplitude };
-struct GreySettings {
-  GreyScale scale = GreyScale::db;
-  double gain_db = 0;
-  double spreading = 0;     // dB a decade of range
-  bool absorption = false;  // by the water's alpha
-  friend bool operator==(const GreySettings&, const GreySettings&) = default;
 };
 
 // The signed distance field of the scene: cubic voxels, with distances on either side of surfaces.
@@ -242,8 +233,8 @@ struct SequenceInfo {
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for
   std::optional<SdfGrid> sdf = {};         // absent: not asked for
-  std::array<double, 2> png_db_limits{};   // black and white of the grey pictures, gain included
-  GreySettings png;
+  Display png;                             // of the 8-bit images
+  DisplayCounts png_counts;                // ... over all pings, once these are made
   OutputSelection output;
   std::vector<Layer> layers;  // those that the sequence can have; empty: not asked
   std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending

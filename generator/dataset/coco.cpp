@@ -11,12 +11,11 @@
 #include "formats/json_slices.h"
 
 namespace ensonify {
-namespace {
 
 // The elements of a JSON array, one a line. Without a file they are only counted.
-class ElementWriter {
+class CocoElements {
  public:
-  explicit ElementWriter(StreamedFile* file) : file_(file) {}
+  explicit CocoElements(StreamedFile* file) : file_(file) {}
   void add(const std::string& element) {
     const std::string_view start = bytes_ == 0 ? "\n  " : ",\n  ";
     if (file_ != nullptr) {
@@ -31,6 +30,14 @@ class ElementWriter {
   StreamedFile* file_;
   std::uint64_t bytes_ = 0;
 };
+
+// The lists of coco.json, which grow side by side.
+struct CocoLists {
+  CocoElements images, annotations, hidden;
+  std::uint64_t image_id = 0, annotation_id = 0;
+};
+
+namespace {
 
 // Thrown where a line lacks a member.
 struct IncompleteLine {};
@@ -123,18 +130,12 @@ Status for_each_object(const JsonMembers& parent, std::string_view key, const Us
   return {};
 }
 
-// The lists of coco.json, which grow side by side.
-struct Lists {
-  ElementWriter images, annotations, hidden;
-  std::uint64_t image_id = 0, annotation_id = 0;
-};
-
 bool holds(const std::vector<std::uint16_t>& instances, std::uint32_t id) {
   return std::find(instances.begin(), instances.end(), id) != instances.end();
 }
 
 Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMembers& image,
-                 Lists& lists, const CocoImage* chosen = nullptr) {
+                 CocoLists& lists, const CocoImage* chosen = nullptr) {
   const std::uint64_t image_id = ++lists.image_id;
   lists.images.add(image_json(image_id, info, ping, image,
                               chosen != nullptr ? &chosen->file_name : nullptr));
@@ -162,7 +163,7 @@ Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMemb
 }
 
 // Throws IncompleteLine.
-Status add_line(const SequenceInfo& info, std::string_view text, Lists& lists) {
+Status add_line(const SequenceInfo& info, std::string_view text, CocoLists& lists) {
   const auto line = json_members(text);
   if (!line) throw IncompleteLine();
   return for_each_object(*line, "images", [&](const JsonMembers& image) {
@@ -211,7 +212,7 @@ Json categories_json(const std::vector<std::string>& classes,
 
 struct CocoFile::State {
   StreamedFile file, annotations;
-  Lists lists{ElementWriter(&file), ElementWriter(&annotations), ElementWriter(nullptr)};
+  CocoLists lists{CocoElements(&file), CocoElements(&annotations), CocoElements(nullptr)};
 };
 
 CocoFile::CocoFile(const std::filesystem::path& path, const std::string& name,
@@ -266,7 +267,7 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
   StreamedFile annotations(dir, "coco.json.annotations", false);
   StreamedFile hidden(dir, "coco.json.hidden", false);
   file.append(head_text(name, categories));
-  Lists lists{ElementWriter(&file), ElementWriter(&annotations), ElementWriter(&hidden)};
+  CocoLists lists{CocoElements(&file), CocoElements(&annotations), CocoElements(&hidden)};
   for (const std::uint32_t sequence : sequences) {
     const auto manifest = read_sequence_manifest(dir, sequence);
     if (!manifest) {
@@ -286,7 +287,7 @@ Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string
 }
 
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line) {
-  Lists lists{ElementWriter(nullptr), ElementWriter(nullptr), ElementWriter(nullptr)};
+  CocoLists lists{CocoElements(nullptr), CocoElements(nullptr), CocoElements(nullptr)};
   try {
     if (const Status added = add_line(info, line, lists); !added) return added.error();
   } catch (const IncompleteLine&) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <optional>
@@ -54,9 +55,23 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
+// What dataset.json says of all sequences.
+struct SequenceSums {
+  std::optional<PlacementTotals> placement;
+  std::optional<std::array<double, 2>> limits_db;  // of the 8-bit images
+  DisplayCounts counts;
+};
+
+// Whether the sequence's images have the limits of those before it.
+bool add_images(const SequenceInfo& sequence, SequenceSums& images) {
+  if (!sequence.output.png) return true;
+  images.counts += sequence.png_counts;
+  if (!images.limits_db) images.limits_db = sequence.png.limits_db;
+  return *images.limits_db == sequence.png.limits_db;
+}
+
 Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
-                                    const DatasetInfo& info,
-                                    std::optional<PlacementTotals>& totals) {
+                                    const DatasetInfo& info, SequenceSums& totals) {
   const std::string relative = layout::in_sequence(sequence, layout::kSequenceJson);
   const auto unfinished = [&] {
     return Error{ErrorKind::usage,
@@ -75,8 +90,11 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
     return damaged(dir / relative, "has other classes than the data set, or an unknown split");
   }
   if (own.placement) {
-    if (!totals) totals.emplace();
-    add(*own.placement, *totals);
+    if (!totals.placement) totals.placement.emplace();
+    add(*own.placement, *totals.placement);
+  }
+  if (!add_images(own, totals)) {
+    return damaged(dir / relative, "has other limits of 8-bit images than sequences before it");
   }
   return SequenceEntry{sequence,        own.first_ping, own.last_ping,
                        own.seed,        own.split,      manifest->bytes + *own_bytes,
@@ -150,9 +168,20 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 }
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
-                            const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1,  info.identity, info.classes, info.class_kinds, 0, std::move(sequences),
-                           {}, info.failed,   {}};
+                            const SequenceSums& totals, const std::vector<FileEntry>& files) {
+  DatasetManifest manifest;
+  manifest.version = 1;
+  manifest.identity = info.identity;
+  manifest.classes = info.classes;
+  manifest.class_kinds = info.class_kinds;
+  manifest.sequences = std::move(sequences);
+  manifest.failed = info.failed;
+  manifest.placement = totals.placement;
+  if (totals.limits_db) {
+    manifest.png = info.first.png;
+    manifest.png->limits_db = *totals.limits_db;
+    manifest.png_counts = totals.counts;
+  }
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;
@@ -229,9 +258,9 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
     return std::move(*newer);
   }
   std::vector<SequenceEntry> sequences;
-  std::optional<PlacementTotals> placement;
+  SequenceSums totals;
   for (const std::uint32_t sequence : info.sequences) {
-    auto entry = read_sequence(dir, sequence, info, placement);
+    auto entry = read_sequence(dir, sequence, info, totals);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
     // Those of a finishing that was cut off.
@@ -245,8 +274,7 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
   const auto entries = write_top_level(dir, info, sequences);
   if (!entries) return entries.error();
   if (const Status written = write_provenance(dir, info); !written) return written.error();
-  DatasetManifest manifest = manifest_of(info, std::move(sequences), *entries);
-  manifest.placement = std::move(placement);
+  DatasetManifest manifest = manifest_of(info, std::move(sequences), totals, *entries);
   if (const Status sealed = seal(dir, manifest, *entries); !sealed) return sealed.error();
   remove_own_work(dir, info);
   return manifest;

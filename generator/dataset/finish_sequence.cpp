@@ -25,6 +25,7 @@ namespace {
 struct Totals {
   std::vector<std::string> each_ping;  // templates
   std::uint64_t bytes = 0;
+  DisplayCounts grey_counts;
 };
 
 bool is_piece(const FileEntry& entry) {
@@ -152,6 +153,7 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
       return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
                                                info.sequence, record.ping, info.first_ping)};
     }
+    totals.grey_counts += record.grey_counts;
     for (const FileEntry& entry : record.files) {
       if (is_piece(entry)) continue;
       totals.bytes += entry.bytes;
@@ -170,7 +172,9 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
 Status write_sequence_json(const fs::path& dir, const SequenceInfo& info, const Totals& totals,
                            std::vector<FileEntry> entries, StreamedFile& lines_of_pings) {
   StreamedFile file(dir, layout::in_sequence(info.sequence, layout::kSequenceJson));
-  file.append(files_opening(sequence_head(info, totals.each_ping, totals.bytes)));
+  SequenceInfo counted = info;
+  counted.png_counts = totals.grey_counts;
+  file.append(files_opening(sequence_head(counted, totals.each_ping, totals.bytes)));
   bool first = true;
   for (FileEntry& entry : entries) {
     entry.path.erase(0, layout::sequence_folder(info.sequence).size() + 1);

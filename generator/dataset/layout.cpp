@@ -79,7 +79,9 @@ std::string failure_path(std::uint32_t sequence) {
 std::string top_plan_path() { return fmt::format("{}/plan.json", kWorkFolder); }
 
 bool is_layout_name(std::string_view relative) {
-  if (is_or_holds("assets", relative) || is_or_holds(kWorkFolder, relative)) return true;
+  for (const char* folder : {"assets", kWorkFolder, kRenders}) {
+    if (is_or_holds(folder, relative)) return true;
+  }
   const std::string marked = with_marks(relative);
   const auto in_sequence_folder = [&](std::string_view name) {
     return is_or_holds(marked, "sequences/{ping}/" + std::string(name));

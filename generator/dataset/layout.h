@@ -28,6 +28,8 @@ inline constexpr char kAnnotations[] = "annotations.jsonl";
 // What statistics are made from while pings are missing; in .work.
 inline constexpr char kMoments[] = "moments.bin";
 inline constexpr char kWorkFolder[] = ".work";
+inline constexpr char kRenders[] = "renders";          // of `ensonify render`, a folder each
+inline constexpr char kRenderJson[] = "render.json";
 using ensonify::kTemporaryFolder;
 
 // Files of a ping that have a name in the code; catalogue.h has all. {ping} stands for its stem.

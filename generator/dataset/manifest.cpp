@@ -7,8 +7,6 @@
 
 namespace ensonify {
 
-static const char* name_of(GreyScale value) { return value == GreyScale::db ? "db" : "amplitude"; }
-
 namespace {
 
 template <class Io, class Value>
@@ -41,18 +39,10 @@ void noise_members(Io& io, Info& info) {
 // All that makes the image's grey of the level Y in the EXR file.
 template <class Io, class Info>
 void png_members(Io& io, Info& info) {
-  auto& png = info.png;
-  io.word("scale", png.scale, GreyScale::amplitude);
-  io("db", info.png_db_limits);
-  if (Io::kWrites && png == GreySettings{}) return;
-  io("gain_db", png.gain_db);
-  io.group("tvg", [&](Io& tvg) {
-    tvg("spreading", png.spreading);
-    double absorption_db_m = png.absorption ? info.water.absorption_db_m : 0.0;
-    tvg("absorption_db_m", absorption_db_m);
-    if constexpr (!Io::kWrites) png.absorption = absorption_db_m != 0;
-  });
-  if constexpr (Io::kWrites) io.said("formula", grey_formula(png));
+  display_members(io, info.png, info.png_counts, info.water.absorption_db_m);
+  if constexpr (Io::kWrites) {
+    if (!is_plain(info.png)) io.said("formula", grey_formula(info.png, "tvg.absorption_db_m"));
+  }
 }
 
 template <class Io, class Value>

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,8 @@ struct DatasetManifest {
   std::vector<SequenceEntry> sequences;
   std::optional<PlacementTotals> placement = {};  // absent: nothing is placed at random
   std::vector<SequenceFailure> failed;            // by number
+  std::optional<Display> png;                     // of the 8-bit images of all sequences; absent: none
+  DisplayCounts png_counts;                       // ... over all pings
   std::string fault;                    // as above
 };
 

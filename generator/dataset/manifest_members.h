@@ -6,9 +6,11 @@
 //   placed_class_members
 //   model_json                        the beam model, or that of an element-level array
 //   axes_json                         rows and columns, units and frames
-//   grey_formula                      how grey images are made of levels
+//   display_members  is_plain         of 8-bit images
+//   grey_formula                      how these are made of levels
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/ping.h"
@@ -34,6 +36,16 @@ void placed_class_members(Io& io, Value& placed) {
 
 Json model_json(const SequenceInfo& info);
 Json axes_json(const OutputSelection& output);
-std::string grey_formula(const GreySettings& png);
+
+// The settings of a display and the counts of its pixels; those of a plain one, whose gray levels
+// are those of the levels themselves without gain, are scale, limits and counts alone. With
+// `absorption_db_m`, of a sequence, tvg has that in place of whether there is any.
+void display_members(MemberWriter& io, const Display& display, const DisplayCounts& counts,
+                     std::optional<double> absorption_db_m = {});
+void display_members(MemberReader& io, Display& display, DisplayCounts& counts,
+                     std::optional<double> absorption_db_m = {});
+bool is_plain(const Display& display);
+// `absorption`: the member that holds alpha.
+std::string grey_formula(const Display& display, const char* absorption);
 
 }  // namespace ensonify

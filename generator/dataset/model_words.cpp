@@ -177,13 +177,17 @@ Json axes_json(const OutputSelection& output) {
   return axes;
 }
 
-std::string grey_formula(const GreySettings& png) {
-  return std::string(
-             "shown = Y + gain_db + tvg.spreading log10(r) + 2 tvg.absorption_db_m r, r the "
-             "sample's range in metres, of sample 0 that of sample 1; grey = ") +
-         (png.scale == GreyScale::db ? "255 (shown - db[0]) / (db[1] - db[0])"
-                                     : "255 10^((shown - db[1]) / 20)") +
-         ", rounded, 0 to 255; 0 where Y = -99; Cartesian pictures show the nearest polar pixel";
+std::string grey_formula(const Display& display, const char* absorption) {
+  std::string text = "shown = Y + tvg.spreading log10(r)";
+  if (display.absorption) text += std::string(" + 2 ") + absorption + " r";
+  text += " + gain_db, r the sample's range in meters, of sample 0 that of sample 1";
+  if (display.automatic_gain) {
+    text += ", plus the gain that puts the level at rank 0.995 (n - 1), rounded down, of the ping's "
+            "n pixels with energy on db[1] where gain_db is 0";
+  }
+  text += display.scale == GreyScale::db ? "; grey = 255 (shown - db[0]) / (db[1] - db[0])"
+                                         : "; grey = 255 10^(gamma (shown - db[1]) / 20)";
+  return text + ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel";
 }
 
 }  // namespace ensonify

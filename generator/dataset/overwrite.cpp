@@ -13,6 +13,7 @@
 
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
+#include "dataset/render.h"
 #include "dataset/work_folder.h"
 #include "formats/files.h"
 #include "formats/json.h"
@@ -125,6 +126,23 @@ void list_sequences(const fs::path& dir, Listing& listing) {
   }
 }
 
+// The images of renders that are whole.
+void list_renders(const fs::path& dir, Listing& listing) {
+  for (const std::string& name : render_names(dir)) {
+    const std::string folder = render_folder(name) + "/";
+    const auto text = manifest_text(dir, folder + layout::kRenderJson);
+    if (!text) continue;
+    std::vector<std::string> names;
+    const auto json =
+        parse_manifest(*text, [&](const FileEntry& entry) { names.push_back(entry.path); });
+    if (!json || !count_at(*json, "ensonify_render")) continue;
+    listing.add(folder + layout::kRenderJson);
+    for (const std::string& file : names) {
+      listing.add(is_safe_relative_path(file) ? folder + file : file);
+    }
+  }
+}
+
 void list_top_level(const fs::path& dir, Listing& listing) {
   for (const CatalogueRow& row : catalogue()) {
     if (row.scope == FileScope::dataset) listing.add(row.file);
@@ -140,6 +158,9 @@ void list_top_level(const fs::path& dir, Listing& listing) {
 int removal_rank(const std::string& path) {
   if (path == layout::kDatasetSha256) return 0;
   if (path == layout::kDatasetJson) return 4;
+  if (path.starts_with(std::string(layout::kRenders) + "/")) {
+    return path.ends_with(layout::kRenderJson) ? 2 : 1;
+  }
   if (!path.starts_with("sequences/")) return 3;
   return path.ends_with(layout::kSequenceJson) ? 2 : 1;
 }
@@ -178,6 +199,7 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   Listing listing;
   list_top_level(dir, listing);
   list_sequences(dir, listing);
+  list_renders(dir, listing);
   if (listing.unsafe()) {
     return refusal(dir, fmt::format("a manifest lists '{}', which is no path inside the folder",
                                     *listing.unsafe()));
@@ -225,7 +247,7 @@ Status remove_listed(const fs::path& dir, const Inventory& inventory) {
                                               std::generic_category().message(errno))};
     }
   }
-  for (const char* folder : {"sequences", "assets", "splits"}) remove_empty_folders(dir / folder);
+  for (const char* folder : {"sequences", "assets", "splits", layout::kRenders}) remove_empty_folders(dir / folder);
   return {};
 }
 

@@ -108,11 +108,14 @@ std::optional<PingRecord> parse(const Json& json) {
   const Json* sonar = member(json, "sonar_in_world");
   const Json* objects = member(json, "object_in_world");
   const Json* first = member(json, "first_return_m");
+  const Json* grey = member(json, "grey");
   const Json* files = member(json, "files");
   if (!ping || !time || sonar == nullptr || objects == nullptr || first == nullptr ||
-      files == nullptr) {
+      files == nullptr || grey == nullptr) {
     return std::nullopt;
   }
+  const auto count = [&](const char* key) { return count_at(*grey, key).value_or(0); };
+  record.grey_counts = {count("all"), count("white"), count("echo"), count("black")};
   record.ping = static_cast<std::uint32_t>(*ping);
   record.time_s = *time;
   const auto pose = pose_of_json(*sonar);
@@ -145,6 +148,7 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
   record.sonar_in_world = result.sonar_in_world;
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
+  record.grey_counts = result.grey_counts;
   const bool polygons = info.output.polygons;
   Json images = Json::array();
   add_image(images, "polar", picture_of(info, result.ping, ImageView::polar),
@@ -165,11 +169,16 @@ std::string to_text(const PingRecord& record) {
   for (const float range : record.first_return_m) first.push_back(number_or_null(range));
   Json files = Json::array();
   for (const FileEntry& entry : record.files) files.push_back(json_of(entry));
+  const DisplayCounts& counts = record.grey_counts;
   const Json json = {{"ping", record.ping},
                      {"time_s", record.time_s},
                      {"sonar_in_world", json_of(record.sonar_in_world)},
                      {"object_in_world", std::move(objects)},
                      {"first_return_m", std::move(first)},
+                     {"grey", Json::object({{"all", counts.all},
+                                            {"white", counts.white},
+                                            {"echo", counts.echo},
+                                            {"black", counts.black}})},
                      {"files", std::move(files)}};
   const std::string lines = json_line(json) + "\n" + record.annotations;
   return lines + sha256_hex(lines) + "\n";

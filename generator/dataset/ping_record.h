@@ -23,6 +23,7 @@ struct PingRecord {
   Pose sonar_in_world;
   std::vector<Pose> object_in_world;
   std::vector<float> first_return_m;  // NaN: none
+  DisplayCounts grey_counts;          // of its 8-bit polar image
   std::string annotations;            // the ping's line of annotations.jsonl (coco.h)
   std::vector<FileEntry> files;       // relative to the sequence's folder
 };

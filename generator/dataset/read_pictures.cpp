@@ -117,7 +117,11 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
 Result<std::string> CellReader::read_through_map(const CatalogueRow& row) {
   const CatalogueRow* source = polar_source(sequence_, row);
   ENSONIFY_ASSERT(source != nullptr);
-  if (Status there = read_map(grid_shape(row, sequence_.sizes())); !there) return there.error();
+  if (map_.empty()) {
+    auto map = read_cartesian_map(dataset_, sequence_);
+    if (!map) return map.error();
+    map_ = std::move(*map);
+  }
   const Result<std::string> bytes = read(*source);
   if (!bytes) return bytes.error();
   const auto polar = values_in<std::uint16_t>(*bytes);
@@ -131,21 +135,20 @@ Result<std::string> CellReader::read_through_map(const CatalogueRow& row) {
   return bytes_of_values(halves);
 }
 
-// Keeps it once it is known to name pixels of the polar image alone.
-Status CellReader::read_map(const NpyShape& shape) {
-  if (!map_.empty()) return {};
-  const auto path = stored_file(dataset_, sequence_.row.sequence, layout::kCartesianMap);
+Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& dataset,
+                                                     const StoredSequence& sequence) {
+  const auto path = stored_file(dataset, sequence.row.sequence, layout::kCartesianMap);
   if (!path) return path.error();
-  const auto array = read_npy(*path, kNpyInt32, shape);
+  const auto array =
+      read_npy(*path, kNpyInt32, {sequence.cartesian_height, sequence.cartesian_width});
   if (!array) return array.error();
   auto map = values_in<std::int32_t>(array->data());
-  const std::uint64_t pixels = sequence_.beams * sequence_.samples;
+  const std::uint64_t pixels = sequence.beams * sequence.samples;
   const bool fits = std::all_of(map.begin(), map.end(), [&](std::int32_t from) {
     return from < 0 || static_cast<std::uint64_t>(from) < pixels;
   });
   if (!fits) return damaged(*path, "names pixels that the polar image does not have");
-  map_ = std::move(map);
-  return {};
+  return map;
 }
 
 PlaneNames stored_planes(const StoredSequence& sequence, ImageView view) {

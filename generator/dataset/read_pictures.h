@@ -2,6 +2,7 @@
 // Float planes of Cartesian images that are not stored are those of the polar image through the
 // sequence's map, bit for bit.
 //
+//   read_cartesian_map            which polar pixel a Cartesian one shows
 //   can_read                      whether a sequence has the cells of a row of the catalogue
 //   CellReader                    the cells of such a row
 //   PlaneNames  stored_planes     which planes a sequence has
@@ -24,6 +25,11 @@ namespace ensonify {
 
 using StoredView = ImageView;
 
+// [rows x columns]: sample * beams + beam, or -1. Needs a Cartesian grid. Error (io): it is missing
+// or damaged, or names a pixel that the polar image does not have.
+Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& dataset,
+                                                     const StoredSequence& sequence);
+
 // Whether they are stored, or follow from a polar image.
 bool can_read(const StoredSequence& sequence, const CatalogueRow& row);
 
@@ -40,8 +46,6 @@ class CellReader {
  private:
   Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path);
   Result<std::string> read_through_map(const CatalogueRow& row);
-  Status read_map(const NpyShape& shape);
-
   const StoredDataset& dataset_;
   const StoredSequence& sequence_;
   std::uint32_t ping_;

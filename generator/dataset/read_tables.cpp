@@ -7,6 +7,7 @@
 #include <span>
 
 #include "dataset/layout.h"
+#include "dataset/manifest_members.h"
 #include "dataset/read_dataset.h"
 #include "dataset/tables.h"
 #include "formats/bytes.h"
@@ -177,8 +178,8 @@ Result<SequenceFacts> read_sequence_facts(const StoredDataset& dataset,
   facts.noise_power_pa2 = info.noise_power_pa2;
   facts.fresh_speckle = info.speckle == SpeckleMode::per_ping;
   // Limits of plain levels: with a gain they are none of these.
-  if (info.output.png && info.png == GreySettings{}) {
-    facts.grey_db = {info.png_db_limits[0], info.png_db_limits[1]};
+  if (info.output.png && is_plain(info.png)) {
+    facts.grey_db = {info.png.limits_db[0], info.png.limits_db[1]};
   }
   facts.numbers = numbers_of(info);
   for (const DrawnValue& draw : info.draws) facts.draws.emplace_back(draw.path, draw.value);

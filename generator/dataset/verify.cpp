@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <set>
@@ -33,6 +34,8 @@ struct Verification {
   std::set<std::string> known;  // listed by a manifest, or a manifest
   std::vector<SequenceShape> shapes;
   const ManifestSchema sequence_schema{"sequence"};
+  DisplayCounts images = {};  // over the sequences so far
+  std::optional<std::array<double, 2>> limits_db = {};
 
   void fault(const std::string& relative, const std::string& what) {
     if (!what.empty()) report.faults.push_back(relative + ": " + what);
@@ -166,6 +169,13 @@ void check_sequence(Verification& v, const SequenceEntry& row) {
     return v.fault(path, "says something else than dataset.json");
   }
   v.shapes.push_back(*shape);
+  if (info.output.png) {
+    v.images += info.png_counts;
+    if (v.limits_db.value_or(info.png.limits_db) != info.png.limits_db) {
+      v.fault(path, "has other limits of 8-bit images than sequences before it");
+    }
+    v.limits_db = info.png.limits_db;
+  }
   check_listed_files(v, *shape, *head, manifest->entries);
 }
 
@@ -259,6 +269,25 @@ void check_unlisted(Verification& v) {
   }
 }
 
+void check_all_renders(Verification& v, std::span<const SequenceEntry> entries) {
+  const RenderFindings found = check_renders(v.dir, v.shapes, entries, v.workers);
+  for (const auto& [path, fault] : found.faults) v.fault(path, fault);
+  v.known.insert(found.files.begin(), found.files.end());
+  v.report.files += found.files.size();
+  v.report.bytes += found.bytes;
+}
+
+// The display of all sequences, and its counts.
+void check_images(Verification& v, const DatasetManifest& manifest) {
+  if (!manifest.png) return;
+  if (v.images != manifest.png_counts) {
+    v.fault(layout::kDatasetJson, "its counts of pixels in png are not the sums over its sequences");
+  }
+  if (v.limits_db != manifest.png->limits_db) {
+    v.fault(layout::kDatasetJson, "its limits in png are not those of its sequences");
+  }
+}
+
 void check_manifest(Verification& v) {
   if (!listed_file_size(v.dir, layout::kDatasetJson)) {
     return v.fault(layout::kDatasetJson,
@@ -282,6 +311,8 @@ void check_manifest(Verification& v) {
   if (auto head = read_dataset_head(manifest->head)) {
     for (const SequenceEntry& row : head->sequences) check_sequence(v, row);
     v.report.sequences = head->sequences.size();
+    check_images(v, *head);
+    check_all_renders(v, head->sequences);
     check_failed(v, std::move(head->failed));
   }
   check_tables(v, manifest->head);

@@ -6,17 +6,22 @@
 //   format_fault                    a sequence's file against the sequence's shape
 //   index_fault  split_fault        top-level tables against the pings
 //   line_masks_fault  coco_fault    masks against their run lengths
+//   RenderFindings  check_renders   renders/
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "dataset/catalogue.h"
+#include "dataset/manifest.h"
 #include "formats/files.h"
 #include "formats/json.h"
 
@@ -53,5 +58,21 @@ std::string line_masks_fault(const Json& line);
 // The same of coco.json, and its lists against each other. `known`: the files that manifests list.
 std::string coco_fault(const std::filesystem::path& path, const std::set<std::string>& known,
                        std::uint64_t classes);
+
+// Paths are relative to the data set.
+struct RenderFindings {
+  std::vector<std::pair<std::string, std::string>> faults;  // file and what is wrong with it
+  std::vector<std::string> files;                           // that a render lists, or is listed by
+  std::uint64_t bytes = 0;
+
+  // Nothing where `fault` is empty.
+  void add(const std::string& path, const std::string& fault);
+};
+
+// Every folder in renders/: its manifest's form, that it is of sequences of the data set, and every
+// image. Files of a render whose manifest is wrong are not in `files`. `entries`: of dataset.json.
+RenderFindings check_renders(const std::filesystem::path& dir,
+                             std::span<const SequenceShape> shapes,
+                             std::span<const SequenceEntry> entries, const Workers& workers);
 
 }  // namespace ensonify

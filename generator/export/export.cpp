@@ -12,23 +12,24 @@ namespace ensonify {
 namespace {
 
 constexpr ExportFormat kFormats[] = {
-    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, "--view",
-     write_coco_folder},
+    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true,
+     "--view, --render", write_coco_folder},
     {"yolo", "Ultralytics: pictures, labels with outlines or boxes, data.yaml", true, true,
-     "--view, --labels", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, "--view", write_voc},
+     "--view, --labels, --render", write_yolo},
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, "--view, --render",
+     write_voc},
     {"crops", "an image of each object, in folders by split and class", true, true,
-     "--view, --margin-px", write_crops},
+     "--view, --margin-px, --render", write_crops},
     {"index_mask", "pictures with class and instance masks, in train, val and test", true, false,
-     "--view", write_index_mask},
+     "--view, --render", write_index_mask},
     {"tum", "a TUM trajectory of the sonar and of each object", true, false, "", write_tum},
     {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false, false,
      "--stack, --pad", write_hdf5},
     {"webdataset", "tar shards of pictures, masks, series and labels", true, true,
-     "--view, --shard-size-mb", write_webdataset},
+     "--view, --shard-size-mb, --render", write_webdataset},
     {"ply", "a point cloud of each ping, from scatterers/", true, false, "", write_ply},
-    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, false, "",
-     write_mcap},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, false,
+     "--render", write_mcap},
 };
 
 // Options that were given and that the format does not take.
@@ -39,7 +40,8 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
       {"--stack", options.stack},
       {"--pad", options.pad},
       {"--margin-px", options.margin_px.has_value()},
-      {"--shard-size-mb", options.shard_size_mb.has_value()}};
+      {"--shard-size-mb", options.shard_size_mb.has_value()},
+      {"--render", options.render.has_value()}};
   const std::pair<std::string_view, bool> of_objects[] = {
       {"--classes", options.classes.has_value()},
       {"--exclude", !options.exclude.empty()},
@@ -83,15 +85,47 @@ Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
                            options.dataset.string())};
 }
 
+// The render whose images are exported, which has to have them all, pixel by pixel those of the
+// masks; absent where none is asked for.
+Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
+                                                const StoredDataset& dataset,
+                                                const ExportOptions& options) {
+  std::optional<RenderManifest> none;
+  if (!options.render) return none;
+  auto render = read_render(dataset, *options.render);
+  if (!render) return render.error();
+  const auto refused = [&](const std::string& what) {
+    return Error{ErrorKind::usage, fmt::format("--render {}: {}", *options.render, what)};
+  };
+  if (render->display.flip != Flip::none) {
+    return refused("its images are flipped, and masks and boxes are not; render without --flip");
+  }
+  const bool is_mcap = format.write == write_mcap;
+  const std::string view =
+      view_name(is_mcap ? ImageView::polar : options.view.value_or(ImageView::cartesian));
+  if (std::find(render->views.begin(), render->views.end(), view) == render->views.end()) {
+    return refused(fmt::format("has no {} images; render without --view", view));
+  }
+  if (is_mcap && !render->display.color_map.empty()) {
+    return refused("has colors, and the message holds gray levels; render without --colour-map");
+  }
+  if (render->sequences.size() != dataset.sequences.size()) {
+    return refused("lacks sequences of the data set; render without --sequences");
+  }
+  return std::optional(std::move(*render));
+}
+
 Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
   auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
+  const auto render = render_of(format, *dataset, options);
+  if (!render) return render.error();
   if (const Status left = keep_split(options, *dataset); !left) return left.error();
   auto objects = object_filter(*dataset, options);
   if (!objects) return objects.error();
   auto place = OutputPlace::open(options.output, format.is_folder, options.dataset);
   if (!place) return place.error();
-  const ExportJob job{*dataset, options, *objects};
+  const ExportJob job{*dataset, options, *objects, *render};
   if (const Status written = format.write(job, place->temporary()); !written) {
     return written.error();
   }

@@ -42,6 +42,7 @@ struct ExportOptions {
   std::vector<std::string> exclude;        // ... but not of these
   std::optional<std::uint64_t> min_pixels;  // of the mask
   std::optional<double> min_visible;        // least share of the amodal mask, 0 to 1
+  std::optional<std::string> render;           // 8-bit images of this one in place of png/
   // Asked between pings; true ends the work with ErrorKind::interrupted and leaves nothing behind.
   std::function<bool()> stop;
 };

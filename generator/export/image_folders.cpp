@@ -191,9 +191,10 @@ Status write_voc_ping(const ExportJob& job, const fs::path& target, const Stored
   const std::string xml = fmt::format(
       "<annotation>\n  <folder>JPEGImages</folder>\n  <filename>{}.png</filename>\n"
       "  <source><database>{}</database></source>\n"
-      "  <size><width>{}</width><height>{}</height><depth>1</depth></size>\n"
+      "  <size><width>{}</width><height>{}</height><depth>{}</depth></size>\n"
       "  <segmented>1</segmented>\n{}</annotation>\n",
-      name, escaped(job.dataset.name), label->columns, label->rows, label->xml);
+      name, escaped(job.dataset.name), label->columns, label->rows,
+      job.render && !job.render->display.color_map.empty() ? 3 : 1, label->xml);
   Status done = copy_whole(*grey, target / "JPEGImages" / (name + ".png"));
   if (done) done = write_whole(target / "Annotations" / (name + ".xml"), xml);
   const std::pair<const char*, const std::vector<std::uint8_t>*> masks[] = {

@@ -40,7 +40,7 @@ std::string item_name(const StoredSequence& sequence, const StoredPing& ping) {
 }
 
 Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row) {
-  if (sequence.has(row)) return {};
+  if (is_rendered(job, row) || sequence.has(row)) return {};
   return Error{
       ErrorKind::usage,
       fmt::format(
@@ -51,7 +51,19 @@ Status need(const ExportJob& job, const StoredSequence& sequence, const Catalogu
 
 Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, const CatalogueRow& row) {
-  return ping_file(job.dataset, sequence.row.sequence, row.file, ping.ping);
+  if (!is_rendered(job, row)) {
+    return ping_file(job.dataset, sequence.row.sequence, row.file, ping.ping);
+  }
+  const std::string relative = render_folder(job.render->name) + "/" +
+                               render_file(*row.view, sequence.row.sequence, ping.ping);
+  if (!listed_file_size(job.dataset.dir, relative)) {
+    return damaged(job.dataset.dir / relative, "is missing, or is no file of this folder");
+  }
+  return job.dataset.dir / relative;
+}
+
+bool is_rendered(const ExportJob& job, const CatalogueRow& row) {
+  return job.render && row.view && &row == &grey_row(*row.view);
 }
 
 std::string plain_name(std::string_view text, std::size_t most) {

@@ -8,15 +8,17 @@
 //   splits_of            one, or all
 //   need                 the Error for a kind of file that the data set has not
 //   grey_of  mask_of_view   rows of the catalogue of the view that the user wants
-//   path_of              the file of a row and a ping
+//   path_of  is_rendered  the file of a row and a ping
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "dataset/read_dataset.h"
+#include "dataset/render.h"
 #include "export/export.h"
 
 namespace ensonify {
@@ -34,6 +36,7 @@ struct ExportJob {
   const StoredDataset& dataset;
   const ExportOptions& options;
   const ObjectFilter& objects;
+  const std::optional<RenderManifest>& render;
 
   PictureView view() const { return options.view.value_or(PictureView::cartesian); }
 };
@@ -62,6 +65,9 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
 
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
+
+// Whether the row is that of 8-bit images which come from the render.
+bool is_rendered(const ExportJob& job, const CatalogueRow& row);
 
 // The annotations of this ping's picture of the view that the filter keeps; their masks are not
 // empty. Error (usage): the least visible share is asked for without amodal masks.

@@ -149,7 +149,7 @@ Result<std::vector<Member>> members_of(const ExportJob& job, const StoredSequenc
   }
   files.emplace_back("npy", find_file(FileScope::ping, layout::kTimeseries));
   for (const auto& [suffix, row] : files) {
-    if (!sequence.has(*row)) continue;
+    if (!is_rendered(job, *row) && !sequence.has(*row)) continue;
     const auto path = path_of(job, sequence, ping, *row);
     if (!path) return path.error();
     if (row->codec == FileCodec::npy) {

@@ -9,7 +9,7 @@
 #include "core/units.h"
 #include "dataset/layout.h"
 #include "formats/npy.h"
-#include "labels/cartesian.h"
+#include "labels/display.h"
 
 namespace ensonify {
 namespace {

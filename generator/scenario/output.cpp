@@ -13,6 +13,7 @@ constexpr int kMaxImageHeight = 16384;
 constexpr int kMaxSdfBand = 100;
 constexpr NumberRange kSpreading = from_to(0, 100);
 constexpr NumberRange kGreyDb = from_to(-1000, 1000);
+constexpr NumberRange kGamma = from_to(0.05, 20);
 
 struct SeriesFormats {
   bool npy = true, exr = false;
@@ -33,7 +34,7 @@ void timeseries_field(Fields& f, OutputSelection& selection) {
 }
 
 // The word `true` stands for what echoes of single targets need, 40 log10 r + 2 alpha r.
-void tvg_fields(Fields& f, GreySettings& grey) {
+void tvg_fields(Fields& f, Display& grey) {
   bool on = f.writing();
   const bool has_options =
       f.begin_switch({"tvg", "Time-varied gain", "Gain that increases with range"}, on);
@@ -59,16 +60,25 @@ void png_fields(Fields& f, OutputSpec& output) {
           output.selection.png)) {
     return;
   }
-  const bool plain = !output.png_db && output.png == GreySettings{};
+  const bool plain = !output.png_db && output.png == Display{};
   if (!f.writing() || !plain) {
     f.choice<GreyScale>({"scale", "Scale",
                          "db: the gray level is linear in dB from black to white; amplitude: it is "
                          "proportional to the amplitude, and 0 is black"},
                         output.png.scale,
                         {{"db", GreyScale::db}, {"amplitude", GreyScale::amplitude}});
+    f.number({"gamma", "Gamma",
+              "Power of the amplitude to which the gray level is proportional; needs scale "
+              "amplitude"},
+             output.png.gamma, kGamma);
+    if (output.png.gamma != 1 && output.png.scale == GreyScale::db) {
+      f.fault("gamma", "a gray level that is linear in dB has no power of the amplitude; accepted "
+                       "with scale amplitude");
+    }
     const bool limited = f.numbers({"db", "Limits",
-                                    "[black, white], black below white; left out: from the clean "
-                                    "image of ping 0",
+                                    "[black, white], black below white, of levels with gain; left "
+                                    "out: from the expected levels of the first ping of up to four "
+                                    "sequences, with time-varied gain, the same for all sequences",
                                     "dB re 1 µPa"},
                                    output.png_db, kGreyDb);
     if (limited && (*output.png_db)[0] >= (*output.png_db)[1]) {
@@ -78,6 +88,10 @@ void png_fields(Fields& f, OutputSpec& output) {
     }
     tvg_fields(f, output.png);
     f.number({"gain_db", "Gain", "Constant gain"}, output.png.gain_db, kGreyDb);
+    f.boolean({"automatic_gain", "Automatic gain",
+               "Whether each ping gets a gain that puts the 99.5th percentile of its levels on the "
+               "upper limit"},
+              output.png.automatic_gain);
   }
   f.end();
 }

@@ -210,8 +210,8 @@ struct OutputSpec {
   // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
   OutputSelection selection;
   int cartesian_height_px = 1000;
-  std::optional<std::array<double, 2>> png_db;  // absent: from the clean image of ping 0
-  GreySettings png;
+  std::optional<std::array<double, 2>> png_db;  // absent: from a few pings of the data set
+  Display png;                                  // but for its limits
   // Names and classes of the layer `target`; absent: all that has an end and does not enclose.
   std::optional<std::vector<std::string>> layer_targets;
   std::optional<SdfGrid> sdf = {};  // absent: none is written

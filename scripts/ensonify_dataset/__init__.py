@@ -14,16 +14,16 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
-    transforms.py  to_db, to_grey, to_amplitude, normalise
+    transforms.py  Display, to_db, to_grey, to_amplitude, normalise
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .dataset import Annotation, Ping, Pose, SequenceFolder, SonarDataset, View
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .statistics import Statistics, merge
-from .transforms import NO_ENERGY_DB, normalise, to_amplitude, to_db, to_grey
+from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
 
 __all__ = [
-    "Annotation", "DatasetError", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
+    "Annotation", "DatasetError", "Display", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
     "Statistics", "View", "decode_rle", "merge", "normalise", "read_exr", "read_png", "to_amplitude",
     "to_db", "to_grey",
 ]

@@ -12,8 +12,9 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
-from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, told_of
+from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
 from .statistics import Statistics, statistics_of
+from .transforms import Display
 
 SPLITS = ("train", "val", "test")
 
@@ -96,8 +97,33 @@ class View:
 
     @property
     def grey(self) -> np.ndarray:
-        """The 8-bit picture; its limits, `info["png"]`, are those of its sequence."""
+        """The 8-bit image; `data.display()` says how it was made."""
         return np.array(self._stored("grey"))
+
+    def render(self, name: str) -> np.ndarray:
+        """uint8: the image that `ensonify render --name NAME` has made; its gray levels where it has colors."""
+        sequence = self.ping.sequence
+        folder = sequence.folder.parent.parent / "renders" / render_name(name)
+        path = folder / "sequences" / sequence.folder.name / f"{self.ping.stem}_{self.kind}.png"
+        if not path.exists():
+            raise DatasetError(f"{path}: is not there. `ensonify render` makes it, where it has been given no "
+                               "other --view or --sequences")
+        return read_png(path)
+
+    def displayed(self, display: Display) -> np.ndarray:
+        """uint8: the image that `ensonify render` would make with this display, of the stored levels."""
+        sequence = self.ping.sequence
+        with told_of(sequence.folder / "sequence.json"):
+            step_m = float(sequence.info["record"]["range_step_m"])
+            alpha = float(sequence.info["water"]["absorption_db_m"])
+        grey = display.grey(self.ping.polar.level_db, step_m, alpha)
+        if self.kind == "cartesian":
+            pixels = sequence.cartesian_map
+            with told_of(sequence.map_path):
+                if pixels.max(initial=-1) >= grey.size:
+                    raise ValueError("names pixels that the polar image does not have")
+                grey = np.where(pixels < 0, np.uint8(0), grey.ravel()[np.maximum(pixels, 0)])
+        return display.flipped(grey)
 
     @property
     def annotations(self) -> List[Annotation]:
@@ -345,6 +371,22 @@ class SonarDataset:
     def class_kinds(self) -> List[str]:
         """`thing` or `stuff` of each class: what has a box in exports, and what surrounds it."""
         return self.info["class_kinds"]
+
+    @property
+    def renders(self) -> List[str]:
+        """Names of the renders, of `ensonify render`."""
+        return sorted(path.parent.name for path in (self.folder / "renders").glob("*/render.json"))
+
+    def display(self, render: Optional[str] = None) -> Display:
+        """Of the images in `png/`, or of a render."""
+        path, told = self.folder / "dataset.json", self.info.get("png")
+        if render is not None:
+            path = self.folder / "renders" / render_name(render) / "render.json"
+            told = read_manifest(path, "ensonify_render").get("display")
+        if told is None:
+            raise DatasetError(f"{self.folder}: has no 8-bit images (`output.png` in scenario.yaml)")
+        with told_of(path):
+            return Display.of(told)
 
     @property
     def index(self) -> List[Tuple[int, int]]:

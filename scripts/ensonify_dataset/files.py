@@ -54,7 +54,7 @@ def read_npy(path: Union[str, Path]) -> np.ndarray:
 
 
 def read_png(path: Union[str, Path]) -> np.ndarray:
-    """A plain grey PNG: uint8 or uint16, [rows, columns]."""
+    """A plain grey PNG, uint8 or uint16, or the gray levels of one in colors, uint8; [rows, columns]."""
     data = read_bytes(path)
     try:
         return _decode_png(data)
@@ -76,7 +76,8 @@ def _decode_png(data: bytes) -> np.ndarray:
     if data[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError("no PNG file")
     width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
-    if colour != 0 or depth not in (8, 16) or interlaced:
+    # Of a render in colors the indices into its palette are the gray levels.
+    if (colour, depth) not in ((0, 8), (0, 16), (3, 8)) or interlaced:
         raise ValueError("not a plain grey PNG of 8 or 16 bits")
     position, packed = 8, []
     while position < len(data):

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Tuple
@@ -37,6 +38,13 @@ def listed_pings(entry: Dict[str, Any]) -> Tuple[int, range]:
     if min(number, first) < 0 or not first <= last <= _MAX_PINGS:
         raise ValueError(f"sequence {number} with pings {first} to {last}")
     return number, range(first, last)
+
+
+def render_name(name: str) -> str:
+    """The name, which becomes that of a folder."""
+    if not re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}", name):
+        raise DatasetError(f"{name!r} is no name of a render")
+    return name
 
 
 def read_row(packed: Path, row: int) -> np.ndarray:

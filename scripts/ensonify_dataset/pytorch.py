@@ -8,6 +8,7 @@ import torch
 import torch.utils.data
 
 from .dataset import Ping, SonarDataset, View
+from .transforms import Display
 
 Sample = Dict[str, Any]
 
@@ -22,17 +23,25 @@ class TorchPings(torch.utils.data.Dataset):
     returns becomes tensors. It must be picklable where workers are spawned rather than forked.
     Pictures of one batch need one size: a transform has to see to it where the scenario draws
     what decides on it (range, beams).
+    `grey` among the inputs is the image in `png/`, that of the render of the name `render`, or what
+    `display` makes of the levels on the fly.
     """
 
     def __init__(self, dataset: SonarDataset, inputs: Sequence[str] = ("level_db",),
                  targets: Sequence[str] = ("semantic",), view: str = "polar",
-                 transform: Optional[Callable[[Sample, Ping], Sample]] = None):
+                 transform: Optional[Callable[[Sample, Ping], Sample]] = None,
+                 render: Optional[str] = None, display: Optional[Display] = None):
         if view not in ("polar", "cartesian"):
             raise ValueError(f"view is {view!r}: accepted is polar or cartesian")
         for name in (*inputs, *targets):
             if not isinstance(getattr(View, name, None), property) or name == "annotations":
                 raise ValueError(f"a view has no array {name!r}")
+        if render is not None and display is not None:
+            raise ValueError("render and display are both given: accepted is one of them")
+        if (render is not None or display is not None) and "grey" not in inputs:
+            raise ValueError("render and display are of the input grey, which is not asked for")
         self.dataset, self.view, self.transform = dataset, view, transform
+        self.render, self.display = render, display
         self.inputs, self.targets = tuple(inputs), tuple(targets)
 
     def __len__(self) -> int:
@@ -42,11 +51,18 @@ class TorchPings(torch.utils.data.Dataset):
         ping = self.dataset[item]
         view = getattr(ping, self.view)
         sample: Sample = {name: getattr(view, name) for name in self.targets}
-        sample["image"] = np.stack([getattr(view, name) for name in self.inputs]).astype(np.float32)
+        sample["image"] = np.stack([self._input(view, name) for name in self.inputs]).astype(np.float32)
         sample["sequence"], sample["ping"] = ping.sequence.number, ping.number
         if self.transform is not None:
             sample = self.transform(sample, ping)
         return {name: to_tensor(value) for name, value in sample.items()}
+
+    def _input(self, view: View, name: str) -> np.ndarray:
+        if name == "grey" and self.render is not None:
+            return view.render(self.render)
+        if name == "grey" and self.display is not None:
+            return view.displayed(self.display)
+        return getattr(view, name)
 
 
 def to_tensor(value: Any) -> Any:

@@ -1,6 +1,10 @@
 """Levels and series made ready for a network: arrays in, arrays out."""
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from typing import Any, Dict, Tuple
+
 import numpy as np
 
 NO_ENERGY_DB = -99.0
@@ -14,9 +18,74 @@ def to_db(series: np.ndarray) -> np.ndarray:
 
 
 def to_grey(level_db: np.ndarray, black_db: float, white_db: float) -> np.ndarray:
-    """uint8, linear in dB from black (0) to white (255), rounded as the pictures in `png/` are."""
-    scaled = (np.asarray(level_db, np.float64) - black_db) * (255.0 / (white_db - black_db))
-    return np.floor(np.clip(scaled, 0, 255) + 0.5).astype(np.uint8)
+    """uint8, linear in dB from black (0) to white (255), rounded as the images in `png/` are."""
+    return Display((black_db, white_db)).grey(level_db)
+
+
+@dataclass(frozen=True)
+class Display:
+    """How levels become 8-bit images; `data.display()` is that of a data set, and of its renders.
+
+    A pixel shows s = level + spreading log10(r / 1 m) + 2 alpha r (with `absorption`) + gain_db as
+    255 (s - black) / (white - black) (scale "db") or 255 10^(gamma (s - white) / 20) ("amplitude").
+    `automatic_gain` puts the 99.5th percentile of each ping on white.
+    """
+
+    limits_db: Tuple[float, float] = (60.0, 120.0)  # black and white
+    scale: str = "db"
+    gamma: float = 1.0
+    gain_db: float = 0.0
+    spreading: float = 0.0
+    absorption: bool = False
+    automatic_gain: bool = False
+    color_map: str = ""
+    flip: str = "none"
+
+    @classmethod
+    def of(cls, told: Dict[str, Any]) -> "Display":
+        """Of `png` in a manifest, or of `display` in a render's."""
+        tvg = told.get("tvg", {})
+        absorption = bool(tvg.get("absorption", tvg.get("absorption_db_m", 0) != 0))
+        black, white = (float(limit) for limit in told["db"])
+        return cls((black, white), str(told["scale"]), float(told.get("gamma", 1)),
+                   float(told.get("gain_db", 0)), float(tvg.get("spreading", 0)), absorption,
+                   bool(told.get("automatic_gain", False)), str(told.get("color_map", "")),
+                   str(told.get("flip", "none")))
+
+    def grey(self, level_db: np.ndarray, step_m: float = 1.0, absorption_db_m: float = 0.0) -> np.ndarray:
+        """uint8 of polar levels [samples, beams], not flipped; samples stand `step_m` apart.
+
+        The values of the program: sums and comparisons are the same in double precision, and
+        logarithms are those of the C library.
+        """
+        level = np.asarray(level_db, np.float64)
+        shown = level
+        if self.spreading or self.absorption:
+            shown = level + self._tvg_db(len(level), step_m, absorption_db_m)[:, None]
+        heard, gain_db = level > NO_ENERGY_DB, self.gain_db
+        if self.automatic_gain and heard.any():
+            values = shown[heard]
+            rank = int(0.995 * (values.size - 1))
+            gain_db += self.limits_db[1] - float(np.partition(values, rank)[rank])
+        grey = np.searchsorted(self._steps_db(), shown + gain_db, side="right")
+        return np.where(heard, grey, 0).astype(np.uint8)
+
+    def flipped(self, image: np.ndarray) -> np.ndarray:
+        rows = slice(None, None, -1 if self.flip in ("vertical", "both") else 1)
+        columns = slice(None, None, -1 if self.flip in ("horizontal", "both") else 1)
+        return np.ascontiguousarray(image[rows, columns])
+
+    def _tvg_db(self, samples: int, step_m: float, absorption_db_m: float) -> np.ndarray:
+        alpha = absorption_db_m if self.absorption else 0.0
+        ranges = [max(n, 1) * step_m for n in range(samples)]
+        return np.array([self.spreading * math.log10(r) + 2 * alpha * r for r in ranges])
+
+    def _steps_db(self) -> np.ndarray:
+        """Where each gray level but 0 begins."""
+        black, white = self.limits_db
+        if self.scale == "db":
+            return np.array([(k - 0.5) * (white - black) / 255 + black for k in range(1, 256)])
+        return np.array([20 * math.log10((k - 0.5) / 255) / self.gamma + white for k in range(1, 256)])
 
 
 def to_amplitude(level_db: np.ndarray) -> np.ndarray:

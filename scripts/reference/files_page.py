@@ -11,6 +11,7 @@ FILES = [
     ("sequence.json", "sequence", "dataset.md", "A sequence"),
     ("annotations.jsonl", "annotations", "dataset.md", "A sequence"),
     ("coco.json", "coco", "dataset.md", "Top level"),
+    ("render.json", "render", "dataset.md", "Renders"),
     ("sweep.json", "sweep", "sweeps.md", "The folder"),
     ("plan.jsonl", "plan", "sweeps.md", "The plan"),
     ("`failed/<id>.json`", "failed_run", "sweeps.md", "The folder"),

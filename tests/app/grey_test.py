@@ -53,8 +53,8 @@ def redone(sequence, level_db, range_m):
              + (tvg["spreading"] * np.log10(range_m) + 2 * tvg["absorption_db_m"] * range_m)[:, None])
     half_step_db = np.spacing(np.abs(level_db).astype(np.float16)).astype(float) / 2
     if png["scale"] == "amplitude":
-        grey = 255 * 10 ** ((shown - png["db"][1]) / 20)
-        slack = grey * (10 ** (half_step_db / 20) - 1)
+        grey = 255 * 10 ** (png["gamma"] * (shown - png["db"][1]) / 20)
+        slack = grey * (10 ** (png["gamma"] * half_step_db / 20) - 1)
     else:
         grey = 255 * (shown - png["db"][0]) / (png["db"][1] - png["db"][0])
         slack = 255 * half_step_db / (png["db"][1] - png["db"][0])
@@ -80,7 +80,7 @@ class Grey(unittest.TestCase):
 
     def test_as_it_comes(self):
         _, png = self.check()
-        self.assertEqual(set(png), {"scale", "db"})
+        self.assertEqual(set(png), {"scale", "db", "pixels"})
 
     def test_tvg_and_gain_in_db(self):
         plain, _ = self.check("output.png.db=[60, 150]")
@@ -89,15 +89,18 @@ class Grey(unittest.TestCase):
         self.assertEqual(png["tvg"], {"spreading": 20, "absorption_db_m": 0.35})
         self.assertGreater(np.mean(picture[-40:]), np.mean(plain[-40:]) + 20)
 
-    def test_limits_follow_the_gain(self):
-        _, plain = self.check()
-        _, png = self.check("output.png={gain_db: 17}")
-        self.assertEqual(png["db"], [limit + 17 for limit in plain["db"]])
+    def test_a_constant_gain_makes_images_brighter(self):
+        """Limits that followed it would take it out again."""
+        dark, plain = self.check()
+        bright, png = self.check("output.png={gain_db: 17}")
+        self.assertEqual(png["db"], plain["db"])
+        self.assertGreater(np.mean(bright), np.mean(dark) + 5)
         self.check("output.png={tvg: true}")
 
     def test_amplitude(self):
         self.check("output.png={scale: amplitude}")
         self.check("output.png={scale: amplitude, db: [0, 130], tvg: {spreading: 40, absorption: false}}")
+        self.check("output.png={scale: amplitude, gamma: 0.4}")
 
     def test_the_cartesian_picture_shows_the_polar_one(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -119,6 +122,75 @@ class Grey(unittest.TestCase):
             expected = polar[np.rint(sample[use]).astype(int), beam[use].astype(int)]
             self.assertTrue(np.array_equal(seen[use], expected))
             self.assertEqual(np.max(seen[~inside & clear]), 0)
+
+    def test_pixels_are_counted(self):
+        picture, png = self.check("output.png.db=[70, 120]")
+        self.assertEqual(png["pixels"]["all"], picture.size)
+        self.assertEqual(png["pixels"]["white"], np.count_nonzero(picture == 255))
+        self.assertLessEqual(png["pixels"]["black"], np.count_nonzero(picture == 0))
+
+
+DRAWN = """ensonify: 1
+name: drawn
+seed: 5
+sequences: 5
+trajectory: {pings: 2}
+sonar:
+  preset: blueview_p900_90
+  range_max_m: 5
+  beams: {count: 24, fov_deg: 24}
+  rays: {elevation: 8}
+materials:
+  m: {reflectivity: {log_uniform: [1e-5, 1e-1]}}
+objects:
+  - {name: room, material: m, shape: {box: {size_m: [8, 8, 3], inward_facing: true}}}
+output: {timeseries: none, cartesian: false, shadow: false, amodal: false}
+"""
+
+
+class OneDisplay(unittest.TestCase):
+    """Limits of a data set follow from fixed probe pings, whoever makes which of its sequences."""
+
+    def generate(self, out, *options):
+        command = [ENSONIFY, "generate", self.scenario, "-o", out, "--quiet", *options]
+        done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return out
+
+    def files(self, out):
+        return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
+                if path.is_file() and path.name != "provenance.json"}
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.scenario = self.folder / "drawn.yaml"
+        self.scenario.write_text(DRAWN)
+
+    def test_all_sequences_of_all_processes_have_the_same_limits(self):
+        whole = self.generate(self.folder / "whole")
+        files = self.files(whole)
+        png = json.loads((whole / "dataset.json").read_text())["png"]
+        told = [json.loads((whole / f"sequences/{k:06}/sequence.json").read_text())["png"] for k in range(5)]
+        self.assertEqual({tuple(one["db"]) for one in told}, {tuple(png["db"])})
+        self.assertEqual(png["pixels"], {key: sum(one["pixels"][key] for one in told) for key in png["pixels"]})
+        self.assertEqual(self.files(self.generate(self.folder / "threads", "--threads", "3")), files)
+        for shard in ("1/2", "0/2"):
+            self.generate(self.folder / "shards", "--shard", shard)
+        self.assertEqual(self.files(self.generate(self.folder / "shards", "--finalize")), files)
+        grown = self.folder / "grown"
+        for count in (1, 5):
+            self.generate(grown, "--set", f"sequences={count}")
+        self.assertEqual(self.files(grown), files)
+
+    def test_later_pings_alone_have_the_limits_of_the_first(self):
+        whole = self.generate(self.folder / "whole", "--sequences", "0:1")
+        late = self.generate(self.folder / "late", "--sequences", "0:1", "--pings", "1:2")
+        limits = [json.loads((out / "dataset.json").read_text())["png"]["db"] for out in (whole, late)]
+        self.assertEqual(*limits)
+        name = "sequences/000000/png/000001_polar.png"
+        self.assertEqual((whole / name).read_bytes(), (late / name).read_bytes())
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def validator(name):
 
 
 VALIDATORS = {name: validator(name)
-              for name in ("work", "dataset", "sequence", "annotations", "coco", "provenance")}
+              for name in ("work", "dataset", "sequence", "annotations", "coco", "provenance", "render")}
 TABLES = json.loads((SCHEMAS / "tables.json").read_text())["tables"]
 
 
@@ -216,6 +216,7 @@ class Damage(Case):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.whole = pathlib.Path(cls.temporary.name) / "whole"
         generate(SCENES / "seabed_and_target.yaml", cls.whole, "--set", "objects.0.shape={plane: {}}")
+        assert run("render", cls.whole, "--name", "plain").returncode == 0
 
     @classmethod
     def tearDownClass(cls):
@@ -227,6 +228,7 @@ class Damage(Case):
                      for name in ("work", "dataset", "coco", "provenance")}
         documents["sequence"] = json.loads((sequence / "sequence.json").read_text())
         documents["annotations"] = json.loads((sequence / "annotations.jsonl").read_text().splitlines()[0])
+        documents["render"] = json.loads((self.whole / "renders/plain/render.json").read_text())
         count = 0
         for name, data in documents.items():
             self.assertTrue(VALIDATORS[name].is_valid(data))

@@ -61,7 +61,6 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   target.target_strength_db = -40;
   info.classes = {"structure", "cylinder"};
   info.cartesian = CartesianGrid{7, 8, 0.03, 0.21, 0.12};
-  info.png_db_limits = {60, 120};
   info.output.scatterers = info.output.points = info.output.polygons = true;
   info.output.timeseries_exr = info.output.cartesian_exr = true;
   info.last_ping = kPings;
@@ -135,6 +134,7 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
   result.polar = image(kSamples, kBeams, variant);
   result.cartesian = image(info.cartesian->height_px, info.cartesian->width_px, variant);
   result.polar_grey = grey(kSamples, kBeams, variant);
+  result.grey_counts = {kSamples * kBeams, 1, 40, 2 + ping};
   result.cartesian_grey = grey(info.cartesian->height_px, info.cartesian->width_px, variant);
   // Runs 0 0 54: every pixel of 9 x 6, as COCO's tools write it.
   result.polar_annotations = {{2, {0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"}};

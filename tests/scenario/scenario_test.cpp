@@ -156,13 +156,15 @@ TEST_CASE("shadows and amodal masks are on where there are polar or Cartesian pi
 
 // Protects the picture's settings, and that written back they say the same.
 TEST_CASE("grey pictures have a scale, limits, a gain and one that grows with range") {
-  const std::pair<const char*, GreySettings> cases[] = {
-      {"{scale: amplitude}", {GreyScale::amplitude, 0, 0, false}},
-      {"{gain_db: -3.5}", {GreyScale::db, -3.5, 0, false}},
-      {"{tvg: true}", {GreyScale::db, 0, 40, true}},
-      {"{tvg: {}}", {GreyScale::db, 0, 40, true}},
+  const std::pair<const char*, Display> cases[] = {
+      {"{scale: amplitude}", {GreyScale::amplitude}},
+      {"{scale: amplitude, gamma: 0.5}", {GreyScale::amplitude, 0.5}},
+      {"{gain_db: -3.5}", {GreyScale::db, 1, -3.5}},
+      {"{automatic_gain: true}", {GreyScale::db, 1, 0, 0, false, true}},
+      {"{tvg: true}", {GreyScale::db, 1, 0, 40, true}},
+      {"{tvg: {}}", {GreyScale::db, 1, 0, 40, true}},
       {"{tvg: false, scale: db}", {}},
-      {"{db: [1, 2], tvg: {spreading: 20, absorption: false}}", {GreyScale::db, 0, 20, false}}};
+      {"{db: [1, 2], tvg: {spreading: 20, absorption: false}}", {GreyScale::db, 1, 0, 20}}};
   for (const auto& [text, settings] : cases) {
     const auto scenario = parse(kHead + "output: {png: " + text + "}\n");
     INFO(text << (scenario.ok() ? "" : scenario.error().message));
@@ -175,6 +177,13 @@ TEST_CASE("grey pictures have a scale, limits, a gain and one that grows with ra
     CHECK(again->output.png == settings);
     CHECK(again->output.png_db == scenario->output.png_db);
   }
+}
+
+// Protects a user from a gamma that nothing would show.
+TEST_CASE("a gamma needs a gray level that is a power of the amplitude") {
+  const auto scenario = parse(kHead + "output: {png: {gamma: 0.5}}\n");
+  REQUIRE_FALSE(scenario.ok());
+  CHECK(scenario.error().message.find("accepted with scale amplitude") != std::string::npos);
 }
 
 // Protects the words that choose targets: names, classes, names with a count, also those that a

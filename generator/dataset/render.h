@@ -1,0 +1,62 @@
+// Renders of a data set: 8-bit images that `ensonify render` has made again of its levels, in
+// renders/NAME with a manifest of their own, which no other manifest lists.
+//
+//   RenderedSequence  RenderManifest   render.json without its list of files
+//   render_json  read_render_head      ... as JSON
+//   render_folder  render_file  is_render_name
+//   render_names                       those that are there
+//   read_render                        one of a finished data set
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/display.h"
+#include "core/error.h"
+#include "dataset/read_dataset.h"
+#include "formats/files.h"
+#include "formats/json.h"
+
+namespace ensonify {
+
+struct RenderedSequence {
+  std::uint32_t sequence = 0;
+  std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  std::string sha256;                           // of its sequence.json
+};
+
+struct RenderManifest {
+  std::uint64_t version = 1;
+  std::string name;
+  std::string program_version, program_commit;
+  std::vector<std::string> views;  // polar, cartesian
+  Display display;
+  DisplayCounts counts;
+  std::uint64_t bytes = 0;  // of all its files
+  std::vector<RenderedSequence> sequences;
+  std::string fault;  // when read: the first member of a wrong kind; empty: none
+};
+
+Json render_json(const RenderManifest& manifest, const std::vector<FileEntry>& files);
+// None if it is no render.json.
+std::optional<RenderManifest> read_render_head(const Json& head);
+
+// Letters, digits, `-`, `_` and `.`, which does not come first; at most 64.
+bool is_render_name(std::string_view name);
+// renders/NAME, relative to the data set.
+std::string render_folder(std::string_view name);
+// sequences/000000/000003_polar.png, relative to the render's folder.
+std::string render_file(ImageView view, std::uint32_t sequence, std::uint32_t ping);
+
+// Folders in renders/, whole or not, sorted; links are left out.
+std::vector<std::string> render_names(const std::filesystem::path& dir);
+
+// Errors (usage): there is none of this name, or it was cut off, or the data set has no longer the
+// sequences it was made of; (io) its manifest is damaged.
+Result<RenderManifest> read_render(const StoredDataset& dataset, const std::string& name);
+
+}  // namespace ensonify

@@ -1,0 +1,133 @@
+#include "labels/display.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kStarts = 4096;
+constexpr double kAutomaticRank = 0.995;
+
+std::array<double, 255> steps_of(const Display& display) {
+  const auto [black, white] = display.limits_db;
+  std::array<double, 255> steps{};
+  for (int k = 1; k <= 255; ++k) {
+    steps[static_cast<std::size_t>(k - 1)] =
+        display.scale == GreyScale::db
+            ? (k - 0.5) * (white - black) / 255 + black
+            : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
+  }
+  return steps;
+}
+
+// One place early, so that rounding never begins too late.
+std::vector<std::uint8_t> starts_of(const DisplayTable& table) {
+  std::vector<std::uint8_t> starts(kStarts + 2);
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const double edge_db = table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
+    const auto after = std::upper_bound(table.steps_db.begin(), table.steps_db.end(), edge_db);
+    starts[i] = static_cast<std::uint8_t>(after - table.steps_db.begin());
+  }
+  return starts;
+}
+
+std::uint8_t gray_level(const DisplayTable& table, double shown_db) {
+  const auto& steps = table.steps_db;
+  if (!(shown_db >= steps.front())) return 0;
+  if (shown_db >= steps.back()) return 255;
+  const auto start = static_cast<std::size_t>((shown_db - steps.front()) * table.starts_per_db);
+  std::size_t level = table.starts[start];
+  while (shown_db >= steps[level]) ++level;
+  return static_cast<std::uint8_t>(level);
+}
+
+// What comes on top of the time-varied gain.
+double further_gain_db(const DisplayTable& table, std::size_t columns,
+                       std::span<const float> level_db) {
+  const Display& display = table.display;
+  if (!display.automatic_gain) return display.gain_db;
+  std::vector<double> levels;
+  for (std::size_t i = 0; i < level_db.size(); ++i) {
+    if (level_db[i] > kNoEnergyDb) levels.push_back(level_db[i] + table.tvg_db[i / columns]);
+  }
+  if (levels.empty()) return display.gain_db;
+  const auto rank = static_cast<std::ptrdiff_t>(
+      kAutomaticRank * static_cast<double>(levels.size() - 1));
+  std::nth_element(levels.begin(), levels.begin() + rank, levels.end());
+  return display.gain_db + (display.limits_db[1] - levels[static_cast<std::size_t>(rank)]);
+}
+
+}  // namespace
+
+DisplayTable display_table(const Display& display, double absorption_db_m, double step_m,
+                           int samples) {
+  DisplayTable table;
+  table.display = display;
+  const double alpha_db_m = display.absorption ? absorption_db_m : 0;
+  for (int n = 0; n < samples; ++n) {
+    const double range_m = std::max(n, 1) * step_m;
+    table.tvg_db.push_back(display.spreading * std::log10(range_m) + 2 * alpha_db_m * range_m);
+  }
+  table.steps_db = steps_of(display);
+  table.starts_per_db = kStarts / (table.steps_db.back() - table.steps_db.front());
+  table.starts = starts_of(table);
+  return table;
+}
+
+DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
+                         std::span<const float> level_db, std::span<const float> elevation_rad) {
+  DisplayedImage image{{rows, columns, std::vector<std::uint8_t>(level_db.size())}, {}};
+  if (level_db.empty()) return image;
+  const std::size_t width = level_db.size() / table.tvg_db.size();
+  const double further_db = further_gain_db(table, width, level_db);
+  image.counts.all = level_db.size();
+  for (std::size_t i = 0; i < level_db.size(); ++i) {
+    std::uint8_t level = 0;
+    if (level_db[i] > kNoEnergyDb) {
+      level = gray_level(table, level_db[i] + table.tvg_db[i / width] + further_db);
+    }
+    image.grey.pixels[i] = level;
+    image.counts.white += level == 255;
+    const bool is_echo = !std::isnan(elevation_rad[i]);
+    image.counts.echo += is_echo;
+    image.counts.black += is_echo && level == 0;
+  }
+  return image;
+}
+
+std::vector<float> echo_levels_db(const DisplayTable& table, const LabelledImage& polar) {
+  std::vector<float> levels;
+  const auto columns = static_cast<std::size_t>(polar.columns);
+  for (std::size_t i = 0; i < polar.clean_db.size(); ++i) {
+    if (std::isnan(polar.elevation_rad[i]) || !(polar.clean_db[i] > kNoEnergyDb)) continue;
+    levels.push_back(static_cast<float>(polar.clean_db[i] + table.tvg_db[i / columns]));
+  }
+  return levels;
+}
+
+std::array<double, 2> default_limits_db(std::vector<float> levels) {
+  if (levels.empty()) return Display{}.limits_db;
+  const auto percentile = [&](double p) {
+    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(p * (levels.size() - 1));
+    std::nth_element(levels.begin(), nth, levels.end());
+    return *nth;
+  };
+  const double white = std::ceil(percentile(0.995) + 7.0);
+  const double black = std::floor(percentile(0.05) - 10.0);
+  return {std::clamp(black, white - 80.0, white - 40.0), white};
+}
+
+std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
+                                           std::span<const float> elevation_rad) {
+  LabelledImage image;
+  image.columns = 1;
+  image.clean_db.assign(clean_db.begin(), clean_db.end());
+  image.elevation_rad.assign(elevation_rad.begin(), elevation_rad.end());
+  const int samples = static_cast<int>(clean_db.size());
+  return default_limits_db(echo_levels_db(display_table({}, 0, 1, samples), image));
+}
+
+}  // namespace ensonify

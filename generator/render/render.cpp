@@ -1,0 +1,305 @@
+#include "render/render.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <vector>
+
+#include "core/parallel.h"
+#include "dataset/layout.h"
+#include "dataset/read_pictures.h"
+#include "dataset/render.h"
+#include "figure/drawing.h"
+#include "formats/output.h"
+#include "labels/display.h"
+#include "render/image.h"
+
+namespace ensonify {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of a data set whose own limits do not serve, so many sequences are looked at.
+constexpr std::size_t kLimitSequences = 4;
+
+struct Job {
+  const RenderOptions& options;
+  StoredDataset dataset;
+  std::vector<StoredSequenceRow> rows;
+  std::vector<ImageView> views;
+  Display display;
+  fs::path folder;
+
+  bool sees(ImageView view) const {
+    return std::find(views.begin(), views.end(), view) != views.end();
+  }
+};
+
+// What a lane leaves behind of a sequence, in the order of its pings.
+struct Rendered {
+  Status status;
+  std::vector<FileEntry> files;
+  DisplayCounts counts;
+};
+
+Error usage(const RenderOptions& options, const std::string& what) {
+  return {ErrorKind::usage, options.dataset.string() + ": " + what};
+}
+
+Status check_options(const RenderOptions& options) {
+  const Display& display = options.display;
+  if (!is_render_name(options.name)) {
+    return Error{ErrorKind::usage,
+                 fmt::format("--name {}: accepted are letters, digits, '-', '_' and '.', which does "
+                             "not come first, at most 64",
+                             options.name)};
+  }
+  if (options.limits_db && !((*options.limits_db)[0] < (*options.limits_db)[1])) {
+    return Error{ErrorKind::usage,
+                 fmt::format("--db {:g}:{:g}: accepted is MIN:MAX in dB, the lower one first",
+                             (*options.limits_db)[0], (*options.limits_db)[1])};
+  }
+  if (display.gamma != 1 && display.scale == GreyScale::db) {
+    return Error{ErrorKind::usage,
+                 "--gamma: is a power of the amplitude; accepted with --scale amplitude"};
+  }
+  if (!display.color_map.empty() && find_colour_map(display.color_map) == nullptr) {
+    return Error{ErrorKind::usage, fmt::format("--colour-map {}: unknown", display.color_map)};
+  }
+  return {};
+}
+
+Result<std::vector<StoredSequenceRow>> rows_of(const RenderOptions& options,
+                                               const StoredDataset& dataset) {
+  std::vector<StoredSequenceRow> rows = dataset.sequences;
+  if (options.sequences) {
+    std::erase_if(rows, [&](const StoredSequenceRow& row) {
+      return row.sequence < options.sequences->first || row.sequence >= options.sequences->second;
+    });
+  }
+  if (rows.empty()) return usage(options, "has none of these sequences");
+  return rows;
+}
+
+// Those of the first sequence; all have the same.
+Result<std::vector<ImageView>> views_of(const RenderOptions& options,
+                                        const StoredSequence& sequence) {
+  const CatalogueRow& level = plane_row(ImageView::polar, "level_db");
+  if (!sequence.has(level)) {
+    return usage(options,
+                 fmt::format("its pings have no polar levels ({}), of which images are rendered; "
+                             "generate it with {}",
+                             level.file, level.maker));
+  }
+  const bool has_map = sequence.cartesian_height > 0;
+  if (options.view == ImageView::cartesian && !has_map) {
+    return usage(options, "has no Cartesian grid; accepted is --view polar");
+  }
+  std::vector<ImageView> views;
+  if (options.view != ImageView::cartesian) views.push_back(ImageView::polar);
+  if (options.view != ImageView::polar && has_map) views.push_back(ImageView::cartesian);
+  return views;
+}
+
+DisplayTable table_of(const Display& display, const StoredSequence& sequence) {
+  return display_table(display, sequence.manifest.info.water.absorption_db_m,
+                       sequence.range_step_m, static_cast<int>(sequence.samples));
+}
+
+Result<std::array<double, 2>> limits_of(const Job& job) {
+  const RenderOptions& options = job.options;
+  if (options.limits_db) return *options.limits_db;
+  const auto& own = job.dataset.manifest.png;
+  if (own && same_tvg(*own, options.display)) return own->limits_db;
+  std::vector<float> levels_db;
+  for (std::size_t i = 0; i < std::min(kLimitSequences, job.rows.size()); ++i) {
+    const auto sequence = read_sequence(job.dataset, job.rows[i]);
+    if (!sequence) return sequence.error();
+    const auto pixels = read_picture(job.dataset, *sequence, ImageView::polar,
+                                     job.rows[i].first_ping, {"clean_db", "elevation_rad"});
+    if (!pixels) return pixels.error();
+    LabelledImage polar;
+    static_cast<ImagePlanes&>(polar) = *pixels;
+    polar.columns = static_cast<int>(sequence->beams);
+    const auto more = echo_levels_db(table_of(options.display, *sequence), polar);
+    levels_db.insert(levels_db.end(), more.begin(), more.end());
+  }
+  return default_limits_db(std::move(levels_db));
+}
+
+Status write_image(const Job& job, const StoredSequence& sequence, std::uint32_t ping,
+                   ImageView view, const GreyImage& image, FileEntry& entry) {
+  const auto png = encode_image(flipped(image, job.display.flip), job.display);
+  if (!png) return png.error();
+  entry = {render_file(view, sequence.row.sequence, ping), png->size(), sha256_hex(*png)};
+  return write_whole(job.folder / entry.path, *png);
+}
+
+// `files`: of the ping, one for each view.
+Status render_ping(const Job& job, const StoredSequence& sequence, const DisplayTable& table,
+                   std::span<const std::int32_t> map, std::uint32_t ping,
+                   std::span<FileEntry> files, DisplayCounts& counts) {
+  if (job.options.stop && job.options.stop()) {
+    return Error{ErrorKind::interrupted, "interrupted; the same command begins anew"};
+  }
+  const auto pixels =
+      read_picture(job.dataset, sequence, ImageView::polar, ping, {"level_db", "elevation_rad"});
+  if (!pixels) return pixels.error();
+  const std::uint64_t count = sequence.samples * sequence.beams;
+  if (pixels->level_db.size() != count || pixels->elevation_rad.size() != count) {
+    return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
+                   "has no polar levels, which other sequences have");
+  }
+  const DisplayedImage polar =
+      displayed(table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
+                pixels->level_db, pixels->elevation_rad);
+  counts = polar.counts;
+  for (std::size_t i = 0; i < job.views.size(); ++i) {
+    const bool is_polar = job.views[i] == ImageView::polar;
+    Status written = write_image(
+        job, sequence, ping, job.views[i],
+        is_polar ? polar.grey
+                 : mapped(polar.grey, map, static_cast<int>(sequence.cartesian_height),
+                          static_cast<int>(sequence.cartesian_width)),
+        files[i]);
+    if (!written) return written;
+  }
+  return {};
+}
+
+Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Workers& workers) {
+  Rendered rendered;
+  const auto sequence = read_sequence(job.dataset, row);
+  if (!sequence) return {sequence.error(), {}, {}};
+  std::vector<std::int32_t> map;
+  if (job.sees(ImageView::cartesian)) {
+    auto read = read_cartesian_map(job.dataset, *sequence);
+    if (!read) return {read.error(), {}, {}};
+    map = std::move(*read);
+  }
+  const DisplayTable table = table_of(job.display, *sequence);
+  const auto pings = static_cast<std::size_t>(row.pings());
+  const std::size_t views = job.views.size();
+  std::vector<Status> statuses(pings);
+  std::vector<DisplayCounts> counts(pings);
+  rendered.files.resize(pings * views);
+  workers.for_each(pings, [&](std::size_t i) {
+    statuses[i] = render_ping(job, *sequence, table, map,
+                              row.first_ping + static_cast<std::uint32_t>(i),
+                              std::span(rendered.files).subspan(i * views, views), counts[i]);
+  });
+  for (std::size_t i = 0; i < pings; ++i) {
+    if (!statuses[i] && rendered.status) rendered.status = statuses[i];
+    rendered.counts += counts[i];
+  }
+  return rendered;
+}
+
+// Whether the path, relative to a render's folder, is of a file that a render writes.
+bool is_render_file(const std::string& path) {
+  if (path == layout::kRenderJson) return true;
+  constexpr std::string_view kStart = "sequences/", kEnds[] = {"_polar.png", "_cartesian.png"};
+  if (!path.starts_with(kStart)) return false;
+  // Of a write that was cut off: hidden, beside its file.
+  if (path.find("/.") != std::string::npos || path.starts_with(".")) return true;
+  return std::any_of(std::begin(kEnds), std::end(kEnds),
+                     [&](std::string_view end) { return path.ends_with(end); });
+}
+
+// The folder of the render, without what an earlier one has left there.
+Status clear_folder(const Job& job) {
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(job.folder, error))) return {};
+  if (!fs::is_directory(fs::symlink_status(job.folder, error))) {
+    return Error{ErrorKind::usage, job.folder.string() + ": is there already and no folder"};
+  }
+  const bool whole = listed_file_size(job.folder, layout::kRenderJson).has_value();
+  if (whole && !job.options.overwrite) {
+    return Error{ErrorKind::usage,
+                 job.folder.string() + ": is there already; take another --name, or --overwrite"};
+  }
+  const auto files = files_below(job.folder);
+  if (!files) return files.error();
+  for (const std::string& file : *files) {
+    if (!is_render_file(file)) {
+      return Error{ErrorKind::usage,
+                   (job.folder / file).string() + ": no file of a render; move it away"};
+    }
+  }
+  // The manifest first: what is left of a removal that is cut off is no render.
+  if (whole && ::unlink((job.folder / layout::kRenderJson).c_str()) != 0 && errno != ENOENT) {
+    return write_error(job.folder / layout::kRenderJson, errno);
+  }
+  for (const std::string& file : *files) {
+    if (::unlink((job.folder / file).c_str()) != 0 && errno != ENOENT) {
+      return write_error(job.folder / file, errno);
+    }
+  }
+  return {};
+}
+
+Result<RenderReport> write_render(const Job& job, const Workers& workers) {
+  const std::size_t count = job.rows.size();
+  const auto lanes = std::min<std::size_t>(count, static_cast<std::size_t>(workers.threads()));
+  const int within = std::max(1, workers.threads() / static_cast<int>(lanes));
+  std::vector<Rendered> rendered(count);
+  workers.for_each(count, [&](std::size_t i) {
+    rendered[i] = render_sequence(job, job.rows[i], Workers(within));
+  });
+  RenderManifest manifest;
+  RenderReport report{job.folder, count, 0, job.display, {}};
+  std::vector<FileEntry> files;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!rendered[i].status) return rendered[i].status.error();
+    report.counts += rendered[i].counts;
+    report.pings += job.rows[i].pings();
+    for (FileEntry& file : rendered[i].files) {
+      manifest.bytes += file.bytes;
+      files.push_back(std::move(file));
+    }
+    manifest.sequences.push_back({job.rows[i].sequence, job.rows[i].first_ping,
+                                  job.rows[i].last_ping, job.rows[i].sha256});
+  }
+  manifest.name = job.options.name;
+  manifest.program_version = job.options.program_version;
+  manifest.program_commit = job.options.program_commit;
+  for (const ImageView view : job.views) manifest.views.emplace_back(view_name(view));
+  manifest.display = job.display;
+  manifest.counts = report.counts;
+  const Status written =
+      write_whole(job.folder / layout::kRenderJson, json_text(render_json(manifest, files)));
+  if (!written) return written.error();
+  return report;
+}
+
+Result<RenderReport> render(const RenderOptions& options) {
+  if (const Status fit = check_options(options); !fit) return fit.error();
+  auto dataset = open_dataset(options.dataset);
+  if (!dataset) return dataset.error();
+  auto rows = rows_of(options, *dataset);
+  if (!rows) return rows.error();
+  const auto first = read_sequence(*dataset, rows->front());
+  if (!first) return first.error();
+  auto views = views_of(options, *first);
+  if (!views) return views.error();
+  Job job{options,         std::move(*dataset),
+          std::move(*rows), std::move(*views),
+          options.display, options.dataset / render_folder(options.name)};
+  const auto limits_db = limits_of(job);
+  if (!limits_db) return limits_db.error();
+  job.display.limits_db = *limits_db;
+  if (const Status cleared = clear_folder(job); !cleared) return cleared.error();
+  return write_render(job, Workers(options.threads));
+}
+
+}  // namespace
+
+Result<RenderReport> render_dataset(const RenderOptions& options) {
+  return without_exceptions("rendering " + options.dataset.string(),
+                            [&] { return render(options); });
+}
+
+}  // namespace ensonify

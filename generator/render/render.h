@@ -1,0 +1,53 @@
+// 8-bit images made again of a finished data set, with another display.
+//
+//   RenderOptions  RenderReport  render_dataset
+//
+// Sequences and pings are worked on side by side; the bytes do not depend on how many threads there
+// are. The files of the data set itself are only read.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/display.h"
+#include "core/error.h"
+#include "core/ping.h"
+
+namespace ensonify {
+
+struct RenderOptions {
+  std::filesystem::path dataset;
+  std::string name;                // of the render
+  std::optional<ImageView> view;   // absent: every view that the data set has a grid of
+  Display display;                 // but for its limits
+  // Absent: those of the data set's own images where these have the same time-varied gain; else
+  // default_limits_db (labels/display.h) of the first pings of the first few rendered sequences.
+  std::optional<std::array<double, 2>> limits_db;
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last); absent: all
+  bool overwrite = false;  // a render of this name that is whole
+  int threads = 0;         // 0: all that the machine has
+  std::string program_version, program_commit;
+  // Asked between pings; true ends the work with ErrorKind::interrupted. What is rendered by then
+  // is no render yet: the same call begins anew.
+  std::function<bool()> stop;
+};
+
+struct RenderReport {
+  std::filesystem::path folder;
+  std::uint64_t sequences = 0, pings = 0;
+  Display display;  // with its limits
+  DisplayCounts counts;
+};
+
+// Writes renders/NAME of the data set: an image of every view and ping, then render.json. Errors:
+// (usage) not a finished data set, no levels or grid, a bad name or display, a render of this name
+// or a file that is none of ours in its place; (io) a damaged file, or reading or writing failed;
+// (interrupted).
+Result<RenderReport> render_dataset(const RenderOptions& options);
+
+}  // namespace ensonify

@@ -1,0 +1,150 @@
+"""`ensonify render` from outside, and the same images by the reader on the fly and in exports."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "reader"))
+import small_data  # noqa: E402
+from ensonify_dataset import DatasetError, Display, SonarDataset  # noqa: E402
+
+DISPLAYS = {
+    "plain": [],
+    "limits": ["--db", "80:121.5"],
+    "automatic": ["--auto", "--gain-db", "-2"],
+    "tvg": ["--tvg", "30", "--absorption"],
+    "amplitude": ["--scale", "amplitude", "--gamma", "0.45", "--db", "0:150", "--tvg", "17.5"],
+    "all": ["--scale", "amplitude", "--gamma", "1.7", "--auto", "--tvg", "40", "--absorption", "--gain-db", "4",
+            "--colour-map", "viridis", "--flip", "both"],
+}
+
+
+def run(*words, expected=0):
+    done = subprocess.run([small_data.PROGRAM, *map(str, words)], capture_output=True, text=True)
+    assert done.returncode == expected, done.stderr
+    return done.stderr
+
+
+class Renders(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.data = small_data.generate("seabed_and_target", cls.folder / "data", "--set", "sequences=2",
+                                       "--pings", "0:2")
+        cls.before = {path: path.read_bytes() for path in cls.data.rglob("*") if path.is_file()}
+        for name, options in DISPLAYS.items():
+            run("render", cls.data, "--name", name, "--quiet", *options)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_the_data_set_is_untouched_and_whole(self):
+        for path, content in self.before.items():
+            self.assertEqual(path.read_bytes(), content, path)
+        self.assertIn("whole", run("verify", self.data))
+
+    def test_without_options_the_images_are_those_of_the_data_set(self):
+        for ping in SonarDataset(self.data):
+            for view in (ping.polar, ping.cartesian):
+                np.testing.assert_array_equal(view.render("plain"), view.grey)
+
+    def test_the_reader_makes_the_same_images_of_the_levels(self):
+        """Every value, of every option."""
+        data = SonarDataset(self.data)
+        self.assertEqual(data.renders, sorted(data.renders))
+        self.assertLessEqual(set(DISPLAYS), set(data.renders))
+        for name in DISPLAYS:
+            display = data.display(name)
+            for ping in data:
+                for view in (ping.polar, ping.cartesian):
+                    stored = view.render(name)
+                    self.assertGreater(len(np.unique(stored)), 20)
+                    np.testing.assert_array_equal(view.displayed(display), stored, name)
+        own = data.display()
+        np.testing.assert_array_equal(data[0].polar.displayed(own), data[0].polar.grey)
+
+    def test_what_is_not_there_is_named(self):
+        data = SonarDataset(self.data)
+        with self.assertRaisesRegex(DatasetError, "ensonify render"):
+            data[0].polar.render("other")
+        with self.assertRaisesRegex(DatasetError, "no name"):
+            data[0].polar.render("../png")
+
+    def test_a_display_can_be_made_by_hand(self):
+        display = Display((80, 121.5))
+        np.testing.assert_array_equal(SonarDataset(self.data)[1].polar.displayed(display),
+                                      SonarDataset(self.data)[1].polar.render("limits"))
+
+    def test_exports_take_the_images_of_a_render(self):
+        cases = {"yolo": "images/*/*.png", "voc": "JPEGImages/*.png", "index_mask": "*/images/*.png"}
+        for form, pattern in cases.items():
+            out = self.folder / form
+            run("export", self.data, "--format", form, "-o", out, "--view", "polar", "--render", "limits")
+            found = sorted(out.glob(pattern))
+            self.assertEqual(len(found), 4)
+            for path in found:
+                sequence, ping = path.stem.split("_")
+                want = self.data / f"renders/limits/sequences/{sequence}/{ping}_polar.png"
+                self.assertEqual(path.read_bytes(), want.read_bytes())
+        run("export", self.data, "--format", "mcap", "-o", self.folder / "mcap", "--render", "tvg")
+        run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar", "--render", "tvg")
+
+    def test_exports_refuse_renders_that_do_not_fit(self):
+        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "there are all"),
+                                 ("hdf5", "limits", "not an option")):
+            told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
+                       expected=2)
+            self.assertIn(what, told)
+        run("render", self.data, "--name", "part", "--sequences", "1:2", "--view", "polar", "--colour-map", "magma")
+        for form, view, what in (("yolo", "polar", "lacks sequences"), ("yolo", "cartesian", "no cartesian images"),
+                                 ("mcap", None, "has colors")):
+            told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", "part",
+                       *(["--view", view] if view else []), expected=2)
+            self.assertIn(what, told)
+
+    def test_limits_that_do_not_fit_are_warned_of(self):
+        told = run("render", self.data, "--name", "white", "--db", "0:20", "--quiet")
+        self.assertIn("of the pixels are white with limits of 0 and 20 dB", told)
+        self.assertEqual(run("render", self.data, "--name", "fits", "--quiet"), "")
+
+    def test_packed_sequences_are_rendered_alike(self):
+        packed = small_data.generate("seabed_and_target", self.folder / "packed", "--set", "sequences=2",
+                                     "--pings", "0:2", "--set", "output.one_file_per=sequence")
+        run("render", packed, "--name", "all", *DISPLAYS["all"])
+        for path in (self.data / "renders/all/sequences").rglob("*.png"):
+            twin = packed / path.relative_to(self.data)
+            self.assertEqual(path.read_bytes(), twin.read_bytes(), path)
+        self.assertIn("whole", run("verify", packed))
+
+    def test_levels_are_needed(self):
+        bare = small_data.generate("seabed_and_target", self.folder / "bare", "--pings", "0:1", "--set",
+                                   "output.polar=false", "--set", "output.cartesian=false")
+        self.assertIn("output.polar: true", run("render", bare, "--name", "a", expected=2))
+
+    def test_growing_a_data_set_keeps_its_renders(self):
+        data = small_data.generate("seabed_and_target", self.folder / "grown", "--pings", "0:1", "--set", "sequences=1")
+        run("render", data, "--name", "a")
+        small_data.generate("seabed_and_target", data, "--pings", "0:1", "--set", "sequences=2")
+        self.assertIn("whole", run("verify", data))
+
+
+class AGeneratedSet(unittest.TestCase):
+    def test_limits_that_do_not_fit_are_warned_of_at_the_end(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command = [small_data.PROGRAM, "generate", small_data.SCENES / "seabed_and_target.yaml", "-o",
+                       f"{folder}/d", "--quiet", *small_data.SMALL, "--pings", "0:1"]
+            for limits, warned in (("[0, 20]", "are white"), ("[200, 220]", "are black"), (None, "")):
+                words = command if limits is None else [*command, "--set", f"output.png={{db: {limits}}}"]
+                done = subprocess.run([*map(str, words), "--overwrite"], capture_output=True, text=True, check=True)
+                lines = [line for line in done.stderr.splitlines() if "8-bit images" in line]
+                self.assertEqual(bool(lines), bool(warned), done.stderr)
+                self.assertIn(warned, "".join(lines))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,216 @@
+#include "render/render.h"
+
+#include <atomic>
+#include <filesystem>
+
+#include "../dataset/sample.h"
+#include "catch.h"
+#include "dataset/overwrite.h"
+#include "dataset/render.h"
+#include "dataset/verify.h"
+#include "formats/png.h"
+#include "labels/display.h"
+
+using namespace ensonify;
+namespace fs = std::filesystem;
+
+namespace {
+
+RenderOptions options_of(const fs::path& dir, const std::string& name) {
+  RenderOptions options;
+  options.dataset = dir;
+  options.name = name;
+  options.threads = 2;
+  options.program_version = "0.1.0";
+  options.program_commit = "abcdef";
+  return options;
+}
+
+RenderReport rendered(const RenderOptions& options) {
+  const auto report = render_dataset(options);
+  INFO((report ? "" : report.error().message));
+  REQUIRE(report.ok());
+  return *report;
+}
+
+std::vector<std::string> faults_of(const fs::path& dir) {
+  const auto report = verify_dataset(dir, Workers(2));
+  REQUIRE(report.ok());
+  return report->faults;
+}
+
+std::string error_of(const RenderOptions& options) {
+  const auto report = render_dataset(options);
+  return report ? "" : report.error().message;
+}
+
+bool mentions(const std::vector<std::string>& texts, const std::string& what) {
+  return std::any_of(texts.begin(), texts.end(), [&](const std::string& text) {
+    return text.find(what) != std::string::npos;
+  });
+}
+
+struct Sample {
+  sample::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "set";
+  Sample() { sample::make_dataset(dir, 2); }
+};
+
+// Without what renders add.
+std::map<std::string, std::string> own_files(const fs::path& dir) {
+  auto files = sample::contents(dir);
+  std::erase_if(files, [](const auto& file) { return file.first.starts_with("renders/"); });
+  return files;
+}
+
+}  // namespace
+
+// Protects the formula from the stored levels to the pixel, the map, and the data set itself.
+TEST_CASE("a render shows the stored levels and leaves the data set as it is") {
+  const Sample set;
+  const auto before = own_files(set.dir);
+  RenderOptions options = options_of(set.dir, "loud");
+  options.limits_db = {{70, 110}};
+  options.display.gain_db = 5;
+  const RenderReport report = rendered(options);
+  CHECK(report.sequences == 2);
+  CHECK(report.pings == 2 * sample::kPings);
+  CHECK(own_files(set.dir) == before);
+  CHECK(faults_of(set.dir).empty());
+  const SequenceInfo info = sample::sequence_info(1);
+  const LabelledImage polar = sample::image(sample::kSamples, sample::kBeams, 12);
+  const std::vector<std::int32_t> map = sample::cartesian_map(info);
+  const fs::path images = set.dir / "renders/loud/sequences/000001";
+  const auto gray = read_grey8(images / "000002_polar.png", sample::kSamples, sample::kBeams);
+  const auto seen = read_grey8(images / "000002_cartesian.png", 7, 8);
+  REQUIRE(gray.ok());
+  REQUIRE(seen.ok());
+  std::size_t different = 0, lit = 0;
+  for (std::size_t i = 0; i < gray->size(); ++i) {
+    const float level = polar.level_db[i];
+    const double value = level > -99 ? 255 * (level + 5.0 - 70) / 40 : 0;
+    different += (*gray)[i] != std::floor(std::clamp(value, 0.0, 255.0) + 0.5);
+    lit += (*gray)[i] > 0;
+  }
+  CHECK(different == 0);
+  CHECK(lit > 10);
+  for (std::size_t i = 0; i < seen->size(); ++i) {
+    different += (*seen)[i] != (map[i] < 0 ? 0 : (*gray)[static_cast<std::size_t>(map[i])]);
+  }
+  CHECK(different == 0);
+}
+
+// Protects renders from depending on the machine: every option on, any number of threads.
+TEST_CASE("renders have the same bytes on any number of threads") {
+  const Sample set;
+  RenderOptions options = options_of(set.dir, "one");
+  options.display = {GreyScale::amplitude, 0.5, 3, 20, true, true, {}, "magma", Flip::both};
+  options.threads = 1;
+  rendered(options);
+  const auto one = sample::contents(set.dir / "renders/one");
+  CHECK(one.size() == 2 * 2 * sample::kPings + 1);
+  for (const int threads : {2, 5}) {
+    options.overwrite = true;
+    options.threads = threads;
+    rendered(options);
+    CHECK(sample::contents(set.dir / "renders/one") == one);
+  }
+  CHECK(faults_of(set.dir).empty());
+}
+
+// Protects what is there from a second render, and lets one that was cut off be repeated.
+TEST_CASE("a render is replaced on request only, and begun anew after an interrupt") {
+  const Sample set;
+  RenderOptions options = options_of(set.dir, "a");
+  rendered(options);
+  const auto whole = sample::contents(set.dir);
+  CHECK(error_of(options).find("--overwrite") != std::string::npos);
+  CHECK(sample::contents(set.dir) == whole);
+  options.overwrite = true;
+  std::atomic<int> asked = 0;
+  options.stop = [&] { return ++asked > 3; };
+  CHECK(render_dataset(options).error().kind == ErrorKind::interrupted);
+  CHECK(mentions(faults_of(set.dir), "renders/a: is not whole"));
+  options.overwrite = false;
+  options.stop = nullptr;
+  rendered(options);
+  CHECK(sample::contents(set.dir) == whole);
+}
+
+TEST_CASE("files of others in a render's place stay") {
+  const Sample set;
+  sample::write(set.dir / "renders/a/notes.txt", "mine");
+  CHECK(error_of(options_of(set.dir, "a")).find("no file of a render") != std::string::npos);
+  CHECK(sample::read(set.dir / "renders/a/notes.txt") == "mine");
+}
+
+// Protects verify's promise: every byte is as some manifest says.
+TEST_CASE("verify looks at renders") {
+  const Sample set;
+  rendered(options_of(set.dir, "a"));
+  REQUIRE(faults_of(set.dir).empty());
+  const fs::path image = set.dir / "renders/a/sequences/000000/000001_polar.png";
+  const std::string bytes = sample::read(image);
+  sample::flip_bit(image, bytes.size() / 2, 3);
+  CHECK(mentions(faults_of(set.dir), "renders/a/sequences/000000/000001_polar.png: has another"));
+  fs::remove(image);
+  CHECK_FALSE(faults_of(set.dir).empty());
+  sample::write(image, bytes);
+  sample::write(set.dir / "renders/a/sequences/000000/000009_polar.png", bytes);
+  CHECK(mentions(faults_of(set.dir), "000009_polar.png: no manifest lists it"));
+  fs::remove(set.dir / "renders/a/sequences/000000/000009_polar.png");
+  fs::copy(set.dir / "renders/a", set.dir / "renders/b", fs::copy_options::recursive);
+  CHECK(mentions(faults_of(set.dir), "bears another name than its folder"));
+}
+
+// Protects `generate --overwrite`: renders are of the old data set, and go with it.
+TEST_CASE("a render belongs to the data set that --overwrite removes") {
+  const Sample set;
+  rendered(options_of(set.dir, "a"));
+  const auto inventory = take_inventory(set.dir);
+  REQUIRE(inventory.ok());
+  CHECK(inventory->strangers.empty());
+  REQUIRE(remove_listed(set.dir, *inventory).ok());
+  CHECK_FALSE(fs::exists(set.dir / "renders"));
+}
+
+TEST_CASE("what cannot be rendered is refused before anything is written") {
+  const Sample set;
+  const auto refused = [&](const RenderOptions& options, const std::string& what) {
+    const std::string error = error_of(options);
+    INFO(error);
+    CHECK(error.find(what) != std::string::npos);
+  };
+  RenderOptions options = options_of(set.dir, "a");
+  options.display.gamma = 2;
+  refused(options, "accepted with --scale amplitude");
+  options = options_of(set.dir, "a");
+  options.limits_db = {{10, 10}};
+  refused(options, "the lower one first");
+  options = options_of(set.dir, "a");
+  options.sequences = {7, 9};
+  refused(options, "none of these sequences");
+  for (const char* name : {"", ".a", "a/b", "..", "\xc3\xa4"}) {
+    refused(options_of(set.dir, name), "--name");
+  }
+  refused(options_of(set.folder.path() / "none", "a"), "no such folder");
+  CHECK_FALSE(fs::exists(set.dir / "renders"));
+}
+
+// Protects default limits: those of the data set's own images, unless the gain over range differs.
+TEST_CASE("limits come from the data set, or from its levels with another time-varied gain") {
+  const Sample set;
+  CHECK(rendered(options_of(set.dir, "a")).display.limits_db == std::array<double, 2>{60, 120});
+  RenderOptions options = options_of(set.dir, "b");
+  options.display.spreading = 20;
+  std::vector<float> levels;
+  const SequenceInfo info = sample::sequence_info(0);
+  const auto table = display_table(options.display, info.water.absorption_db_m,
+                                   sample_range_m(info.sonar, info.water, 1), sample::kSamples);
+  for (const int variant : {0, 10}) {
+    const auto image = sample::image(sample::kSamples, sample::kBeams, variant);
+    const auto more = echo_levels_db(table, image);
+    levels.insert(levels.end(), more.begin(), more.end());
+  }
+  CHECK(rendered(options).display.limits_db == default_limits_db(levels));
+}
