@@ -10,9 +10,9 @@ Needs Python 3.9, NumPy and PyTorch (Debian: python3-torch). Its data set, 400 w
         --set 'output={timeseries: none, cartesian: false, png: false}'
     scripts/train_example.py out/debris
 
-Input is the level of the polar picture, normalised picture by picture; the answer is a mask of all
-things, that is of all classes but the seabed. Told at the end, for each split, of this one class and over all pixels of all
-pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
+Input is the level of the polar picture, normalised picture by picture; the answer is a mask of the
+classes of kind thing, which leaves the seabed out. Told at the end, for each split, of this one mask and over all
+pixels of all pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
 training pictures; and that of the best constant answer. Docs: docs/training.md.
 """
 import argparse

@@ -151,8 +151,9 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
 
 DatasetManifest manifest_of(const DatasetInfo& info, std::vector<SequenceEntry> sequences,
                             const std::vector<FileEntry>& files) {
-  DatasetManifest manifest{1,  info.identity, info.classes, info.class_kinds, 0, std::move(sequences),
-                           {}, info.failed,   {}};
+  DatasetManifest manifest{1, info.identity,        info.classes, info.class_kinds,
+                           0, std::move(sequences), {},           info.failed,
+                           {}};
   for (const SequenceEntry& entry : manifest.sequences) manifest.bytes += entry.bytes;
   for (const FileEntry& entry : files) manifest.bytes += entry.bytes;
   return manifest;

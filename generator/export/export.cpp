@@ -78,9 +78,8 @@ Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
   std::erase_if(dataset.sequences,
                 [&](const StoredSequenceRow& row) { return row.split != *options.split; });
   if (!dataset.sequences.empty()) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("--split {}: no sequence of {} is in it", *options.split,
-                           options.dataset.string())};
+  return Error{ErrorKind::usage, fmt::format("--split {}: no sequence of {} is in it",
+                                             *options.split, options.dataset.string())};
 }
 
 Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
