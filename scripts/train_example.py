@@ -10,9 +10,9 @@ Needs Python 3.9, NumPy and PyTorch (Debian: python3-torch). Its data set, 400 w
         --set 'output={timeseries: none, cartesian: false, png: false}'
     scripts/train_example.py out/debris
 
-Input is the level of the polar picture, normalised picture by picture; the answer is a mask of all
-objects but the seabed. Told at the end, for each split, of this one class and over all pixels of all
-pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
+Input is the level of the polar picture, normalised picture by picture; the answer is a mask of the
+classes of kind thing, which leaves the seabed out. Told at the end, for each split, of this one mask and over all
+pixels of all pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
 training pictures; and that of the best constant answer. Docs: docs/training.md.
 """
 import argparse
@@ -33,17 +33,17 @@ def by_twos(array):
     return array[: 2 * rows].reshape(rows, 2, -1)
 
 
-def load(dataset, background):
+def load(dataset):
     """Normalised levels [pings, 1, rows, columns] and debris masks of the same shape.
 
     Two samples of range make a row: their mean power, and debris where either has some. The
     pictures are small and all fit into memory; for large ones: TorchPings and a DataLoader.
     """
+    things = [k + 1 for k, kind in enumerate(dataset.class_kinds) if kind == "thing"]
     pictures, masks = [], []
     for ping in dataset:
         power = to_amplitude(ping.polar.level_db).astype(np.float64) ** 2
-        semantic = ping.polar.semantic
-        debris = (semantic > 0) & (semantic != background)
+        debris = np.isin(ping.polar.semantic, things)
         pictures.append(normalise(to_db(np.sqrt(by_twos(power).mean(1))))[None])
         masks.append(by_twos(debris).any(1)[None])
     return torch.from_numpy(np.stack(pictures)), torch.from_numpy(np.stack(masks)).float()
@@ -141,7 +141,6 @@ def arguments():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="data set, finished")
-    parser.add_argument("--background", default="seabed", help="class that is no debris (seabed)")
     parser.add_argument("--epochs", type=int, default=12, help="passes over the pictures (12)")
     parser.add_argument("--batch", type=int, default=8, help="pictures a step (8)")
     parser.add_argument("--width", type=int, default=16, help="channels at the finest scale (16)")
@@ -159,8 +158,7 @@ def main():
     torch.set_num_threads(options.threads)
     torch.manual_seed(options.seed)
     dataset = SonarDataset(options.folder)
-    background = dataset.classes.index(options.background) + 1
-    data = {name: load(dataset.split(name), background) for name in ("train", "val", "test")}
+    data = {name: load(dataset.split(name)) for name in ("train", "val", "test")}
     pictures, masks = data["train"]
     if options.shuffle_labels:
         masks = masks.roll(len(masks) // 2, 0)

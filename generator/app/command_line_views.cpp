@@ -168,8 +168,9 @@ static void add_object_options(CLI::App& command, ExportOptions& options) {
   command.add_option("--min-pixels", options.min_pixels, "least pixels of the mask (1)")
       ->check(CLI::Range(1, 1'000'000'000))
       ->group(kGroup);
-  command.add_option("--min-visible", options.min_visible,
-                     "least share of the amodal mask that is visible")
+  command
+      .add_option("--min-visible", options.min_visible,
+                  "least share of the amodal mask that is visible")
       ->check(CLI::Range(0.0, 1.0))
       ->group(kGroup);
 }

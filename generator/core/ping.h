@@ -6,8 +6,8 @@
 //   OutputSelection                        what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the pings of a
-//   sequence share
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the
+//   pings of a sequence share
 #pragma once
 
 #include <array>

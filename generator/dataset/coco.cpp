@@ -137,8 +137,8 @@ bool holds(const std::vector<std::uint16_t>& instances, std::uint32_t id) {
 Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMembers& image,
                  CocoLists& lists, const CocoImage* chosen = nullptr) {
   const std::uint64_t image_id = ++lists.image_id;
-  lists.images.add(image_json(image_id, info, ping, image,
-                              chosen != nullptr ? &chosen->file_name : nullptr));
+  lists.images.add(
+      image_json(image_id, info, ping, image, chosen != nullptr ? &chosen->file_name : nullptr));
   const auto add = [&](std::string_view key, const auto& use) {
     return for_each_object(image, key, [&](const JsonMembers& annotation) -> Status {
       const Instance* instance = find_instance(info, annotation);
@@ -192,14 +192,13 @@ Status for_each_line(const std::filesystem::path& dir, std::uint32_t sequence,
 
 std::string head_text(const std::string& name, const Json& categories) {
   const Json info = {{"description", name + ": multibeam sonar pictures by ensonify"}};
-  return "{\n\"info\": " + json_line(info) + ",\n\"licenses\": [],\n\"categories\": " +
-         json_line(categories) + ",\n\"images\": [";
+  return "{\n\"info\": " + json_line(info) +
+         ",\n\"licenses\": [],\n\"categories\": " + json_line(categories) + ",\n\"images\": [";
 }
 
 }  // namespace
 
-Json categories_json(const std::vector<std::string>& classes,
-                     const std::vector<ClassKind>& kinds) {
+Json categories_json(const std::vector<std::string>& classes, const std::vector<ClassKind>& kinds) {
   Json categories = Json::array();
   for (std::size_t k = 0; k < classes.size(); ++k) {
     categories.push_back({{"id", k + 1},
@@ -261,8 +260,7 @@ Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t s
 }
 
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
-                             const std::vector<std::uint32_t>& sequences,
-                             const Json& categories) {
+                             const std::vector<std::uint32_t>& sequences, const Json& categories) {
   StreamedFile file(dir, "coco.json");
   StreamedFile annotations(dir, "coco.json.annotations", false);
   StreamedFile hidden(dir, "coco.json.hidden", false);

@@ -38,16 +38,15 @@ Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t s
                                const std::function<void(std::uint32_t, double)>& use);
 
 // Category k is classes[k - 1]; `isthing` is 1 or 0, as in COCO's panoptic files.
-Json categories_json(const std::vector<std::string>& classes,
-                     const std::vector<ClassKind>& kinds);
+Json categories_json(const std::vector<std::string>& classes, const std::vector<ClassKind>& kinds);
 
 // Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
-// ping, polar before Cartesian; annotations from 1 in the order of their images. Instances that are seen nowhere in an image stand in a list of their own,
-// `hidden`: readers of COCO expect masks with pixels.
+// ping, polar before Cartesian; annotations from 1 in the order of their images. Instances that are
+// seen nowhere in an image stand in a list of their own, `hidden`: readers of COCO expect masks
+// with pixels.
 // All sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
-                             const std::vector<std::uint32_t>& sequences,
-                             const Json& categories);
+                             const std::vector<std::uint32_t>& sequences, const Json& categories);
 
 // How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);

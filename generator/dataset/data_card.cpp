@@ -47,8 +47,7 @@ The sonar of sequence 0 (others may differ; `sequences/*/sequence.json` has the 
 std::string classes_table(const DatasetInfo& info) {
   std::string text = "Classes (0 is no object):\n\n| id | class | kind |\n|---|---|---|\n";
   for (std::size_t k = 0; k < info.classes.size(); ++k) {
-    text += fmt::format("| {} | {} | {} |\n", k + 1, info.classes[k],
-                        name_of(info.class_kinds[k]));
+    text += fmt::format("| {} | {} | {} |\n", k + 1, info.classes[k], name_of(info.class_kinds[k]));
   }
   return text + "\n";
 }

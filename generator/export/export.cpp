@@ -80,9 +80,8 @@ Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
   std::erase_if(dataset.sequences,
                 [&](const StoredSequenceRow& row) { return row.split != *options.split; });
   if (!dataset.sequences.empty()) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("--split {}: no sequence of {} is in it", *options.split,
-                           options.dataset.string())};
+  return Error{ErrorKind::usage, fmt::format("--split {}: no sequence of {} is in it",
+                                             *options.split, options.dataset.string())};
 }
 
 // The render whose images are exported, which has to have them all, pixel by pixel those of the

@@ -39,7 +39,7 @@ struct ExportOptions {
   std::optional<std::string> split;            // train, val or test; absent: all
   // Which objects get a box: those of these classes; absent: of all that are things.
   std::optional<std::vector<std::string>> classes;
-  std::vector<std::string> exclude;        // ... but not of these
+  std::vector<std::string> exclude;         // ... but not of these
   std::optional<std::uint64_t> min_pixels;  // of the mask
   std::optional<double> min_visible;        // least share of the amodal mask, 0 to 1
   std::optional<std::string> render;           // 8-bit images of this one in place of png/

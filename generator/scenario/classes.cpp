@@ -83,11 +83,11 @@ void take_kinds(Faults& faults, const Value& classes, ClassList& list) {
     const Value entry = *child(classes, name);
     const auto found = std::find(list.names.begin(), list.names.end(), name);
     if (found == list.names.end()) {
-      add_fault(faults, entry.place, entry.path,
-                fmt::format("no object, point target or volume has the class {}{}; expected a class "
-                            "of this scenario{}{}",
-                            shown(name), hint(name, known), known.empty() ? "" : ": ",
-                            joined(known)));
+      add_fault(
+          faults, entry.place, entry.path,
+          fmt::format("no object, point target or volume has the class {}{}; expected a class "
+                      "of this scenario{}{}",
+                      shown(name), hint(name, known), known.empty() ? "" : ": ", joined(known)));
       continue;
     }
     const Node* kind = entry.node->kind == NodeKind::map ? find(*entry.node, "kind") : nullptr;
@@ -124,13 +124,13 @@ ClassList class_list(Faults& faults, const Value& root) {
 void class_fields(Fields& f, std::vector<ClassSpec>& classes) {
   std::vector<std::string> names;
   for (const ClassSpec& of : classes) names.push_back(of.name);
-  if (!f.begin({"classes", "Classes",
-                "Kinds of classes, by the names that objects, point targets and volumes give; the "
-                "kind of other classes follows from their shapes; left out: all follow from "
-                "shapes"},
-               NamesBranch{names,
-                           "no map, accepted is a map of classes, as in {seabed: {kind: stuff}}"},
-               written_if(!classes.empty(), {.in_lines = true}))) {
+  if (!f.begin(
+          {"classes", "Classes",
+           "Kinds of classes, by the names that objects, point targets and volumes give; the "
+           "kind of other classes follows from their shapes; left out: all follow from "
+           "shapes"},
+          NamesBranch{names, "no map, accepted is a map of classes, as in {seabed: {kind: stuff}}"},
+          written_if(!classes.empty(), {.in_lines = true}))) {
     return;
   }
   classes.resize(names.size());

@@ -11,7 +11,7 @@ import sys
 import tempfile
 import traceback
 
-OPTIONAL = {"cv2", "evo", "h5py", "matplotlib", "mcap_ros2", "open3d", "pyopenvdb", "torch",
+OPTIONAL = {"cv2", "evo", "h5py", "matplotlib", "mcap_ros2", "open3d", "pyopenvdb", "torch", "torchvision",
             "ultralytics", "webdataset"}
 
 

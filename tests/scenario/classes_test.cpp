@@ -65,8 +65,9 @@ TEST_CASE("a class with a thing in it, in any draw, is of things") {
       CHECK(kinds_of("objects: " + objects + "\n", sequence).at("c") == ClassKind::thing);
     }
   }
-  const auto sampled = kinds_of("objects: [{name: r, class: {choice: [x, y]}, material: m, "
-                                "shape: {plane: {}}}]\n");
+  const auto sampled = kinds_of(
+      "objects: [{name: r, class: {choice: [x, y]}, material: m, "
+      "shape: {plane: {}}}]\n");
   CHECK(sampled.at("x") == ClassKind::stuff);
   CHECK(sampled.at("y") == ClassKind::stuff);
 }
@@ -77,8 +78,7 @@ TEST_CASE("a scenario states the kind of a class") {
       "objects: [{name: r, class: quay, material: m, shape: {plane: {}}}, "
       "{name: b, class: stone, material: m, shape: {sphere: {radius_m: 1}}}, "
       "{name: w, class: wall, material: m, shape: {plane: {}}}]\n";
-  const auto kinds =
-      kinds_of(objects + "classes: {quay: {kind: thing}, stone: {kind: stuff}}\n");
+  const auto kinds = kinds_of(objects + "classes: {quay: {kind: thing}, stone: {kind: stuff}}\n");
   CHECK(kinds.at("quay") == ClassKind::thing);
   CHECK(kinds.at("stone") == ClassKind::stuff);
   CHECK(kinds.at("wall") == ClassKind::stuff);
@@ -93,8 +93,8 @@ TEST_CASE("kinds of classes are checked") {
       {target + "classes: {buoy: {kind: object}}",
        "5:24: classes.buoy.kind:", "one of thing, stuff"},
       {target + "classes: {buoy: {}}", "5:17: classes.buoy.kind:", "missing"},
-      {target + "classes: {buoy: {kind: {choice: [thing, stuff]}}}", "5:10: classes:",
-       "may not be sampled"},
+      {target + "classes: {buoy: {kind: {choice: [thing, stuff]}}}",
+       "5:10: classes:", "may not be sampled"},
       {target + "classes: [buoy]", "5:10: classes:", "a map of classes"},
   });
 }

@@ -174,14 +174,17 @@ TEST_CASE("points and lines are left out with a warning") {
 TEST_CASE("a texture is ignored with one warning a file") {
   const TemporaryFolder folder;
   const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n";
-  folder.write("a.mtl", "newmtl plain\nKd 1 0 0\nnewmtl wood\nmap_Kd wood.png\nmap_Bump grain.png\n");
+  folder.write("a.mtl",
+               "newmtl plain\nKd 1 0 0\nnewmtl wood\nmap_Kd wood.png\nmap_Bump grain.png\n");
   const auto warnings = [&](const std::string& name, const std::string& text) {
-    const auto mesh = load_mesh(folder.write(name, "mtllib a.mtl\n" + faces + text), 1, Normals::face);
+    const auto mesh =
+        load_mesh(folder.write(name, "mtllib a.mtl\n" + faces + text), 1, Normals::face);
     REQUIRE(mesh.ok());
     return mesh->warnings;
   };
   const auto painted = warnings(
-      "a.obj", "usemtl plain\nf 1/1 2/2 3/3\nusemtl wood\nf 1/1 2/2 4/3\nusemtl wood\nf 2/1 3/2 4/3\n");
+      "a.obj",
+      "usemtl plain\nf 1/1 2/2 3/3\nusemtl wood\nf 1/1 2/2 4/3\nusemtl wood\nf 2/1 3/2 4/3\n");
   REQUIRE(painted.size() == 1);
   CHECK(painted[0].find("a.obj: its texture is ignored") != std::string::npos);
   CHECK(warnings("b.obj", "usemtl plain\nf 1/1 2/2 3/3\n").empty());

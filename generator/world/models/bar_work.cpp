@@ -29,8 +29,7 @@ void add_bars_along(int axis, std::vector<Solid>& parts) {
     to[axis] = size[axis] / 2;
     from[across[0]] = to[across[0]] = u * size[across[0]];
     from[across[1]] = to[across[1]] = v * size[across[1]];
-    parts.push_back(
-        bar({from[0], from[1], from[2]}, {to[0], to[1], to[2]}, radius, corners));
+    parts.push_back(bar({from[0], from[1], from[2]}, {to[0], to[1], to[2]}, radius, corners));
   };
   for (const double side : {-0.5, 0.5}) {
     for (const double other : {-0.5, 0.5}) add(side, other, 5, 8);
@@ -103,8 +102,7 @@ Solid net_solid() {
     parts.push_back(tube(twine, {0, 1, 0}, 4));
   }
   for (int i = -kAlong; i <= kAlong; ++i) {
-    parts.push_back(
-        bar(knot(i, -kHalfAcross * kMesh), knot(i, kHalfAcross * kMesh), kTwine, 4));
+    parts.push_back(bar(knot(i, -kHalfAcross * kMesh), knot(i, kHalfAcross * kMesh), kTwine, 4));
   }
   return joined(parts);
 }
