@@ -16,9 +16,8 @@ std::array<double, 255> steps_of(const Display& display) {
   std::array<double, 255> steps{};
   for (int k = 1; k <= 255; ++k) {
     steps[static_cast<std::size_t>(k - 1)] =
-        display.scale == GreyScale::db
-            ? (k - 0.5) * (white - black) / 255 + black
-            : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
+        display.scale == GreyScale::db ? (k - 0.5) * (white - black) / 255 + black
+                                       : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
   }
   return steps;
 }
@@ -27,7 +26,8 @@ std::array<double, 255> steps_of(const Display& display) {
 std::vector<std::uint8_t> starts_of(const DisplayTable& table) {
   std::vector<std::uint8_t> starts(kStarts + 2);
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    const double edge_db = table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
+    const double edge_db =
+        table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
     const auto after = std::upper_bound(table.steps_db.begin(), table.steps_db.end(), edge_db);
     starts[i] = static_cast<std::uint8_t>(after - table.steps_db.begin());
   }
@@ -54,8 +54,8 @@ double further_gain_db(const DisplayTable& table, std::size_t columns,
     if (level_db[i] > kNoEnergyDb) levels.push_back(level_db[i] + table.tvg_db[i / columns]);
   }
   if (levels.empty()) return display.gain_db;
-  const auto rank = static_cast<std::ptrdiff_t>(
-      kAutomaticRank * static_cast<double>(levels.size() - 1));
+  const auto rank =
+      static_cast<std::ptrdiff_t>(kAutomaticRank * static_cast<double>(levels.size() - 1));
   std::nth_element(levels.begin(), levels.begin() + rank, levels.end());
   return display.gain_db + (display.limits_db[1] - levels[static_cast<std::size_t>(rank)]);
 }
