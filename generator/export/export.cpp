@@ -24,8 +24,8 @@ constexpr ExportFormat kFormats[] = {
     {"webdataset", "tar shards of pictures, masks, series and labels", true,
      "--view, --shard-size-mb, --render", write_webdataset},
     {"ply", "a point cloud of each ping, from scatterers/", true, "", write_ply},
-    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true,
-     "--render", write_mcap},
+    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, "--render",
+     write_mcap},
 };
 
 // Options that were given and that the format does not take.
