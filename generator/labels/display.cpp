@@ -84,16 +84,17 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
   image.counts.all = level_db.size();
-  for (std::size_t i = 0; i < level_db.size(); ++i) {
-    std::uint8_t level = 0;
-    if (level_db[i] > kNoEnergyDb) {
-      level = gray_level(table, level_db[i] + table.tvg_db[i / width] + further_db);
+  std::size_t i = 0;
+  for (const double tvg_db : table.tvg_db) {
+    for (const std::size_t end = i + width; i < end; ++i) {
+      std::uint8_t level = 0;
+      if (level_db[i] > kNoEnergyDb) level = gray_level(table, level_db[i] + tvg_db + further_db);
+      image.grey.pixels[i] = level;
+      image.counts.white += level == 255;
+      const bool is_echo = !std::isnan(elevation_rad[i]);
+      image.counts.echo += is_echo;
+      image.counts.black += is_echo && level == 0;
     }
-    image.grey.pixels[i] = level;
-    image.counts.white += level == 255;
-    const bool is_echo = !std::isnan(elevation_rad[i]);
-    image.counts.echo += is_echo;
-    image.counts.black += is_echo && level == 0;
   }
   return image;
 }
