@@ -203,8 +203,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
 }
 
 void add_render(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command =
-      *app.add_subcommand("render", "make the 8-bit images of a data set again, with another display");
+  CLI::App& command = *app.add_subcommand(
+      "render", "make the 8-bit images of a data set again, with another display");
   RenderOptions& options = arguments.render;
   RenderWords& words = arguments.render_words;
   Display& display = options.display;

@@ -17,9 +17,8 @@ Result<Calibrated> probe(const ReadyWorld& world, std::uint32_t sequence, const 
   if (!shared.tables) shared.tables = pipeline_tables(*session, numerics);
   SequenceInfo info = sequence_info(*session, sequence, 0, 1);
   const bool speckle_moves = info.speckle != SpeckleMode::surface;
-  Result<Calibrated> made =
-      calibrate(ping_setup(*session, *tracer, std::move(info), shared.tables),
-                {true, keeps_ping_zero}, workers);
+  Result<Calibrated> made = calibrate(ping_setup(*session, *tracer, std::move(info), shared.tables),
+                                      {true, keeps_ping_zero}, workers);
   if (made && speckle_moves) shared.noise_power_pa2 = made->noise_power_pa2;
   return made;
 }
@@ -41,8 +40,8 @@ Result<std::array<double, 2>> display_limits_db(
     if (output.png_db) return *output.png_db;
     const bool known = sequence == 0 && first != nullptr;
     SharedParts own;
-    Result<Calibrated> probed = probe(*ready, sequence, numerics, workers, known ? *first : own,
-                                      known && keeps_ping_zero);
+    Result<Calibrated> probed =
+        probe(*ready, sequence, numerics, workers, known ? *first : own, known && keeps_ping_zero);
     if (!probed && probed.error().kind == ErrorKind::usage) continue;
     if (!probed) return probed.error();
     ++made;

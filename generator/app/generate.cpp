@@ -244,8 +244,7 @@ Status generate(const GenerateOptions& options) {
     return unless_failed(options, work, work.asked);
   }
   listen_for_interrupts();
-  const Status settled =
-      settle_display(options.output, worlds, numerics, workers, work, *first);
+  const Status settled = settle_display(options.output, worlds, numerics, workers, work, *first);
   if (!settled) return settled;
   const Status made = make(options, *opened, std::move(*first), workers.threads());
   if (!made) return made;

@@ -125,9 +125,9 @@ Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const N
   const bool makes_ping_zero = work.asked.first == 0 && work.asked_count() > 0 &&
                                info.first_ping == 0 && !info.output.statistics &&
                                !ping_is_finished(dir, 0, 0, info);
-  const auto limits_db = display_limits_db(
-      [&](std::uint32_t sequence) { return worlds.world(sequence); },
-      worlds.vary(), numerics, workers, &first, makes_ping_zero);
+  const auto limits_db =
+      display_limits_db([&](std::uint32_t sequence) { return worlds.world(sequence); },
+                        worlds.vary(), numerics, workers, &first, makes_ping_zero);
   if (!limits_db) return limits_db.error();
   work.limits_db = *limits_db;
   return {};

@@ -83,7 +83,7 @@ struct MeasureRoom {
   double seconds = 0;  // for the pings of those sequences
   Clock::time_point start = Clock::now();
   MeasureSums sums = {};
-  std::atomic<int> begun = 0;  // pings
+  std::atomic<int> begun = 0;            // pings
   std::array<double, 2> limits_db = {};  // of 8-bit images
 
   bool is_late() const { return elapsed_s(start) > seconds; }
@@ -337,8 +337,7 @@ Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first) {
   MeasureRoom room{job, std::max(1, job.threads / lanes), Turns(job.threads),
                    job.vary ? job.seconds / 3 : job.seconds};
   // How well images deflate depends on them.
-  const auto limits_db =
-      display_limits_db(job.world, job.vary, job.numerics, Workers(job.threads));
+  const auto limits_db = display_limits_db(job.world, job.vary, job.numerics, Workers(job.threads));
   if (!limits_db) return limits_db.error();
   room.limits_db = *limits_db;
   const Clock::time_point start = Clock::now();

@@ -7,8 +7,8 @@
 #include "app/layers.h"
 #include "core/random.h"
 #include "core/stage_times.h"
-#include "labels/annotations.h"
 #include "formats/half_floats.h"
+#include "labels/annotations.h"
 #include "labels/cartesian.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
@@ -299,8 +299,7 @@ Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer
   PingStart ping_zero;
   std::optional<double> noise_power_pa2 = shared.noise_power_pa2;
   if (!noise_power_pa2) {
-    Result<Calibrated> made =
-        calibrate(setup, {false, keeps_ping_zero && !shared.scene}, workers);
+    Result<Calibrated> made = calibrate(setup, {false, keeps_ping_zero && !shared.scene}, workers);
     if (!made) return made.error();
     noise_power_pa2 = made->noise_power_pa2;
     ping_zero = std::move(made->ping_zero);

@@ -56,7 +56,7 @@ struct CalibrationWish {
 };
 
 struct Calibrated {
-  double noise_power_pa2 = 0;        // of SequenceInfo, also of noise.snr_db
+  double noise_power_pa2 = 0;         // of SequenceInfo, also of noise.snr_db
   std::vector<float> echo_levels_db;  // echo_levels_db (labels/display.h) of the ping
   PingStart ping_zero;                // empty unless it is to be kept and had to be looked at
 };
@@ -107,9 +107,9 @@ struct ReadyPipeline {
 };
 
 // The pipeline of the sequence that `info` describes, which is not calibrated
-// yet, but has the limits of its display. `session` and `tracer` must outlive it. With `keeps_ping_zero` what
-// calibration works out of ping 0 is kept. Errors: those of calibrate. Throws
-// DeviceFailure.
+// yet, but has the limits of its display. `session` and `tracer` must outlive it. With
+// `keeps_ping_zero` what calibration works out of ping 0 is kept. Errors: those of calibrate.
+// Throws DeviceFailure.
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
                                     const Numerics& numerics, const Workers& workers,
                                     SharedParts& shared, bool keeps_ping_zero = false);

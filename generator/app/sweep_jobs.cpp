@@ -103,8 +103,7 @@ Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& ta
   {
     const Turn turn(room.crew.turns);
     const Workers workers(1);
-    const Status settled =
-        settle_display(dir, worlds, room.crew.numerics, workers, work, first);
+    const Status settled = settle_display(dir, worlds, room.crew.numerics, workers, work, first);
     if (!settled) return settled;
   }
   return make_sequences(room.crew, dir, worlds, work, taken.beside, ping_done, std::move(first));

@@ -21,14 +21,14 @@ constexpr const char* flip_name(Flip flip) {
 // the third term with `absorption`. labels/display.h says how s becomes a gray level.
 struct Display {
   GreyScale scale = GreyScale::db;
-  double gamma = 1;                              // power of the amplitude; of GreyScale::amplitude
-  double gain_db = 0;                            // constant
-  double spreading = 0;                          // dB per tenfold of range
-  bool absorption = false;                       // two-way, by the water's alpha
-  bool automatic_gain = false;                   // of each ping
-  std::array<double, 2> limits_db = {60, 120};   // black and white, dB re 1 uPa
-  std::string color_map = {};                    // name of figure/drawing.h; empty: gray
-  Flip flip = Flip::none;                        // of the rows and columns of an image
+  double gamma = 1;                             // power of the amplitude; of GreyScale::amplitude
+  double gain_db = 0;                           // constant
+  double spreading = 0;                         // dB per tenfold of range
+  bool absorption = false;                      // two-way, by the water's alpha
+  bool automatic_gain = false;                  // of each ping
+  std::array<double, 2> limits_db = {60, 120};  // black and white, dB re 1 uPa
+  std::string color_map = {};                   // name of figure/drawing.h; empty: gray
+  Flip flip = Flip::none;                       // of the rows and columns of an image
   friend bool operator==(const Display&, const Display&) = default;
 };
 

@@ -28,7 +28,7 @@ inline constexpr char kAnnotations[] = "annotations.jsonl";
 // What statistics are made from while pings are missing; in .work.
 inline constexpr char kMoments[] = "moments.bin";
 inline constexpr char kWorkFolder[] = ".work";
-inline constexpr char kRenders[] = "renders";          // of `ensonify render`, a folder each
+inline constexpr char kRenders[] = "renders";  // of `ensonify render`, a folder each
 inline constexpr char kRenderJson[] = "render.json";
 using ensonify::kTemporaryFolder;
 

@@ -41,9 +41,8 @@ void dataset_members(Io& io, Value& manifest) {
     }
     io.said("splits", std::move(splits));
   }
-  io.optional("png", manifest.png, [&](Io& png, auto& display) {
-    display_members(png, display, manifest.png_counts);
-  });
+  io.optional("png", manifest.png,
+              [&](Io& png, auto& display) { display_members(png, display, manifest.png_counts); });
   io("bytes", manifest.bytes);
   io.list("sequences", manifest.sequences, [](Io& item, auto& entry) {
     item("sequence", entry.sequence);

@@ -182,12 +182,14 @@ std::string grey_formula(const Display& display, const char* absorption) {
   if (display.absorption) text += std::string(" + 2 ") + absorption + " r";
   text += " + gain_db, r the sample's range in meters, of sample 0 that of sample 1";
   if (display.automatic_gain) {
-    text += ", plus the gain that puts the level at rank 0.995 (n - 1), rounded down, of the ping's "
-            "n pixels with energy on db[1] where gain_db is 0";
+    text +=
+        ", plus the gain that puts the level at rank 0.995 (n - 1), rounded down, of the ping's "
+        "n pixels with energy on db[1] where gain_db is 0";
   }
   text += display.scale == GreyScale::db ? "; grey = 255 (shown - db[0]) / (db[1] - db[0])"
                                          : "; grey = 255 10^(gamma (shown - db[1]) / 20)";
-  return text + ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel";
+  return text +
+         ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel";
 }
 
 }  // namespace ensonify

@@ -247,7 +247,8 @@ Status remove_listed(const fs::path& dir, const Inventory& inventory) {
                                               std::generic_category().message(errno))};
     }
   }
-  for (const char* folder : {"sequences", "assets", "splits", layout::kRenders}) remove_empty_folders(dir / folder);
+  for (const char* folder : {"sequences", "assets", "splits", layout::kRenders})
+    remove_empty_folders(dir / folder);
   return {};
 }
 

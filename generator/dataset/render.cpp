@@ -67,8 +67,8 @@ std::optional<RenderManifest> read_render_head(const Json& head) {
 
 bool is_render_name(std::string_view name) {
   const auto is_good = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           c == '-' || c == '_' || c == '.';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.';
   };
   return !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
          std::all_of(name.begin(), name.end(), is_good);
@@ -120,9 +120,10 @@ Result<RenderManifest> read_render(const StoredDataset& dataset, const std::stri
           return row.sequence == rendered.sequence && row.sha256 == rendered.sha256;
         });
     if (!same) {
-      return usage(fmt::format("render '{}' was made of another sequence {} than there is; make it "
-                               "again with --overwrite",
-                               name, rendered.sequence));
+      return usage(
+          fmt::format("render '{}' was made of another sequence {} than there is; make it "
+                      "again with --overwrite",
+                      name, rendered.sequence));
     }
   }
   return std::move(*manifest);

@@ -281,7 +281,8 @@ void check_all_renders(Verification& v, std::span<const SequenceEntry> entries) 
 void check_images(Verification& v, const DatasetManifest& manifest) {
   if (!manifest.png) return;
   if (v.images != manifest.png_counts) {
-    v.fault(layout::kDatasetJson, "its counts of pixels in png are not the sums over its sequences");
+    v.fault(layout::kDatasetJson,
+            "its counts of pixels in png are not the sums over its sequences");
   }
   if (v.limits_db != manifest.png->limits_db) {
     v.fault(layout::kDatasetJson, "its limits in png are not those of its sequences");

@@ -30,8 +30,9 @@ std::map<std::string, Image> expected_images(const RenderManifest& render,
     for (std::uint64_t ping = shape.first_ping; wanted && ping < shape.last_ping; ++ping) {
       for (const std::string& view : render.views) {
         const bool polar = view == view_name(ImageView::polar);
-        const Image image = polar ? Image{shape.sizes.samples, shape.sizes.beams}
-                                  : Image{shape.sizes.cartesian_height, shape.sizes.cartesian_width};
+        const Image image = polar
+                                ? Image{shape.sizes.samples, shape.sizes.beams}
+                                : Image{shape.sizes.cartesian_height, shape.sizes.cartesian_width};
         images[render_file(polar ? ImageView::polar : ImageView::cartesian, shape.sequence,
                            static_cast<std::uint32_t>(ping))] = image;
       }
@@ -54,11 +55,10 @@ std::string image_fault(const fs::path& path, const Image& image, bool in_color)
 
 std::string sequences_fault(const RenderManifest& render, std::span<const SequenceEntry> entries) {
   for (const RenderedSequence& rendered : render.sequences) {
-    const bool same =
-        std::any_of(entries.begin(), entries.end(), [&](const SequenceEntry& entry) {
-          return entry.sequence == rendered.sequence && entry.sha256 == rendered.sha256 &&
-                 entry.first_ping == rendered.first_ping && entry.last_ping == rendered.last_ping;
-        });
+    const bool same = std::any_of(entries.begin(), entries.end(), [&](const SequenceEntry& entry) {
+      return entry.sequence == rendered.sequence && entry.sha256 == rendered.sha256 &&
+             entry.first_ping == rendered.first_ping && entry.last_ping == rendered.last_ping;
+    });
     if (!same) {
       return fmt::format("was made of another sequence {} than the data set has",
                          rendered.sequence);
@@ -91,9 +91,9 @@ void check_files(const RenderParts& parts, const RenderManifest& render, const s
     faults[i] = content_fault(parts.dir, path, files[i].bytes, files[i].sha256);
     if (!faults[i].empty()) return;
     const auto image = expected.find(files[i].path);
-    faults[i] = image == expected.end()
-                    ? "is listed, but not a file of this render"
-                    : image_fault(parts.dir / path, image->second, !render.display.color_map.empty());
+    faults[i] = image == expected.end() ? "is listed, but not a file of this render"
+                                        : image_fault(parts.dir / path, image->second,
+                                                      !render.display.color_map.empty());
   });
   std::uint64_t bytes = 0;
   std::set<std::string> listed;
@@ -122,8 +122,9 @@ void check_render(const RenderParts& parts, const std::string& name, RenderFindi
   const std::string path = folder + "/" + layout::kRenderJson;
   const auto size = listed_file_size(parts.dir, path);
   if (!size) {
-    return found.add(folder, "is not whole: its render was cut off; give the same `ensonify render` "
-                             "command again, or remove the folder");
+    return found.add(folder,
+                     "is not whole: its render was cut off; give the same `ensonify render` "
+                     "command again, or remove the folder");
   }
   found.files.push_back(path);
   found.bytes += *size;
@@ -131,14 +132,12 @@ void check_render(const RenderParts& parts, const std::string& name, RenderFindi
   std::string entry_fault;
   const SchemaCheck entry_check("render", "file");
   const auto text = read_file(parts.dir / path, kMaxManifestBytes);
-  const auto head = !text ? std::nullopt
-                          : parse_manifest_entries(*text, [&](const Json& entry) {
-                              if (entry_fault.empty()) {
-                                entry_fault = entry_check.fault(
-                                    entry, fmt::format("/files/{}", files.size()));
-                              }
-                              files.push_back(file_entry_of(entry).value_or(FileEntry{}));
-                            });
+  const auto head = !text ? std::nullopt : parse_manifest_entries(*text, [&](const Json& entry) {
+    if (entry_fault.empty()) {
+      entry_fault = entry_check.fault(entry, fmt::format("/files/{}", files.size()));
+    }
+    files.push_back(file_entry_of(entry).value_or(FileEntry{}));
+  });
   const auto render = head ? read_render_head(*head) : std::nullopt;
   if (!render) return found.add(path, "is not a render's manifest");
   std::string fault = SchemaCheck("render").fault(*head);

@@ -16,9 +16,8 @@ std::array<double, 255> steps_of(const Display& display) {
   std::array<double, 255> steps{};
   for (int k = 1; k <= 255; ++k) {
     steps[static_cast<std::size_t>(k - 1)] =
-        display.scale == GreyScale::db
-            ? (k - 0.5) * (white - black) / 255 + black
-            : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
+        display.scale == GreyScale::db ? (k - 0.5) * (white - black) / 255 + black
+                                       : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
   }
   return steps;
 }
@@ -27,7 +26,8 @@ std::array<double, 255> steps_of(const Display& display) {
 std::vector<std::uint8_t> starts_of(const DisplayTable& table) {
   std::vector<std::uint8_t> starts(kStarts + 2);
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    const double edge_db = table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
+    const double edge_db =
+        table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
     const auto after = std::upper_bound(table.steps_db.begin(), table.steps_db.end(), edge_db);
     starts[i] = static_cast<std::uint8_t>(after - table.steps_db.begin());
   }
@@ -54,8 +54,8 @@ double further_gain_db(const DisplayTable& table, std::size_t columns,
     if (level_db[i] > kNoEnergyDb) levels.push_back(level_db[i] + table.tvg_db[i / columns]);
   }
   if (levels.empty()) return display.gain_db;
-  const auto rank = static_cast<std::ptrdiff_t>(
-      kAutomaticRank * static_cast<double>(levels.size() - 1));
+  const auto rank =
+      static_cast<std::ptrdiff_t>(kAutomaticRank * static_cast<double>(levels.size() - 1));
   std::nth_element(levels.begin(), levels.begin() + rank, levels.end());
   return display.gain_db + (display.limits_db[1] - levels[static_cast<std::size_t>(rank)]);
 }
@@ -84,16 +84,17 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
   image.counts.all = level_db.size();
-  for (std::size_t i = 0; i < level_db.size(); ++i) {
-    std::uint8_t level = 0;
-    if (level_db[i] > kNoEnergyDb) {
-      level = gray_level(table, level_db[i] + table.tvg_db[i / width] + further_db);
+  std::size_t i = 0;
+  for (const double tvg_db : table.tvg_db) {
+    for (const std::size_t end = i + width; i < end; ++i) {
+      std::uint8_t level = 0;
+      if (level_db[i] > kNoEnergyDb) level = gray_level(table, level_db[i] + tvg_db + further_db);
+      image.grey.pixels[i] = level;
+      image.counts.white += level == 255;
+      const bool is_echo = !std::isnan(elevation_rad[i]);
+      image.counts.echo += is_echo;
+      image.counts.black += is_echo && level == 0;
     }
-    image.grey.pixels[i] = level;
-    image.counts.white += level == 255;
-    const bool is_echo = !std::isnan(elevation_rad[i]);
-    image.counts.echo += is_echo;
-    image.counts.black += is_echo && level == 0;
   }
   return image;
 }

@@ -18,7 +18,7 @@ namespace ensonify {
 
 struct DisplayTable {
   Display display;
-  std::vector<double> tvg_db;         // [samples]
+  std::vector<double> tvg_db;          // [samples]
   std::array<double, 255> steps_db{};  // the level at which gray level k becomes k + 1, rising
   // Where to begin to look for the gray level of s: at starts[(s - steps_db[0]) * starts_per_db].
   std::vector<std::uint8_t> starts;

@@ -52,10 +52,11 @@ Error usage(const RenderOptions& options, const std::string& what) {
 Status check_options(const RenderOptions& options) {
   const Display& display = options.display;
   if (!is_render_name(options.name)) {
-    return Error{ErrorKind::usage,
-                 fmt::format("--name {}: accepted are letters, digits, '-', '_' and '.', which does "
-                             "not come first, at most 64",
-                             options.name)};
+    return Error{
+        ErrorKind::usage,
+        fmt::format("--name {}: accepted are letters, digits, '-', '_' and '.', which does "
+                    "not come first, at most 64",
+                    options.name)};
   }
   if (options.limits_db && !((*options.limits_db)[0] < (*options.limits_db)[1])) {
     return Error{ErrorKind::usage,
@@ -105,8 +106,8 @@ Result<std::vector<ImageView>> views_of(const RenderOptions& options,
 }
 
 DisplayTable table_of(const Display& display, const StoredSequence& sequence) {
-  return display_table(display, sequence.manifest.info.water.absorption_db_m,
-                       sequence.range_step_m, static_cast<int>(sequence.samples));
+  return display_table(display, sequence.manifest.info.water.absorption_db_m, sequence.range_step_m,
+                       static_cast<int>(sequence.samples));
 }
 
 Result<std::array<double, 2>> limits_of(const Job& job) {
@@ -159,12 +160,12 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Display
   counts = polar.counts;
   for (std::size_t i = 0; i < job.views.size(); ++i) {
     const bool is_polar = job.views[i] == ImageView::polar;
-    Status written = write_image(
-        job, sequence, ping, job.views[i],
-        is_polar ? polar.grey
-                 : mapped(polar.grey, map, static_cast<int>(sequence.cartesian_height),
-                          static_cast<int>(sequence.cartesian_width)),
-        files[i]);
+    Status written =
+        write_image(job, sequence, ping, job.views[i],
+                    is_polar ? polar.grey
+                             : mapped(polar.grey, map, static_cast<int>(sequence.cartesian_height),
+                                      static_cast<int>(sequence.cartesian_width)),
+                    files[i]);
     if (!written) return written;
   }
   return {};
@@ -187,9 +188,9 @@ Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Wor
   std::vector<DisplayCounts> counts(pings);
   rendered.files.resize(pings * views);
   workers.for_each(pings, [&](std::size_t i) {
-    statuses[i] = render_ping(job, *sequence, table, map,
-                              row.first_ping + static_cast<std::uint32_t>(i),
-                              std::span(rendered.files).subspan(i * views, views), counts[i]);
+    statuses[i] =
+        render_ping(job, *sequence, table, map, row.first_ping + static_cast<std::uint32_t>(i),
+                    std::span(rendered.files).subspan(i * views, views), counts[i]);
   });
   for (std::size_t i = 0; i < pings; ++i) {
     if (!statuses[i] && rendered.status) rendered.status = statuses[i];
@@ -260,8 +261,8 @@ Result<RenderReport> write_render(const Job& job, const Workers& workers) {
       manifest.bytes += file.bytes;
       files.push_back(std::move(file));
     }
-    manifest.sequences.push_back({job.rows[i].sequence, job.rows[i].first_ping,
-                                  job.rows[i].last_ping, job.rows[i].sha256});
+    manifest.sequences.push_back(
+        {job.rows[i].sequence, job.rows[i].first_ping, job.rows[i].last_ping, job.rows[i].sha256});
   }
   manifest.name = job.options.name;
   manifest.program_version = job.options.program_version;
@@ -285,9 +286,8 @@ Result<RenderReport> render(const RenderOptions& options) {
   if (!first) return first.error();
   auto views = views_of(options, *first);
   if (!views) return views.error();
-  Job job{options,         std::move(*dataset),
-          std::move(*rows), std::move(*views),
-          options.display, options.dataset / render_folder(options.name)};
+  Job job{options,           std::move(*dataset), std::move(*rows),
+          std::move(*views), options.display,     options.dataset / render_folder(options.name)};
   const auto limits_db = limits_of(job);
   if (!limits_db) return limits_db.error();
   job.display.limits_db = *limits_db;

@@ -22,9 +22,9 @@ namespace ensonify {
 
 struct RenderOptions {
   std::filesystem::path dataset;
-  std::string name;                // of the render
-  std::optional<ImageView> view;   // absent: every view that the data set has a grid of
-  Display display;                 // but for its limits
+  std::string name;               // of the render
+  std::optional<ImageView> view;  // absent: every view that the data set has a grid of
+  Display display;                // but for its limits
   // Absent: those of the data set's own images where these have the same time-varied gain; else
   // default_limits_db (labels/display.h) of the first pings of the first few rendered sequences.
   std::optional<std::array<double, 2>> limits_db;

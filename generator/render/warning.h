@@ -10,7 +10,8 @@ namespace ensonify {
 inline constexpr double kMostWhite = 0.01, kMostBlack = 0.9;
 
 // What to tell the user where more than kMostWhite of the pixels are white, or more than kMostBlack
-// of those with echoes black (others are, whatever the limits); empty otherwise. `dataset`: the folder, as the user named it.
+// of those with echoes black (others are, whatever the limits); empty otherwise. `dataset`: the
+// folder, as the user named it.
 std::string display_warning(const Display& display, const DisplayCounts& counts,
                             const std::string& dataset);
 

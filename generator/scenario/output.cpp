@@ -72,8 +72,9 @@ void png_fields(Fields& f, OutputSpec& output) {
               "amplitude"},
              output.png.gamma, kGamma);
     if (output.png.gamma != 1 && output.png.scale == GreyScale::db) {
-      f.fault("gamma", "a gray level that is linear in dB has no power of the amplitude; accepted "
-                       "with scale amplitude");
+      f.fault("gamma",
+              "a gray level that is linear in dB has no power of the amplitude; accepted "
+              "with scale amplitude");
     }
     const bool limited = f.numbers({"db", "Limits",
                                     "[black, white], black below white, of levels with gain; left "

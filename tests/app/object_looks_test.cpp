@@ -30,7 +30,7 @@ struct Looked {
   std::vector<std::string> warnings;
 };
 
-Looked look_at(const std::string& text) {
+Looked looked(const std::string& text) {
   auto scenario = parse_scenario(text, "looks.yaml", ".");
   if (!scenario) FAIL(scenario.error().message);
   const auto session = prepare_session(std::move(*scenario), 0);
@@ -50,7 +50,7 @@ Looked look_at(const std::string& text) {
 
 // Protects the first thing that a user reads of a scene: where things are, in the sonar's frame.
 TEST_CASE("an object in view is told with its place, size and level") {
-  const Looked told = look_at(scene("[3, 1, -1.25]", 0.01));
+  const Looked told = looked(scene("[3, 1, -1.25]", 0.01));
   REQUIRE(told.looks.size() == 2);
   const ObjectLook& ball = told.looks[1];
   CHECK(ball.name == "ball");
@@ -73,7 +73,7 @@ TEST_CASE("an object in view is told with its place, size and level") {
 // Protects the levels: ten times the reflectivity of the ball is 10 dB over noise and ground alike,
 // but for what its pixels share with the floor. The ground is not told over itself.
 TEST_CASE("levels over ground and noise follow the object's own") {
-  const auto of = [](double reflectivity) { return look_at(scene("[3, 0, -1.25]", reflectivity)).looks; };
+  const auto of = [](double reflectivity) { return looked(scene("[3, 0, -1.25]", reflectivity)).looks; };
   const auto weak = of(1), strong = of(10);
   CHECK(std::abs(*strong[1].over_noise_db - *weak[1].over_noise_db - 10) < 0.2);
   CHECK(std::abs(*strong[1].over_ground_db - *weak[1].over_ground_db - 10) < 0.5);
@@ -84,13 +84,13 @@ TEST_CASE("levels over ground and noise follow the object's own") {
 
 // Protects from silent nothing: behind the sonar, and a pitch in radians.
 TEST_CASE("what no ray meets is told") {
-  const Looked behind = look_at(scene("[-3, 0, -1.25]", 0.01));
+  const Looked behind = looked(scene("[-3, 0, -1.25]", 0.01));
   REQUIRE(behind.warnings.size() == 1);
   CHECK(behind.warnings[0].find("ball is never in view: at ping 0 it is at range 3.25 m, azimuth 180 "
                                 "deg") == 0);
   CHECK(behind.looks[1].share_in_fan == 0);
   CHECK(behind.looks[1].pixels == 0);
-  const Looked level = look_at(scene("[3, 0, -1.25]", 0.01, "[0, 0.35, 0]"));
+  const Looked level = looked(scene("[3, 0, -1.25]", 0.01, "[0, 0.35, 0]"));
   REQUIRE(level.warnings.size() == 3);
   CHECK(level.warnings[0] == "ping 0 of sequence 0: no ray of the fan meets anything in range; "
                              "sonar.mount.rotation_deg is in degrees");

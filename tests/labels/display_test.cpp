@@ -35,8 +35,8 @@ TEST_CASE("gray is linear in dB between its limits") {
   CHECK(shown({}, {kNoEnergyDb, 60, 90, 120, 140}).grey.pixels == Grays{0, 0, 128, 255, 255});
 }
 
-// Protects the table of steps: the rounded formula, at every level that an EXR file can hold but for
-// ties, which rounding decides.
+// Protects the table of steps: the rounded formula, at every level that an EXR file can hold but
+// for ties, which rounding decides.
 TEST_CASE("gray levels are those of the formula at every level") {
   std::vector<float> level_db;
   for (int i = -90 * 16; i < 200 * 16; ++i) level_db.push_back(static_cast<float>(i) / 16);
@@ -119,8 +119,8 @@ TEST_CASE("automatic gain takes a ping's loudness out") {
   const Grays quiet = shown(display, level_db).grey.pixels;
   for (float& level : level_db) level = level > kNoEnergyDb ? level + 32 : level;
   CHECK(shown(display, level_db).grey.pixels == quiet);
-  // Levels from 0 to 62.4375 in sixteenths of a dB: that of rank 994 becomes 120 dB. White are those
-  // within half a gray level, 60 / 510 dB, of it: ranks 993 to 999.
+  // Levels from 0 to 62.4375 in sixteenths of a dB: that of rank 994 becomes 120 dB. White are
+  // those within half a gray level, 60 / 510 dB, of it: ranks 993 to 999.
   CHECK(std::count(quiet.begin(), quiet.end(), 255) == 7);
   display.gain_db = -6;
   const Grays dimmed = shown(display, level_db).grey.pixels;

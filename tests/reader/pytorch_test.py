@@ -1,13 +1,14 @@
 """TorchPings: tensors of the right type from worker processes. Skips where PyTorch is not."""
 import pathlib
 import shutil
+import subprocess
 import tempfile
 import unittest
 
 import numpy as np
 
 import small_data
-from ensonify_dataset import SonarDataset, normalise
+from ensonify_dataset import Display, SonarDataset, normalise
 
 try:
     import torch
@@ -78,6 +79,22 @@ class Torch(unittest.TestCase):
             TorchPings(self.data, inputs=("level",))
         with self.assertRaisesRegex(ValueError, "polar or cartesian"):
             TorchPings(self.data, view="png")
+
+    def test_grey_comes_from_a_render_or_from_a_display(self):
+        """Protects training on another display: the same values, stored or made on the fly."""
+        done = subprocess.run([small_data.PROGRAM, "render", self.data.folder, "--name", "a", "--db", "70:130", "--tvg",
+                               "20", "--quiet", "--overwrite"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        display = Display((70, 130), spreading=20)
+        stored = TorchPings(self.data, inputs=("grey",), targets=(), render="a")[3]["image"]
+        made = TorchPings(self.data, inputs=("grey",), targets=(), display=display)[3]["image"]
+        plain = TorchPings(self.data, inputs=("grey",), targets=())[3]["image"]
+        self.assertTrue(torch.equal(stored, made))
+        self.assertFalse(torch.equal(stored, plain))
+        with self.assertRaisesRegex(ValueError, "one of them"):
+            TorchPings(self.data, inputs=("grey",), render="a", display=display)
+        with self.assertRaisesRegex(ValueError, "not asked for"):
+            TorchPings(self.data, inputs=("level_db",), render="a")
 
 
 if __name__ == "__main__":

@@ -45,9 +45,8 @@ std::string error_of(const RenderOptions& options) {
 }
 
 bool mentions(const std::vector<std::string>& texts, const std::string& what) {
-  return std::any_of(texts.begin(), texts.end(), [&](const std::string& text) {
-    return text.find(what) != std::string::npos;
-  });
+  return std::any_of(texts.begin(), texts.end(),
+                     [&](const std::string& text) { return text.find(what) != std::string::npos; });
 }
 
 struct Sample {

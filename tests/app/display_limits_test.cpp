@@ -1,0 +1,88 @@
+#include "app/display_limits.h"
+
+#include <vector>
+
+#include "catch.h"
+#include "temporary_folder.h"
+
+using namespace ensonify;
+
+namespace {
+
+const std::string kDrawn =
+    "ensonify: 1\n"
+    "sonar: {preset: blueview_p900_90, range_max_m: 4, beams: {count: 8, fov_deg: 8}, "
+    "rays: {elevation: 4}}\n"
+    "materials: {m: {reflectivity: {log_uniform: [1e-5, 1e-1]}}}\n"
+    "objects: [{name: room, material: m, shape: {box: {size_m: [6, 6, 3], inward_facing: "
+    "true}}}]\n";
+
+// The worlds of a scenario, some of which cannot be built, and who was asked for.
+struct Source {
+  test::TemporaryFolder folder;
+  SequenceWorlds worlds;
+  std::vector<std::uint32_t> asked;
+  std::uint32_t failing_below = 0;
+  ErrorKind failure = ErrorKind::usage;
+
+  explicit Source(const std::string& more = "") : worlds(opened(folder, kDrawn + more)) {}
+
+  Result<std::array<double, 2>> limits_db(bool vary = true) {
+    asked.clear();
+    const auto world = [&](std::uint32_t sequence) -> Result<ReadyWorld> {
+      asked.push_back(sequence);
+      if (sequence < failing_below) return Error{failure, "cannot be built"};
+      return worlds.world(sequence);
+    };
+    return display_limits_db(world, vary, {}, Workers(2));
+  }
+
+ private:
+  static SequenceWorlds opened(const test::TemporaryFolder& folder, const std::string& text) {
+    auto worlds = SequenceWorlds::open({folder.write("scene.yaml", text), {}});
+    INFO((worlds ? "" : worlds.error().message));
+    REQUIRE(worlds.ok());
+    return std::move(*worlds);
+  }
+};
+
+using Asked = std::vector<std::uint32_t>;
+
+}  // namespace
+
+// Protects one display for a data set: which pings decide on it, whatever is made of the rest.
+TEST_CASE("limits come from the first four sequences that can be made") {
+  Source source;
+  const auto limits = source.limits_db();
+  REQUIRE(limits.ok());
+  CHECK(source.asked == Asked{0, 1, 2, 3});
+  CHECK(*source.limits_db() == *limits);
+  source.failing_below = 3;
+  CHECK(source.limits_db().ok());
+  CHECK(source.asked == Asked{0, 1, 2, 3, 4, 5, 6});
+  source.failing_below = 100;
+  CHECK(*source.limits_db() == std::array<double, 2>{60, 120});
+  CHECK(source.asked.size() == kDisplayProbesTried);
+  source.failing_below = 0;
+  CHECK(source.limits_db(false).ok());
+  CHECK(source.asked == Asked{0});
+}
+
+// Protects from limits that another process would not get: a full disk or a lost file is no
+// sequence that cannot be made.
+TEST_CASE("limits are not guessed where reading fails") {
+  Source source;
+  source.failing_below = 1;
+  source.failure = ErrorKind::io;
+  REQUIRE_FALSE(source.limits_db().ok());
+  CHECK(source.limits_db().error().kind == ErrorKind::io);
+}
+
+TEST_CASE("limits that are given cost no ping") {
+  Source given("output: {png: {db: [11, 99]}}\n");
+  CHECK(*given.limits_db() == std::array<double, 2>{11, 99});
+  CHECK(given.asked == Asked{0});
+  Source none("output: {png: false}\n");
+  CHECK(*none.limits_db() == std::array<double, 2>{60, 120});
+  CHECK(none.asked == Asked{0});
+}
