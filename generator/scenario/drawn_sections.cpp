@@ -33,13 +33,16 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
   }
 }
 
-// The preset's keys under the section's own, as reading it would lay them.
+// The preset's keys under the section's own, as reading it would lay them. A preset whose keys
+// depend on a range that is sampled stays a name, so that the range of each sequence selects them.
 Node with_preset(const Node& sonar) {
   const Node* name = sonar.kind == NodeKind::map ? find(sonar, "preset") : nullptr;
   if (name == nullptr || name->kind != NodeKind::scalar) return sonar;
   for (std::size_t i = 0; i < sonar_presets().size(); ++i) {
     if (sonar_presets()[i].name != name->text) continue;
-    Node merged = merge_over(preset_trees()[i], sonar);
+    const Node* range = find(sonar, "range_max_m");
+    if (range != nullptr && is_distribution(*range) && preset_depends_on_range(i)) return sonar;
+    Node merged = merge_over(preset_tree(i, sonar), sonar);
     const auto at = find(merged, "preset") - merged.items.data();
     merged.items.erase(merged.items.begin() + at);
     merged.keys.erase(merged.keys.begin() + at);

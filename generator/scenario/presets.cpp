@@ -1,6 +1,9 @@
+#include <charconv>
+#include <optional>
 #include <string_view>
 
 #include "core/error.h"
+#include "scenario/merge.h"
 #include "scenario/preset_files.h"
 #include "scenario/scenario.h"
 #include "scenario/sections.h"
@@ -24,18 +27,8 @@ std::string head_comment(std::string_view text) {
   return comment;
 }
 
-}  // namespace
-
-const std::vector<SonarPreset>& sonar_presets() {
-  static const std::vector<SonarPreset> presets = [] {
-    std::vector<SonarPreset> made;
-    for (const PresetFile& file : preset_files()) {
-      made.push_back({file.name, head_comment(file.text), file.text});
-    }
-    return made;
-  }();
-  return presets;
-}
+constexpr std::string_view kRows = "by_range_max_m";
+constexpr std::string_view kLimit = "up_to_m";
 
 const std::vector<Node>& preset_trees() {
   static const std::vector<Node> trees = [] {
@@ -49,6 +42,63 @@ const std::vector<Node>& preset_trees() {
     return read;
   }();
   return trees;
+}
+
+std::optional<double> number_in(const Node& map, std::string_view key) {
+  const Node* node = map.kind == NodeKind::map ? find(map, key) : nullptr;
+  if (node == nullptr || node->kind != NodeKind::scalar || node->quoted) return std::nullopt;
+  std::string_view text = node->text;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+Node without(const Node& map, std::string_view key) {
+  Node rest = map;
+  for (std::size_t i = rest.keys.size(); i-- > 0;) {
+    if (rest.keys[i].text != key) continue;
+    rest.keys.erase(rest.keys.begin() + static_cast<std::ptrdiff_t>(i));
+    rest.items.erase(rest.items.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return rest;
+}
+
+// The first row that reaches as far as range_m, or the last one.
+const Node& row_for(const Node& rows, double range_m) {
+  for (const Node& row : rows.items) {
+    if (range_m <= number_in(row, kLimit).value_or(0)) return row;
+  }
+  return rows.items.back();
+}
+
+}  // namespace
+
+const std::vector<SonarPreset>& sonar_presets() {
+  static const std::vector<SonarPreset> presets = [] {
+    std::vector<SonarPreset> made;
+    for (const PresetFile& file : preset_files()) {
+      made.push_back({file.name, head_comment(file.text), file.text});
+    }
+    return made;
+  }();
+  return presets;
+}
+
+bool preset_depends_on_range(std::size_t index) {
+  return find(preset_trees()[index], kRows) != nullptr;
+}
+
+Node preset_tree(std::size_t index, const Node& sonar) {
+  const Node& preset = preset_trees()[index];
+  const Node* rows = find(preset, kRows);
+  if (rows == nullptr) return preset;
+  ENSONIFY_ASSERT(rows->kind == NodeKind::list && !rows->items.empty());
+  const auto own_range_m = number_in(preset, "range_max_m");
+  ENSONIFY_ASSERT(own_range_m);
+  const double range_m = number_in(sonar, "range_max_m").value_or(*own_range_m);
+  return merge_over(without(preset, kRows), without(row_for(*rows, range_m), kLimit));
 }
 
 }  // namespace ensonify

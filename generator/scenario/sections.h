@@ -2,7 +2,7 @@
 //
 //   fields            of each struct, in the file of its section
 //   limits            that several sections share
-//   preset_trees      blamed             sonar.cpp, presets.cpp
+//   preset_tree  preset_depends_on_range  blamed   presets.cpp, sonar.cpp
 //   check_...         what only shows when several sections are known
 //   class_list  layer_target_words      from the tree before it is drawn
 #pragma once
@@ -42,8 +42,12 @@ void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pi
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
 
-// The presets that are built in, read once for all scenarios; in the order of sonar_presets().
-const std::vector<Node>& preset_trees();
+// The keys of a built-in preset, by its index in sonar_presets(). Where the preset lists rows under
+// by_range_max_m, the keys of the row for the range_max_m of `sonar` (or for the preset's own, if
+// `sonar` gives no number) replace those of the preset: that of the first row whose up_to_m is at
+// least the range, or the last row.
+Node preset_tree(std::size_t index, const Node& sonar);
+bool preset_depends_on_range(std::size_t index);
 
 // Of two values that contradict each other, the one that the user wrote.
 Value blamed(const Value& value, const Value& other);

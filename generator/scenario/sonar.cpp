@@ -50,7 +50,7 @@ Need read_preset(Fields& f) {
             "them), or every key named here");
     return Need::required;
   }
-  Node tree = preset_trees()[index];
+  Node tree = preset_tree(index, *reader->map().node);
   set_source(tree, add_source(reader->faults(), "preset " + sonar_presets()[index].name));
   reader->replace_map(merge_over(std::move(tree), *reader->map().node));
   return Need::required;

@@ -1,4 +1,8 @@
+#include <cstdio>
+#include <sstream>
+
 #include "catch.h"
+#include "core/units.h"
 #include "scenario_texts.h"
 
 namespace ensonify {
@@ -20,7 +24,9 @@ TEST_CASE("every preset is a whole sonar") {
   const std::vector<std::string> expected = {
       "aris_3000_hf",     "aris_3000_lf",     "blueview_m450_90", "blueview_p900_90",
       "gemini_1200ik_hf", "gemini_1200ik_lf", "oculus_m1200d_hf", "oculus_m1200d_lf",
-      "oculus_m750d_hf",  "oculus_m750d_lf",  "paper_table1",     "seabat_f50"};
+      "oculus_m3000d_hf", "oculus_m3000d_lf", "oculus_m750d_hf",  "oculus_m750d_lf",
+      "paper_table1",     "seabat_f50",       "sonoptix_echo_hf", "sonoptix_echo_lf",
+      "surveyor_240_16"};
   std::vector<std::string> names;
   for (const SonarPreset& preset : sonar_presets()) {
     INFO(preset.name);
@@ -38,6 +44,90 @@ TEST_CASE("every preset is a whole sonar") {
     CHECK(emit(*again) == text);
   }
   CHECK(names == expected);
+}
+
+double bandwidth_of(const std::string& sonar) {
+  const auto scenario = parse(using_preset(sonar));
+  INFO(sonar << " " << (scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  return scenario->sonar.bandwidth_hz;
+}
+
+// Protects the range bins of the public pings of the M1200d at 2.1 MHz: 2.835 mm at 1 m (352 bins,
+// sound speed 1487.03 m/s), 2.842 mm at 2 m (703 bins, 1490.66 m/s), 5.673 mm at 3 m (528 bins,
+// 1487.61 m/s).
+TEST_CASE("range bins of the Oculus M1200d are those of public pings") {
+  const struct {
+    double range_m, bin_m, speed_m_s;
+  } pings[] = {{1, 0.002835, 1487.03}, {2, 0.00284219, 1490.66}, {3, 0.00567274, 1487.61}};
+  for (const auto& ping : pings) {
+    const double b =
+        bandwidth_of("preset: oculus_m1200d_hf, range_max_m: " + std::to_string(ping.range_m));
+    CHECK(ping.speed_m_s / (2 * b) == Approx(ping.bin_m).epsilon(2e-3));
+  }
+}
+
+// Protects the choice of a row: its limit belongs to it, the last one holds beyond all limits, the
+// preset's own range and the scenario's bandwidth count where they stand, and `--set` as the file.
+TEST_CASE("a preset's bandwidth is chosen by the scenario's range") {
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf, range_max_m: 2.5") == 262000);
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf, range_max_m: +2.5") == 262000);
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf, range_max_m: 2.6") == 131000);
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf, range_max_m: 25") == 65600);
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf") == 65600);
+  CHECK(bandwidth_of("preset: oculus_m1200d_hf, range_max_m: 2, bandwidth_hz: 5e4") == 5e4);
+  CHECK(bandwidth_of("preset: seabat_f50, range_max_m: 2") == 29900);
+  const auto set = parse_scenario(using_preset("preset: oculus_m1200d_hf"), "t.yaml", ".",
+                                  {{"sonar.range_max_m", "4"}});
+  REQUIRE(set.ok());
+  CHECK(set->sonar.bandwidth_hz == 131000);
+  const auto wrong = faults_of(using_preset("preset: oculus_m1200d_hf, range_max_m: far"));
+  INFO(joined_lines(wrong));
+  CHECK(wrong.size() == 1);
+  CHECK(tells(wrong, "t.yaml:3:", "sonar.range_max_m"));
+}
+
+// Protects pings from growing without need: 2,000 samples at most at any range that a row covers,
+// and finer bins at shorter ranges. The range at the end of a row has the most samples.
+TEST_CASE("rows of presets rise in range and keep pings small") {
+  int with_rows = 0;
+  for (const SonarPreset& preset : sonar_presets()) {
+    INFO(preset.name);
+    std::istringstream lines(preset.yaml);
+    double range_m = 0, bandwidth_hz = 1e9, up_to_m = 0, row_hz = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (std::sscanf(line.c_str(), "  - {up_to_m: %lf, bandwidth_hz: %lf}", &up_to_m, &row_hz) !=
+          2) {
+        continue;
+      }
+      CHECK(up_to_m > range_m);
+      CHECK(row_hz < bandwidth_hz);
+      CHECK(2 * up_to_m * row_hz / 1500 <= 2000);
+      range_m = up_to_m;
+      bandwidth_hz = row_hz;
+      CHECK(bandwidth_of("preset: " + preset.name + ", range_max_m: " + std::to_string(up_to_m)) ==
+            row_hz);
+    }
+    if (range_m == 0) continue;
+    ++with_rows;
+    const auto scenario = parse(using_preset("preset: " + preset.name));
+    REQUIRE(scenario.ok());
+    CHECK(range_m == scenario->sonar.range_max_m);
+    CHECK(bandwidth_hz == scenario->sonar.bandwidth_hz);
+  }
+  CHECK(with_rows == 9);
+}
+
+// Protects the Surveyor's line, by the beam width that a uniform line of its length has.
+TEST_CASE("the Surveyor has its array of 16 elements") {
+  const auto scenario = parse(using_preset("preset: surveyor_240_16"));
+  REQUIRE(scenario.ok());
+  const SonarSpec& sonar = scenario->sonar;
+  REQUIRE(sonar.array);
+  CHECK(sonar.array->elements == 16);
+  const double length_m = 16 * sonar.array->spacing_m.value();
+  const double width_rad = 0.886 * (1500 / sonar.frequency_hz) / length_m;
+  CHECK(sonar.beam_width_deg == Approx(width_rad * 180 / kPi).epsilon(0.01));
 }
 
 // Protects the numbers that the reference scenes rest on.
