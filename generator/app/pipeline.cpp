@@ -12,7 +12,9 @@
 #include "labels/cartesian.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
+#include "labels/surfaces.h"
 #include "synthesis/draw.h"
+#include "trace/surface_normals.h"
 
 namespace ensonify {
 namespace {
@@ -137,6 +139,39 @@ Result<double> noise_power_of_snr(const SequenceInfo& info, double clean_pa2) {
                "is a first ping that meets something, or noise.spectrum_level_db"};
 }
 
+// `result` says where everything is.
+void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const PingResult& result,
+                     const Workers& workers, LabelledImage& polar) {
+  const StageTimer timer(workers, Stage::labels);
+  const Tracer tracer = setup.tracer.at(
+      std::span(result.object_in_world).first(setup.session.world.objects.size()));
+  const Sonar& sonar = setup.session.sonar;
+  add_surfaces({input, setup.session.water.sound_speed_m_s,
+                sonar.elevation_fan_rad / sonar.rays_elevation,
+                [&](std::span<const std::uint32_t> scatterers, std::span<Vec3> normals) {
+                  surface_normals(tracer, result.sonar_in_world, *input.scatterers, scatterers,
+                                  normals);
+                }},
+               workers, polar);
+}
+
+void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annotation>& list) {
+  for (Annotation& annotation : list) annotation.measures = measures[annotation.instance];
+}
+
+// Those of the polar image also where it is not written: measures are taken from it.
+std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const PolarInput& input,
+                                             const LabelledImage& polar, const PingResult& result,
+                                             std::vector<InstanceMeasures>& measures) {
+  std::vector<Annotation> list = annotations(polar);
+  measures = instance_measures(
+      {setup.session, setup.measured,
+       std::span(result.object_in_world).first(setup.session.world.objects.size()),
+       result.sonar_in_world, polar, input.clean_power_pa2, list});
+  add_measures(measures, list);
+  return list;
+}
+
 void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series,
                   std::optional<LabelledImage> made, const Workers& workers, PingResult& result) {
   const SequenceInfo& info = setup.info;
@@ -155,13 +190,16 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
   }
   if (output.shadow) polar.shadow = std::move(hidden.shadow);
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
-  if (output.png || output.polar) {
-    const StageTimer timer(workers, Stage::annotations);
-    result.polar_annotations = annotations(polar);
+  if (output.surfaces) add_surfaces_of(setup, input, result, workers, polar);
+  std::vector<InstanceMeasures> measures;
+  timed(workers, Stage::annotations, [&] {
+    auto list = polar_annotations_of(setup, input, polar, result, measures);
+    if (!output.png && !output.polar) return;
+    result.polar_annotations = std::move(list);
     if (output.amodal) {
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
-  }
+  });
   if (output.png) {
     DisplayedImage image = timed(workers, Stage::grey, [&] { return shown(setup, polar); });
     result.polar_grey = std::move(image.grey);
@@ -178,6 +216,7 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
     if (output.amodal) amodal = cartesian_of(hidden.amodal);
     timed(workers, Stage::annotations, [&] {
       result.cartesian_annotations = annotations(cartesian);
+      add_measures(measures, result.cartesian_annotations);
       if (!output.amodal) return;
       result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
     });
@@ -199,13 +238,16 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
         display_table(info.png, info.water.absorption_db_m,
                       sample_range_m(info.sonar, info.water, 1), info.record.samples));
   }
+  MeasuredInstances measured;
+  if (has_pictures(info.output)) measured = measured_instances(session.world);
   return {session,
           tracer,
           std::move(info),
           std::move(tables),
           make_surface_scattering(session.sonar, session.water, session.world),
           std::move(class_of_instance),
-          std::move(display)};
+          std::move(display),
+          std::move(measured)};
 }
 
 Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,

@@ -12,6 +12,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/instance_measures.h"
 #include "app/ping_echoes.h"
 #include "app/session.h"
 #include "app/tables.h"
@@ -35,6 +36,7 @@ struct PingSetup {
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
   std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: there are none
+  MeasuredInstances measured;                   // where there are images
 };
 
 // `session` and `tracer` must outlive the result; `tables` are those of the

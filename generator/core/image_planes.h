@@ -3,7 +3,7 @@
 //
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
-//   is_float_plane  is_level_plane  pixel_bytes  blank_value
+//   is_float_plane  is_level_plane  is_surface_plane  pixel_bytes  blank_value
 //   view_name         polar, cartesian
 #pragma once
 
@@ -43,6 +43,26 @@ inline constexpr ImagePlane kImagePlanes[] = {
     {"semantic", "", PlaneBlank::zero, &ImagePlanes::semantic},
     {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, &OutputSelection::shadow},
     {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, &OutputSelection::multipath},
+    {"surface_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::surface_elevation_rad,
+     &OutputSelection::surfaces},
+    {"surface_range_m", "m", PlaneBlank::nan, &ImagePlanes::surface_range_m,
+     &OutputSelection::surfaces},
+    {"surface_normal_x", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_x,
+     &OutputSelection::surfaces},
+    {"surface_normal_y", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_y,
+     &OutputSelection::surfaces},
+    {"surface_normal_z", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_z,
+     &OutputSelection::surfaces},
+    {"lowest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::lowest_elevation_rad,
+     &OutputSelection::surfaces},
+    {"lowest_range_m", "m", PlaneBlank::nan, &ImagePlanes::lowest_range_m,
+     &OutputSelection::surfaces},
+    {"highest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::highest_elevation_rad,
+     &OutputSelection::surfaces},
+    {"highest_range_m", "m", PlaneBlank::nan, &ImagePlanes::highest_range_m,
+     &OutputSelection::surfaces},
+    {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count,
+     &OutputSelection::surfaces},
 };
 
 template <class Planes, class Use>
@@ -51,12 +71,17 @@ decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
                     plane.values);
 }
 
-// Each float plane is a channel of the image's EXR file; the level has a part of its own there.
+// Each float plane is a channel of the image's EXR file; the level has a part of its own there, and
+// those of surfaces a file.
 constexpr bool is_float_plane(const ImagePlane& plane) {
   return std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
 }
 constexpr bool is_level_plane(const ImagePlane& plane) {
   return std::string_view(plane.name) == "level_db";
+}
+
+constexpr bool is_surface_plane(const ImagePlane& plane) {
+  return plane.wanted == &OutputSelection::surfaces;
 }
 
 constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {

@@ -2,7 +2,7 @@
 // pipeline fills and the writers of dataset/ put on disk.
 //
 //   ImagePlanes  LabelledImage  ImageView   one picture and its labels
-//   GreyImage  PixelMask  Annotation
+//   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   OutputSelection                        what is written
 //   Layer  LayerSeries                     what a series adds up from
 //   PingResult                             everything of one ping
@@ -13,6 +13,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,17 @@ struct ImagePlanes {
   // The instance whose bounced echoes bring most, where these bring more than the direct ones do;
   // 0: none. Empty: not asked for.
   std::vector<std::uint16_t> multipath = {};
+  // Of the surfaces of the pixel's instance (labels/surfaces.h). Empty: not asked for.
+  std::vector<float> surface_elevation_rad = {};  // at its strongest echo; NaN: none
+  std::vector<float> surface_range_m = {};
+  std::vector<float> surface_normal_x = {};  // unit length, sonar frame, towards the sonar
+  std::vector<float> surface_normal_y = {};
+  std::vector<float> surface_normal_z = {};
+  std::vector<float> lowest_elevation_rad = {};  // at its lowest echo
+  std::vector<float> lowest_range_m = {};
+  std::vector<float> highest_elevation_rad = {};  // at its highest echo
+  std::vector<float> highest_range_m = {};
+  std::vector<float> surface_count = {};  // 0: none
 };
 
 // A picture with its ground truth, [rows x columns].
@@ -65,6 +77,12 @@ struct PixelMask {
   std::string rle_counts;
 };
 
+// What a ping says of an instance, whichever the picture; NaN where there is no such number.
+struct InstanceMeasures {
+  double truncated = std::numeric_limits<double>::quiet_NaN();    // share of its surface
+  double contrast_db = std::numeric_limits<double>::quiet_NaN();  // over the ground around it
+};
+
 // One instance in one picture.
 struct Annotation {
   std::uint16_t instance = 0;
@@ -75,6 +93,7 @@ struct Annotation {
   // for. With it the share of its rays that meet something else first; NaN where no ray meets it.
   std::optional<PixelMask> amodal = {};
   double occlusion = 0;
+  InstanceMeasures measures = {};
 };
 
 // What a series adds up from. `target`: the instances that are chosen; `background`: all other
@@ -170,6 +189,7 @@ struct OutputSelection {
   bool shadow = true;      // beside polar and Cartesian pictures
   bool amodal = true;      // in the annotations of all pictures
   bool multipath = false;  // ghost masks beside polar and Cartesian pictures
+  bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;

@@ -205,6 +205,23 @@ constexpr PlaneFile kPlaneFiles[] = {
      "such echoes |",
      "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
      "than the direct ones, 0: none; no other mask counts such echoes |"},
+    {"surface_elevation_rad", 1.1, "",
+     "| `polar/PPPPPP_surfaces.exr` | float channels, of the surfaces of the pixel's instance: "
+     "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
+     "lowest and at the highest, and the number of surfaces |",
+     "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy` | float32 [pings, "
+     "samples, beams], of the surfaces of the pixel's instance: elevation, range and normal (sonar "
+     "frame) at the strongest echo, elevation and range at the lowest and at the highest, and the "
+     "number of surfaces |"},
+    {"surface_range_m", 1.1},
+    {"surface_normal_x", 1.1},
+    {"surface_normal_y", 1.1},
+    {"surface_normal_z", 1.1},
+    {"lowest_elevation_rad", 1.1},
+    {"lowest_range_m", 1.1},
+    {"highest_elevation_rad", 1.1},
+    {"highest_range_m", 1.1},
+    {"surface_count", 0.1},
 };
 
 constexpr const PlaneFile* file_of(const ImagePlane& plane) {
@@ -221,7 +238,7 @@ static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes) &&
 std::string with_label_names(std::string card) {
   std::vector<std::string> meanings, arrays;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || is_level_plane(plane)) continue;
+    if (!is_float_plane(plane) || is_level_plane(plane) || is_surface_plane(plane)) continue;
     arrays.push_back(fmt::format("`polar_{}`", plane.name));
     if (*file_of(plane)->meaning != 0) meanings.emplace_back(file_of(plane)->meaning);
   }
@@ -233,19 +250,27 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
   return view == ImageView::polar ? r.polar : r.cartesian;
 }
 
-// Floats are stored as halves, all in one picture; ids in a picture of each plane.
+// Floats are stored as halves, all in one picture, but those of surfaces, which have a picture of
+// floats of their own; ids in a picture of each plane.
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
   const bool is_float = is_float_plane(plane);
   const bool is_byte =
       std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
   CatalogueRow row;
-  row.file = is_float ? name + "/{ping}.exr" : name + "/{ping}_" + plane.name + ".png";
+  row.file = is_surface_plane(plane) ? name + "/{ping}_surfaces.exr"
+             : is_float              ? name + "/{ping}.exr"
+                                     : name + "/{ping}_" + plane.name + ".png";
   row.array = name + "_" + plane.name + ".npy";
-  row.codec = is_float ? FileCodec::exr : FileCodec::png;
+  row.codec = is_surface_plane(plane) ? FileCodec::surfaces_exr
+              : is_float              ? FileCodec::exr
+                                      : FileCodec::png;
   row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
-  row.type = is_float ? kNpyFloat16 : is_byte ? kNpyUint8 : kNpyUint16;
-  row.maker = view == ImageView::polar ? "`output.polar: true`"
+  row.type = is_surface_plane(plane) ? kNpyFloat32
+             : is_float              ? kNpyFloat16
+             : is_byte ? kNpyUint8 : kNpyUint16;
+  row.maker = is_surface_plane(plane)  ? "`output.surfaces: true`"
+              : view == ImageView::polar ? "`output.polar: true`"
               : is_float               ? "`output.cartesian: {exr: true}`"
                                        : "`output.cartesian`";
   row.cells = [view, &plane](const PingResult& r) -> Cells {

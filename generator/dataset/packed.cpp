@@ -25,7 +25,7 @@ void append_cells(const CatalogueRow& row, const PingResult& result, std::string
   };
   const CatalogueRow::Cells cells = row.cells(result);
   const auto* floats = std::get_if<std::span<const float>>(&cells);
-  if (floats == nullptr) return std::visit(append, cells);
+  if (floats == nullptr || row.type == kNpyFloat32) return std::visit(append, cells);
   std::vector<std::uint16_t> halves(floats->size());
   to_halves(*floats, halves);
   append(halves);

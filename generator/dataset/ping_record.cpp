@@ -27,6 +27,9 @@ void add_amodal(Json& json, const Annotation& annotation) {
   json["amodal_counts"] = annotation.amodal->rle_counts;
 }
 
+// Further digits of a level mean nothing, and differ between processors.
+double in_hundredths(double value) { return std::round(100 * value) / 100; }
+
 // COCO's flat rings x, y, x, y, ... in pixels.
 Json polygons_json(const Annotation& annotation, int rows, int columns) {
   const auto runs = run_lengths(annotation.rle_counts, std::int64_t{rows} * columns);
@@ -47,7 +50,9 @@ Json json_of(const Annotation& annotation) {
   Json json = {{"instance", annotation.instance},
                {"bbox", annotation.box},
                {"area", annotation.area},
-               {"counts", annotation.rle_counts}};
+               {"counts", annotation.rle_counts},
+               {"truncated", number_or_null(annotation.measures.truncated)},
+               {"contrast_db", number_or_null(in_hundredths(annotation.measures.contrast_db))}};
   add_amodal(json, annotation);
   return json;
 }

@@ -29,16 +29,29 @@ Result<std::string> bytes_of_result(const Result<std::vector<Value>>& values) {
   return bytes_of_values(*values);
 }
 
-// Floats are stored as halves.
+// Most floats are stored as halves.
 template <class Value>
-void take_cells(std::string_view bytes, std::vector<Value>& values) {
-  if constexpr (std::is_floating_point_v<Value>) {
+void take_cells(const CatalogueRow& row, std::string_view bytes, std::vector<Value>& values) {
+  if (std::is_floating_point_v<Value> && row.type == kNpyFloat32) {
+    values = values_in<Value>(bytes);
+  } else if constexpr (std::is_floating_point_v<Value>) {
     const auto halves = values_in<std::uint16_t>(bytes);
     values.resize(halves.size());
     from_halves(halves, values);
   } else {
     values = values_in<Value>(bytes);
   }
+}
+
+template <class Value>
+std::string through_map(std::span<const std::int32_t> map, std::string_view polar_bytes,
+                        Value blank) {
+  const auto polar = values_in<Value>(polar_bytes);
+  std::vector<Value> values(map.size(), blank);
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (map[i] >= 0) values[i] = polar[static_cast<std::size_t>(map[i])];
+  }
+  return bytes_of_values(values);
 }
 
 // The stored plane that a plane of the other view is made from; null where it is none of those.
@@ -86,12 +99,15 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
     return row.type == kNpyUint8 ? bytes_of_result(read_grey8(*path, shape[0], shape[1]))
                                  : bytes_of_result(read_grey16(*path, shape[0], shape[1]));
   }
+  if (row.codec == FileCodec::surfaces_exr) {
+    return read_exr_plane(row, *path, read_surfaces_exr, surfaces_);
+  }
   std::error_code error;
   // Levels and series are stored as they are: a shorter file is not worth asking for memory.
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
     return damaged(*path, "is cut short");
   }
-  if (row.codec == FileCodec::exr) return read_exr_plane(row, *path);
+  if (row.codec == FileCodec::exr) return read_exr_plane(row, *path, read_exr_halves, images_);
   if (row.codec == FileCodec::series_exr) {
     return bytes_of_result(
         read_series_exr(*path, static_cast<int>(shape[1]), static_cast<int>(shape[0])));
@@ -101,13 +117,17 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   return std::string(array->data());
 }
 
-Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs::path& path) {
+template <class Planes>
+Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs::path& path,
+                                               Result<Planes> (*read_planes)(const fs::path&, int,
+                                                                             int),
+                                               std::map<std::string, Planes>& images) {
   const NpyShape shape = grid_shape(row, sequence_.sizes());
-  const auto [image, is_new] = images_.try_emplace(row.file);
+  const auto [image, is_new] = images.try_emplace(row.file);
   if (is_new) {
-    auto halves = read_exr_halves(path, static_cast<int>(shape[0]), static_cast<int>(shape[1]));
-    if (!halves) return halves.error();
-    image->second = std::move(*halves);
+    auto planes = read_planes(path, static_cast<int>(shape[0]), static_cast<int>(shape[1]));
+    if (!planes) return planes.error();
+    image->second = std::move(*planes);
   }
   const auto values = image->second.find(row.plane->name);
   ENSONIFY_ASSERT(values != image->second.end());
@@ -124,15 +144,11 @@ Result<std::string> CellReader::read_through_map(const CatalogueRow& row) {
   }
   const Result<std::string> bytes = read(*source);
   if (!bytes) return bytes.error();
-  const auto polar = values_in<std::uint16_t>(*bytes);
   const float blank = blank_value<float>(row.plane->blank);
+  if (row.type == kNpyFloat32) return through_map(map_, *bytes, blank);
   std::uint16_t blank_half = 0;
   to_halves({&blank, 1}, {&blank_half, 1});
-  std::vector<std::uint16_t> halves(map_.size(), blank_half);
-  for (std::size_t i = 0; i < map_.size(); ++i) {
-    if (map_[i] >= 0) halves[i] = polar[static_cast<std::size_t>(map_[i])];
-  }
-  return bytes_of_values(halves);
+  return through_map(map_, *bytes, blank_half);
 }
 
 Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& dataset,
@@ -172,7 +188,7 @@ Result<StoredPixels> read_picture(const StoredDataset& dataset, const StoredSequ
     if (!planes.contains(plane.name) || !can_read(sequence, row)) continue;
     const auto bytes = reader.read(row);
     if (!bytes) return bytes.error();
-    with_plane(pixels, plane, [&](auto& values) { take_cells(*bytes, values); });
+    with_plane(pixels, plane, [&](auto& values) { take_cells(row, *bytes, values); });
   }
   return pixels;
 }

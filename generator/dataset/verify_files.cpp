@@ -74,7 +74,7 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
 std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
-  const std::vector<std::string> labels = exr_label_channels();
+  const std::vector<std::string> labels = exr_channels(ExrPlanes::labels);
   if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
     return "does not have the parts level and labels, in this order";
   }
@@ -93,14 +93,16 @@ std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   return {};
 }
 
-std::string series_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+// Of one part, with these float channels.
+std::string floats_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns,
+                             const std::vector<std::string>& channels) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
   if (parts->size() != 1) return fmt::format("has {} parts, not one", parts->size());
   const ExrPart& part = parts->front();
-  if (part.float_channels != std::vector<std::string>{"p.im", "p.re"} ||
-      !part.half_channels.empty() || !part.other_channels.empty()) {
-    return "does not have the float channels p.im and p.re alone";
+  if (part.float_channels != channels || !part.half_channels.empty() ||
+      !part.other_channels.empty()) {
+    return fmt::format("does not have the float channels {} alone", fmt::join(channels, ", "));
   }
   if (std::cmp_equal(part.height, rows) && std::cmp_equal(part.width, columns)) return {};
   return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
@@ -206,8 +208,10 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
       return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
     case FileCodec::exr:
       return exr_fault(path, grid);
+    case FileCodec::surfaces_exr:
+      return floats_exr_fault(path, grid[0], grid[1], exr_channels(ExrPlanes::surfaces));
     case FileCodec::series_exr:
-      return series_exr_fault(path, grid[1], grid[0]);
+      return floats_exr_fault(path, grid[1], grid[0], {"p.im", "p.re"});
     case FileCodec::ply:
       return ply_fault(path);
     case FileCodec::vdb:

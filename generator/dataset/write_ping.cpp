@@ -32,7 +32,9 @@ struct FileJob {
 };
 
 Stage stage_of(FileCodec codec) {
-  if (codec == FileCodec::exr || codec == FileCodec::series_exr) return Stage::encode_exr;
+  const bool is_exr = codec == FileCodec::exr || codec == FileCodec::surfaces_exr ||
+                      codec == FileCodec::series_exr;
+  if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
 }
@@ -120,11 +122,16 @@ Result<std::string> encode_cells(const CatalogueRow& row, const SequenceInfo& in
 
 Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& info,
                                 const PingResult& result) {
+  const bool is_polar = row.view == ImageView::polar;
+  const auto encode = [&](auto encoder) {
+    return is_polar ? encoder(*result.polar, polar_attributes(info))
+                    : encoder(*result.cartesian, cartesian_attributes(*info.cartesian));
+  };
   switch (row.codec) {
     case FileCodec::exr:
-      return row.view == ImageView::polar
-                 ? encode_exr(*result.polar, polar_attributes(info))
-                 : encode_exr(*result.cartesian, cartesian_attributes(*info.cartesian));
+      return encode(encode_exr);
+    case FileCodec::surfaces_exr:
+      return encode(encode_surfaces_exr);
     case FileCodec::series_exr:
       return encode_series_exr(result.series, info.record.samples, info.sonar.beam_count,
                                series_attributes(info));

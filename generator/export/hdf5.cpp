@@ -56,6 +56,7 @@ std::string array_name(const CatalogueRow& row) {
 Hdf5Type array_type(const CatalogueRow& row) {
   if (row.type == kNpyComplex64) return Hdf5Type::complex64;
   if (row.type == kNpyFloat16) return Hdf5Type::f16;
+  if (row.type == kNpyFloat32) return Hdf5Type::f32;
   return row.type == kNpyUint16 ? Hdf5Type::u16 : Hdf5Type::u8;
 }
 

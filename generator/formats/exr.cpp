@@ -19,6 +19,7 @@
 #include <cstring>
 #include <iterator>
 #include <new>
+#include <optional>
 #include <span>
 
 #include "core/image_planes.h"
@@ -61,23 +62,26 @@ struct Part {
   std::string units;
   std::vector<Channel> channels;  // sorted by name, as the file holds them
   Imf::Compression compression;
+  Imf::PixelType type = Imf::HALF;
 };
 
-// Those of the part `labels`, sorted by name, as the file holds its channels.
-std::vector<ImagePlane> label_planes() {
+// Those of the part `labels` or `surfaces`, sorted by name, as the file holds its channels.
+std::vector<ImagePlane> planes_of(ExrPlanes which) {
   std::vector<ImagePlane> planes;
-  std::copy_if(
-      std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
-      [](const ImagePlane& plane) { return is_float_plane(plane) && !is_level_plane(plane); });
+  std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
+               [&](const ImagePlane& plane) {
+                 return is_float_plane(plane) && !is_level_plane(plane) &&
+                        is_surface_plane(plane) == (which == ExrPlanes::surfaces);
+               });
   std::sort(planes.begin(), planes.end(), [](const ImagePlane& a, const ImagePlane& b) {
     return std::string_view(a.name) < b.name;
   });
   return planes;
 }
 
-std::vector<Channel> label_channels(const LabelledImage& image) {
+std::vector<Channel> channels_of(const LabelledImage& image, ExrPlanes which) {
   std::vector<Channel> channels;
-  for (const ImagePlane& plane : label_planes()) {
+  for (const ImagePlane& plane : planes_of(which)) {
     channels.push_back(
         {plane.name, image.*std::get<std::vector<float> ImagePlanes::*>(plane.values)});
   }
@@ -85,16 +89,27 @@ std::vector<Channel> label_channels(const LabelledImage& image) {
 }
 
 // "a, b: rad; c: 1", neighbours of one unit together.
-std::string label_units() {
+std::string units_of(ExrPlanes which) {
   std::string text;
   std::string_view unit;
-  for (const ImagePlane& plane : label_planes()) {
+  for (const ImagePlane& plane : planes_of(which)) {
     if (!unit.empty() && unit != plane.unit) text.append(": ").append(unit).append("; ");
     if (unit == plane.unit) text += ", ";
     text += plane.name;
     unit = plane.unit;
   }
   return text.append(": ").append(unit);
+}
+
+std::size_t pixel_count(const LabelledImage& image) {
+  return static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
+}
+
+void check_size(const Part& part, const LabelledImage& image) {
+  ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
+  for (const Channel& channel : part.channels) {
+    ENSONIFY_ASSERT(channel.values.size() == pixel_count(image));
+  }
 }
 
 // Longer ones need another flag in the file's version.
@@ -128,13 +143,13 @@ Imf::Header part_header(const Part& part, const LabelledImage& image,
   header.insert("units", Imf::StringAttribute(part.units));
   insert(attributes, header);
   for (const Channel& channel : part.channels) {
-    header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
+    header.channels().insert(channel.name, Imf::Channel(part.type));
   }
   return header;
 }
 
 // What ZIP makes of a chunk before it is deflated: bytes of even places, then those of odd ones,
-// each as its difference from the one before.
+// each as its difference from the one before. Floats come as the two halves of their bytes.
 void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& planes,
              std::vector<std::uint8_t>& differences) {
   const std::size_t n = halves.size();
@@ -152,12 +167,13 @@ class ChunkWriter {
  public:
   ChunkWriter(const LabelledImage& image, std::string& bytes) : image_(image), bytes_(bytes) {}
 
-  // The chunks of a part, and where each begins into the table at `offsets`.
-  void write_part(const Part& part, int number, std::size_t offsets) {
+  // The chunks of a part, and where each begins into the table at `offsets`. `number`: its place
+  // among several; none where it is alone.
+  void write_part(const Part& part, std::optional<std::int32_t> number, std::size_t offsets) {
     for (int row = 0; row < image_.rows; row += chunk_rows(part), offsets += 8) {
       const std::uint64_t here = bytes_.size();
       std::memcpy(bytes_.data() + offsets, &here, sizeof here);
-      put_value(bytes_, std::int32_t{number});
+      if (number) put_value(bytes_, *number);
       put_value(bytes_, std::int32_t{row});
       gather(part, row, std::min(image_.rows, row + chunk_rows(part)));
       put_pixels(part.compression);
@@ -167,13 +183,18 @@ class ChunkWriter {
  private:
   void gather(const Part& part, int begin, int end) {
     const auto columns = static_cast<std::size_t>(image_.columns);
-    halves_.resize(static_cast<std::size_t>(end - begin) * columns * part.channels.size());
+    const std::size_t words = part.type == Imf::FLOAT ? 2 * columns : columns;
+    halves_.resize(static_cast<std::size_t>(end - begin) * words * part.channels.size());
     std::span<std::uint16_t> left = halves_;
     for (int row = begin; row < end; ++row) {
       for (const Channel& channel : part.channels) {
-        to_halves(channel.values.subspan(static_cast<std::size_t>(row) * columns, columns),
-                  left.first(columns));
-        left = left.subspan(columns);
+        const auto values = channel.values.subspan(static_cast<std::size_t>(row) * columns, columns);
+        if (part.type == Imf::FLOAT) {
+          std::memcpy(left.data(), values.data(), values.size_bytes());
+        } else {
+          to_halves(values, left.first(words));
+        }
+        left = left.subspan(words);
       }
     }
   }
@@ -252,28 +273,44 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
   });
 }
 
-std::vector<std::string> exr_label_channels() {
+std::vector<std::string> exr_channels(ExrPlanes which) {
   std::vector<std::string> names;
-  for (const ImagePlane& plane : label_planes()) names.emplace_back(plane.name);
+  for (const ImagePlane& plane : planes_of(which)) names.emplace_back(plane.name);
   return names;
+}
+
+Result<std::string> encode_surfaces_exr(const LabelledImage& image,
+                                        const ExrAttributes& attributes) {
+  const Part part{"surfaces", units_of(ExrPlanes::surfaces),
+                  channels_of(image, ExrPlanes::surfaces), Imf::ZIP_COMPRESSION, Imf::FLOAT};
+  check_size(part, image);
+  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+    ExrAttributes common = attributes;
+    common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
+    std::string bytes;
+    put_value(bytes, std::int32_t{Imf::MAGIC});
+    put_value(bytes, std::int32_t{Imf::EXR_VERSION});
+    MemoryStream stream(bytes);
+    part_header(part, image, common).writeTo(stream);
+    const std::size_t offsets = bytes.size();
+    bytes.resize(offsets + 8 * static_cast<std::size_t>(chunk_count(part, image)));
+    ChunkWriter(image, bytes).write_part(part, std::nullopt, offsets);
+    return bytes;
+  });
 }
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const Part parts[] = {
       {"level", "dB re 1 uPa", {{kExrLevelChannel, image.level_db}}, Imf::NO_COMPRESSION},
-      {"labels", label_units(), label_channels(image), Imf::ZIP_COMPRESSION}};
-  ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
-  const auto pixels =
-      static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
-  for (const Part& part : parts) {
-    for (const Channel& channel : part.channels) ENSONIFY_ASSERT(channel.values.size() == pixels);
-  }
+      {"labels", units_of(ExrPlanes::labels), channels_of(image, ExrPlanes::labels),
+       Imf::ZIP_COMPRESSION}};
+  for (const Part& part : parts) check_size(part, image);
 
   return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
     std::string bytes;
-    bytes.reserve(pixels * sizeof(std::uint16_t) * 5 / 2);
+    bytes.reserve(pixel_count(image) * sizeof(std::uint16_t) * 5 / 2);
     put_value(bytes, std::int32_t{Imf::MAGIC});
     put_value(bytes, std::int32_t{Imf::EXR_VERSION | Imf::MULTI_PART_FILE_FLAG});
     MemoryStream stream(bytes);

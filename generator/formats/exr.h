@@ -1,16 +1,21 @@
 // OpenEXR pictures of two parts, in memory:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
-//   `labels`  a channel for each other float plane of kImagePlanes, by its name, half, ZIP
+//   `labels`  a channel for each other float plane of kImagePlanes but those of surfaces, by its
+//             name, half, ZIP
 // No date, host or path is in the headers: equal pictures give equal bytes.
+//
+// The planes of surfaces are a picture of one part, each a channel by its name, float, ZIP.
 //
 // A time series is a picture of one part:
 //   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
 //
 //   encode_exr         a labelled image with its header attributes
-//   exr_label_channels the names of the channels of `labels`
+//   encode_surfaces_exr  its planes of surfaces
+//   ExrPlanes  exr_channels   the names of the channels of `labels` or `surfaces`
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
 //   read_exr_halves    all channels, as the halves that the file holds
+//   read_surfaces_exr  the planes of surfaces
 //   read_series_exr    a time series
 #pragma once
 
@@ -38,12 +43,17 @@ struct ExrAttributes {
 // The channel of the level: viewers open it as a gray image.
 inline constexpr const char* kExrLevelChannel = "Y";
 
-// Row 0 on top. Needs all float planes at rows * columns, both positive, and names of attributes of
+// Row 0 on top. Needs the level and all planes of `labels` at rows * columns, both positive, and names of attributes of
 // at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
+// Likewise; needs the planes of surfaces.
+Result<std::string> encode_surfaces_exr(const LabelledImage& image,
+                                        const ExrAttributes& attributes);
+
 // Sorted, as files hold them.
-std::vector<std::string> exr_label_channels();
+enum class ExrPlanes { labels, surfaces };
+std::vector<std::string> exr_channels(ExrPlanes which);
 
 // Rows are samples, columns beams, as in the polar picture: `series` [beams x samples], Pa, is
 // turned. Needs series.size() == samples * beams, both positive.
@@ -66,6 +76,11 @@ using ExrHalves = std::map<std::string_view, std::vector<std::uint16_t>>;
 
 // Error (io): not a picture of encode_exr with rows x columns, or damaged.
 Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
+
+// Each plane by its name, likewise. Error (io): not a picture of encode_surfaces_exr of this size,
+// or damaged.
+using ExrFloats = std::map<std::string_view, std::vector<float>>;
+Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns);
 
 // [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

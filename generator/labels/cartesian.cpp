@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
-#include "labels/shadow.h"
+#include "labels/resampled.h"
 
 namespace ensonify {
 namespace {
@@ -202,9 +202,16 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
   }
   // These have values where no echo is heard.
   for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.wanted == nullptr) continue;
-    const auto ids = std::get<std::vector<std::uint16_t> ImagePlanes::*>(plane.values);
-    if (!(polar.*ids).empty()) image.*ids = resample(polar.*ids, grid, map);
+    if (plane.wanted == nullptr || (planes == ResampledPlanes::ids && is_float_plane(plane))) {
+      continue;
+    }
+    std::visit(
+        [&](auto member) {
+          using Value = typename std::decay_t<decltype(image.*member)>::value_type;
+          if ((polar.*member).empty()) return;
+          image.*member = resampled(polar.*member, grid, map, blank_value<Value>(plane.blank));
+        },
+        plane.values);
   }
   return image;
 }

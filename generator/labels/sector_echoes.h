@@ -31,6 +31,7 @@ struct SectorEcho {
   std::uint32_t instance = 0;
   std::uint32_t occluder = 0;  // the instance that alone hides it; 0: it is heard, or several do
   bool bounced = false;
+  std::uint32_t item = 0;  // of a scatterer: its place in the list
 };
 
 // `occluder` is empty for what is heard.
@@ -43,7 +44,7 @@ inline void gather_sector(const ScattererList& list, std::span<const std::uint32
     const double energy = expected_energy(s);
     if (!(energy > 0)) continue;
     echoes.push_back({s.delay_s * bandwidth_hz, energy, s.arrival.elevation_rad, 0, s.instance,
-                      occluder.empty() ? 0 : occluder[i], s.path != 0});
+                      occluder.empty() ? 0 : occluder[i], s.path != 0, static_cast<std::uint32_t>(i)});
   }
 }
 

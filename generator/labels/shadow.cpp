@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "labels/resampled.h"
 #include "labels/sector_echoes.h"
 
 namespace ensonify {
@@ -136,27 +137,6 @@ class BeamLabeller {
   std::vector<std::uint16_t> instances_;
 };
 
-// Tile by tile: a picture's neighbours lie far apart in the polar image.
-template <class T>
-std::vector<T> resampled(const std::vector<T>& polar, const CartesianGrid& grid,
-                         const std::vector<std::int32_t>& map) {
-  constexpr int kPart_px = 64;
-  std::vector<T> image(map.size(), 0);
-  for (int top = 0; top < grid.height_px; top += kPart_px) {
-    for (int left = 0; left < grid.width_px; left += kPart_px) {
-      const int end_row = std::min(top + kPart_px, grid.height_px);
-      const int end_column = std::min(left + kPart_px, grid.width_px);
-      for (int row = top; row < end_row; ++row) {
-        const std::size_t start = std::size_t(row) * grid.width_px;
-        for (std::size_t i = start + left; i < start + end_column; ++i) {
-          if (map[i] >= 0) image[i] = polar[map[i]];
-        }
-      }
-    }
-  }
-  return image;
-}
-
 // Puts blocks of beams into images whose rows are samples.
 class HiddenLabeller {
  public:
@@ -235,12 +215,6 @@ HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
   HiddenLabeller labeller(input, image);
   workers.for_each(labeller.blocks(), [&](std::size_t block) { labeller.label(block); });
   return labeller.take();
-}
-
-std::vector<std::uint16_t> resample(const std::vector<std::uint16_t>& polar,
-                                    const CartesianGrid& grid,
-                                    const std::vector<std::int32_t>& map) {
-  return resampled(polar, grid, map);
 }
 
 InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,

@@ -58,9 +58,6 @@ HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
                            const Workers& workers);
 
 // As labels/cartesian.h resamples.
-std::vector<std::uint16_t> resample(const std::vector<std::uint16_t>& polar,
-                                    const CartesianGrid& grid,
-                                    const std::vector<std::int32_t>& map);
 InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,
                       const std::vector<std::int32_t>& map);
 

@@ -223,6 +223,15 @@ void image_fields(Fields& f, OutputSpec& output) {
   }
 }
 
+void surfaces_field(Fields& f, OutputSelection& selection) {
+  f.toggle({"surfaces", "Surface planes",
+            "EXR files next to polar images with elevation, range and normal of the surfaces of "
+            "each pixel's instance, and their number; needs polar"},
+           selection.surfaces, written_if(selection.surfaces));
+  if (!selection.surfaces || selection.polar) return;
+  f.fault("surfaces", "there are no polar images for it, accepted with polar");
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"polygons", "Polygons",
             "Closed polygons along the pixel edges of every mask, with the masks"},
@@ -249,6 +258,7 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
             "multipath; left out: true with multipath and polar or cartesian"},
            selection.multipath, written_if(bounces, {.has_default = false}));
+  surfaces_field(f, selection);
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);

@@ -51,24 +51,9 @@ void add(Primitives& all, const Patch& patch, std::uint64_t number) {
   all.number.push_back(number);
 }
 
-void add_primitives(Primitives& all, const BoxShape& box) {
-  const Vec3 h = box.half_size_m;
-  const Vec3 x{2 * h.x, 0, 0}, y{0, 2 * h.y, 0}, z{0, 0, 2 * h.z};
-  const Vec3 low = -h;
-  const RectanglePatch faces[] = {{low, y, z},     {low + x, y, z}, {low, z, x},
-                                  {low + y, z, x}, {low, x, y},     {low + z, x, y}};
-  for (std::uint64_t i = 0; i < 6; ++i) add(all, faces[i], i);
-}
-
-void add_primitives(Primitives& all, const SphereShape& s) {
-  add(all, SpherePatch{s.radius_m, {-kPi, kPi}, {-s.radius_m, s.radius_m}}, 0);
-}
-
-void add_primitives(Primitives& all, const CylinderShape& c) {
-  add(all, MantlePatch{c.radius_m, {-kPi, kPi}, {-c.half_height_m, c.half_height_m}}, 0);
-  const Interval whole{0, c.radius_m * c.radius_m};
-  add(all, DiscPatch{-c.half_height_m, {-kPi, kPi}, whole}, 1);
-  add(all, DiscPatch{c.half_height_m, {-kPi, kPi}, whole}, 2);
+template <class Body>
+void add_primitives(Primitives& all, const Body& body) {
+  for (const Patch& patch : surface_patches(body)) add(all, patch, all.number.size());
 }
 
 void add_primitives(Primitives& all, const MeshShape& mesh) { all.mesh = mesh.mesh.get(); }

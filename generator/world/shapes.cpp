@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/units.h"
+
 namespace ensonify {
 namespace {
 
@@ -154,6 +156,25 @@ std::array<P, 2> cut_along(const P& patch, Interval P::*side) {
 }
 
 }  // namespace
+
+std::vector<Patch> surface_patches(const BoxShape& box) {
+  const Vec3 h = box.half_size_m;
+  const Vec3 x{2 * h.x, 0, 0}, y{0, 2 * h.y, 0}, z{0, 0, 2 * h.z};
+  const Vec3 low = -h;
+  return {RectanglePatch{low, y, z},     RectanglePatch{low + x, y, z}, RectanglePatch{low, z, x},
+          RectanglePatch{low + y, z, x}, RectanglePatch{low, x, y},     RectanglePatch{low + z, x, y}};
+}
+
+std::vector<Patch> surface_patches(const SphereShape& s) {
+  return {SpherePatch{s.radius_m, {-kPi, kPi}, {-s.radius_m, s.radius_m}}};
+}
+
+std::vector<Patch> surface_patches(const CylinderShape& c) {
+  const Interval whole{0, c.radius_m * c.radius_m};
+  return {MantlePatch{c.radius_m, {-kPi, kPi}, {-c.half_height_m, c.half_height_m}},
+          DiscPatch{-c.half_height_m, {-kPi, kPi}, whole},
+          DiscPatch{c.half_height_m, {-kPi, kPi}, whole}};
+}
 
 double area_m2(const TrianglePatch& t) { return length(cross(t.b - t.a, t.c - t.a)) / 2; }
 double area_m2(const RectanglePatch& r) { return length(r.u) * length(r.v); }

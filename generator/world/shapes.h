@@ -7,12 +7,14 @@
 //   signed_distance_m  from the surface, negative in what is solid
 //   TrianglePatch RectanglePatch SpherePatch MantlePatch DiscPatch   of a surface, halved again and
 //                 again into patches of equal area
+//   surface_patches   of a body
 //   area_m2  halves_of  ball_of  point_of   of a patch
 #pragma once
 
 #include <array>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "core/vec.h"
 
@@ -94,6 +96,12 @@ struct DiscPatch {
   Interval azimuth_rad, radius_squared_m2;
 };
 using Patch = std::variant<TrianglePatch, RectanglePatch, SpherePatch, MantlePatch, DiscPatch>;
+
+// All of a body's surface in its own frame: of a box the faces -x, +x, -y, +y, -z, +z; the sphere
+// as one; of a cylinder the mantle, the low and the high disc.
+std::vector<Patch> surface_patches(const BoxShape& box);
+std::vector<Patch> surface_patches(const SphereShape& sphere);
+std::vector<Patch> surface_patches(const CylinderShape& cylinder);
 
 double area_m2(const TrianglePatch& patch);
 double area_m2(const RectanglePatch& patch);

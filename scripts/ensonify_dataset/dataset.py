@@ -40,6 +40,8 @@ class Pose:
 class Annotation:
     """An instance in a picture: bbox [x, y, width, height] and area in pixels, boolean mask.
 
+    `truncated` is the share of its surface outside of the fan, None for planes, points and volumes; `contrast_db` its
+    mean expected power over that of the ground around it, None where there is no ground.
     With `output.amodal` also its share hidden by others, and the mask that it had without them.
     """
 
@@ -51,6 +53,8 @@ class Annotation:
     mask: np.ndarray
     occlusion: Optional[float] = None
     amodal_mask: Optional[np.ndarray] = None
+    truncated: Optional[float] = None
+    contrast_db: Optional[float] = None
 
 
 def _pose(row: Dict[str, str]) -> Pose:
@@ -70,7 +74,9 @@ class _Plane(property):
 
 
 # What Cartesian pixels outside the fan hold, where it is not NaN.
-_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0}
+_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0}
+# Planes of surfaces have a file of their own.
+_SURFACES = ("surface_", "lowest_", "highest_")
 
 
 class View:
@@ -83,17 +89,33 @@ class View:
 
     def __init__(self, ping: "Ping", kind: str):
         self.ping, self.kind = ping, kind
-        self._parts: Dict[int, Dict[str, np.ndarray]] = {}
+        self._parts: Dict[Tuple[str, int], Dict[str, np.ndarray]] = {}
 
     level_db = _Plane(np.float32, "Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy.")
     clean_db = _Plane(np.float32, "Level of the expected power: no speckle, no noise.")
-    elevation_rad = _Plane(np.float32, "Mean elevation of the pixel's echoes; NaN without echo.")
+    elevation_rad = _Plane(np.float32, "Mean elevation of all echoes of the pixel, on no surface where it holds several.")
     elevation_std_rad = _Plane(np.float32, "Spread of the elevation; NaN without echo.")
     instance_fraction = _Plane(np.float32, "Share of the winning instance in the pixel's energy.")
     instance = _Plane(np.int32, "Instance ids.")
     semantic = _Plane(np.int32, "Class ids; id k is `classes[k - 1]`.")
+    # With `output.surfaces`, of the pixel's instance.
+    surface_elevation_rad = _Plane(np.float32, "Elevation of the strongest echo; NaN without.")
+    surface_range_m = _Plane(np.float32, "Slant range of the strongest echo.")
+    surface_normal_x = _Plane(np.float32, "Unit normal there, along the boresight; see `surface_normal`.")
+    surface_normal_y = _Plane(np.float32, "Unit normal there, to port.")
+    surface_normal_z = _Plane(np.float32, "Unit normal there, up.")
+    lowest_elevation_rad = _Plane(np.float32, "Elevation of the lowest echo.")
+    lowest_range_m = _Plane(np.float32, "Slant range of the lowest echo.")
+    highest_elevation_rad = _Plane(np.float32, "Elevation of the highest echo.")
+    highest_range_m = _Plane(np.float32, "Slant range of the highest echo.")
+    surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
     shadow = _Plane(np.int32, "The instance whose shadow it is.")
     multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
+
+    @property
+    def surface_normal(self) -> np.ndarray:
+        """float32 [rows, columns, 3]: the surface's unit normal there, sonar frame, towards the sonar; NaN without."""
+        return np.stack([self.surface_normal_x, self.surface_normal_y, self.surface_normal_z], axis=-1)
 
     @property
     def grey(self) -> np.ndarray:
@@ -139,7 +161,8 @@ class View:
                     amodal = decode_rle(a["amodal_counts"], *size) if "amodal_counts" in a else None
                     found.append(Annotation(
                         a["instance"], *named[a["instance"]], tuple(a["bbox"]), a["area"],
-                        decode_rle(a["counts"], *size), a.get("occlusion"), amodal))
+                        decode_rle(a["counts"], *size), a.get("occlusion"), amodal,
+                        a.get("truncated"), a.get("contrast_db")))
         return found
 
     def has(self, name: str) -> bool:
@@ -168,6 +191,8 @@ class View:
         if name == "grey":
             return folder / "png" / f"{stem}_{self.kind}.png"
         is_mask = getattr(getattr(type(self), name, None), "kind", None) is np.int32
+        if name.startswith(_SURFACES):
+            return folder / self.kind / f"{stem}_surfaces.exr"
         return folder / self.kind / (f"{stem}_{name}.png" if is_mask else f"{stem}.exr")
 
     def _stored(self, name: str) -> np.ndarray:
@@ -180,11 +205,12 @@ class View:
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
             return read_png(single)
-        part = 0 if name == "level_db" else 1
-        if part not in self._parts:
-            self._parts[part] = read_exr(single, part)
+        part = 0 if name == "level_db" or name.startswith(_SURFACES) else 1
+        key = single.name, part
+        if key not in self._parts:
+            self._parts[key] = read_exr(single, part)
         with told_of(single):
-            return self._parts[part]["Y" if part == 0 else name]
+            return self._parts[key]["Y" if name == "level_db" else name]
 
 
 class Ping:

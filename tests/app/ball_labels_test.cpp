@@ -4,6 +4,7 @@
 
 #include "catch.h"
 #include "labels/cartesian.h"
+#include "labels/surfaces.h"
 #include "run_scene.h"
 
 using namespace ensonify;
@@ -24,7 +25,7 @@ materials: {m: {reflectivity: 1e-3}}
 objects:
   - {name: floor, class: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}
   - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [5, 0.3, 0]}}
-output: {cartesian: {height_px: 400, exr: true}}
+output: {cartesian: {height_px: 400, exr: true}, surfaces: true}
 )";
 constexpr double kDistance_m = 5, kAside_m = 0.3, kRadius_m = 0.5;
 constexpr int kBeams = 41, kRays = 401;
@@ -114,6 +115,88 @@ TEST_CASE("a ball as high as the sonar has elevation 0 and the spread of its cir
   CHECK(pixels > 200);
 }
 
+// Protects the planes of surfaces by the circles: the rays that meet the ball within a sample of a
+// pixel say which elevations it holds, that gaps between them part its surfaces, and that the lowest
+// and the highest are as far from the middle. The pixel of the nearest point holds just that.
+TEST_CASE("the surfaces of a ball are those of its circles") {
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  const LabelledImage& polar = *ping.polar;
+  const Sonar& sonar = run.session().sonar;
+  const double step_m = sample_range_m(sonar, run.session().water, 1);
+  int two = 0;
+  for (int beam = 0; beam < kBeams; ++beam) {
+    const Slice slice = slice_of(beam_azimuth_rad(sonar, beam));
+    for (int n = 0; n < static_cast<int>(6 / step_m); ++n) {
+      const std::size_t at = std::size_t(n) * kBeams + beam;
+      if (polar.instance[at] != 2) continue;
+      int count = 0, lowest = kRays, before = -kRays;
+      bool is_sure = true;
+      for (int ray = 0; ray < kRays; ++ray) {
+        const double off = std::abs(range_of(slice, ray_elevation(sonar, ray)) / step_m - n);
+        is_sure = is_sure && std::abs(off - 1) > 1e-3;
+        if (off > 1) continue;
+        count += ray > before + 1;
+        lowest = std::min(lowest, ray);
+        before = ray;
+      }
+      if (!is_sure) continue;
+      INFO("beam " << beam << " sample " << n);
+      CHECK(polar.surface_count[at] == count);
+      const auto rad = Approx(ray_elevation(sonar, lowest)).margin(kSurfaceAngleQuantum_rad);
+      CHECK(polar.lowest_elevation_rad[at] == rad);
+      CHECK(polar.highest_elevation_rad[at] == -polar.lowest_elevation_rad[at]);
+      two += count == 2;
+    }
+    const double nearest_m = slice.ahead_m - slice.radius_m;
+    const auto at = std::size_t(std::lround(nearest_m / step_m)) * kBeams + beam;
+    if (slice.radius_m < 0.2) continue;
+    CHECK(polar.surface_elevation_rad[at] == Approx(0).margin(kSurfaceAngleQuantum_rad));
+    CHECK(polar.surface_range_m[at] == Approx(nearest_m).margin(kSurfaceRangeQuantum_m));
+  }
+  CHECK(two > 200);
+}
+
+// Protects that range, elevation and normal belong together: every point lies on the ball, and the
+// normal is the radius through it.
+TEST_CASE("points of a ball's surfaces lie on it, with its radii as normals") {
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  const LabelledImage& polar = *ping.polar;
+  const Vec3 centre{kDistance_m, kAside_m, 0};
+  int points = 0;
+  for (std::size_t i = 0; i < polar.instance.size(); ++i) {
+    if (polar.instance[i] != 2) continue;
+    const double azimuth = beam_azimuth_rad(run.session().sonar, static_cast<int>(i % kBeams));
+    const auto radius_to = [&](double range_m, double elevation_rad) {
+      return range_m * unit_vector(azimuth, elevation_rad) - centre;
+    };
+    const Vec3 radius = radius_to(polar.surface_range_m[i], polar.surface_elevation_rad[i]);
+    const Vec3 normal{polar.surface_normal_x[i], polar.surface_normal_y[i],
+                      polar.surface_normal_z[i]};
+    CHECK(length(radius) == Approx(kRadius_m).margin(2e-4));
+    CHECK(length(normal - (1 / kRadius_m) * radius) < 1e-3);
+    CHECK(length(radius_to(polar.lowest_range_m[i], polar.lowest_elevation_rad[i])) ==
+          Approx(kRadius_m).margin(2e-4));
+    CHECK(length(radius_to(polar.highest_range_m[i], polar.highest_elevation_rad[i])) ==
+          Approx(kRadius_m).margin(2e-4));
+    ++points;
+  }
+  CHECK(points > 200);
+}
+
+// Protects annotations: the ball is whole and stands before no floor; the floor has no end.
+TEST_CASE("annotations say what is cut off, in both views") {
+  const SceneRun run = SceneRun::of_text(kBall);
+  const PingResult ping = run.ping(0);
+  for (const auto* list : {&ping.polar_annotations, &ping.cartesian_annotations}) {
+    REQUIRE(list->size() == 2);
+    CHECK(std::isnan((*list)[0].measures.truncated));
+    CHECK(std::isnan((*list)[0].measures.contrast_db));
+    CHECK((*list)[1].measures.truncated == 0);
+  }
+}
+
 // Protects Cartesian labels: every one is the polar one of the pixel that the map names.
 TEST_CASE("Cartesian labels are the polar ones through the map") {
   const SceneRun run = SceneRun::of_text(kBall);
@@ -137,6 +220,8 @@ TEST_CASE("Cartesian labels are the polar ones through the map") {
     REQUIRE(same(cartesian.elevation_rad[i], polar.elevation_rad[p]));
     REQUIRE(same(cartesian.elevation_std_rad[i], polar.elevation_std_rad[p]));
     REQUIRE(same(cartesian.instance_fraction[i], polar.instance_fraction[p]));
+    REQUIRE(same(cartesian.surface_range_m[i], polar.surface_range_m[p]));
+    REQUIRE(cartesian.surface_count[i] == polar.surface_count[p]);
     ++inside;
   }
   CHECK(inside > map.size() / 4);

@@ -146,6 +146,10 @@ TEST_CASE("a finished data set has its index, splits and boxes") {
   CHECK(annotation["segmentation"]["size"] == SortedJson({7, 8}));
   CHECK(annotation["segmentation"]["counts"] == "7340S1");
   CHECK(annotation["name"] == "wall");
+  CHECK(annotation["truncated"].is_null());
+  CHECK(annotation["contrast_db"].is_null());
+  CHECK(coco["annotations"][0]["truncated"] == 0.125);
+  CHECK(coco["annotations"][0]["contrast_db"] == 6.02);
   CHECK(annotation["occlusion"] == 0.25);
   CHECK(annotation["polygons"] == SortedJson::parse("[[1,0,3,0,3,3,1,3]]"));
   CHECK(annotation["amodal_area"] == 9);

@@ -89,12 +89,12 @@ Value plane_value(const ImagePlane& plane, int i, int variant) {
 
 }  // namespace
 
-LabelledImage image(int rows, int columns, int variant) {
+LabelledImage image(int rows, int columns, int variant, const OutputSelection& output) {
   LabelledImage image;
   image.rows = rows;
   image.columns = columns;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!has_plane(OutputSelection{}, plane)) continue;
+    if (!has_plane(output, plane)) continue;
     with_plane(image, plane, [&](auto& values) {
       using Value = typename std::decay_t<decltype(values)>::value_type;
       for (int i = 0; i < rows * columns; ++i) {
@@ -131,13 +131,15 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
   for (int i = 0; i < kBeams * kSamples; ++i) {
     result.series.emplace_back(static_cast<float>(i), static_cast<float>(variant));
   }
-  result.polar = image(kSamples, kBeams, variant);
-  result.cartesian = image(info.cartesian->height_px, info.cartesian->width_px, variant);
+  result.polar = image(kSamples, kBeams, variant, info.output);
+  result.cartesian =
+      image(info.cartesian->height_px, info.cartesian->width_px, variant, info.output);
   result.polar_grey = grey(kSamples, kBeams, variant);
   result.grey_counts = {kSamples * kBeams, 1, 40, 2 + ping};
   result.cartesian_grey = grey(info.cartesian->height_px, info.cartesian->width_px, variant);
   // Runs 0 0 54: every pixel of 9 x 6, as COCO's tools write it.
   result.polar_annotations = {{2, {0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"}};
+  result.polar_annotations[0].measures = {0.125, 6.02};
   result.polar_annotations[0].amodal = {{0, 0, kBeams, kSamples}, kBeams * kSamples, "0f1"};
   // Of 7 x 8: runs 7 3 4 3 39; 0 1 55. The first goes on, hidden, by a column: 7 3 4 3 4 3 32.
   result.cartesian_annotations = {{1, {1, 0, 2, 3}, 6, "7340S1"}, {2, {0, 0, 1, 1}, 1, "01g1"}};

@@ -31,7 +31,7 @@ constexpr int kBeams = 6, kSamples = 9, kPings = 3;
 
 SequenceInfo sequence_info(std::uint32_t sequence);
 // With the planes that a scenario gets which asks for none.
-LabelledImage image(int rows, int columns, int variant);
+LabelledImage image(int rows, int columns, int variant, const OutputSelection& output = {});
 bool has_plane(const OutputSelection& output, const ImagePlane& plane);
 PingResult ping_result(const SequenceInfo& info, std::uint32_t ping);
 WorkIdentity identity();

@@ -62,7 +62,8 @@ std::vector<const ImagePlane*> labels_of_exr() {
   std::vector<const ImagePlane*> planes;
   for (const ImagePlane& plane : kImagePlanes) {
     const bool is_level = std::string_view(plane.name) == "level_db";
-    if (plane.values.index() == 0 && !is_level) planes.push_back(&plane);
+    const bool is_surface = plane.wanted != nullptr;
+    if (plane.values.index() == 0 && !is_level && !is_surface) planes.push_back(&plane);
   }
   return planes;
 }
@@ -226,6 +227,41 @@ TEST_CASE("EXR pixels read back from several chunks") {
 
 // Protects the units and scales in the headers, and that nothing of the machine or the clock is
 // beside them.
+// Protects the file of surfaces, read by OpenEXR: one part of floats, all bits kept, in more than
+// one chunk.
+TEST_CASE("planes of surfaces are floats in a file of their own") {
+  const sample::TemporaryFolder folder;
+  OutputSelection output;
+  output.surfaces = true;
+  const LabelledImage image = sample::image(40, 7, 2, output);
+  const auto bytes = encode_surfaces_exr(image, kAttributes);
+  REQUIRE(bytes);
+  const auto path = folder.path() / "s.exr";
+  sample::write(path, *bytes);
+  const auto parts = read_exr_parts(path);
+  REQUIRE(parts);
+  REQUIRE(parts->size() == 1);
+  CHECK((*parts)[0].float_channels == exr_channels(ExrPlanes::surfaces));
+  CHECK((*parts)[0].float_channels.size() == 10);
+  CHECK((*parts)[0].half_channels.empty());
+  const auto planes = read_surfaces_exr(path, 40, 7);
+  REQUIRE(planes);
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (!is_surface_plane(plane)) continue;
+    INFO(plane.name);
+    const std::vector<float>& written = floats_of(image, plane);
+    const std::vector<float>& read = planes->at(plane.name);
+    REQUIRE(read.size() == written.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      CHECK(std::bit_cast<std::uint32_t>(read[i]) == std::bit_cast<std::uint32_t>(written[i]));
+    }
+  }
+  CHECK_FALSE(read_surfaces_exr(path, 40, 8));
+  CHECK_FALSE(read_exr_halves(path, 40, 7));
+  sample::write(path, bytes->substr(0, bytes->size() / 2));
+  CHECK_FALSE(read_surfaces_exr(path, 40, 7));
+}
+
 TEST_CASE("EXR headers hold units and scales and no date or host") {
   const sample::TemporaryFolder folder;
   sample::write(folder.path() / "a.exr", encode(sample::image(kRows, kColumns, 0)));

@@ -140,6 +140,42 @@ class Forms(Folder):
     def test_cartesian_float_planes_of_arrays_and_through_the_map(self):
         self.compare("output.cartesian.exr=true", "output.one_file_per=sequence", scene="shallow_water")
 
+    SURFACES = ("surface_elevation_rad", "surface_range_m", "surface_normal_x", "surface_normal_y", "surface_normal_z",
+                "lowest_elevation_rad", "lowest_range_m", "highest_elevation_rad", "highest_range_m", "surface_count")
+
+    def test_surfaces_of_files_of_arrays_and_through_the_map(self):
+        plain, files = self.compare("output.surfaces=true")
+        self.assertFalse(plain[0].polar.has("surface_count"))
+        self.assertRaisesRegex(DatasetError, "surfaces.exr", lambda: plain[0].polar.surface_count)
+        packed = SonarDataset(small_data.generate(
+            "seabed_and_target", self.folder / "packed", "--pings", "1:3", "--set", "output.surfaces=true", "--set",
+            "output.one_file_per=sequence", "--set", "output.cartesian.exr=true"))
+        polar = files[0].polar
+        stored, = independent.read_exr(files.folder / "sequences/000000/polar/000001_surfaces.exr")
+        self.assertEqual(sorted(stored.channels), sorted(self.SURFACES))
+        for view, other in ((polar, packed[0].polar), (files[0].cartesian, packed[0].cartesian)):
+            for name in self.SURFACES:
+                self.assertTrue(view.has(name) and other.has(name))
+                np.testing.assert_array_equal(getattr(view, name), getattr(other, name), name)
+                self.assertEqual(getattr(view, name).dtype, np.float32)
+        for name, channel in stored.channels.items():
+            np.testing.assert_array_equal(getattr(polar, name), channel, name)
+        has = polar.surface_count > 0
+        np.testing.assert_array_equal(has, polar.instance > 0)
+        np.testing.assert_array_equal(has, np.isfinite(polar.surface_range_m))
+        # The reference has no normal, being a point.
+        normal = polar.surface_normal[has & (polar.instance != 4)]
+        np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, atol=5e-4)
+
+    def test_annotations_have_truncated_and_contrast(self):
+        ping = SonarDataset(small_data.generate("seabed_and_target", self.folder / "set", "--pings", "0:1"))[0]
+        for view in (ping.polar, ping.cartesian):
+            named = {a.name: a for a in view.annotations}
+            self.assertEqual((named["sphere"].truncated, named["reference"].truncated), (0, None))
+            self.assertTrue(0 < named["seabed"].truncated < 1)
+            self.assertIsNone(named["seabed"].contrast_db)
+            self.assertTrue(3 < named["sphere"].contrast_db < 30)
+
     def test_without_polar_images_there_are_no_cartesian_float_planes(self):
         data = SonarDataset(small_data.generate("sonar_tank", self.folder / "masks", "--pings", "0:1",
                                                 "--set", "output.polar=false"))

@@ -38,6 +38,21 @@ TEST_CASE("a distance field without a voxel size is a fault") {
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 1, band_voxels: 0}}\n").size() == 1);
 }
 
+// Protects the bytes of data sets without planes of surfaces, and the files that they need.
+TEST_CASE("planes of surfaces are off, and go with polar images") {
+  const auto without = parse(kHead);
+  REQUIRE(without.ok());
+  CHECK_FALSE(without->output.selection.surfaces);
+  CHECK(emit(*without).find("surfaces") == std::string::npos);
+  const auto with = parse(kHead + "output: {surfaces: true}\n");
+  REQUIRE(with.ok());
+  CHECK(with->output.selection.surfaces);
+  CHECK(emit(*parse(emit(*with))) == emit(*with));
+  const auto faults = faults_of(kHead + "output: {surfaces: true, polar: false}\n");
+  REQUIRE(faults.size() == 1);
+  CHECK(faults[0].find("output.surfaces: there are no polar images") != std::string::npos);
+}
+
 // Protects the bytes of data sets without statistics: their resolved scenario has no word of them.
 TEST_CASE("statistics are off, and then nothing is said of them") {
   const auto scenario = parse(kHead);

@@ -1,0 +1,141 @@
+#include "labels/surfaces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/image_planes.h"
+#include "labels/sector_echoes.h"
+
+namespace ensonify {
+namespace {
+
+// Beams whose pixels share cache lines are one worker's.
+constexpr int kBeamsTogether = 16;
+
+float rounded(double value, double quantum) {
+  return static_cast<float>(std::round(value / quantum) * quantum);
+}
+
+// The echoes of one pixel's instance.
+struct PixelSurfaces {
+  const SectorEcho* strongest = nullptr;
+  const SectorEcho* lowest = nullptr;
+  const SectorEcho* highest = nullptr;
+  std::vector<double> elevations;  // rad
+
+  void gather(std::span<const SectorEcho> echoes, std::uint32_t instance) {
+    strongest = lowest = highest = nullptr;
+    elevations.clear();
+    for (const SectorEcho& echo : echoes) {
+      if (echo.instance != instance || echo.bounced) continue;
+      elevations.push_back(echo.elevation_rad);
+      if (strongest == nullptr) strongest = lowest = highest = &echo;
+      if (echo.energy > strongest->energy) strongest = &echo;
+      if (echo.elevation_rad < lowest->elevation_rad) lowest = &echo;
+      if (echo.elevation_rad > highest->elevation_rad) highest = &echo;
+    }
+  }
+
+  int count(double gap_rad) {
+    if (highest->elevation_rad - lowest->elevation_rad <= gap_rad) return 1;
+    std::ranges::sort(elevations);
+    int surfaces = 1;
+    for (std::size_t i = 1; i < elevations.size(); ++i) {
+      surfaces += elevations[i] - elevations[i - 1] > gap_rad;
+    }
+    return surfaces;
+  }
+};
+
+// Where a normal goes.
+struct NormalPlace {
+  std::size_t pixel = 0, normal = 0;
+};
+
+class BeamSurfaces {
+ public:
+  BeamSurfaces(const SurfaceInput& input, LabelledImage& image) : input_(input), image_(image) {}
+
+  void write(int beam) {
+    const PolarInput& heard = input_.heard;
+    gather_sector(*heard.scatterers, {}, static_cast<std::size_t>(beam), heard.bandwidth_hz,
+                  sector_);
+    items_.clear();
+    places_.clear();
+    EchoWindow window(sector_);
+    for (int n = 0; n < heard.samples; ++n) {
+      const std::span<const SectorEcho> echoes = window.at(n);
+      if (echoes.empty()) {
+        n = std::max(n, window.silent_until(heard.samples));
+        continue;
+      }
+      const std::size_t at = std::size_t(n) * heard.beams + beam;
+      if (image_.instance[at] == 0) continue;
+      pixel_.gather(echoes, image_.instance[at]);
+      if (pixel_.strongest != nullptr) write_pixel(at);
+    }
+    write_normals();
+  }
+
+ private:
+  void write_pixel(std::size_t at) {
+    const double metres_per_sample = input_.sound_speed_m_s / (2 * input_.heard.bandwidth_hz);
+    const auto put = [&](const SectorEcho& echo, std::vector<float>& elevation_rad,
+                         std::vector<float>& range_m) {
+      elevation_rad[at] = rounded(echo.elevation_rad, kSurfaceAngleQuantum_rad);
+      range_m[at] = rounded(echo.sample * metres_per_sample, kSurfaceRangeQuantum_m);
+    };
+    put(*pixel_.strongest, image_.surface_elevation_rad, image_.surface_range_m);
+    put(*pixel_.lowest, image_.lowest_elevation_rad, image_.lowest_range_m);
+    put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
+    image_.surface_count[at] =
+        static_cast<float>(pixel_.count(kSurfaceGap * input_.elevation_step_rad));
+    // Most often that of the pixel before.
+    const std::uint32_t item = pixel_.strongest->item;
+    if (items_.empty() || items_.back() != item) items_.push_back(item);
+    places_.push_back({at, items_.size() - 1});
+  }
+
+  void write_normals() {
+    if (items_.empty()) return;
+    normals_.resize(items_.size());
+    input_.normals_at(items_, normals_);
+    for (const NormalPlace& place : places_) {
+      const Vec3 normal = normals_[place.normal];
+      image_.surface_normal_x[place.pixel] = rounded(normal.x, kSurfaceNormalQuantum);
+      image_.surface_normal_y[place.pixel] = rounded(normal.y, kSurfaceNormalQuantum);
+      image_.surface_normal_z[place.pixel] = rounded(normal.z, kSurfaceNormalQuantum);
+    }
+  }
+
+  const SurfaceInput& input_;
+  LabelledImage& image_;
+  std::vector<SectorEcho> sector_;
+  PixelSurfaces pixel_;
+  std::vector<std::uint32_t> items_;  // strongest scatterers
+  std::vector<NormalPlace> places_;
+  std::vector<Vec3> normals_;
+};
+
+}  // namespace
+
+void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image) {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (!is_surface_plane(plane)) continue;
+    const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
+    (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));
+  }
+  const int beams = input.heard.beams;
+  workers.for_each(static_cast<std::size_t>((beams + kBeamsTogether - 1) / kBeamsTogether),
+                   [&](std::size_t block) {
+                     BeamSurfaces surfaces(input, image);
+                     const int first = static_cast<int>(block) * kBeamsTogether;
+                     for (int beam = first; beam < std::min(first + kBeamsTogether, beams); ++beam) {
+                       surfaces.write(beam);
+                     }
+                   });
+}
+
+}  // namespace ensonify

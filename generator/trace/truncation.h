@@ -1,0 +1,28 @@
+// How much of an object lies outside of what the sonar hears.
+//
+//   surface_samples   points on a surface
+//   truncated_share   which of them are outside of the fan
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/sonar.h"
+#include "core/vec.h"
+#include "world/world.h"
+
+namespace ensonify {
+
+inline constexpr int kSurfaceSamples = 1000;
+
+// kSurfaceSamples points in the shape's frame, spread evenly over its area, the same on every call;
+// none for a plane, which has no end.
+std::vector<Vec3> surface_samples(const Shape& shape);
+
+// The share of the points outside of the sectors of all beams, of the fan of rays in elevation, or
+// of the ranges [range_min, range_max], along straight lines from the sonar; hidden ones count like
+// others. NaN where there are no points.
+double truncated_share(std::span<const Vec3> points_m, const Pose& object_in_world,
+                       const Pose& sonar_in_world, const Sonar& sonar);
+
+}  // namespace ensonify

@@ -1,0 +1,167 @@
+// Planes of surfaces from given echoes.
+#include "labels/surfaces.h"
+
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include "catch.h"
+#include "labels/cartesian.h"
+#include "polar_fixture.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr double kSurfaceBandwidth_hz = 750, kSurfaceSpeed_m_s = 1500;  // a sample a metre
+constexpr double kRayStep_rad = 0.01;
+
+Scatterer surface_echo(std::uint32_t beam, double range_m, std::uint32_t instance, double energy,
+                       double elevation_rad) {
+  Scatterer s;
+  s.beam = beam;
+  s.delay_s = range_m / kSurfaceBandwidth_hz;
+  s.instance = instance;
+  s.gain = 2;
+  s.standard_deviation = static_cast<float>(std::sqrt(energy) / 2);
+  s.arrival.elevation_rad = static_cast<float>(elevation_rad);
+  return s;
+}
+
+Scatterer bounced(Scatterer s) {
+  s.path = 1;
+  return s;
+}
+
+struct SurfaceScene : test::PolarPing {
+  SurfaceScene(std::vector<Scatterer> echoes, int beams, int samples)
+      : PolarPing(std::move(echoes), beams, samples, kSurfaceBandwidth_hz, {0, 1, 2, 3}) {}
+
+  // Normals that say which scatterer they are of.
+  LabelledImage surfaces(int threads = 2) {
+    LabelledImage polar = image(threads);
+    const NormalsAt normals = [&](std::span<const std::uint32_t> which, std::span<Vec3> found) {
+      asked += static_cast<int>(which.size());
+      for (std::size_t i = 0; i < which.size(); ++i) {
+        found[i] = {0, 0, list.items[which[i]].arrival.elevation_rad > 0 ? 1.0 : -1.0};
+      }
+    };
+    add_surfaces({input, kSurfaceSpeed_m_s, kRayStep_rad, normals}, Workers(threads), polar);
+    return polar;
+  }
+  std::atomic<int> asked = 0;
+};
+
+constexpr double kAngleMargin_rad = kSurfaceAngleQuantum_rad, kRangeMargin_m = kSurfaceRangeQuantum_m;
+
+}  // namespace
+
+// Protects the choice: the strongest echo is of the winner, whatever others bring, and has its own
+// range and normal; lowest and highest are the extremes of elevation.
+TEST_CASE("a pixel's surfaces are those of its instance") {
+  SurfaceScene scene({surface_echo(0, 4.8, 1, 2, 0.2), surface_echo(0, 5.25, 1, 3, -0.1),
+               surface_echo(0, 5.5, 1, 1, 0.25), surface_echo(0, 5.1, 2, 5, 0.4)},
+              1, 10);
+  const LabelledImage image = scene.surfaces();
+  REQUIRE(image.instance[5] == 1);
+  CHECK(image.surface_elevation_rad[5] == Approx(-0.1).margin(kAngleMargin_rad));
+  CHECK(image.surface_range_m[5] == Approx(5.25).margin(kRangeMargin_m));
+  CHECK(image.surface_normal_z[5] == -1);
+  CHECK(image.lowest_elevation_rad[5] == Approx(-0.1).margin(kAngleMargin_rad));
+  CHECK(image.lowest_range_m[5] == Approx(5.25).margin(kRangeMargin_m));
+  CHECK(image.highest_elevation_rad[5] == Approx(0.25).margin(kAngleMargin_rad));
+  CHECK(image.highest_range_m[5] == Approx(5.5).margin(kRangeMargin_m));
+  CHECK(image.surface_count[5] == 3);
+  CHECK(image.elevation_rad[5] > 0.15);  // the mean, that of no surface
+}
+
+// Protects pixels without: no echo, no instance for noise, a volume, and what bounced.
+TEST_CASE("pixels without a surface are blank") {
+  SurfaceScene scene({surface_echo(0, 2, 1, 1, 0.1), surface_echo(0, 6, 2, 1, 0.1),
+               bounced(surface_echo(0, 6, 2, 9, 0.3))},
+              1, 12);
+  scene.input.noise_power_pa2 = 1e-7;
+  scene.clean[2] = 1e-8f;
+  VolumeEcho water;
+  water.instance = 3;
+  water.energy.assign(12, 0);
+  water.elevation_rad.assign(12, 0);
+  water.elevation_square.assign(12, 0);
+  water.energy[10] = 1;
+  scene.volumes = {water};
+  const LabelledImage image = scene.surfaces();
+  const auto is_blank = [&](int n) {
+    return std::isnan(image.surface_elevation_rad[n]) && std::isnan(image.surface_range_m[n]) &&
+           std::isnan(image.surface_normal_x[n]) && std::isnan(image.lowest_elevation_rad[n]) &&
+           std::isnan(image.highest_range_m[n]) && image.surface_count[n] == 0;
+  };
+  REQUIRE(image.instance[10] == 3);
+  for (const int n : {0, 2, 4, 9, 10, 11}) {
+    INFO("sample " << n);
+    CHECK(is_blank(n));
+  }
+  CHECK_FALSE(is_blank(1));
+  CHECK(image.highest_elevation_rad[6] == Approx(0.1).margin(kAngleMargin_rad));
+  CHECK(image.surface_count[6] == 1);
+}
+
+// Protects the definition: neighbours as far apart as rays are one surface, a missing ray parts two.
+TEST_CASE("a gap of a ray in elevation parts two surfaces") {
+  const auto count = [](std::vector<double> elevations) {
+    std::vector<Scatterer> echoes;
+    for (const double elevation : elevations) {
+      echoes.push_back(surface_echo(0, 5, 1, 1, elevation));
+    }
+    SurfaceScene scene(std::move(echoes), 1, 10);
+    return scene.surfaces().surface_count[5];
+  };
+  CHECK(count({0}) == 1);
+  CHECK(count({0, kRayStep_rad, 2 * kRayStep_rad, 3 * kRayStep_rad}) == 1);
+  CHECK(count({0, 2 * kRayStep_rad}) == 2);
+  CHECK(count({0.1, -0.1, 0.1 + kRayStep_rad, -0.1 - kRayStep_rad, 0.1}) == 2);
+  CHECK(count({0.1, 0, -0.1}) == 3);
+}
+
+// Protects the place of every pixel, and that threads change nothing.
+TEST_CASE("surfaces do not depend on the number of threads") {
+  std::vector<Scatterer> echoes;
+  for (std::uint32_t beam = 0; beam < 40; ++beam) {
+    for (int i = 0; i < 20; ++i) {
+      echoes.push_back(surface_echo(beam, 2 + 0.37 * i, 1 + (beam + i) % 3, 1 + i % 5,
+                                    0.01 * (beam % 7) - 0.004 * i));
+    }
+  }
+  SurfaceScene one(echoes, 40, 12), many(echoes, 40, 12);
+  const LabelledImage a = one.surfaces(1), b = many.surfaces(5);
+  CHECK(one.asked < 40 * 12);  // a normal a scatterer, not a pixel
+  int surfaces = 0;
+  for (std::size_t i = 0; i < a.instance.size(); ++i) {
+    CHECK(a.surface_count[i] == b.surface_count[i]);
+    CHECK((a.surface_count[i] == 0) == (a.instance[i] == 0));
+    if (a.instance[i] == 0) continue;
+    CHECK(a.surface_elevation_rad[i] == b.surface_elevation_rad[i]);
+    CHECK(a.surface_normal_z[i] == b.surface_normal_z[i]);
+    CHECK(a.lowest_elevation_rad[i] <= a.surface_elevation_rad[i]);
+    CHECK(a.highest_elevation_rad[i] >= a.surface_elevation_rad[i]);
+    ++surfaces;
+  }
+  CHECK(surfaces > 200);
+}
+
+// Protects the Cartesian planes: those of the polar pixel, blank outside, and none where only ids
+// are asked for.
+TEST_CASE("surfaces are resampled through the map") {
+  SurfaceScene scene({surface_echo(0, 5, 1, 1, 0.125)}, 1, 10);
+  const LabelledImage polar = scene.surfaces();
+  CartesianGrid grid;
+  grid.height_px = 1;
+  grid.width_px = 3;
+  const LabelledImage all = resample(polar, grid, {5, -1, 0});
+  CHECK(all.surface_elevation_rad[0] == 0.125f);
+  CHECK(all.surface_count[0] == 1);
+  for (const int outside : {1, 2}) {
+    CHECK(std::isnan(all.highest_range_m[outside]));
+    CHECK(all.surface_count[outside] == 0);
+  }
+  CHECK(resample(polar, grid, {5, -1, 0}, ResampledPlanes::ids).surface_count.empty());
+}
