@@ -10,18 +10,10 @@
 #include "app/pipeline.h"
 #include "core/units.h"
 #include "trace/refracted.h"
-#include "world/outline.h"
+#include "trace/truncation.h"
 
 namespace ensonify {
 namespace {
-
-bool is_within(const Sonar& sonar, Vec3 p) {
-  const double range = length(p);
-  const double azimuth = std::atan2(p.y, p.x), elevation = std::atan2(p.z, std::hypot(p.x, p.y));
-  return range >= sonar.range_min_m && range <= sonar.range_max_m &&
-         std::abs(azimuth) <= sonar.beam_count * sonar.beam_spacing_rad / 2 &&
-         std::abs(elevation) <= sonar.elevation_fan_rad / 2;
-}
 
 // In the sonar's frame.
 Vec3 seen_from(const Pose& sonar, Vec3 p) {
@@ -42,97 +34,35 @@ void look_at_geometry(const Session& session, const WorldObject& object, const P
   look.range_m = length(p);
   look.azimuth_rad = std::atan2(p.y, p.x);
   look.elevation_rad = std::atan2(p.z, std::hypot(p.x, p.y));
-  const std::vector<Vec3> points = contact_points(object.shape);
-  for (const Vec3& point : points) {
-    const Vec3 world = pose.position_m + rotate(pose.rotation, point);
-    look.share_in_fan += is_within(session.sonar, seen_from(sonar, world));
-  }
-  if (!points.empty()) look.share_in_fan /= static_cast<double>(points.size());
+  const double truncated =
+      truncated_share(surface_samples(object.shape), pose, sonar, session.sonar);
+  if (std::isfinite(truncated)) look.share_in_fan = 1 - truncated;
 }
 
-// By instance id.
-std::vector<bool> grounds_of(const Session& session) {
-  std::set<std::string> stood_on;
-  for (const ObjectSpec& spec : session.scenario.objects) {
-    if (spec.place) stood_on.insert(spec.place->on);
-  }
-  std::vector<bool> is_ground(session.world.instances.size() + 1);
-  is_ground[0] = true;
-  for (const WorldObject& object : session.world.objects) {
-    const auto* mesh = std::get_if<MeshShape>(&object.shape);
-    const auto* box = std::get_if<BoxShape>(&object.shape);
-    const auto* sphere = std::get_if<SphereShape>(&object.shape);
-    is_ground[object.instance] =
-        std::holds_alternative<PlaneShape>(object.shape) || (mesh != nullptr && mesh->ground) ||
-        (box != nullptr && box->inside) || (sphere != nullptr && sphere->inside) ||
-        stood_on.contains(session.world.instances[object.instance - 1].name);
-  }
-  return is_ground;
-}
-
-struct MeanPower {
-  double sum = 0;
-  std::int64_t pixels = 0;
-  void add(float level_db) {
-    sum += level_db > kNoEnergyDb ? std::pow(10.0, level_db / 10.0) : 0;
+// Mean expected power over the pixels of an instance, dB re 1 uPa; nothing where there is none.
+std::optional<double> level_db(const LabelledImage& image, std::uint32_t instance) {
+  double sum = 0, pixels = 0;
+  for (std::size_t i = 0; i < image.instance.size(); ++i) {
+    if (image.instance[i] != instance) continue;
+    sum += image.clean_db[i] > kNoEnergyDb ? std::pow(10.0, image.clean_db[i] / 10.0) : 0;
     ++pixels;
   }
-  std::optional<double> level_db() const {
-    if (pixels == 0 || !(sum > 0)) return std::nullopt;
-    return 10 * std::log10(sum / static_cast<double>(pixels));
-  }
-};
-
-struct PixelBox {
-  int top = INT32_MAX, bottom = -1, left = INT32_MAX, right = -1;
-  void add(int row, int column) {
-    top = std::min(top, row), bottom = std::max(bottom, row);
-    left = std::min(left, column), right = std::max(right, column);
-  }
-};
-
-PixelBox around(const PixelBox& box, const LabelledImage& image) {
-  const int high = std::max(3, (box.bottom - box.top + 1) / 2);
-  const int wide = std::max(3, (box.right - box.left + 1) / 2);
-  return {std::max(0, box.top - high), std::min(image.rows - 1, box.bottom + high),
-          std::max(0, box.left - wide), std::min(image.columns - 1, box.right + wide)};
+  if (!(sum > 0)) return std::nullopt;
+  return 10 * std::log10(sum / pixels);
 }
 
-template <class Use>
-void for_pixels(const PixelBox& box, const LabelledImage& image, Use use) {
-  for (int row = box.top; row <= box.bottom; ++row) {
-    for (int column = box.left; column <= box.right; ++column) {
-      use(row, column, static_cast<std::size_t>(row) * image.columns + column);
-    }
-  }
-}
-
-// `looks` of the session's objects, in their order.
-void look_at_levels(const Session& session, const LabelledImage& image, double noise_power_pa2,
-                    std::vector<ObjectLook>& looks) {
-  const std::vector<bool> is_ground = grounds_of(session);
-  std::vector<MeanPower> power(is_ground.size());
-  std::vector<PixelBox> boxes(is_ground.size());
-  for_pixels({0, image.rows - 1, 0, image.columns - 1}, image,
-             [&](int row, int column, std::size_t pixel) {
-               const std::uint16_t instance = image.instance[pixel];
-               power[instance].add(image.clean_db[pixel]);
-               boxes[instance].add(row, column);
-             });
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    const std::uint32_t instance = session.world.objects[i].instance;
-    const std::optional<double> level = power[instance].level_db();
-    looks[i].pixels = power[instance].pixels;
-    if (!level) continue;
-    if (noise_power_pa2 > 0) {
-      looks[i].over_noise_db = *level - (10 * std::log10(noise_power_pa2) + 120);
-    }
-    if (is_ground[instance]) continue;
-    MeanPower ground;
-    for_pixels(around(boxes[instance], image), image, [&](int, int, std::size_t pixel) {
-      if (is_ground[image.instance[pixel]]) ground.add(image.clean_db[pixel]);
-    });
-    if (const auto around_it = ground.level_db()) looks[i].over_ground_db = *level - *around_it;
+void add_levels(const PingResult& ping, double noise_power_pa2, std::uint32_t instance,
+                ObjectLook& look) {
+  const auto annotation =
+      std::find_if(ping.polar_annotations.begin(), ping.polar_annotations.end(),
+                   [&](const Annotation& of) { return of.instance == instance; });
+  if (annotation == ping.polar_annotations.end()) return;
+  look.pixels = annotation->area;
+  const double contrast = annotation->measures.contrast_db;
+  if (std::isfinite(contrast)) look.over_ground_db = contrast;
+  const auto level = level_db(*ping.polar, instance);
+  if (level && noise_power_pa2 > 0) {
+    look.over_noise_db = *level - (10 * std::log10(noise_power_pa2) + 120);
   }
 }
 
@@ -143,7 +73,7 @@ std::string or_dash(const std::optional<double>& value) {
 std::string where_text(const Session& session, const ObjectLook& look) {
   return fmt::format(
       "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {:.0f} % of "
-      "it in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m",
+      "its surface in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m",
       look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad),
       100 * look.share_in_fan, degrees(session.sonar.beam_count * session.sonar.beam_spacing_rad),
       degrees(session.sonar.elevation_fan_rad), session.sonar.range_min_m,
@@ -179,7 +109,9 @@ Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tr
   if (!ready) return ready.error();
   const double noise = ready->pipeline.info().noise_power_pa2;
   const PingResult ping = ready->pipeline.run(0, workers, std::move(ready->ping_zero));
-  if (ping.polar) look_at_levels(session, *ping.polar, noise, looks);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    add_levels(ping, noise, session.world.objects[i].instance, looks[i]);
+  }
   return looks;
 }
 

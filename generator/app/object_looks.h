@@ -22,15 +22,14 @@ struct ObjectLook {
   std::string name;
   std::optional<Vec3> size_m;  // along its own axes; absent: without end
   double range_m = 0, azimuth_rad = 0, elevation_rad = 0;  // of its middle, in the sonar's frame
-  double share_in_fan = 0;  // of its points, within azimuths, elevations and ranges of the fan
+  double share_in_fan = 0;  // of its surface (trace/truncation.h); 0 of what is without end
   std::int64_t pixels = 0;  // of the polar image, that it wins
   std::optional<double> over_ground_db;  // mean expected power, against the ground around it
+                                         // (labels/contrast.h)
   std::optional<double> over_noise_db;   // ... against the noise
 };
 
-// In the order of the objects. Around an object: in the rectangle around its pixels, twice as high
-// and wide, 3 pixels wider on each side at least. Ground: terrain, planes, rooms, what others are
-// placed on, and pixels without an instance. Errors: those of make_pipeline.
+// In the order of the objects. Errors: those of make_pipeline.
 Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tracer& tracer,
                                                 std::uint32_t sequence, const Numerics& numerics,
                                                 const Workers& workers);
