@@ -38,7 +38,10 @@ Status presets(const std::optional<std::string>& name) {
            s.bandwidth_hz / 1e3, fmt::format("{:g}x{:g}", s.beam_fov_deg, s.elevation_width_deg),
            s.beam_count, s.beam_width_deg, s.range_max_m);
   }
-  answer("\nensonify presets NAME prints one with its sources.\n");
+  answer(
+      "\nensonify presets NAME prints one with its sources. b is that of the longest range; "
+      "presets "
+      "with\nrows under by_range_max_m have a larger one at shorter ranges.\n");
   return {};
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 
 #include "catch.h"
 #include "scenario_texts.h"
@@ -94,6 +95,27 @@ TEST_CASE("a drawn sonar is written with its preset's keys") {
   CHECK(text.find("preset") == std::string::npos);
   CHECK(text.find("frequency_hz: 900") != std::string::npos);
   CHECK(text.find("range_max_m: {uniform: [10.5, 20]}") != std::string::npos);
+}
+
+// Protects what a range that is sampled means for a preset with rows: each sequence has the
+// bandwidth of its own range, also where the resolved text is read again.
+TEST_CASE("a sampled range selects the preset's bandwidth in each sequence") {
+  const std::string text =
+      "ensonify: 1\nsonar: {preset: oculus_m1200d_hf, range_max_m: {choice: [2, 4, 8]}}\n";
+  std::set<double> found;
+  for (std::uint32_t sequence = 0; sequence < 20; ++sequence) {
+    const auto scenario = parse_scenario(text, "t.yaml", ".", {}, sequence);
+    REQUIRE(scenario.ok());
+    const SonarSpec& sonar = scenario->sonar;
+    const double expected = sonar.range_max_m == 2 ? 262e3 : sonar.range_max_m == 4 ? 131e3 : 65600;
+    CHECK(sonar.bandwidth_hz == expected);
+    found.insert(sonar.bandwidth_hz);
+    const auto again = parse_scenario(emit(*scenario), "t.yaml", ".", {}, sequence);
+    REQUIRE(again.ok());
+    CHECK(again->sonar.range_max_m == sonar.range_max_m);
+    CHECK(again->sonar.bandwidth_hz == sonar.bandwidth_hz);
+  }
+  CHECK(found.size() == 3);
 }
 
 // Protects assets: every file that some sequence needs is listed, hashed and renamed, in the same

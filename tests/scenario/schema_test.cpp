@@ -71,10 +71,20 @@ TEST_CASE("every scene and every example is as the schema says, resolved as well
   }
 }
 
-TEST_CASE("every preset is as the schema says") {
+// Rows by range are of presets alone; each has keys of a sonar, beside its limit.
+TEST_CASE("every preset is as the schema says, with the keys of each row") {
   for (const SonarPreset& preset : sonar_presets()) {
     INFO(preset.name);
-    CHECK(schema_fault({{"ensonify", 1}, {"sonar", json_of(preset.yaml)}}) == "");
+    Json sonar = json_of(preset.yaml);
+    const Json rows = sonar.value("by_range_max_m", Json::array());
+    sonar.erase("by_range_max_m");
+    CHECK(schema_fault({{"ensonify", 1}, {"sonar", sonar}}) == "");
+    for (Json row : rows) {
+      CHECK(row.erase("up_to_m") == 1);
+      Json chosen = sonar;
+      chosen.update(row);
+      CHECK(schema_fault({{"ensonify", 1}, {"sonar", chosen}}) == "");
+    }
   }
 }
 
