@@ -155,11 +155,14 @@ void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& p
   const std::size_t n = halves.size();
   planes.resize(2 * n);
   differences.resize(2 * n);
-  for (std::size_t i = 0; i < n; ++i) planes[i] = static_cast<std::uint8_t>(halves[i]);
-  for (std::size_t i = 0; i < n; ++i) planes[n + i] = static_cast<std::uint8_t>(halves[i] >> 8);
-  differences[0] = planes[0];
+  // Bytes may alias a vector's own pointers, which then would be read again for each.
+  const std::uint16_t* const from = halves.data();
+  std::uint8_t *const plane = planes.data(), *const difference = differences.data();
+  for (std::size_t i = 0; i < n; ++i) plane[i] = static_cast<std::uint8_t>(from[i]);
+  for (std::size_t i = 0; i < n; ++i) plane[n + i] = static_cast<std::uint8_t>(from[i] >> 8);
+  difference[0] = plane[0];
   for (std::size_t i = 1; i < 2 * n; ++i) {
-    differences[i] = static_cast<std::uint8_t>(planes[i] - planes[i - 1] + 128);
+    difference[i] = static_cast<std::uint8_t>(plane[i] - plane[i - 1] + 128);
   }
 }
 

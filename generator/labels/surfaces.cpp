@@ -19,18 +19,18 @@ float rounded(double value, double quantum) {
 }
 
 // The echoes of one pixel's instance.
-struct PixelSurfaces {
+class PixelSurfaces {
+ public:
   const SectorEcho* strongest = nullptr;
   const SectorEcho* lowest = nullptr;
   const SectorEcho* highest = nullptr;
-  std::vector<double> elevations;  // rad
 
   void gather(std::span<const SectorEcho> echoes, std::uint32_t instance) {
+    echoes_ = echoes;
+    instance_ = instance;
     strongest = lowest = highest = nullptr;
-    elevations.clear();
     for (const SectorEcho& echo : echoes) {
-      if (echo.instance != instance || echo.bounced) continue;
-      elevations.push_back(echo.elevation_rad);
+      if (!counts(echo)) continue;
       if (strongest == nullptr) strongest = lowest = highest = &echo;
       if (echo.energy > strongest->energy) strongest = &echo;
       if (echo.elevation_rad < lowest->elevation_rad) lowest = &echo;
@@ -40,13 +40,24 @@ struct PixelSurfaces {
 
   int count(double gap_rad) {
     if (highest->elevation_rad - lowest->elevation_rad <= gap_rad) return 1;
-    std::ranges::sort(elevations);
+    elevations_.clear();
+    for (const SectorEcho& echo : echoes_) {
+      if (counts(echo)) elevations_.push_back(echo.elevation_rad);
+    }
+    std::ranges::sort(elevations_);
     int surfaces = 1;
-    for (std::size_t i = 1; i < elevations.size(); ++i) {
-      surfaces += elevations[i] - elevations[i - 1] > gap_rad;
+    for (std::size_t i = 1; i < elevations_.size(); ++i) {
+      surfaces += elevations_[i] - elevations_[i - 1] > gap_rad;
     }
     return surfaces;
   }
+
+ private:
+  bool counts(const SectorEcho& echo) const { return echo.instance == instance_ && !echo.bounced; }
+
+  std::span<const SectorEcho> echoes_;
+  std::uint32_t instance_ = 0;
+  std::vector<double> elevations_;  // kept from pixel to pixel
 };
 
 // Where a normal goes.

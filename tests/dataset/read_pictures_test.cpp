@@ -215,7 +215,7 @@ TEST_CASE("Cartesian float planes come from the polar image through the map") {
     }
     CHECK(reads_back(plane, pixels.*values, expected));
     CHECK(can_read(made.sequence, plane_row(ImageView::cartesian, plane.name)) == with_polar);
-    if (!with_polar) continue;
+    if (!with_polar || is_surface_plane(plane)) continue;
     std::vector<std::uint16_t> halves(expected.size());
     to_halves(expected, halves);
     CellReader reader(made.dataset, made.sequence, 5);
