@@ -205,7 +205,7 @@ constexpr PlaneFile kPlaneFiles[] = {
      "such echoes |",
      "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
      "than the direct ones, 0: none; no other mask counts such echoes |"},
-    {"surface_elevation_rad", 1.1, "",
+    {"surface_elevation_rad", 0.4, "",
      "| `polar/PPPPPP_surfaces.exr` | float channels, of the surfaces of the pixel's instance: "
      "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
      "lowest and at the highest, and the number of surfaces |",
@@ -213,15 +213,15 @@ constexpr PlaneFile kPlaneFiles[] = {
      "samples, beams], of the surfaces of the pixel's instance: elevation, range and normal (sonar "
      "frame) at the strongest echo, elevation and range at the lowest and at the highest, and the "
      "number of surfaces |"},
-    {"surface_range_m", 1.1},
-    {"surface_normal_x", 1.1},
-    {"surface_normal_y", 1.1},
-    {"surface_normal_z", 1.1},
-    {"lowest_elevation_rad", 1.1},
-    {"lowest_range_m", 1.1},
-    {"highest_elevation_rad", 1.1},
-    {"highest_range_m", 1.1},
-    {"surface_count", 0.1},
+    {"surface_range_m", 0.4},
+    {"surface_normal_x", 0.4},
+    {"surface_normal_y", 0.4},
+    {"surface_normal_z", 0.4},
+    {"lowest_elevation_rad", 0.4},
+    {"lowest_range_m", 0.4},
+    {"highest_elevation_rad", 0.4},
+    {"highest_range_m", 0.4},
+    {"surface_count", 0.05},
 };
 
 constexpr const PlaneFile* file_of(const ImagePlane& plane) {
