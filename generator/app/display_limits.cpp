@@ -34,6 +34,9 @@ Result<std::array<double, 2>> display_limits_db(
     if (made == kDisplayProbes) break;
     const Result<ReadyWorld> ready = world(sequence);
     if (!ready && ready.error().kind == ErrorKind::usage) continue;
+    if (!ready && ready.error().kind == ErrorKind::final_usage) {
+      return of_sequence(sequence, ready.error());
+    }
     if (!ready) return ready.error();
     const OutputSpec& output = ready->session->scenario.output;
     if (!output.selection.png) break;
