@@ -39,10 +39,10 @@ class CellReader {
 
  private:
   template <class Planes>
-  Result<std::string> read_exr_plane(
-      const CatalogueRow& row, const std::filesystem::path& path,
-      Result<Planes> (*read_planes)(const std::filesystem::path&, int, int),
-      std::map<std::string, Planes>& images);
+  Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path,
+                                     Result<Planes> (*read_planes)(const std::filesystem::path&,
+                                                                   int, int),
+                                     std::map<std::string, Planes>& images);
   Result<std::string> read_through_map(const CatalogueRow& row);
   Status read_map(const NpyShape& shape);
 
@@ -51,7 +51,7 @@ class CellReader {
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
   std::map<std::string, ExrFloats> surfaces_;
-  std::vector<std::int32_t> map_;            // empty: not read yet
+  std::vector<std::int32_t> map_;  // empty: not read yet
 };
 
 // Of kImagePlanes.
