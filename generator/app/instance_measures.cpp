@@ -43,8 +43,8 @@ MeasuredInstances measured_instances(const World& world) {
 
 std::vector<InstanceMeasures> instance_measures(const MeasuredPing& ping) {
   std::vector<InstanceMeasures> measures(ping.instances.size_m.size());
-  const std::vector<double> contrast = contrasts_db(ping.polar, ping.clean_power_pa2,
-                                                    ping.polar_instances, ping.instances.size_m);
+  const std::vector<double> contrast =
+      contrasts_db(ping.polar, ping.clean_power_pa2, ping.polar_instances, ping.instances.size_m);
   std::vector<bool> is_seen(measures.size());
   for (std::size_t i = 0; i < contrast.size(); ++i) {
     measures[ping.polar_instances[i].instance].contrast_db = contrast[i];

@@ -28,7 +28,7 @@ struct MeasuredPing {
   std::span<const Pose> object_in_world;  // by World::objects
   Pose sonar_in_world;
   const LabelledImage& polar;
-  std::span<const float> clean_power_pa2;      // [beams x samples]
+  std::span<const float> clean_power_pa2;       // [beams x samples]
   std::span<const Annotation> polar_instances;  // annotations of `polar`
 };
 

@@ -143,16 +143,15 @@ Result<double> noise_power_of_snr(const SequenceInfo& info, double clean_pa2) {
 void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const PingResult& result,
                      const Workers& workers, LabelledImage& polar) {
   const StageTimer timer(workers, Stage::labels);
-  const Tracer tracer = setup.tracer.at(
-      std::span(result.object_in_world).first(setup.session.world.objects.size()));
+  const Tracer tracer =
+      setup.tracer.at(std::span(result.object_in_world).first(setup.session.world.objects.size()));
   const Sonar& sonar = setup.session.sonar;
-  add_surfaces({input, setup.session.water.sound_speed_m_s,
-                sonar.elevation_fan_rad / sonar.rays_elevation,
-                [&](std::span<const std::uint32_t> scatterers, std::span<Vec3> normals) {
-                  surface_normals(tracer, result.sonar_in_world, *input.scatterers, scatterers,
-                                  normals);
-                }},
-               workers, polar);
+  add_surfaces(
+      {input, setup.session.water.sound_speed_m_s, sonar.elevation_fan_rad / sonar.rays_elevation,
+       [&](std::span<const std::uint32_t> scatterers, std::span<Vec3> normals) {
+         surface_normals(tracer, result.sonar_in_world, *input.scatterers, scatterers, normals);
+       }},
+      workers, polar);
 }
 
 void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annotation>& list) {

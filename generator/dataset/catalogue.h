@@ -34,7 +34,20 @@ enum class FileScope { dataset, sequence, ping };
 // [rows, columns], and a list as long as the ping has scatterers.
 enum class FileGrid { none, beams, samples, returns, series, channels, polar, cartesian, list };
 
-enum class FileCodec { text, csv, tum, json, json_lines, npy, png, exr, surfaces_exr, series_exr, ply, vdb };
+enum class FileCodec {
+  text,
+  csv,
+  tum,
+  json,
+  json_lines,
+  npy,
+  png,
+  exr,
+  surfaces_exr,
+  series_exr,
+  ply,
+  vdb
+};
 
 // What decides which files a sequence has.
 struct FileSelection {

@@ -268,11 +268,12 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
   row.type = is_surface_plane(plane) ? kNpyFloat32
              : is_float              ? kNpyFloat16
-             : is_byte ? kNpyUint8 : kNpyUint16;
-  row.maker = is_surface_plane(plane)  ? "`output.surfaces: true`"
+             : is_byte               ? kNpyUint8
+                                     : kNpyUint16;
+  row.maker = is_surface_plane(plane)    ? "`output.surfaces: true`"
               : view == ImageView::polar ? "`output.polar: true`"
-              : is_float               ? "`output.cartesian: {exr: true}`"
-                                       : "`output.cartesian`";
+              : is_float                 ? "`output.cartesian: {exr: true}`"
+                                         : "`output.cartesian`";
   row.cells = [view, &plane](const PingResult& r) -> Cells {
     const auto& image = image_of(r, view);
     if (!image) return std::span<const float>();

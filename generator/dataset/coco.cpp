@@ -102,7 +102,8 @@ std::string annotation_json(std::uint64_t id, std::uint64_t image_id, const Inst
       R"("segmentation":{},"instance_id":{},"name":{},"truncated":{},"contrast_db":{}{}{}{}}})",
       id, image_id, instance.class_id, text_of(annotation, "bbox"), text_of(annotation, "area"),
       mask_json(image, text_of(annotation, "counts")), instance.id, quoted_text(instance.name),
-      text_of(annotation, "truncated"), text_of(annotation, "contrast_db"), polygons.empty() ? "" : R"(,"polygons":)", polygons, amodal_json(image, annotation));
+      text_of(annotation, "truncated"), text_of(annotation, "contrast_db"),
+      polygons.empty() ? "" : R"(,"polygons":)", polygons, amodal_json(image, annotation));
 }
 
 std::string hidden_json(std::uint64_t image_id, const Instance& instance, const JsonMembers& image,

@@ -4,8 +4,8 @@
 // annotations.jsonl has one line a ping:
 //   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
 //    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts", "truncated",
-//    "contrast_db", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden": [{"instance", "occlusion",
-//    "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
+//    "contrast_db", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden":
+//    [{"instance", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
 // `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Without
 // output.amodal the last four are absent and nothing is hidden. Packed pings have
 // "array" and "index" in place of "file"; masks without an image have none of the three.

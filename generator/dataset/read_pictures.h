@@ -45,17 +45,17 @@ class CellReader {
 
  private:
   template <class Planes>
-  Result<std::string> read_exr_plane(
-      const CatalogueRow& row, const std::filesystem::path& path,
-      Result<Planes> (*read_planes)(const std::filesystem::path&, int, int),
-      std::map<std::string, Planes>& images);
+  Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path,
+                                     Result<Planes> (*read_planes)(const std::filesystem::path&,
+                                                                   int, int),
+                                     std::map<std::string, Planes>& images);
   Result<std::string> read_through_map(const CatalogueRow& row);
   const StoredDataset& dataset_;
   const StoredSequence& sequence_;
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
   std::map<std::string, ExrFloats> surfaces_;
-  std::vector<std::int32_t> map_;            // empty: not read yet
+  std::vector<std::int32_t> map_;  // empty: not read yet
 };
 
 // Of kImagePlanes.

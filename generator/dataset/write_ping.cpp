@@ -32,8 +32,8 @@ struct FileJob {
 };
 
 Stage stage_of(FileCodec codec) {
-  const bool is_exr = codec == FileCodec::exr || codec == FileCodec::surfaces_exr ||
-                      codec == FileCodec::series_exr;
+  const bool is_exr =
+      codec == FileCodec::exr || codec == FileCodec::surfaces_exr || codec == FileCodec::series_exr;
   if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;

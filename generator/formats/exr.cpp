@@ -191,7 +191,8 @@ class ChunkWriter {
     std::span<std::uint16_t> left = halves_;
     for (int row = begin; row < end; ++row) {
       for (const Channel& channel : part.channels) {
-        const auto values = channel.values.subspan(static_cast<std::size_t>(row) * columns, columns);
+        const auto values =
+            channel.values.subspan(static_cast<std::size_t>(row) * columns, columns);
         if (part.type == Imf::FLOAT) {
           std::memcpy(left.data(), values.data(), values.size_bytes());
         } else {

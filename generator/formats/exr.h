@@ -43,8 +43,8 @@ struct ExrAttributes {
 // The channel of the level: viewers open it as a gray image.
 inline constexpr const char* kExrLevelChannel = "Y";
 
-// Row 0 on top. Needs the level and all planes of `labels` at rows * columns, both positive, and names of attributes of
-// at most 31 characters.
+// Row 0 on top. Needs the level and all planes of `labels` at rows * columns, both positive, and
+// names of attributes of at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
 // Likewise; needs the planes of surfaces.

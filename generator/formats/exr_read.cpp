@@ -111,7 +111,8 @@ Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, i
   };
   std::vector<Slot> level, labels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (is_float_plane(plane) && !is_surface_plane(plane)) (is_level_plane(plane) ? level : labels).push_back(slot(plane));
+    if (is_float_plane(plane) && !is_surface_plane(plane))
+      (is_level_plane(plane) ? level : labels).push_back(slot(plane));
   }
   const Status read = read_pixels(path, rows, columns, {level, labels});
   if (!read) return read.error();
@@ -126,8 +127,7 @@ Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows,
     if (!is_surface_plane(plane)) continue;
     std::vector<float>& values = floats[plane.name];
     values.resize(static_cast<std::size_t>(rows) * width);
-    slots.push_back(
-        {plane.name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});
+    slots.push_back({plane.name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});
   }
   const Status read = read_pixels(path, rows, columns, {slots});
   if (!read) return read.error();

@@ -33,7 +33,8 @@ Span enlarged(int first, int length, int limit) {
 double contrast_db(const LabelledImage& polar, std::span<const float> clean_power_pa2,
                    const Annotation& annotation, std::span<const double> size_m) {
   const auto [left, top, width, height] = annotation.box;
-  const Span columns = enlarged(left, width, polar.columns), rows = enlarged(top, height, polar.rows);
+  const Span columns = enlarged(left, width, polar.columns),
+             rows = enlarged(top, height, polar.rows);
   Mean object, ground;
   for (int column = columns.begin; column < columns.end; ++column) {
     const float* power = clean_power_pa2.data() + std::size_t(column) * polar.rows;

@@ -44,7 +44,8 @@ inline void gather_sector(const ScattererList& list, std::span<const std::uint32
     const double energy = expected_energy(s);
     if (!(energy > 0)) continue;
     echoes.push_back({s.delay_s * bandwidth_hz, energy, s.arrival.elevation_rad, 0, s.instance,
-                      occluder.empty() ? 0 : occluder[i], s.path != 0, static_cast<std::uint32_t>(i)});
+                      occluder.empty() ? 0 : occluder[i], s.path != 0,
+                      static_cast<std::uint32_t>(i)});
   }
 }
 

@@ -143,7 +143,8 @@ void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledIma
                    [&](std::size_t block) {
                      BeamSurfaces surfaces(input, image);
                      const int first = static_cast<int>(block) * kBeamsTogether;
-                     for (int beam = first; beam < std::min(first + kBeamsTogether, beams); ++beam) {
+                     for (int beam = first; beam < std::min(first + kBeamsTogether, beams);
+                          ++beam) {
                        surfaces.write(beam);
                      }
                    });

@@ -30,9 +30,9 @@ struct SurfaceInput {
 // Adds the planes of surfaces to polar_image's image. They describe the direct scatterers of the
 // pixel's instance within c/2b of its sample in its own sector; volumes have no surface. Range is
 // c/2 times the delay, elevation that of arrival.
-//   surface_*            the scatterer of largest expected energy E|a|^2 gain^2, the nearest of equal
-//   lowest_*, highest_*  the scatterers of least and of largest elevation
-//   surface_count        one more than the gaps between neighbours in elevation of more than
+//   surface_*            the scatterer of largest expected energy E|a|^2 gain^2, the nearest of
+//   equal lowest_*, highest_*  the scatterers of least and of largest elevation surface_count one
+//   more than the gaps between neighbours in elevation of more than
 //                        kSurfaceGap steps: a ray through a gap meets nothing of the instance there
 // NaN and 0 where a pixel has no instance or its instance no scatterer. Rounded to
 // kSurfaceAngleQuantum_rad, kSurfaceRangeQuantum_m and kSurfaceNormalQuantum, since digits beyond

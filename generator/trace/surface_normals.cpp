@@ -21,8 +21,7 @@ Hit hit_from_nearby(const Tracer& tracer, Vec3 place_m, Vec3 direction, double r
                     std::uint32_t instance) {
   const double before_m = std::max(kApproach * range_m, kLeastApproach_m);
   const Hit hit = tracer.first_hit({place_m - before_m * direction, direction}, 2 * before_m);
-  const bool same =
-      hit.instance == instance && std::abs(hit.range_m - before_m) <= 0.1 * before_m;
+  const bool same = hit.instance == instance && std::abs(hit.range_m - before_m) <= 0.1 * before_m;
   return same ? hit : Hit{};
 }
 
@@ -50,9 +49,9 @@ void surface_normals(const Tracer& tracer, const Pose& sonar_in_world, const Sca
                             range_m, s.instance);
     }
     const double side = dot(hit.normal, directions[i]);
-    normals[i] = hit.instance == 0
-                     ? Vec3{kNone, kNone, kNone}
-                     : rotate(conjugate(sonar_in_world.rotation), side > 0 ? -hit.normal : hit.normal);
+    normals[i] = hit.instance == 0 ? Vec3{kNone, kNone, kNone}
+                                   : rotate(conjugate(sonar_in_world.rotation),
+                                            side > 0 ? -hit.normal : hit.normal);
   }
 }
 

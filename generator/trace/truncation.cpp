@@ -69,11 +69,10 @@ std::vector<Vec3> surface_samples(const Shape& shape) {
 double truncated_share(std::span<const Vec3> points_m, const Pose& object_in_world,
                        const Pose& sonar_in_world, const Sonar& sonar) {
   if (points_m.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto outside = std::ranges::count_if(
-      points_m, [&](Vec3 p) {
-        const Vec3 in_world = transform_point(object_in_world, p);
-        return !is_inside(inverse_transform_point(sonar_in_world, in_world), sonar);
-      });
+  const auto outside = std::ranges::count_if(points_m, [&](Vec3 p) {
+    const Vec3 in_world = transform_point(object_in_world, p);
+    return !is_inside(inverse_transform_point(sonar_in_world, in_world), sonar);
+  });
   return static_cast<double>(outside) / static_cast<double>(points_m.size());
 }
 

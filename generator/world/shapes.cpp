@@ -161,8 +161,9 @@ std::vector<Patch> surface_patches(const BoxShape& box) {
   const Vec3 h = box.half_size_m;
   const Vec3 x{2 * h.x, 0, 0}, y{0, 2 * h.y, 0}, z{0, 0, 2 * h.z};
   const Vec3 low = -h;
-  return {RectanglePatch{low, y, z},     RectanglePatch{low + x, y, z}, RectanglePatch{low, z, x},
-          RectanglePatch{low + y, z, x}, RectanglePatch{low, x, y},     RectanglePatch{low + z, x, y}};
+  return {RectanglePatch{low, y, z}, RectanglePatch{low + x, y, z},
+          RectanglePatch{low, z, x}, RectanglePatch{low + y, z, x},
+          RectanglePatch{low, x, y}, RectanglePatch{low + z, x, y}};
 }
 
 std::vector<Patch> surface_patches(const SphereShape& s) {

@@ -116,8 +116,9 @@ TEST_CASE("a ball as high as the sonar has elevation 0 and the spread of its cir
 }
 
 // Protects the planes of surfaces by the circles: the rays that meet the ball within a sample of a
-// pixel say which elevations it holds, that gaps between them part its surfaces, and that the lowest
-// and the highest are as far from the middle. The pixel of the nearest point holds just that.
+// pixel say which elevations it holds, that gaps between them part its surfaces, and that the
+// lowest and the highest are as far from the middle. The pixel of the nearest point holds just
+// that.
 TEST_CASE("the surfaces of a ball are those of its circles") {
   const SceneRun run = SceneRun::of_text(kBall);
   const PingResult ping = run.ping(0);

@@ -25,8 +25,7 @@ output: {cartesian: false, png: false, surfaces: true}
 )";
 
 Annotation polar_annotation(const PingResult& ping, std::uint16_t instance) {
-  const auto found =
-      std::ranges::find(ping.polar_annotations, instance, &Annotation::instance);
+  const auto found = std::ranges::find(ping.polar_annotations, instance, &Annotation::instance);
   REQUIRE(found != ping.polar_annotations.end());
   return *found;
 }
@@ -34,9 +33,9 @@ Annotation polar_annotation(const PingResult& ping, std::uint16_t instance) {
 }  // namespace
 
 // Protects normal and range of a face in the frame of a sonar that is turned and stands elsewhere:
-// the box is turned by 30 degrees to the boresight, and its face towards the sonar lies in the plane
-// n . p = -d with n = (-cos 30, -sin 30, 0). Rounding and the width of a beam in azimuth are allowed
-// for.
+// the box is turned by 30 degrees to the boresight, and its face towards the sonar lies in the
+// plane n . p = -d with n = (-cos 30, -sin 30, 0). Rounding and the width of a beam in azimuth are
+// allowed for.
 TEST_CASE("the face of a box has its plane and its normal") {
   const SceneRun run = SceneRun::of_text(std::string(kSurfacesScene) + R"(
 objects:
@@ -69,8 +68,8 @@ trajectory: {poses: [{position_m: [2, 1, 1], rotation_deg: [0, 0, 90]}]}
   CHECK(pixels > 100);
 }
 
-// Protects two surfaces of one object in a pixel: ceiling and floor of a low room, which the sonar in
-// the middle hears at the same range.
+// Protects two surfaces of one object in a pixel: ceiling and floor of a low room, which the sonar
+// in the middle hears at the same range.
 TEST_CASE("what is met above and below at one range is two surfaces") {
   const SceneRun run = SceneRun::of_text(std::string(kSurfacesScene) + R"(
 objects:
@@ -94,8 +93,8 @@ objects:
   CHECK(pixels > 1000);
 }
 
-// Protects truncation from the pose to the annotation: a ball with its middle on the last range, and
-// one on the edge of the sectors.
+// Protects truncation from the pose to the annotation: a ball with its middle on the last range,
+// and one on the edge of the sectors.
 TEST_CASE("half a ball beyond a limit is truncated by one half") {
   const SceneRun run = SceneRun::of_text(std::string(kSurfacesScene) + R"(
 objects:
@@ -125,7 +124,8 @@ objects:
   const int aside = std::max(8, width / 2), along = std::max(8, height / 2);
   double sum[3] = {};
   int count[3] = {};
-  for (int row = std::max(0, top - along); row < std::min(polar.rows, top + height + along); ++row) {
+  for (int row = std::max(0, top - along); row < std::min(polar.rows, top + height + along);
+       ++row) {
     for (int column = std::max(0, left - aside);
          column < std::min(polar.columns, left + width + aside); ++column) {
       const std::size_t at = std::size_t(row) * polar.columns + column;

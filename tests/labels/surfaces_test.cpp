@@ -52,7 +52,8 @@ struct SurfaceScene : test::PolarPing {
   std::atomic<int> asked = 0;
 };
 
-constexpr double kAngleMargin_rad = kSurfaceAngleQuantum_rad, kRangeMargin_m = kSurfaceRangeQuantum_m;
+constexpr double kAngleMargin_rad = kSurfaceAngleQuantum_rad,
+                 kRangeMargin_m = kSurfaceRangeQuantum_m;
 
 }  // namespace
 
@@ -60,8 +61,8 @@ constexpr double kAngleMargin_rad = kSurfaceAngleQuantum_rad, kRangeMargin_m = k
 // range and normal; lowest and highest are the extremes of elevation.
 TEST_CASE("a pixel's surfaces are those of its instance") {
   SurfaceScene scene({surface_echo(0, 4.8, 1, 2, 0.2), surface_echo(0, 5.25, 1, 3, -0.1),
-               surface_echo(0, 5.5, 1, 1, 0.25), surface_echo(0, 5.1, 2, 5, 0.4)},
-              1, 10);
+                      surface_echo(0, 5.5, 1, 1, 0.25), surface_echo(0, 5.1, 2, 5, 0.4)},
+                     1, 10);
   const LabelledImage image = scene.surfaces();
   REQUIRE(image.instance[5] == 1);
   CHECK(image.surface_elevation_rad[5] == Approx(-0.1).margin(kAngleMargin_rad));
@@ -78,8 +79,8 @@ TEST_CASE("a pixel's surfaces are those of its instance") {
 // Protects pixels without: no echo, no instance for noise, a volume, and what bounced.
 TEST_CASE("pixels without a surface are blank") {
   SurfaceScene scene({surface_echo(0, 2, 1, 1, 0.1), surface_echo(0, 6, 2, 1, 0.1),
-               bounced(surface_echo(0, 6, 2, 9, 0.3))},
-              1, 12);
+                      bounced(surface_echo(0, 6, 2, 9, 0.3))},
+                     1, 12);
   scene.input.noise_power_pa2 = 1e-7;
   scene.clean[2] = 1e-8f;
   VolumeEcho water;
@@ -105,7 +106,8 @@ TEST_CASE("pixels without a surface are blank") {
   CHECK(image.surface_count[6] == 1);
 }
 
-// Protects the definition: neighbours as far apart as rays are one surface, a missing ray parts two.
+// Protects the definition: neighbours as far apart as rays are one surface, a missing ray parts
+// two.
 TEST_CASE("a gap of a ray in elevation parts two surfaces") {
   const auto count = [](std::vector<double> elevations) {
     std::vector<Scatterer> echoes;

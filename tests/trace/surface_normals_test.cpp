@@ -49,7 +49,8 @@ TEST_CASE("normals of a ball are its radii") {
     expected.push_back(rotate(conjugate(kTurnedSonar.rotation), radius));
   }
   const std::vector<Vec3> normals = normals_of(world, scatterers);
-  for (std::size_t i = 0; i < normals.size(); ++i) CHECK(distance_of(normals[i], expected[i]) < 1e-5);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    CHECK(distance_of(normals[i], expected[i]) < 1e-5);
 }
 
 // Protects the side of a plane, which is seen from both, and places that a straight line from the
@@ -59,8 +60,8 @@ TEST_CASE("normals point to the sonar's side, also behind what hides them") {
                                 {BoxShape{{0.01, 5, 5}}, {{4, 0, 0}, {}}},
                                 {PlaneShape{}, {{0, 0, 3}, {}}}});
   const auto normals =
-      normals_of(world, {scatterer_at({3, -2, -2}, 1), scatterer_at({7, -1, -2}, 1), scatterer_at({3, -2, 3}, 3),
-                         scatterer_at({3.99, -1, 0.1}, 2)});
+      normals_of(world, {scatterer_at({3, -2, -2}, 1), scatterer_at({7, -1, -2}, 1),
+                         scatterer_at({3, -2, 3}, 3), scatterer_at({3.99, -1, 0.1}, 2)});
   const auto in_sonar = [](Vec3 v) { return rotate(conjugate(kTurnedSonar.rotation), v); };
   CHECK(distance_of(normals[0], in_sonar({0, 0, 1})) < 1e-9);
   CHECK(distance_of(normals[1], in_sonar({0, 0, 1})) < 1e-9);
