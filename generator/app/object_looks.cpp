@@ -71,13 +71,14 @@ std::string or_dash(const std::optional<double>& value) {
 }
 
 std::string where_text(const Session& session, const ObjectLook& look) {
+  const std::string why = look.share_in_fan > 0 ? ": it is hidden or between the rays" : "";
   return fmt::format(
       "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {:.0f} % of "
-      "its surface in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m",
+      "its surface in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m{}",
       look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad),
       100 * look.share_in_fan, degrees(session.sonar.beam_count * session.sonar.beam_spacing_rad),
       degrees(session.sonar.elevation_fan_rad), session.sonar.range_min_m,
-      session.sonar.range_max_m);
+      session.sonar.range_max_m, why);
 }
 
 // Angles that would be large in radians, and are next to nothing in degrees.

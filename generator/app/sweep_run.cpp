@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -22,6 +23,7 @@
 #include "formats/files.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
+#include "sweep/index.h"
 
 namespace ensonify {
 namespace {
@@ -295,6 +297,12 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
     }
     return made;
   }
+  // Another process may still be at some of them, and finishes then.
+  const bool all_done = std::all_of(plan.begin(), plan.end(), [&](const PlannedRun& run) {
+    return run_is_done(options.output, run.id);
+  });
+  const bool is_finished = todo.missing.empty() && fs::exists(options.output / kRunsFile);
+  if (!all_done || is_finished) return made;
   if (Status finished = finalize_sweep(options); !finished) return finished.error();
   return made;
 }
