@@ -268,7 +268,7 @@ def check_moments(checklist, ping):
 
 
 def check_grey(checklist, ping):
-    """The grey picture is the level between the limits; half a grey step of rounding either way."""
+    """The grey picture is the stored half-precision level between the limits, rounded to a grey step."""
     if not ping.sequence.has("png"):
         return
     low, high = ping.sequence.png_limits_db
@@ -276,15 +276,15 @@ def check_grey(checklist, ping):
         if not ping.sequence.has(kind):
             continue
         grey = ping.sequence.grey(kind, ping.number)
-        level = physics.level_db(ping.series)
+        both = labels.stored_grey_levels(physics.level_db(ping.series), low, high)
         outside = np.zeros(grey.shape, bool)
         if kind == "polar":
-            wanted, unsure = labels.grey_levels(level, low, high).T, np.zeros(grey.shape, bool)
+            both, unsure = [wanted.T for wanted in both], np.zeros(grey.shape, bool)
         else:
             fan = cartesian_map(ping)
-            wanted = fan.apply(labels.grey_levels(level, low, high), 0.0)
+            both = [fan.apply(wanted, 0.0) for wanted in both]
             unsure, outside = fan.uncertain, ~fan.inside
-        gap = np.where(unsure | outside, 0.0, np.abs(grey - wanted))
+        gap = np.where(unsure | outside, 0.0, np.min([np.abs(grey - wanted) for wanted in both], axis=0))
         checklist.expect(
             gap.max() <= 0.501,
             f"{ping.label} {kind} grey, largest difference in grey steps",

@@ -144,6 +144,8 @@ def _border_distance(position):
     return np.abs(position - np.round(position))
 
 
-def grey_levels(level_db, low_db, high_db):
-    """8-bit grey of a dB scale, before rounding."""
-    return np.clip((level_db - low_db) / (high_db - low_db), 0.0, 1.0) * 255.0
+def stored_grey_levels(level_db, low_db, high_db):
+    """8-bit grey of a dB scale, before rounding, of levels in half precision. Two of them: a level between two
+    halves may be stored as either."""
+    halves = [np.float16(level_db + off).astype(float) for off in (-1e-4, 1e-4)]
+    return [np.clip((half - low_db) / (high_db - low_db), 0.0, 1.0) * 255.0 for half in halves]

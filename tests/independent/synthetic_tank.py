@@ -204,7 +204,7 @@ def write_images(folder, sonar, images, limits_db, exr_kinds):
             for name, array in images.labels.items()
         }
         instance = apply(images.instance, 0).astype(np.uint16)
-        grey = apply(np.rint(labels.grey_levels(images.level, *limits_db)), 0).astype(np.uint8)
+        grey = apply(np.rint(labels.stored_grey_levels(images.level, *limits_db)[0]), 0).astype(np.uint8)
         if kind in exr_kinds:
             parts = [("level", level, "none", numbers), ("labels", channels, "zip", numbers)]
             write(f"{folder}/{kind}/000000.exr", exr_bytes(parts))
