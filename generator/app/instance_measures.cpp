@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <type_traits>
 #include <variant>
 
 #include "labels/contrast.h"
@@ -12,17 +11,9 @@ namespace ensonify {
 namespace {
 
 bool is_always_ground(const Shape& shape) {
-  return std::visit(
-      [](const auto& s) {
-        using Kind = std::decay_t<decltype(s)>;
-        if constexpr (std::is_same_v<Kind, PlaneShape>) return true;
-        if constexpr (std::is_same_v<Kind, MeshShape>) return s.ground;
-        if constexpr (std::is_same_v<Kind, BoxShape> || std::is_same_v<Kind, SphereShape>) {
-          return s.inside;
-        }
-        return false;
-      },
-      shape);
+  const auto* mesh = std::get_if<MeshShape>(&shape);
+  return is_room(shape) || std::holds_alternative<PlaneShape>(shape) ||
+         (mesh != nullptr && mesh->ground);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "core/units.h"
+#include "world/convex.h"
 #include "world/ground.h"
 #include "world/shapes.h"
 
@@ -60,24 +61,18 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
 }
 
 // How often the surface winds around the point: 1 within a closed mesh whose faces look outwards, 0
-// outside of it (van Oosterom and Strackee 1983, for the solid angle of a triangle).
+// outside of it.
 double winding_number(const Mesh& mesh, Vec3 point) {
-  double sum = 0;
-  for (const auto& corners : mesh.triangles) {
-    std::array<Vec3, 3> p;
-    for (int i = 0; i < 3; ++i) p[i] = to_vec3(mesh.vertices[corners[i]]) - point;
-    const double a = length(p[0]), b = length(p[1]), c = length(p[2]);
-    const double numerator = dot(p[0], cross(p[1], p[2]));
-    const double denominator =
-        a * b * c + dot(p[0], p[1]) * c + dot(p[1], p[2]) * a + dot(p[2], p[0]) * b;
-    sum += 2 * std::atan2(numerator, denominator);
+  double sum_sr = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& v = mesh.vertices;
+    sum_sr += solid_angle_sr({to_vec3(v[a]), to_vec3(v[b]), to_vec3(v[c])}, point);
   }
-  return sum / (4 * kPi);
+  return sum_sr / (4 * kPi);
 }
 
-bool is_below(const MeshShape& terrain, const Shape& shape, const Pose& pose, Vec3 point) {
-  if (!terrain.ground) return false;
-  const auto surface = Ground(shape, pose).at(point.x, point.y);
+bool is_below(const Shape& terrain, const Pose& pose, Vec3 point) {
+  const auto surface = Ground(terrain, pose).at(point.x, point.y);
   return surface && point.z < surface->height_m;
 }
 
@@ -86,7 +81,7 @@ bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
   return std::visit(
       [&](const auto& shape) {
         if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, MeshShape>) {
-          if (shape.ground) return is_below(shape, object.shape, pose, point);
+          if (shape.ground) return is_below(object.shape, pose, point);
           return winding_number(*shape.mesh, own) > 0.5;
         } else {
           // A plane is seen from both sides, as a surface of the water is.
@@ -100,10 +95,7 @@ bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
 std::string place_text(const Shape& shape) {
   const auto* mesh = std::get_if<MeshShape>(&shape);
   if (mesh != nullptr && mesh->ground) return "below";
-  const auto* box = std::get_if<BoxShape>(&shape);
-  const auto* sphere = std::get_if<SphereShape>(&shape);
-  const bool is_room = (box != nullptr && box->inside) || (sphere != nullptr && sphere->inside);
-  return is_room ? "outside of the room" : "inside";
+  return is_room(shape) ? "outside of the room" : "inside";
 }
 
 void warn_of_solids(const Session& session, std::vector<std::string>& warnings) {

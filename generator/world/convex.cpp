@@ -14,9 +14,6 @@ double turn(const Point2& a, const Point2& b, const Point2& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// Counter-clockwise as seen from outside.
-using Triangle = std::array<Vec3, 3>;
-
 Triangle oriented(Triangle t, Vec3 outwards) {
   if (dot(cross(t[1] - t[0], t[2] - t[0]), outwards) < 0) std::swap(t[1], t[2]);
   return t;
@@ -61,14 +58,6 @@ Vec3 centre_of_mass(const std::vector<Triangle>& hull) {
   return (1 / volume) * sum;
 }
 
-// Van Oosterom and Strackee 1983.
-double solid_angle(const Triangle& t, Vec3 from) {
-  const Vec3 p = t[0] - from, q = t[1] - from, r = t[2] - from;
-  const double a = length(p), b = length(q), c = length(r);
-  return 2 * std::atan2(dot(p, cross(q, r)),
-                        a * b * c + dot(p, q) * c + dot(q, r) * a + dot(r, p) * b);
-}
-
 bool lies_over(const Triangle& t, Vec3 normal, Vec3 point) {
   for (int i = 0; i < 3; ++i) {
     const Vec3 a = t[i], b = t[(i + 1) % 3];
@@ -84,6 +73,13 @@ struct Face {
 };
 
 }  // namespace
+
+double solid_angle_sr(const Triangle& triangle, Vec3 from) {
+  const Vec3 p = triangle[0] - from, q = triangle[1] - from, r = triangle[2] - from;
+  const double a = length(p), b = length(q), c = length(r);
+  return 2 * std::atan2(dot(p, cross(q, r)),
+                        a * b * c + dot(p, q) * c + dot(q, r) * a + dot(r, p) * b);
+}
 
 std::vector<Point2> convex_hull(std::vector<Point2> points) {
   std::sort(points.begin(), points.end());
@@ -118,7 +114,7 @@ Result<std::vector<RestFace>> rest_faces(const std::vector<Vec3>& points) {
       return dot(known.normal, normal) > kSameNormal;
     });
     if (face == faces.end()) face = faces.insert(faces.end(), Face{normal});
-    face->solid_angle += solid_angle(triangle, centre);
+    face->solid_angle += solid_angle_sr(triangle, centre);
     face->is_stable = face->is_stable || lies_over(triangle, normal, centre);
   }
   double sum = 0;

@@ -1,6 +1,7 @@
 // Convex polygons and bodies.
 //
 //   convex_hull   of points in a plane
+//   Triangle  solid_angle_sr   as seen from a point
 //   RestFace  rest_faces   on which a body can stand
 #pragma once
 
@@ -17,6 +18,12 @@ using Point2 = std::array<double, 2>;
 // Counter-clockwise, without points on its edges (Andrew 1979). Fewer than three points, and points
 // of one line, give their ends.
 std::vector<Point2> convex_hull(std::vector<Point2> points);
+
+// Counter-clockwise as seen from outside.
+using Triangle = std::array<Vec3, 3>;
+
+// Above zero from inside, below zero from outside (van Oosterom and Strackee 1983).
+double solid_angle_sr(const Triangle& triangle, Vec3 from);
 
 // A face of the convex hull over which the hull's centre of mass lies: a body that stands on it
 // stays.

@@ -154,9 +154,7 @@ Taken taken_by(const ObjectSpec& spec, const Outline& of_body, Vec3 position_m) 
 }
 
 bool takes_room(const Shape& shape) {
-  if (const auto* box = std::get_if<BoxShape>(&shape)) return !box->inside;
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return !sphere->inside;
-  return !std::holds_alternative<PlaneShape>(shape);
+  return !is_room(shape) && !std::holds_alternative<PlaneShape>(shape);
 }
 
 Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, const Ground& ground,

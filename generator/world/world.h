@@ -32,6 +32,9 @@ struct MeshShape {
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
+// Whether it is seen from within: what else there is stands in it.
+bool is_room(const Shape& shape);
+
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
