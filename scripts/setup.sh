@@ -9,6 +9,7 @@ build_packages=(
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
   libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libisal-dev libqhull-dev libpng-dev libssl-dev
   libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev
+  pybind11-dev python3-dev
 )
 test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema)
 # For the tests with the label `heavy`, which skip without them. python3-torch takes 0.9 GB on disk with all that it

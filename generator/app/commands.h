@@ -6,10 +6,13 @@
 //   report_command preview figure_command render_command
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,6 +31,16 @@ namespace ensonify {
 struct ScenarioOptions {
   std::filesystem::path scenario;
   std::vector<Override> overrides;  // --set, --seed and the like
+  // In place of the file, whose name is still that of messages and whose folder that of paths.
+  std::optional<std::string> text = {};
+};
+
+// How whoever calls `generate` from a program of their own hears of it and stops it. The process's
+// signals are left alone then, and nothing is told on stderr.
+struct RunHooks {
+  std::function<void(std::string_view)> warn;
+  std::function<void(std::uint64_t done, std::uint64_t all)> progress;  // pings; from any thread
+  const std::atomic<bool>* stopped = nullptr;                           // true: as an interrupt
 };
 
 // What makes data sets: the part that `generate` and `sweep` have in common.
@@ -49,6 +62,7 @@ struct GenerateOptions : MakeOptions {
   ScenarioOptions input;
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
+  const RunHooks* hooks = nullptr;  // goes with `quiet`
 };
 
 struct CheckOptions {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 
@@ -47,7 +48,7 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   if (!options.overwrite) return {};
   const fs::path output = fs::weakly_canonical(options.output);
   std::vector<fs::path> inputs = input_files(scenario);
-  inputs.push_back(options.input.scenario);
+  if (!options.input.text) inputs.push_back(options.input.scenario);
   for (const fs::path& input : inputs) {
     const fs::path inside = fs::weakly_canonical(input).lexically_relative(output);
     if (inside.empty() || *inside.begin() == "..") continue;
@@ -82,8 +83,14 @@ Status make(const GenerateOptions& options, const Opened& opened, SharedParts fi
   }
   Progress progress(progress_style(options.quiet), pings.all, pings.found);
   Turns turns(threads);
-  return make_sequences({numerics, threads, turns, progress}, options.output, worlds, work, 1, {},
-                        std::move(first));
+  Crew crew{numerics, threads, turns, progress};
+  std::function<void()> ping_done;
+  std::atomic<std::uint64_t> done = pings.found;
+  if (options.hooks != nullptr) {
+    crew.stopped = options.hooks->stopped;
+    ping_done = [&] { options.hooks->progress(++done, pings.all); };
+  }
+  return make_sequences(crew, options.output, worlds, work, 1, ping_done, std::move(first));
 }
 
 // Its sequences are made; the data set is finished by one process, when all are.
@@ -156,11 +163,19 @@ void tell_finished(const GenerateOptions& options, const DatasetManifest& datase
        counted(sequences, "sequence"));
 }
 
+void warn(const GenerateOptions& options, std::string_view text) {
+  if (options.hooks != nullptr) {
+    options.hooks->warn(text);
+  } else {
+    tell("warning: {}\n", text);
+  }
+}
+
 void warn_of_display(const GenerateOptions& options, const DatasetManifest& dataset) {
   if (!dataset.png) return;
   const std::string warning =
       display_warning(*dataset.png, dataset.png_counts, options.output.string());
-  if (!warning.empty()) tell("warning: {}\n", warning);
+  if (!warning.empty()) warn(options, warning);
 }
 
 // The data set, once its sequences are made, or the shard.
@@ -213,7 +228,7 @@ Status finalize_dataset(const GenerateOptions& options) {
 }
 
 Status generate(const GenerateOptions& options) {
-  expect_interrupts();
+  if (options.hooks == nullptr) expect_interrupts();
   const Clock::time_point start = Clock::now();
   const Workers workers(options.threads);
   Result<Opened> opened = open_dataset(options);
@@ -227,7 +242,7 @@ Status generate(const GenerateOptions& options) {
     const auto looked_at = std::min(session.scenario.sequences, kSequencesChecked);
     warnings.push_back(failures_text(unreadable, looked_at));
   }
-  for (const std::string& text : warnings) tell("warning: {}\n", text);
+  for (const std::string& text : warnings) warn(options, text);
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
   Result<SharedParts> first = calibrate_first(*opened, workers);
   if (!first) return first.error();
@@ -243,7 +258,7 @@ Status generate(const GenerateOptions& options) {
     }
     return unless_failed(options, work, work.asked);
   }
-  listen_for_interrupts();
+  if (options.hooks == nullptr) listen_for_interrupts();
   const Status settled = settle_display(options.output, worlds, numerics, workers, work, *first);
   if (!settled) return settled;
   const Status made = make(options, *opened, std::move(*first), workers.threads());

@@ -67,7 +67,8 @@ void SequenceWorlds::trace_first() {
 }
 
 Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input) {
-  Result<std::string> text = read_scenario_text(input.scenario);
+  Result<std::string> text =
+      input.text ? Result<std::string>(*input.text) : read_scenario_text(input.scenario);
   if (!text) return text.error();
   SequenceWorlds worlds(source_of(input, *text));
   Result<Session> first = worlds.drawn(0, ErrorPlaces::shown);

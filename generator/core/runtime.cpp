@@ -1,22 +1,38 @@
 #include "core/runtime.h"
 
+#include <dlfcn.h>
+
 #include <system_error>
 
 namespace ensonify {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::string_view kNames[] = {"sse4", "avx2", "avx512"};
+
+// The program, or the module of Python that this is linked into.
+fs::path own_file() {
+  std::error_code error;
+  Dl_info info;
+  if (dladdr(reinterpret_cast<const void*>(&own_file), &info) != 0 && info.dli_fname != nullptr) {
+    const fs::path file = fs::canonical(info.dli_fname, error);
+    if (!error && file.extension() == ".so") return file;
+  }
+  return fs::read_symlink("/proc/self/exe", error);
+}
 
 }  // namespace
 
 std::filesystem::path companion_path(const char* name) {
   std::error_code error;
-  const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const auto installed = folder.parent_path() / "lib/ensonify" / name;
-  // The program's own folder comes first, so that a build never takes what an older installation
-  // left.
-  if (std::filesystem::exists(folder / name, error)) return folder / name;
-  return std::filesystem::exists(installed, error) ? installed : folder / name;
+  const fs::path folder = own_file().parent_path();
+  // The own folder comes first, so that a build never takes what an older installation left.
+  for (const char* place : {"", "../lib/ensonify", "../../../ensonify"}) {
+    const fs::path file = (folder / place / name).lexically_normal();
+    if (fs::exists(file, error)) return file;
+  }
+  return folder / name;
 }
 
 SimdLevel best_simd_level() {

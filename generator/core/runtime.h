@@ -13,8 +13,9 @@
 
 namespace ensonify {
 
-// The file of this name in the program's own folder, as in a build tree, or in ../lib/ensonify,
-// where an installation puts it. Where neither exists: the path in the program's own folder.
+// The file of this name in the folder of the program, or of the Python module that this is part of,
+// as in a build tree; or where an installation puts it: ../lib/ensonify from the program's folder,
+// ../../../ensonify from the module's. Where none exists: the path in the own folder.
 std::filesystem::path companion_path(const char* name);
 
 enum class SimdLevel { sse4, avx2, avx512 };  // avx2 with fma; avx512 with f, bw, dq and vl

@@ -45,6 +45,18 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   pkg_check_modules(WEBPMUX REQUIRED IMPORTED_TARGET libwebpmux)
 endif()
 
+if(ENSONIFY_PYTHON AND NOT ENSONIFY_ACOUSTICS_ONLY)
+  set(needed "")
+  if(NOT ENSONIFY_PYTHON STREQUAL "AUTO")
+    set(needed REQUIRED)
+  endif()
+  find_package(Python COMPONENTS Interpreter Development.Module ${needed} QUIET)
+  if(Python_FOUND)
+    set(PYTHON_EXECUTABLE ${Python_EXECUTABLE})  # pybind11 2.10 asks for it by this name
+    find_package(pybind11 CONFIG ${needed} QUIET)
+  endif()
+endif()
+
 if(ENSONIFY_TESTS AND ENSONIFY_CARRIED)
   add_library(Catch2::Catch2 INTERFACE IMPORTED)
   target_include_directories(Catch2::Catch2 INTERFACE ${ENSONIFY_CARRIED}/include)

@@ -66,7 +66,7 @@ class _Plane(property):
     """A plane of a view under the attribute's name: int32 ids of a PNG file, float32 of an EXR channel."""
 
     def __init__(self, kind: type, doc: str):
-        super().__init__(lambda view: view._stored(self.name).astype(kind), doc=doc)
+        super().__init__(lambda view: view._stored(self.name).astype(kind, copy=False), doc=doc)
         self.kind, self.name = kind, ""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -155,7 +155,7 @@ class View:
             named = {i["id"]: (i["name"], i["class_id"]) for i in sequence.info["instances"]}
         found = []
         with told_of(sequence.folder / "annotations.jsonl"):
-            for image in sequence.annotated_images(self.ping.number):
+            for image in self.ping.annotated_images:
                 size = image["height"], image["width"]
                 for a in image["annotations"] if image["view"] == self.kind else ():
                     amodal = decode_rle(a["amodal_counts"], *size) if "amodal_counts" in a else None
@@ -172,8 +172,12 @@ class View:
 
     def _is_mapped(self, name: str) -> bool:
         """Whether the sequence's map makes this array of the polar one."""
-        is_float = getattr(getattr(type(self), name, None), "kind", None) is np.float32
-        return self.kind == "cartesian" and is_float and self.ping.sequence.map_path.exists()
+        return self.kind == "cartesian" and self.is_float(name) and self.ping.sequence.map_path.exists()
+
+    @classmethod
+    def is_float(cls, name: str) -> bool:
+        """Whether it is an array of levels, angles and the like, not of ids or gray levels."""
+        return getattr(getattr(cls, name, None), "kind", None) is np.float32
 
     def _mapped(self, name: str) -> np.ndarray:
         polar, pixels = self.ping.polar._stored(name).ravel(), self.ping.sequence.cartesian_map
@@ -198,7 +202,7 @@ class View:
     def _stored(self, name: str) -> np.ndarray:
         packed, single = self._packed(name), self._single(name)
         if packed.exists():
-            return np.asarray(read_row(packed, self.ping.row))
+            return np.array(read_row(packed, self.ping.row))
         if not single.exists():
             if self._is_mapped(name):
                 return self._mapped(name)
@@ -253,6 +257,11 @@ class Ping:
         if not single.exists():
             raise missing(single, what)
         return read_npy(single)
+
+    @property
+    def annotated_images(self) -> List[Dict[str, Any]]:
+        """`images` of the ping in annotations.jsonl."""
+        return self.sequence.annotated_images(self.number)
 
     @property
     def time_s(self) -> float:

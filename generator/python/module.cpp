@@ -1,0 +1,348 @@
+// The extension `ensonify._core`. Its stub, _core.pyi beside the package, is its documentation.
+#include <pybind11/complex.h>
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <thread>
+
+#include "app/program.h"
+#include "core/image_planes.h"
+#include "dataset/texts.h"
+#include "python/scenario.h"
+#include "python/values.h"
+
+namespace ensonify::python {
+namespace py = pybind11;
+namespace {
+
+using Unlocked = py::call_guard<py::gil_scoped_release>;
+
+template <class T>
+T& value_of(Result<T>& result) {
+  if (!result) {
+    const py::gil_scoped_acquire locked;
+    raise(result.error());
+  }
+  return *result;
+}
+
+std::shared_ptr<CheckedScenario> open_scenario(
+    std::string text, const std::string& label,
+    const std::vector<std::pair<std::string, std::string>>& overrides, bool on_device) {
+  ScenarioOptions input{label, {}, std::move(text)};
+  for (const auto& [path, value] : overrides) input.overrides.push_back({path, value});
+  auto opened = CheckedScenario::open(
+      std::move(input), on_device ? BackendChoice::automatic : BackendChoice::cpu);
+  return value_of(opened);
+}
+
+// A view of the values; `owner` keeps them.
+template <class T>
+py::array_t<T> view_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
+                       py::handle owner) {
+  return py::array_t<T>(std::move(shape), values.data(), owner);
+}
+
+py::object plane_of(const LabelledImage& image, const std::string& name, py::handle owner) {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (name != plane.name) continue;
+    return with_plane(image, plane, [&](const auto& values) -> py::object {
+      if (values.empty()) return py::none();
+      return view_of(values, {image.rows, image.columns}, owner);
+    });
+  }
+  return py::none();
+}
+
+// None where the ping has no such array.
+py::object array_of(py::object self, const std::string& view, const std::string& name) {
+  const auto& result = self.cast<const StreamedPing&>().result;
+  const bool polar = view == "polar";
+  if (name == "grey") {
+    const auto& grey = polar ? result.polar_grey : result.cartesian_grey;
+    if (!grey) return py::none();
+    return view_of(grey->pixels, {grey->rows, grey->columns}, self);
+  }
+  const auto& image = polar ? result.polar : result.cartesian;
+  return image ? plane_of(*image, name, self) : py::object(py::none());
+}
+
+const SequenceInfo& info_of(const StreamedPing& ping) { return *ping.info; }
+
+py::object series_of(const StreamedPing& ping, const std::vector<std::complex<float>>& series,
+                     std::size_t rows, py::handle owner) {
+  if (series.empty()) return py::none();
+  return view_of(series, {static_cast<py::ssize_t>(rows), info_of(ping).record.samples}, owner);
+}
+
+py::object layer_of(py::object self, const std::string& name) {
+  const auto& ping = self.cast<const StreamedPing&>();
+  for (const LayerSeries& layer : ping.result.layers) {
+    if (name == layer_name(layer.layer)) {
+      return series_of(ping, layer.pressure_pa, info_of(ping).sonar.beam_count, self);
+    }
+  }
+  return py::none();
+}
+
+// x, y, z, w, qx, qy, qz.
+std::array<double, 7> pose_of(const Pose& pose) {
+  const auto& [p, q] = pose;
+  return {p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+}
+
+std::vector<std::array<double, 7>> object_poses_of(const StreamedPing& ping) {
+  std::vector<std::array<double, 7>> poses;
+  for (const Pose& pose : ping.result.object_in_world) poses.push_back(pose_of(pose));
+  return poses;
+}
+
+py::array_t<double> ranges_of(const StreamedPing& ping) {
+  const SequenceInfo& info = info_of(ping);
+  std::vector<double> ranges_m;
+  for (int n = 0; n < info.record.samples; ++n) {
+    ranges_m.push_back(sample_range_m(info.sonar, info.water, n));
+  }
+  return py::array_t<double>(static_cast<py::ssize_t>(ranges_m.size()), ranges_m.data());
+}
+
+py::array_t<double> azimuths_of(const StreamedPing& ping) {
+  const std::vector<double> azimuths_rad = beam_azimuths_rad(info_of(ping).sonar);
+  return py::array_t<double>(static_cast<py::ssize_t>(azimuths_rad.size()), azimuths_rad.data());
+}
+
+py::object map_of(py::object self) {
+  const auto& ping = self.cast<const StreamedPing&>();
+  const auto& grid = info_of(ping).cartesian;
+  if (!grid) return py::none();
+  return view_of(ping.tables->cartesian_map, {grid->height_px, grid->width_px}, self);
+}
+
+// A ping, the message of a sequence that cannot be made, or None: the end.
+py::object next_of(PingStream& stream) {
+  std::optional<Result<StreamedPing>> next;
+  {
+    const py::gil_scoped_release unlocked;
+    next = stream.next();
+  }
+  if (!next) return py::none();
+  if (*next) return py::cast(std::make_shared<StreamedPing>(std::move(**next)));
+  const Error& error = next->error();
+  if (error.kind != ErrorKind::usage) raise(error);
+  return py::str(error.message);
+}
+
+// A data set that a thread of its own writes.
+class Generation {
+ public:
+  Generation(const CheckedScenario& scenario, const std::string& folder,
+             std::optional<PingRange> sequences, int threads, bool overwrite) {
+    options_.input = scenario.input();
+    options_.output = folder;
+    options_.sequences = sequences;
+    options_.threads = threads;
+    options_.overwrite = overwrite;
+    options_.quiet = true;
+    options_.hooks = &hooks_;
+    hooks_ = {[this](std::string_view text) { add_warning(text); },
+              [this](std::uint64_t done, std::uint64_t all) { set_progress(done, all); },
+              &stopped_};
+    thread_ = std::thread([this] { run(); });
+  }
+
+  ~Generation() {
+    stopped_ = true;
+    const py::gil_scoped_release unlocked;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  bool wait(int milliseconds) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::milliseconds(milliseconds), [&] { return done_; });
+  }
+
+  void stop() { stopped_ = true; }
+
+  std::pair<std::uint64_t, std::uint64_t> progress() {
+    const std::lock_guard lock(mutex_);
+    return {made_, all_};
+  }
+
+  std::vector<std::string> warnings() {
+    const std::lock_guard lock(mutex_);
+    return warnings_;
+  }
+
+  void check() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+    if (!status_) raise(status_.error());
+  }
+
+ private:
+  void run() {
+    try {
+      status_ = generate(options_);
+    } catch (...) {
+      thrown_ = std::current_exception();
+    }
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+    changed_.notify_all();
+  }
+
+  void add_warning(std::string_view text) {
+    const std::lock_guard lock(mutex_);
+    warnings_.emplace_back(text);
+  }
+
+  void set_progress(std::uint64_t done, std::uint64_t all) {
+    const std::lock_guard lock(mutex_);
+    made_ = std::max(made_, done);
+    all_ = all;
+  }
+
+  GenerateOptions options_;
+  RunHooks hooks_;
+  std::atomic<bool> stopped_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t made_ = 0, all_ = 0;
+  std::vector<std::string> warnings_;
+  bool done_ = false;
+  Status status_;
+  std::exception_ptr thrown_;
+  std::thread thread_;
+};
+
+void bind_ping(py::module_& module) {
+  py::class_<StreamedPing, std::shared_ptr<StreamedPing>>(module, "Ping")
+      .def_property_readonly("sequence", [](const StreamedPing& p) { return info_of(p).sequence; })
+      .def_property_readonly("number", [](const StreamedPing& p) { return p.result.ping; })
+      .def_property_readonly("pings", [](const StreamedPing& p) { return p.pings; })
+      .def_property_readonly("time_s", [](const StreamedPing& p) { return p.result.time_s; })
+      .def_property_readonly("pose",
+                             [](const StreamedPing& p) { return pose_of(p.result.sonar_in_world); })
+      .def_property_readonly("object_poses", &object_poses_of)
+      .def_property_readonly("info", [](const StreamedPing& p) { return sequence_text(info_of(p)); })
+      .def_property_readonly(
+          "annotations",
+          [](const StreamedPing& p) { return annotations_text(info_of(p), p.result); })
+      .def_property_readonly("azimuth_rad", &azimuths_of)
+      .def_property_readonly("range_m", &ranges_of)
+      .def_property_readonly("cartesian_map", &map_of)
+      .def_property_readonly("first_return_m",
+                             [](py::object self) {
+                               const auto& values =
+                                   self.cast<const StreamedPing&>().result.first_return_m;
+                               return view_of(values, {static_cast<py::ssize_t>(values.size())},
+                                              self);
+                             })
+      .def_property_readonly(
+          "series",
+          [](py::object self) {
+            const auto& p = self.cast<const StreamedPing&>();
+            return series_of(p, p.result.series, info_of(p).sonar.beam_count, self);
+          })
+      .def_property_readonly(
+          "channels",
+          [](py::object self) {
+            const auto& p = self.cast<const StreamedPing&>();
+            return series_of(p, p.result.channels, info_of(p).element_y_m.size(), self);
+          })
+      .def("layer", &layer_of, py::arg("name"))
+      .def("array", &array_of, py::arg("view"), py::arg("name"));
+}
+
+void bind_streams(py::module_& module) {
+  py::class_<StreamRequest>(module, "StreamRequest")
+      .def(py::init<>())
+      .def_readwrite("listed", &StreamRequest::listed)
+      .def_readwrite("start", &StreamRequest::start)
+      .def_readwrite("stop", &StreamRequest::stop)
+      .def_readwrite("step", &StreamRequest::step)
+      .def_readwrite("split", &StreamRequest::split)
+      .def_readwrite("flags", &StreamRequest::flags)
+      .def_readwrite("pings", &StreamRequest::pings)
+      .def_readwrite("skipped", &StreamRequest::skipped)
+      .def_readwrite("threads", &StreamRequest::threads)
+      .def_readwrite("threads_within", &StreamRequest::threads_within)
+      .def_readwrite("ahead", &StreamRequest::ahead);
+  py::class_<PingStream, std::shared_ptr<PingStream>>(module, "Stream")
+      .def(
+          "wait",
+          [](PingStream& stream, int milliseconds) {
+            return stream.wait(std::chrono::milliseconds(milliseconds));
+          },
+          py::arg("milliseconds"), Unlocked())
+      .def("next", &next_of);
+  py::class_<Generation>(module, "Generation")
+      .def(py::init<const CheckedScenario&, const std::string&, std::optional<PingRange>, int, bool>(),
+           py::arg("scenario"), py::arg("folder"), py::arg("sequences"), py::arg("threads"),
+           py::arg("overwrite"))
+      .def("wait", &Generation::wait, py::arg("milliseconds"), Unlocked())
+      .def("stop", &Generation::stop)
+      .def("progress", &Generation::progress)
+      .def("warnings", &Generation::warnings)
+      .def("check", &Generation::check);
+}
+
+void bind_scenario(py::module_& module) {
+  py::class_<CheckedScenario, std::shared_ptr<CheckedScenario>>(module, "Scenario")
+      .def(py::init(&open_scenario), py::arg("text"), py::arg("label"), py::arg("overrides"),
+           py::arg("on_device"))
+      .def_property_readonly("name", [](const CheckedScenario& s) { return s.first().name; })
+      .def_property_readonly("seed", [](const CheckedScenario& s) { return s.first().seed; })
+      .def_property_readonly("sequences",
+                             [](const CheckedScenario& s) { return s.first().sequences; })
+      .def_property_readonly("classes",
+                             [](const CheckedScenario& s) { return s.first().class_names; })
+      .def_property_readonly("class_kinds",
+                             [](const CheckedScenario& s) {
+                               std::vector<std::string> kinds;
+                               for (const ClassKind kind : s.first().class_kinds) {
+                                 kinds.emplace_back(name_of(kind));
+                               }
+                               return kinds;
+                             })
+      .def_property_readonly(
+          "flags", [](const CheckedScenario& s) { return flags_of(s.first().output.selection); })
+      .def("split",
+           [](const CheckedScenario& s, std::uint32_t sequence) {
+             return pick_split(s.first().splits, s.first().seed, sequence);
+           })
+      .def("sample",
+           [](CheckedScenario& s, std::uint32_t sequence) {
+             Result<std::string> text = [&] {
+               const py::gil_scoped_release unlocked;
+               return s.sample(sequence);
+             }();
+             return dict_of(value_of(text));
+           })
+      .def("pings_of",
+           [](CheckedScenario& s, std::uint32_t sequence) {
+             auto pings = s.pings_of(sequence);
+             return value_of(pings);
+           },
+           Unlocked())
+      .def("stream",
+           [](const std::shared_ptr<CheckedScenario>& s, const StreamRequest& request) {
+             auto stream = stream_of(s, request);
+             return value_of(stream);
+           },
+           Unlocked());
+}
+
+}  // namespace
+}  // namespace ensonify::python
+
+PYBIND11_MODULE(_core, module) {
+  using namespace ensonify::python;
+  module.attr("__version__") = ensonify::program_version();
+  bind_scenario(module);
+  bind_ping(module);
+  bind_streams(module);
+}

@@ -1,0 +1,131 @@
+#include "python/scenario.h"
+
+#include <unistd.h>
+
+#include "python/values.h"
+
+namespace ensonify::python {
+namespace {
+
+// Worlds bring threads and the library that traces rays with them, which a fork does not take
+// along. The first process that builds one is the only one of its family that may.
+Status claim_process() {
+  static std::atomic<pid_t> owner = 0;
+  const pid_t own = ::getpid();
+  pid_t found = 0;
+  if (owner.compare_exchange_strong(found, own) || found == own) return {};
+  return Error{ErrorKind::device,
+               "this process was forked from one that had built a world already, whose threads it "
+               "does not have; build the first world after the fork, or start workers with "
+               "multiprocessing's `spawn`"};
+}
+
+// Asked for one after the other.
+std::function<std::optional<std::uint32_t>(std::uint64_t)> numbers_of(const StreamRequest& request,
+                                                                      const Scenario& scenario) {
+  if (!request.listed.empty()) {
+    return [listed = request.listed](std::uint64_t i) -> std::optional<std::uint32_t> {
+      if (i >= listed.size()) return std::nullopt;
+      return listed[i];
+    };
+  }
+  return [number = request.start, stop = request.stop, step = request.step, split = request.split,
+          splits = scenario.splits,
+          seed = scenario.seed](std::uint64_t) mutable -> std::optional<std::uint32_t> {
+    for (; number < stop; number += step) {
+      const auto found = static_cast<std::uint32_t>(number);
+      if (!split.empty() && pick_split(splits, seed, found) != split) continue;
+      number += step;
+      return found;
+    }
+    return std::nullopt;
+  };
+}
+
+}  // namespace
+
+Result<std::shared_ptr<CheckedScenario>> CheckedScenario::open(ScenarioOptions input,
+                                                               BackendChoice backend) {
+  const std::string label = input.scenario.string();
+  const std::filesystem::path folder = input.scenario.parent_path();
+  Result<Scenario> first = parse_scenario(*input.text, label, folder, input.overrides);
+  if (!first) return first.error();
+  if (first->has_draws) {
+    const Status draws = check_draws(*input.text, label, folder, input.overrides);
+    if (!draws) return draws.error();
+  }
+  auto scenario = std::make_shared<CheckedScenario>();
+  scenario->input_ = std::move(input);
+  scenario->backend_ = backend;
+  scenario->first_ = std::move(*first);
+  return scenario;
+}
+
+Result<std::string> CheckedScenario::sample(std::uint32_t sequence) {
+  const auto opened = source();
+  if (!opened) return opened.error();
+  Result<Session> session = (*opened)->worlds.session(sequence, ErrorPlaces::shown);
+  if (!session) return session.error();
+  session->scenario.drawn_sections = nullptr;
+  return to_yaml(session->scenario, [](const std::filesystem::path& file) { return file.string(); });
+}
+
+Result<std::shared_ptr<StreamSource>> CheckedScenario::source() {
+  const std::lock_guard lock(mutex_);
+  if (Status claimed = claim_process(); !claimed) return claimed.error();
+  if (source_) return source_;
+  auto opened = open_source(input_, backend_);
+  if (opened) source_ = *opened;
+  return opened;
+}
+
+Result<std::uint32_t> CheckedScenario::pings_of(std::uint32_t sequence) {
+  const auto opened = source();
+  if (!opened) return opened.error();
+  const Result<SequenceInfo> info = (*opened)->worlds.info(sequence, std::nullopt);
+  if (!info) return info.error();
+  return info->last_ping - info->first_ping;
+}
+
+Result<std::shared_ptr<const LiveSequence>> CheckedScenario::sequence(std::uint32_t number,
+                                                                      const OutputSelection& output,
+                                                                      const Workers& workers) {
+  const auto opened = source();
+  if (!opened) return opened.error();
+  const std::vector<std::string> flags = flags_of(output);
+  {
+    const std::lock_guard lock(mutex_);
+    if (last_.live && last_.number == number && last_.flags == flags) return last_.live;
+  }
+  auto live = open_sequence(**opened, number, output, workers);
+  if (live) {
+    const std::lock_guard lock(mutex_);
+    last_ = {number, flags, *live};
+  }
+  return live;
+}
+
+Result<std::shared_ptr<PingStream>> stream_of(const std::shared_ptr<CheckedScenario>& scenario,
+                                              StreamRequest request) {
+  const auto source = scenario->source();
+  if (!source) return source.error();
+  const OutputSelection output =
+      selection_of(scenario->first().output.selection, request.flags);
+  StreamWish wish;
+  wish.sequence = numbers_of(request, scenario->first());
+  // A single sequence may be asked for again, ping by ping.
+  const bool keeps = request.listed.size() == 1;
+  wish.open = [scenario, source = *source, output, keeps](std::uint32_t number,
+                                                          const Workers& workers) {
+    return keeps ? scenario->sequence(number, output, workers)
+                 : open_sequence(*source, number, output, workers);
+  };
+  wish.pings = request.pings;
+  wish.skipped = request.skipped;
+  wish.threads = request.threads;
+  wish.threads_within = request.threads_within;
+  wish.ahead = request.ahead;
+  return std::make_shared<PingStream>(std::move(wish));
+}
+
+}  // namespace ensonify::python

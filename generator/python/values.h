@@ -1,0 +1,51 @@
+// C++ values as Python objects.
+//
+//   OutputFlag  kOutputFlags   the members of OutputSelection that the package knows, by name
+//   selection_of  flags_of
+//   dict_of    a resolved scenario
+//   error_of   an Error as the exception of its kind
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/ping.h"
+
+namespace ensonify::python {
+
+struct OutputFlag {
+  const char* name;
+  bool OutputSelection::*member;
+};
+
+inline constexpr OutputFlag kOutputFlags[] = {
+    {"timeseries", &OutputSelection::timeseries},
+    {"timeseries_exr", &OutputSelection::timeseries_exr},
+    {"polar", &OutputSelection::polar},
+    {"cartesian", &OutputSelection::cartesian},
+    {"cartesian_exr", &OutputSelection::cartesian_exr},
+    {"png", &OutputSelection::png},
+    {"shadow", &OutputSelection::shadow},
+    {"amodal", &OutputSelection::amodal},
+    {"multipath", &OutputSelection::multipath},
+    {"surfaces", &OutputSelection::surfaces},
+    {"layers", &OutputSelection::layers},
+    {"channels", &OutputSelection::channels},
+};
+
+// `base` with those of the flags alone that are named; what is written to files only is off.
+OutputSelection selection_of(const OutputSelection& base, const std::vector<std::string>& flags);
+// Those that are on.
+std::vector<std::string> flags_of(const OutputSelection& selection);
+
+// Of the text of to_yaml: dict, list, str, int, float, bool and None.
+pybind11::object dict_of(const std::string& yaml);
+
+// Raises it: ensonify's ScenarioError (usage), OSError (io), KeyboardInterrupt (interrupted),
+// RuntimeError (others).
+[[noreturn]] void raise(const Error& error);
+
+}  // namespace ensonify::python
