@@ -166,7 +166,8 @@ def _decode_exr(data: Any, part: int) -> Dict[str, np.ndarray]:
     if magic != 20000630 or version & 0xA00:
         raise ValueError("no scanline EXR file")
     several = bool(version & 0x1000)
-    headers, position = [], 8
+    headers: List[Dict[str, Any]] = []
+    position = 8
     while not headers or (several and data[position] != 0):
         header, position = _exr_header(data, position)
         headers.append(header)

@@ -135,7 +135,7 @@ def _add(count: int, sums: Dict[str, np.ndarray], more: int, others: Dict[str, n
 
 
 def _of_sums(count: int, sums: Dict[str, np.ndarray], sources: Sequence[Source]) -> Statistics:
-    arrays = {name: values / (1 if name.startswith("mean") else count - 1)
+    arrays: Dict[str, np.ndarray] = {name: values / (1 if name.startswith("mean") else count - 1)
               for name, values in sums.items()}
     spread = np.sqrt(arrays["pressure_variance"])
     with np.errstate(divide="ignore", invalid="ignore"):

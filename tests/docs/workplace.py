@@ -66,6 +66,7 @@ class Workplace:
         bin_folder.mkdir()
         (release / "build.ninja").touch()
         (release / "ensonify").symlink_to(program)
+        (release / "python").symlink_to(Path(program).resolve().parent / "python")
         (bin_folder / "ensonify").symlink_to(program)
         (bin_folder / "python3").symlink_to("/usr/bin/python3")
         _executable(bin_folder / "cmake", CMAKE)

@@ -5,13 +5,16 @@ import re
 from dataclasses import dataclass
 from typing import List, Optional
 
-_FAULT = re.compile(r"^(?:(?P<file>[^\n]*?):(?P<line>\d+):(?P<column>\d+): )?"
+_FAULT = re.compile(r"^(?:(?P<file>[^\n]*?):(?P<line>\d+):(?P<column>\d+): |(?P<option>--set [\w.-]+): )?"
                     r"(?:(?P<key>[A-Za-z_][\w.-]*): )?(?P<advice>.*)$")
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault: where it is (None where it has no such place), and what is wrong and accepted."""
+    """One fault: where it is (None where it has no such place), and what is wrong and accepted.
+
+    `file` is `--set KEY` where the value comes from `set`.
+    """
 
     file: Optional[str]
     line: Optional[int]
@@ -30,7 +33,7 @@ class ScenarioError(ValueError):
         for line in str(self).splitlines():
             match = _FAULT.match(line)
             assert match is not None  # the pattern takes every line
-            number, column = match["line"], match["column"]
-            faults.append(Fault(match["file"], number and int(number), column and int(column),
-                                match["key"], match["advice"]))
+            has_place = match["line"] is not None
+            faults.append(Fault(match["file"] or match["option"], int(match["line"]) if has_place else None,
+                                int(match["column"]) if has_place else None, match["key"], match["advice"]))
         return faults
