@@ -10,6 +10,10 @@ Needs Python 3.9, NumPy and PyTorch (Debian: python3-torch). Its data set, 400 w
         --set 'output={timeseries: none, cartesian: false, png: false}'
     scripts/train_example.py out/debris
 
+With --stream SCENARIO it trains for as many steps on worlds that are made meanwhile and never come twice, which needs
+the package `ensonify` (docs/python.md); the folder's other splits are what it is tested on, and the scenario is the
+folder's own, `out/debris/scenario.yaml`.
+
 Input is the level of the polar picture, normalised picture by picture; the answer is a mask of the
 classes of kind thing, which leaves the seabed out. Told at the end, for each split, of this one mask and over all
 pixels of all pictures together: the IoU of the network; that of the best threshold on the level, chosen on the
@@ -26,6 +30,8 @@ from torch.nn import functional
 
 from ensonify_dataset import SonarDataset, normalise, to_amplitude, to_db
 
+TOLD = 50  # steps between two lines of progress
+
 
 def by_twos(array):
     """[rows / 2, 2, columns]: two samples of range to a row."""
@@ -33,20 +39,38 @@ def by_twos(array):
     return array[: 2 * rows].reshape(rows, 2, -1)
 
 
-def load(dataset):
-    """Normalised levels [pings, 1, rows, columns] and debris masks of the same shape.
+def things_of(dataset):
+    """Ids of the classes that have boxes: all but the seabed."""
+    return [k + 1 for k, kind in enumerate(dataset.class_kinds) if kind == "thing"]
 
-    Two samples of range make a row: their mean power, and debris where either has some. The
-    pictures are small and all fit into memory; for large ones: TorchPings and a DataLoader.
+
+def example_of(ping, things):
+    """Normalised level and debris mask of a ping, [1, rows, columns] each.
+
+    Two samples of range make a row: their mean power, and debris where either has some.
     """
-    things = [k + 1 for k, kind in enumerate(dataset.class_kinds) if kind == "thing"]
-    pictures, masks = [], []
-    for ping in dataset:
-        power = to_amplitude(ping.polar.level_db).astype(np.float64) ** 2
-        debris = np.isin(ping.polar.semantic, things)
-        pictures.append(normalise(to_db(np.sqrt(by_twos(power).mean(1))))[None])
-        masks.append(by_twos(debris).any(1)[None])
-    return torch.from_numpy(np.stack(pictures)), torch.from_numpy(np.stack(masks)).float()
+    power = to_amplitude(ping.polar.level_db).astype(np.float64) ** 2
+    debris = np.isin(ping.polar.semantic, things)
+    picture = normalise(to_db(np.sqrt(by_twos(power).mean(1))))
+    return picture[None], by_twos(debris).any(1)[None].astype(np.float32)
+
+
+def load(dataset):
+    """Pictures and masks of a data set, which are small and all fit into memory."""
+    things = things_of(dataset)
+    pictures, masks = zip(*(example_of(ping, things) for ping in dataset))
+    return torch.from_numpy(np.stack(pictures)), torch.from_numpy(np.stack(masks))
+
+
+class Example:
+    """The transform of the stream: a ping as picture and mask."""
+
+    def __init__(self, things):
+        self.things = things
+
+    def __call__(self, sample, ping):
+        picture, mask = example_of(ping, self.things)
+        return {"picture": picture, "mask": mask}
 
 
 def block(inputs, outputs):
@@ -89,27 +113,40 @@ def loss_of(answer, mask):
     return functional.binary_cross_entropy_with_logits(answer, mask) + dice
 
 
-def train(network, pictures, masks, options):
+def stored_batches(pictures, masks, options):
+    """Batches without end, in a new order each time round."""
+    while True:
+        for chosen in torch.randperm(len(pictures)).split(options.batch):
+            yield pictures[chosen], masks[chosen]
+
+
+def streamed_batches(things, options):
+    """Batches of worlds that never come twice, of the sequences that the scenario gives to training."""
+    import ensonify
+    from ensonify.torch import SonarStream
+    scenario = ensonify.Scenario.load(options.stream)
+    stream = SonarStream(scenario, ["level_db", "semantic"], Example(things), "train", batch_size=options.batch)
+    for batch in stream:
+        yield batch["picture"], batch["mask"]
+
+
+def train(network, batches, steps, options):
     """Adam with a rate that rises and falls once; pictures are mirrored at random."""
     optimizer = torch.optim.Adam(network.parameters())
-    batches = -(-len(pictures) // options.batch)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, max_lr=0.01, total_steps=options.epochs * batches)
-    start = time.monotonic()
-    for epoch in range(options.epochs):
-        network.train()
-        total = 0.0
-        for chosen in torch.randperm(len(pictures)).split(options.batch):
-            turned = [3] if torch.rand(()) < 0.5 else []
-            loss = loss_of(network(pictures[chosen].flip(turned)), masks[chosen].flip(turned))
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
-            total += loss.item() * len(chosen)
-        if not options.quiet:
-            print(f"epoch {epoch + 1}/{options.epochs}: loss {total / len(pictures):.3f}, "
-                  f"{time.monotonic() - start:.0f} s", flush=True)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, max_lr=0.01, total_steps=steps)
+    start, total = time.monotonic(), 0.0
+    network.train()
+    for step, (pictures, masks) in zip(range(1, steps + 1), batches):
+        turned = [3] if torch.rand(()) < 0.5 else []
+        loss = loss_of(network(pictures.flip(turned)), masks.flip(turned))
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        schedule.step()
+        total += loss.item()
+        if step % TOLD == 0 and not options.quiet:
+            print(f"step {step}/{steps}: loss {total / TOLD:.3f}, {time.monotonic() - start:.0f} s", flush=True)
+            total = 0.0
 
 
 def overlap(answer, truth):
@@ -141,6 +178,7 @@ def arguments():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="data set, finished")
+    parser.add_argument("--stream", metavar="SCENARIO", help="train on worlds of this scenario, none of them twice")
     parser.add_argument("--epochs", type=int, default=12, help="passes over the pictures (12)")
     parser.add_argument("--batch", type=int, default=8, help="pictures a step (8)")
     parser.add_argument("--width", type=int, default=16, help="channels at the finest scale (16)")
@@ -163,10 +201,14 @@ def main():
     if options.shuffle_labels:
         masks = masks.roll(len(masks) // 2, 0)
     network = SmallUNet(options.width).to(memory_format=torch.channels_last)
+    steps = options.epochs * -(-len(pictures) // options.batch)
+    batches = (streamed_batches(things_of(dataset), options) if options.stream
+               else stored_batches(pictures, masks, options))
     start = time.monotonic()
-    train(network, pictures, masks, options)
-    result = {"seed": options.seed, "shuffled_labels": options.shuffle_labels,
-              "train_pictures": len(pictures), "seconds": round(time.monotonic() - start)}
+    train(network, batches, steps, options)
+    seen = steps * options.batch if options.stream else len(pictures)
+    result = {"seed": options.seed, "shuffled_labels": options.shuffle_labels, "train_pictures": seen,
+              "steps": steps, "seconds": round(time.monotonic() - start)}
     threshold = best_threshold(*data["train"])
     for name, (pictures, truth) in data.items():
         result[name] = {"iou": round(iou(network, pictures, truth), 3),

@@ -11,33 +11,27 @@
 #include <vector>
 
 namespace ensonify {
-namespace {
-
-struct OpenSequence {
-  std::uint32_t number = 0;
-  std::uint32_t skipped = 0;
-  bool settled = false;  // opened, or failed
-  std::shared_ptr<const LiveSequence> live;
-  std::optional<Error> error;
-  std::uint32_t next = 0, taken = 0, last = 0;  // to be made, to be handed over, the end
-  std::map<std::uint32_t, PingResult> made;
-};
-
-using Open = std::shared_ptr<OpenSequence>;
-
-// What a thread does next; without `ping`: open the sequence.
-struct Task {
-  Open sequence;
-  std::optional<std::uint32_t> ping;
-};
-
-}  // namespace
-
 struct PingStream::State {
+  struct Sequence {
+    std::uint32_t number = 0;
+    std::uint32_t skipped = 0;
+    bool settled = false;  // opened, or failed
+    std::shared_ptr<const LiveSequence> live;
+    std::optional<Error> error;
+    std::uint32_t next = 0, taken = 0, last = 0;  // to be made, to be handed over, the end
+    std::map<std::uint32_t, PingResult> made;
+  };
+
+  // What a thread does next; without `ping`: open the sequence.
+  struct Task {
+    std::shared_ptr<Sequence> sequence;
+    std::optional<std::uint32_t> ping;
+  };
+
   StreamWish wish;
   std::mutex mutex;
   std::condition_variable changed;
-  std::deque<Open> open;     // in order; the first is the one that is handed over
+  std::deque<std::shared_ptr<Sequence>> open;  // the first is the one that is handed over
   std::uint64_t opened = 0;  // of wish.sequence
   bool all_opened = false;
   int ahead = 0;  // pings made or under way, not taken
@@ -52,13 +46,13 @@ struct PingStream::State {
   bool is_ready() const;
 
   void do_task(const Task& task);
-  void open_it(OpenSequence& sequence);
+  void open_it(Sequence& sequence);
   void make_pings();
 };
 
-std::optional<Task> PingStream::State::ping_task() {
+std::optional<PingStream::State::Task> PingStream::State::ping_task() {
   for (std::size_t i = 0; i < open.size(); ++i) {
-    OpenSequence& sequence = *open[i];
+    Sequence& sequence = *open[i];
     if (!sequence.live || sequence.next == sequence.last) continue;
     // Pings of later sequences must not keep out those that are waited for.
     const auto own = static_cast<int>(sequence.next - sequence.taken);
@@ -69,7 +63,7 @@ std::optional<Task> PingStream::State::ping_task() {
   return std::nullopt;
 }
 
-std::optional<Task> PingStream::State::opening_task() {
+std::optional<PingStream::State::Task> PingStream::State::opening_task() {
   if (all_opened || static_cast<int>(open.size()) > wish.threads) return std::nullopt;
   const std::optional<std::uint32_t> number = wish.sequence(opened);
   if (!number) {
@@ -77,7 +71,7 @@ std::optional<Task> PingStream::State::opening_task() {
     changed.notify_all();
     return std::nullopt;
   }
-  auto sequence = std::make_shared<OpenSequence>();
+  auto sequence = std::make_shared<Sequence>();
   sequence->number = *number;
   sequence->skipped = opened == 0 ? wish.skipped : 0;
   ++opened;
@@ -85,12 +79,12 @@ std::optional<Task> PingStream::State::opening_task() {
   return Task{std::move(sequence), std::nullopt};
 }
 
-std::optional<Task> PingStream::State::task() {
+std::optional<PingStream::State::Task> PingStream::State::task() {
   std::optional<Task> found = ping_task();
   return found ? found : opening_task();
 }
 
-void PingStream::State::open_it(OpenSequence& sequence) {
+void PingStream::State::open_it(Sequence& sequence) {
   auto live = wish.open(sequence.number, Workers(wish.threads_within));
   const std::lock_guard lock(mutex);
   sequence.settled = true;
@@ -105,7 +99,7 @@ void PingStream::State::open_it(OpenSequence& sequence) {
 }
 
 void PingStream::State::do_task(const Task& task) {
-  OpenSequence& sequence = *task.sequence;
+  Sequence& sequence = *task.sequence;
   if (!task.ping) return open_it(sequence);
   PingResult result = live_ping(*sequence.live, *task.ping, Workers(wish.threads_within));
   const std::lock_guard lock(mutex);
@@ -137,7 +131,7 @@ void PingStream::State::make_pings() {
 bool PingStream::State::is_ready() const {
   if (thrown) return true;
   if (open.empty()) return all_opened;
-  const OpenSequence& front = *open.front();
+  const Sequence& front = *open.front();
   if (!front.settled) return false;
   return front.error || front.taken == front.last || front.made.count(front.taken) > 0;
 }
@@ -170,7 +164,7 @@ std::optional<Result<StreamedPing>> PingStream::next() {
     state.changed.wait(lock, [&] { return state.is_ready(); });
     if (state.thrown) std::rethrow_exception(state.thrown);
     if (state.open.empty()) return std::nullopt;
-    OpenSequence& front = *state.open.front();
+    State::Sequence& front = *state.open.front();
     if (front.error || front.taken == front.last) {
       const std::optional<Error> error = std::move(front.error);
       state.open.pop_front();

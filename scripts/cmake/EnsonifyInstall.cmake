@@ -1,5 +1,5 @@
-# What `cmake --install` installs, and the Debian packages that CPack makes of it. Two components:
-# `program`, and `cuda` where the CUDA module is built. The module needs cuFFT, which Debian's main
+# What `cmake --install` installs, and the Debian packages that CPack makes of it. Three components:
+# `program`, `python` where Python's headers are, and `cuda` where the CUDA module is built. The module needs cuFFT, which Debian's main
 # section does not have, so it is a package of its own and dpkg-shlibdeps does not see it.
 if(NOT TARGET ensonify)
   return()
@@ -31,6 +31,11 @@ install(FILES LICENSE DESTINATION share/doc/ensonify RENAME copyright)
 # Debian's python3 looks there below /usr; below another prefix PYTHONPATH has to name the folder.
 install(DIRECTORY scripts/ensonify_dataset DESTINATION lib/python3/dist-packages
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+if(TARGET ensonify_python)
+  install(TARGETS ensonify_python LIBRARY DESTINATION lib/python3/dist-packages/ensonify COMPONENT python)
+  install(DIRECTORY scripts/python/ensonify DESTINATION lib/python3/dist-packages COMPONENT python
+          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
+endif()
 
 # generator/app/CMakeLists.txt makes these with the program.
 install(FILES ${CMAKE_BINARY_DIR}/help/ensonify.1.gz DESTINATION share/man/man1)
@@ -56,6 +61,19 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ensonify-cuda, ffmpeg")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS python3-numpy)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/scripts/debian/prerm)
+if(TARGET ensonify_python)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python package of ensonify: pings as NumPy arrays, streams for training.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-ensonify)
+  set(CPACK_DEBIAN_PYTHON_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  # The importer, the reader and the version of Python whose module it is.
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "ensonify (= ${PROJECT_VERSION}), python3-numpy, \
+python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next_minor})")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS python3-torch)
+endif()
 if(TARGET ensonify_cuda)
   list(APPEND CPACK_COMPONENTS_ALL cuda)
   set(CPACK_COMPONENT_CUDA_DESCRIPTION "CUDA backend of ensonify. It needs cuFFT of CUDA 12 or newer, from NVIDIA's packages.")
