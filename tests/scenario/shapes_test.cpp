@@ -145,17 +145,17 @@ TEST_CASE("faults of heightfields are told at their keys") {
       {with_field("size_m: [4, 3], cell_m: 1, ripples: [{height_m: 2, wavelength_m: 5}]"),
        "5:104: " + key + ".ripples.0.height_m:", "too steep"},
       {with_field("size_m: [4, 3], cell_m: 1, patches: [{share: 0.5, correlation_m: 1.5}]"),
-       "5:107: " + key + ".patches.0.correlation_m:", "less than 2 cells of 1 m"},
+       "5:121: " + key + ".patches.0.correlation_m:", "less than 2 cells of 1 m"},
       {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 1, diameter_m: [1, 3]}]"),
-       "5:117: " + key + ".stones.0.diameter_m:", "less than 2 cells of 1 m"},
+       "5:124: " + key + ".stones.0.diameter_m:", "less than 2 cells of 1 m"},
       {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 1, diameter_m: [3, 2]}]"),
-       "5:117: " + key + ".stones.0.diameter_m:", "3 is more than 2"},
+       "5:124: " + key + ".stones.0.diameter_m:", "3 is more than 2"},
       // One square metre of stones on each, at an aspect of 0.8: pi / 4 * 4 * 0.4.
       {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 0.4, diameter_m: [2, 2]}]"),
-       "5:97: " + key + ".stones.0.density_per_m2:", "cover the bed 1.01 times"},
+       "5:109: " + key + ".stones.0.density_per_m2:", "cover the bed 1.01 times"},
       {with_field("size_m: [400, 300], cell_m: 0.1, stones: [{density_per_m2: 9, "
                   "diameter_m: [0.2, 0.2]}]"),
-       "5:103: " + key + ".stones.0.density_per_m2:", "1.08e+06 stones"},
+       "5:115: " + key + ".stones.0.density_per_m2:", "1.08e+06 stones"},
       {with_field("size_m: [4, 3], cell_m: 1, normals: flat"),
        "5:92: " + key + ".normals:", "face, smooth"},
   });
