@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
 
 #include "catch.h"
 #include "core/units.h"
@@ -106,7 +108,7 @@ TEST_CASE("a stone is the upper side of an ellipsoid") {
   const Stone stone{3, -2, 1.2, 0.5, radians(30), 0.8, 0.25};
   CHECK(*stone_height_m(stone, 3, -2) == Approx(0.75 * 0.8));
   const double center_m = (0.5 - 0.25) * 0.8;
-  for (const double along : {-0.5, 0.0, 0.3}) {
+  for (const double along : {-0.4, 0.0, 0.3}) {
     for (const double across : {-0.1, 0.2}) {
       const double x = 3 + along * std::cos(radians(30)) - across * std::sin(radians(30));
       const double y = -2 + along * std::sin(radians(30)) + across * std::cos(radians(30));
@@ -230,7 +232,7 @@ TEST_CASE("patches cover their share, with borders of the width asked for") {
     const double points = 401.0 * 401 * seeds;
     const double error = std::sqrt(share_variance(t, 2, 1e4) / seeds);
     INFO(inside / points << " of " << share << " +- " << error);
-    CHECK(error < 0.02 * share);
+    CHECK(error < 0.03 * share);
     CHECK(std::abs(inside / points - share) < 3 * error);
     CHECK(border / points == Approx(0.3 * std::exp(-t * t / 2) / (2 * 2)).epsilon(0.04));
   }
@@ -295,7 +297,7 @@ TEST_CASE("the reflectivity of patches mixes with what is below") {
 // would make steps at the borders, are left.
 TEST_CASE("the relief factor scales what is shorter than the patches") {
   HeightfieldSpec plain;
-  plain.size_m = {15.5, 15.5};
+  plain.size_m = {15.75, 15.75};  // a whole period of 16 m
   plain.cell_m = 0.25;
   plain.roughness = RoughnessSpec{0.1, 3, 8};
   HeightfieldSpec ripples = plain, scaled;
@@ -312,25 +314,20 @@ TEST_CASE("the relief factor scales what is shorter than the patches") {
   HeightfieldSpec rough = plain;
   rough.patches = {{1, 2, 0, 0, 3}};  // patches everywhere: the waves alone are seen
   const HeightGrid c = make_seabed(plain, key), d = make_seabed(rough, key);
-  const double period_m = 16;
   for (const int wave : {2, 6, 12}) {  // 8 m; 2.7 m; 1.3 m
-    for (const int across : {0, 1}) {
-      double before_re = 0, before_im = 0, after_re = 0, after_im = 0;
-      // The grid of 63 points is a point short of a period: the window tapers to its ends.
-      for (int row = 0; row < c.rows; ++row) {
-        for (int column = 0; column < c.columns; ++column) {
-          const double window = std::pow(std::sin(kPi * (row + 0.5) / c.rows), 4) *
-                                std::pow(std::sin(kPi * (column + 0.5) / c.columns), 4);
-          const double angle = 2 * kPi / period_m * 0.25 * (across ? wave * row : wave * column);
-          const std::size_t at = std::size_t(row) * c.columns + column;
-          before_re += window * c.heights_m[at] * std::cos(angle);
-          before_im += window * c.heights_m[at] * std::sin(angle);
-          after_re += window * d.heights_m[at] * std::cos(angle);
-          after_im += window * d.heights_m[at] * std::sin(angle);
+    for (const bool across : {false, true}) {
+      const auto amplitude = [&](const HeightGrid& grid) {
+        std::complex<double> sum;
+        for (int row = 0; row < grid.rows; ++row) {
+          for (int column = 0; column < grid.columns; ++column) {
+            sum += std::polar(grid.heights_m[std::size_t(row) * grid.columns + column],
+                              -2 * kPi * wave * (across ? row : column) / 64);
+          }
         }
-      }
-      const double ratio = std::hypot(after_re, after_im) / std::hypot(before_re, before_im);
-      CHECK(ratio == Approx(wave == 12 ? 3 : 1).epsilon(0.02));
+        return sum;
+      };
+      const std::complex<double> before = amplitude(c), after = amplitude(d);
+      CHECK(std::abs(after - (wave == 12 ? 3.0 : 1.0) * before) < 1e-9 * std::abs(before));
     }
   }
 }

@@ -185,7 +185,7 @@ TEST_CASE("stones and patches too small for the cells of a file are refused") {
   const TemporaryFolder folder;
   HeightfieldSpec field;
   field.file = folder.write("h.asc", "ncols 2\nnrows 2\ncellsize 0.5\n0 0 0 0\n");
-  field.stones = {{1, {0.9, 2}}};
+  field.stones = {{0.8, {0.9, 2}}};
   std::string key;
   const auto stones = make_terrain(field, 1, key);
   REQUIRE_FALSE(stones.ok());
@@ -193,7 +193,7 @@ TEST_CASE("stones and patches too small for the cells of a file are refused") {
   CHECK(stones.error().message.find("less than 2 cells of 0.5 m") != std::string::npos);
   field.stones[0].diameter_m = {1, 2};
   CHECK(make_terrain(field, 1, key).ok());
-  field.stones[0].density_per_m2 = 2;  // 2 pi / 4 mean square is more than 1
+  field.stones[0].density_per_m2 = 1;  // times a mean outline of 1.08 m^2
   REQUIRE_FALSE(make_terrain(field, 1, key).ok());
   CHECK(key == "stones.0.density_per_m2");
   field.stones.clear();
