@@ -87,13 +87,15 @@ TEST_CASE("a heightfield from files is read and written") {
     return parse_scenario(text, "t.yaml", folder.path());
   };
   const auto npy = parse(kHead + with_field("file: h.npy, cell_m: 0.5, height_scale: -0.01, "
-                                            "height_offset_m: 3, reflectivity_map: m.png"));
+                                            "height_offset_m: 3, reflectivity_map: m.png, patches: "
+                                            "[{share: 0.5, correlation_m: 1}]"));
   HeightfieldSpec expected;
   expected.file = folder.path() / "h.npy";
   expected.cell_m = 0.5;
   expected.height_scale = -0.01;
   expected.height_offset_m = 3;
   expected.reflectivity_map = folder.path() / "m.png";
+  expected.patches = {{0.5, 1}};
   CHECK(field_of(npy) == expected);
   CHECK(field_of(parse(emit(*npy))) == expected);
   CHECK(input_files(*npy) == std::vector{expected.file, expected.reflectivity_map});
@@ -106,6 +108,8 @@ TEST_CASE("a heightfield from files is read and written") {
   CHECK(message("file: h.npy").find("shape.heightfield.cell_m: missing") != std::string::npos);
   CHECK(message("file: h.ASC, cell_m: 1").find("brings its own") != std::string::npos);
   CHECK(message("file: h.npy, cell_m: 1, ripples: []").find("beside a file") != std::string::npos);
+  CHECK(message("file: h.npy, cell_m: 1, patches: [{share: 1, correlation_m: 9, relief_factor: 2}]")
+            .find("relief_factor: of no effect beside a file") != std::string::npos);
   CHECK(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC").find("another ending") !=
         std::string::npos);
   CHECK(message("file: none.npy, cell_m: 1").find("is not there") != std::string::npos);
