@@ -91,8 +91,7 @@ void patch_fields(Fields& f, PatchSpec& patch, const HeightfieldSpec& field) {
   f.number({"relief_factor", "Relief factor",
             "Factor applied, within the patches, to the heights of ripples and to waves of the "
             "roughness that are shorter than correlation_m (of all patches the smallest)"},
-           patch.relief_factor, from_to(0, 100),
-           useless_if(!field.file.empty(), "beside a file"));
+           patch.relief_factor, from_to(0, 100), useless_if(!field.file.empty(), "beside a file"));
   if (!has_length || !(field.cell_m > 0)) return;
   if (const auto fault = patch_fault(patch, field.cell_m)) f.fault(fault->key, fault->what);
 }
@@ -137,8 +136,7 @@ std::optional<CoverFault> stone_fault(const StoneSpec& stones, double cell_m,
                                   "expected at most once",
                                   stones.density_per_m2, covered)};
   }
-  const double count =
-      stones.density_per_m2 * (size_m[0] + largest) * (size_m[1] + largest);
+  const double count = stones.density_per_m2 * (size_m[0] + largest) * (size_m[1] + largest);
   if (count > kMaxStones) {
     return CoverFault{"density_per_m2",
                       fmt::format("{} stones per m² make about {:.3g} stones; expected at most "

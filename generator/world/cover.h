@@ -1,5 +1,6 @@
-// What lies on terrain: stones as part of its heights, patches of other sediment. Both are functions
-// of a key and of the place in the terrain's frame: another cell or size leaves them where they are.
+// What lies on terrain: stones as part of its heights, patches of other sediment. Both are
+// functions of a key and of the place in the terrain's frame: another cell or size leaves them
+// where they are.
 //
 //   standard_normal_quantile
 //   patch_weights  lay_patches     other sediment

@@ -54,8 +54,8 @@ double scour_m(const ScourShape& shape, const Gap& from_outline) {
   const bool in_pit = d < shape.width_m;
   double share = 1;
   if (shape.flow_rad) {
-    const double cosine = std::cos(*shape.flow_rad) * from_outline.x +
-                          std::sin(*shape.flow_rad) * from_outline.y;
+    const double cosine =
+        std::cos(*shape.flow_rad) * from_outline.x + std::sin(*shape.flow_rad) * from_outline.y;
     share = (in_pit ? 1 - cosine : 1 + cosine) / 2;
   }
   if (in_pit) return -shape.depth_m * share * hump(d / shape.width_m);

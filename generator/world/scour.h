@@ -21,8 +21,9 @@ namespace ensonify {
 //   pit    -depth p(a) sin^2(pi d / width)                          0 < d < width
 //   mound   mound q(a) sin^2(pi (d - width) / mound_width)          beyond, as far as its width
 // where p = (1 - cos a) / 2 and q = (1 + cos a) / 2; p = q = 1 without a flow. Under the object the
-// ground stays. By Steiner's formula a convex outline of the perimeter L has the length L + 2 pi d at
-// the distance d, and cos a is 0 in the mean over it: hence pit and mound have the same volume where
+// ground stays. By Steiner's formula a convex outline of the perimeter L has the length L + 2 pi d
+// at the distance d, and cos a is 0 in the mean over it: hence pit and mound have the same volume
+// where
 //   mound m (L + 2 pi width + pi m) = depth width (L + pi width),  m = mound_width.
 struct ScourShape {
   double depth_m = 0, width_m = 0, mound_m = 0, mound_width_m = 0;

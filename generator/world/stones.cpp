@@ -37,8 +37,7 @@ bool reaches(const Stone& stone, std::array<double, 2> half_m) {
 
 // Bilinear; beside the grid, of its edge.
 double bed_m(const HeightGrid& grid, double x_m, double y_m) {
-  const double u =
-      std::clamp((x_m - column_x_m(grid, 0)) / grid.cell_m, 0.0, grid.columns - 1.0);
+  const double u = std::clamp((x_m - column_x_m(grid, 0)) / grid.cell_m, 0.0, grid.columns - 1.0);
   const double v = std::clamp((row_y_m(grid, 0) - y_m) / grid.cell_m, 0.0, grid.rows - 1.0);
   const int column = std::min(static_cast<int>(u), grid.columns - 2);
   const int row = std::min(static_cast<int>(v), grid.rows - 2);

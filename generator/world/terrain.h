@@ -53,8 +53,8 @@ double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad
 // Roughness: normal heights, periodic over roughness_period(spec), whose wave vectors lie on that
 // period's lattice between 0 (left out: the mean height is 0) and half the grid's sampling rate.
 // Each wave's draw is keyed by its place on the lattice: halving the cell keeps all waves there are
-// and adds shorter ones. Ripples: trochoids of period mean 0, each with a phase drawn. Relief factors
-// of patches count; stones are not among the heights (cover.h).
+// and adds shorter ones. Ripples: trochoids of period mean 0, each with a phase drawn. Relief
+// factors of patches count; stones are not among the heights (cover.h).
 // Needs a spec without a file.
 HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key);
 
@@ -71,8 +71,8 @@ struct Terrain {
   std::vector<float> reflectivity;  // factors on the material's, one a point; none: 1 everywhere
 };
 
-// `key` as above. Errors: those of height_grid_of and vertex_reflectivity, and of stones and patches
-// whose cell and area a file brings; `faulty_key` is then the key below the heightfield.
+// `key` as above. Errors: those of height_grid_of and vertex_reflectivity, and of stones and
+// patches whose cell and area a file brings; `faulty_key` is then the key below the heightfield.
 Result<Terrain> make_terrain(const HeightfieldSpec& spec, std::uint64_t key,
                              std::string& faulty_key);
 

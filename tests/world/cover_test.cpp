@@ -26,8 +26,8 @@ StoneSpec boulders() {
 
 }  // namespace
 
-// Protects the Poisson process: the mean and the variance of the number of centers in a square, over
-// seeds. The variance of the sample variance of n Poisson counts of mean m is about 2 m^2 / n.
+// Protects the Poisson process: the mean and the variance of the number of centers in a square,
+// over seeds. The variance of the sample variance of n Poisson counts of mean m is about 2 m^2 / n.
 TEST_CASE("stones are a Poisson process of the density asked for") {
   const int seeds = 400;
   const double mean = 0.7 * 20 * 20;
@@ -50,15 +50,16 @@ TEST_CASE("stones are a Poisson process of the density asked for") {
   for (const double n : quadrant) CHECK(std::abs(n - quarter) < 3 * std::sqrt(quarter));
 }
 
-// Protects sizes and shapes: the Kolmogorov-Smirnov distance of the diameters to their distribution,
-// whose bound of 1.95 / sqrt(n) is exceeded by chance once in a thousand draws; the means of uniform
-// values; no direction preferred.
+// Protects sizes and shapes: the Kolmogorov-Smirnov distance of the diameters to their
+// distribution, whose bound of 1.95 / sqrt(n) is exceeded by chance once in a thousand draws; the
+// means of uniform values; no direction preferred.
 TEST_CASE("stones have the sizes and shapes asked for") {
   const StoneSpec spec = boulders();
   std::vector<double> diameters;
   double aspect = 0, height = 0, buried = 0, cosine = 0;
   for (const Stone& stone : stones_within(spec, 42, 1, {100, 100})) {
-    if (std::abs(stone.x_m) > 100 || std::abs(stone.y_m) > 100) continue;  // larger ones reach farther
+    if (std::abs(stone.x_m) > 100 || std::abs(stone.y_m) > 100)
+      continue;  // larger ones reach farther
     diameters.push_back(stone.diameter_m);
     aspect += stone.aspect;
     height += stone.height_m / stone.diameter_m;
@@ -73,8 +74,8 @@ TEST_CASE("stones have the sizes and shapes asked for") {
   const double tail = std::pow(2.0, -2.5);
   double distance = 0;
   for (std::size_t i = 0; i < diameters.size(); ++i) {
-    const double expected = (std::pow(0.3, -2.5) - std::pow(diameters[i], -2.5)) /
-                            (std::pow(0.3, -2.5) - tail);
+    const double expected =
+        (std::pow(0.3, -2.5) - std::pow(diameters[i], -2.5)) / (std::pow(0.3, -2.5) - tail);
     distance = std::max({distance, std::abs(expected - static_cast<double>(i) / n),
                          std::abs(expected - static_cast<double>(i + 1) / n)});
   }
@@ -120,8 +121,8 @@ TEST_CASE("a stone is the upper side of an ellipsoid") {
       CHECK(*height > center_m);
     }
   }
-  CHECK_FALSE(stone_height_m(stone, 3 - 0.31 * std::sin(radians(30)),
-                             -2 + 0.31 * std::cos(radians(30))));
+  CHECK_FALSE(
+      stone_height_m(stone, 3 - 0.31 * std::sin(radians(30)), -2 + 0.31 * std::cos(radians(30))));
 }
 
 // Protects laying: heights of the surface over the bed under each center, the highest of several,

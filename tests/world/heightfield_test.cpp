@@ -148,12 +148,9 @@ TEST_CASE("terrain of the world is drawn by seed, sequence and name") {
   Scenario scenario;
   scenario.seed = 5;
   scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", made, {}},
-                      {"b", "x", "m", made, {}},
-                      {"c", "x", "m", read, {}},
-                      {"d", "x", "m", read, {}},
-                      {"e", "x", "m", painted, {}},
-                      {"f", "x", "m", patched, {}},
+  scenario.objects = {{"a", "x", "m", made, {}},    {"b", "x", "m", made, {}},
+                      {"c", "x", "m", read, {}},    {"d", "x", "m", read, {}},
+                      {"e", "x", "m", painted, {}}, {"f", "x", "m", patched, {}},
                       {"g", "x", "m", patched, {}}};
   const auto mesh = [](const Result<World>& world, int i) {
     return std::get<MeshShape>(world->objects[i].shape).mesh;

@@ -74,7 +74,8 @@ TEST_CASE("the pit is deepest in its middle and upstream, the mound highest down
   CHECK(height(flow, crest + mound_width / 2 + 0.02, 0) == 0);
 }
 
-// Protects other frames: around an object over turned, moved terrain the pit is where the object is.
+// Protects other frames: around an object over turned, moved terrain the pit is where the object
+// is.
 TEST_CASE("scour follows the pose of the terrain") {
   const Pose pose{{5, -3, -8}, from_roll_pitch_yaw(0, 0, radians(90))};
   const Outline outline = moved(outline_of(Shape(SphereShape{0.5}), {}), {5.5, -2, -8});
@@ -129,7 +130,8 @@ TEST_CASE("scour leaves the pose of the object and the bed under it") {
     return after.at(p.x, p.y)->height_m - before.at(p.x, p.y)->height_m;
   };
   CHECK(change(0.3, 0.2) == Approx(0).margin(1e-6));
-  const double yaw = std::atan2(rotate(pose.rotation, {1, 0, 0}).y, rotate(pose.rotation, {1, 0, 0}).x);
+  const double yaw =
+      std::atan2(rotate(pose.rotation, {1, 0, 0}).y, rotate(pose.rotation, {1, 0, 0}).x);
   // The normal of the side looks along the object's own x, at the angle yaw to the flow.
   CHECK(change(0.4 + 0.25, 0) == Approx(-0.3 * (1 - std::cos(yaw)) / 2).margin(0.01));
   CHECK(change(-0.4 - 0.25, 0) == Approx(-0.3 * (1 + std::cos(yaw)) / 2).margin(0.01));
