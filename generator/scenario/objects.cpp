@@ -130,6 +130,21 @@ void fields(Fields& f, PoseSpec& pose) {
                   "yaw is to port");
 }
 
+static void fields(Fields& f, ScourSpec& scour) {
+  f.number({"depth_m", "Depth", "Greatest depth of the pit around the object"}, scour.depth_m,
+           from_to(0, 1e3), kRequired);
+  f.number({"width_m", "Width", "Width of the pit, from the outline of the object outward"},
+           scour.width_m, kLength, kRequired);
+  f.number({"mound_m", "Height of the mound",
+            "Greatest height of the mound beyond the pit, whose width follows from the volume of "
+            "the pit; left out: half of depth_m"},
+           scour.mound_m, above_up_to(0, 1e3));
+  f.number({"direction_deg", "Direction of the flow",
+            "Direction toward which the water flows, from x toward y: the pit is deepest upstream "
+            "and the mound highest downstream; left out: both are the same all around"},
+           scour.direction_deg, from_to(-360, 360));
+}
+
 void fields(Fields& f, PlaceSpec& place) {
   f.text({"on", "On", "Name of the object to stand on, which comes earlier in the list"}, place.on,
          kRequired);
@@ -163,6 +178,9 @@ void fields(Fields& f, PlaceSpec& place) {
        "sequence is sampled again; skip_object: the sequence has no such object; skip_sequence: the "
        "data set has no such sequence; error: the run ends"},
       place.on_failure, words_to(PlaceFailure::error));
+  f.map({"scour", "Scour",
+         "A pit around the object and a mound of the same volume; on terrain only; left out: none"},
+        place.scour);
 }
 
 void fields(Fields& f, ObjectSpec& object) {
@@ -208,11 +226,16 @@ void fields(Fields& f, PointTargetSpec& target) {
             kRequired);
 }
 
+static bool is_terrain(const Value& object) {
+  const auto shape = object.node->kind == NodeKind::map ? child(object, "shape") : std::nullopt;
+  return shape && shape->node->kind == NodeKind::map && child(*shape, "heightfield");
+}
+
 void check_places(Faults& faults, const Value& root) {
   const auto list = child(root, "objects");
   if (!list || list->node->kind != NodeKind::list) return;
   const Value& objects = *list;
-  std::unordered_set<std::string_view> before;
+  std::unordered_map<std::string_view, bool> before;  // whether it is terrain
   std::vector<std::string_view> all;
   for (std::size_t i = 0; i < objects.node->items.size(); ++i) {
     if (const std::string* name = text_of(item(objects, i), "name")) all.push_back(*name);
@@ -232,7 +255,12 @@ void check_places(Faults& faults, const Value& root) {
                             later ? "the object" : "no object", shown(*on),
                             later ? " does not stand before this one" : hint(*on, all)));
     }
-    if (name != nullptr) before.insert(*name);
+    const auto scour = place ? child(*place, "scour") : std::nullopt;
+    if (scour && on != nullptr && before.contains(*on) && !before.at(*on)) {
+      add_fault(faults, scour->place, scour->path,
+                fmt::format("{} has no heightfield; expected an object on terrain", shown(*on)));
+    }
+    if (name != nullptr) before.emplace(*name, is_terrain(object));
   }
 }
 

@@ -1,7 +1,7 @@
 // Where things stand and how they move, as scenarios give it.
 //
 //   PoseSpec        position and rotation
-//   PlaceSpec  PlaceFailure   somewhere on an object, left to be placed
+//   PlaceSpec  PlaceFailure  ScourSpec   somewhere on an object, left to be placed
 //   TrajectorySpec  poses, a file, or one of the ways below; wave motion; when the pings go out
 #pragma once
 
@@ -90,6 +90,14 @@ enum class PlaceFailure { redraw, skip_object, skip_sequence, error };
 const char* name_of(PlaceFailure failure);
 
 // Somewhere in an area, standing on an object. `on` and `area_m` must be given.
+// A pit around an object and a mound of what was in it. With a direction (of the flow, from x to y)
+// the pit is deepest upstream and the mound highest downstream; without, both are even all round.
+struct ScourSpec {
+  double depth_m = 0, width_m = 0;  // of the pit; the object's outline is its inner edge
+  std::optional<double> mound_m;    // height of the mound; absent: half the depth
+  std::optional<double> direction_deg;
+};
+
 struct PlaceSpec {
   std::string on;                                 // name of an object
   std::array<std::array<double, 2>, 2> area_m{};  // corners [x, y] in the world
@@ -101,6 +109,7 @@ struct PlaceSpec {
   bool touching = false;  // moved until its outline touches the nearest other one
   RotationSpec rotation = std::array<double, 3>{};  // before it is turned and aligned
   PlaceFailure on_failure = PlaceFailure::redraw;
+  std::optional<ScourSpec> scour = {};  // on terrain alone
 };
 
 }  // namespace ensonify

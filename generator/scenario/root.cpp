@@ -234,7 +234,7 @@ void fields(Fields& f, Scenario& scenario) {
 bool varies_by_sequence(const Scenario& scenario) {
   const auto is_drawn = [](const ObjectSpec& object) {
     const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
-    return (field != nullptr && field->file.empty()) ||
+    return (field != nullptr && is_random(*field)) ||
            (object.trajectory && object.trajectory->wave_motion);
   };
   const auto is_drawn_volume = [](const VolumeSpec& volume) {

@@ -34,6 +34,7 @@ void fields(Fields& f, MaterialSpec& material);
 void fields(Fields& f, ObjectSpec& object);
 void fields(Fields& f, ShapeSpec& shape);
 void fields(Fields& f, HeightfieldSpec& field);
+void cover_fields(Fields& f, HeightfieldSpec& field);  // its stones and patches; all else is known
 void fields(Fields& f, PointTargetSpec& target);
 void fields(Fields& f, VolumeSpec& volume);
 void fields(Fields& f, PoseSpec& pose);

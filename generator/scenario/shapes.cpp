@@ -217,6 +217,7 @@ void fields(Fields& f, HeightfieldSpec& field) {
           ".npy or .png file with a factor on the material's reflectivity; left out: none"},
          field.reflectivity_map, {".npy", ".png"},
          written_if(!field.reflectivity_map.empty(), {.has_default = false}));
+  cover_fields(f, field);
 }
 
 void fields(Fields& f, ShapeSpec& shape) {

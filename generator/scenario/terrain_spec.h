@@ -1,10 +1,12 @@
-// Terrain as a scenario describes it: heights over a regular grid, from a file or made up.
+// Terrain as a scenario describes it: heights over a regular grid, from a file or made up, and what
+// lies on it.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace ensonify {
@@ -25,6 +27,31 @@ struct RippleSpec {
   friend bool operator==(const RippleSpec&, const RippleSpec&) = default;
 };
 
+// Ellipsoids in the bed. Ranges are [least, most]; each stone has its own value, uniform within the
+// range but for the diameter, which is its longer axis seen from above: the share of stones with a
+// diameter above D is proportional to D^-exponent - largest^-exponent.
+struct StoneSpec {
+  double density_per_m2 = 0;
+  std::array<double, 2> diameter_m{};
+  double exponent = 3;
+  std::array<double, 2> aspect{0.6, 1};             // shorter axis over the longer one, from above
+  std::array<double, 2> height_ratio{0.4, 0.8};     // height of the ellipsoid over its diameter
+  std::array<double, 2> buried_fraction{0.3, 0.7};  // of that height
+  double reflectivity_db = 0;                       // relative to the bed's material
+  friend bool operator==(const StoneSpec&, const StoneSpec&) = default;
+};
+
+// Where a normal random field with the covariance exp(-r^2 / (2 correlation^2)) is in its upper
+// `share`, other sediment lies.
+struct PatchSpec {
+  double share = 0;
+  double correlation_m = 0;
+  double border_m = 0.2;
+  double reflectivity_db = 0;  // relative to the bed's material
+  double relief_factor = 1;    // of a procedural bed: on ripples and short waves of the roughness
+  friend bool operator==(const PatchSpec&, const PatchSpec&) = default;
+};
+
 // Either a file or a size; the cell must be given but for .asc, which brings its own.
 struct HeightfieldSpec {
   std::filesystem::path file;  // NPY, PNG or ESRI ASCII; empty: procedural
@@ -38,8 +65,14 @@ struct HeightfieldSpec {
   double cell_m = 0;
   bool smooth_normals = false;
   std::filesystem::path reflectivity_map;  // NPY or PNG; empty: none
+
+  std::vector<PatchSpec> patches;  // a later one lies over earlier ones
+  std::vector<StoneSpec> stones;   // over all of them
   friend bool operator==(const HeightfieldSpec&, const HeightfieldSpec&) = default;
 };
+
+// Whether sequences differ in it.
+bool is_random(const HeightfieldSpec& field);
 
 // Vertices of a procedural one along x and y: its sides in whole cells, one at least, and one more.
 std::array<int, 2> vertices_along(const HeightfieldSpec& field);
@@ -47,5 +80,16 @@ std::array<int, 2> vertices_along(const HeightfieldSpec& field);
 // Period of its roughness along x and y, in cells: powers of two that hold the terrain and, as far
 // as the terrain's longer side does, the outer scale, without which the long waves come out wrong.
 std::array<std::int64_t, 2> roughness_period(const HeightfieldSpec& field);
+
+// A key of the stones or patches and what is wrong with its value on cells of that size.
+struct CoverFault {
+  std::string key, what;
+};
+
+// Diameters below two cells, and more than 1e6 stones on an area of `size_m`, or so many that their
+// outlines would cover it more than once. Correlations below two cells.
+std::optional<CoverFault> stone_fault(const StoneSpec& stones, double cell_m,
+                                      std::array<double, 2> size_m);
+std::optional<CoverFault> patch_fault(const PatchSpec& patch, double cell_m);
 
 }  // namespace ensonify

@@ -12,6 +12,7 @@
 #include "world/models/models.h"
 #include "world/outline.h"
 #include "world/place.h"
+#include "world/scour.h"
 #include "world/terrain.h"
 #include "world/world.h"
 
@@ -112,30 +113,22 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
 // Equal files make equal terrain; what is made up differs from object to object.
 using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<const Mesh>>>;
 
-// Nothing where a file of it is wrong.
-std::shared_ptr<const Mesh> terrain_of(const HeightfieldSpec& spec, std::uint64_t terrain_key,
-                                       const std::string& key, TerrainCache& cache,
-                                       WorldFaults& faults) {
+// `kept`: where the terrain is kept; null: nowhere. Nothing where something of it is wrong.
+std::shared_ptr<const Mesh> terrain_mesh(const HeightfieldSpec& spec, std::uint64_t terrain_key,
+                                         const std::string& key, TerrainCache& cache, Terrain* kept,
+                                         WorldFaults& faults) {
   for (const auto& [earlier, mesh] : cache) {
-    if (!spec.file.empty() && earlier == spec) return mesh;
+    if (kept == nullptr && !is_random(spec) && earlier == spec) return mesh;
   }
-  Result<HeightGrid> grid = height_grid_of(spec, terrain_key);
-  if (!grid) {
-    faults.add(key + ".file", grid.error());
+  std::string faulty_key;
+  Result<Terrain> terrain = make_terrain(spec, terrain_key, faulty_key);
+  if (!terrain) {
+    faults.add(key + "." + faulty_key, terrain.error());
     return nullptr;
   }
-  std::vector<float> reflectivity;
-  if (!spec.reflectivity_map.empty()) {
-    Result<std::vector<float>> loaded = vertex_reflectivity(spec.reflectivity_map, *grid);
-    if (!loaded) {
-      faults.add(key + ".reflectivity_map", loaded.error());
-      return nullptr;
-    }
-    reflectivity = std::move(*loaded);
-  }
-  auto mesh = std::make_shared<const Mesh>(
-      heightfield_mesh(*grid, normals_of(spec.smooth_normals), reflectivity));
+  auto mesh = std::make_shared<const Mesh>(terrain_mesh(spec, *terrain));
   cache.emplace_back(spec, mesh);
+  if (kept != nullptr) *kept = std::move(*terrain);
   return mesh;
 }
 
@@ -222,19 +215,21 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
 
 void add_objects(const Scenario& scenario, SequenceDraw draw,
                  const std::map<std::string, Material>& materials, MeshLibrary* library,
-                 World& world, WorldFaults& faults) {
+                 ScouredTerrain& scoured, World& world, WorldFaults& faults) {
   MeshCache meshes{library};
   TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
     const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
+    const auto kept = scoured.find(spec.name);
     std::vector<std::string> warnings;
     Result<Shape> shape =
         field == nullptr
             ? shape_of(spec.shape, meshes, warnings)
             : Shape(MeshShape{
-                  terrain_of(*field, terrain_key(scenario.seed, draw, spec.name),
-                             fmt::format("objects.{}.shape.heightfield", i), terrains, faults),
+                  terrain_mesh(*field, terrain_key(scenario.seed, draw, spec.name),
+                               fmt::format("objects.{}.shape.heightfield", i), terrains,
+                               kept == scoured.end() ? nullptr : &kept->second, faults),
                   true});
     for (const std::string& warning : warnings) {
       world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
@@ -251,7 +246,9 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
     if (faults.lines.empty()) instance.box = box_of(*shape);  // a faulty file has no mesh
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
     if (mesh != nullptr) instance.vertex_reflectivity = mesh->vertex_reflectivity;
-    if (field != nullptr) instance.vertex_reflectivity = !field->reflectivity_map.empty();
+    if (field != nullptr && faults.lines.empty()) {
+      instance.vertex_reflectivity = !std::get<MeshShape>(*shape).mesh->reflectivity.empty();
+    }
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
     WorldObject& object = world.objects.back();
@@ -342,12 +339,14 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, Mesh
   world.warnings = scenario.notices;
   WorldFaults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
-  add_objects(scenario, draw, materials, library, world, faults);
+  ScouredTerrain scoured = scoured_terrain(scenario);
+  add_objects(scenario, draw, materials, library, scoured, world, faults);
   std::vector<VolumeParts> volumes = load_volumes(scenario, draw, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
   if (Status placed = place_objects(scenario, draw, world); !placed) return placed.error();
+  scour_terrain(scenario, scoured, world);
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;

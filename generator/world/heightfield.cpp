@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/vec.h"
+#include "world/cover.h"
 #include "world/grid_file.h"
 #include "world/terrain.h"
 
@@ -141,6 +142,46 @@ Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file
   return factors;
 }
 
+namespace {
+
+// What could not be known before the file was read; its key is below the heightfield.
+std::optional<CoverFault> cover_fault(const HeightfieldSpec& spec, const HeightGrid& grid) {
+  const std::array<double, 2> size_m{(grid.columns - 1) * grid.cell_m,
+                                     (grid.rows - 1) * grid.cell_m};
+  for (std::size_t i = 0; i < spec.patches.size(); ++i) {
+    const auto fault = patch_fault(spec.patches[i], grid.cell_m);
+    if (fault) return CoverFault{fmt::format("patches.{}.{}", i, fault->key), fault->what};
+  }
+  for (std::size_t i = 0; i < spec.stones.size(); ++i) {
+    const auto fault = stone_fault(spec.stones[i], grid.cell_m, size_m);
+    if (fault) return CoverFault{fmt::format("stones.{}.{}", i, fault->key), fault->what};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Terrain> make_terrain(const HeightfieldSpec& spec, std::uint64_t key,
+                             std::string& faulty_key) {
+  faulty_key = "file";
+  Result<HeightGrid> grid = height_grid_of(spec, key);
+  if (!grid) return grid.error();
+  Terrain terrain{std::move(*grid), {}};
+  if (const auto fault = cover_fault(spec, terrain.grid)) {
+    faulty_key = fault->key;
+    return Error{ErrorKind::usage, fault->what};
+  }
+  if (!spec.reflectivity_map.empty()) {
+    faulty_key = "reflectivity_map";
+    Result<std::vector<float>> loaded = vertex_reflectivity(spec.reflectivity_map, terrain.grid);
+    if (!loaded) return loaded.error();
+    terrain.reflectivity = std::move(*loaded);
+  }
+  lay_patches(spec.patches, key, terrain.grid, terrain.reflectivity);
+  lay_stones(spec.stones, key, terrain.grid, terrain.reflectivity);
+  return terrain;
+}
+
 Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
                       const std::vector<float>& reflectivity) {
   Mesh mesh;
@@ -159,6 +200,11 @@ Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
     }
   }
   return mesh;
+}
+
+Mesh terrain_mesh(const HeightfieldSpec& spec, const Terrain& terrain) {
+  return heightfield_mesh(terrain.grid, spec.smooth_normals ? Normals::smooth : Normals::face,
+                          terrain.reflectivity);
 }
 
 }  // namespace ensonify

@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <limits>
 
 #include "core/error.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "world/cover.h"
 #include "world/terrain.h"
 
 namespace ensonify {
@@ -53,6 +56,8 @@ class FourierSum {
 
 using Waves = std::vector<std::complex<double>>;
 
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
 // First words of the draws' counters.
 enum Draw : std::uint32_t { roughness_wave = 0, ripple_phase = 1 };
 
@@ -61,8 +66,9 @@ std::int64_t lattice_index(std::int64_t place, std::int64_t period) {
   return place <= period / 2 ? place : place - period;
 }
 
-// Twice the power of each wave: of the complex sum only the real part is kept.
-Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m,
+// Twice the power of each wave: of the complex sum only the real part is kept. Wave numbers begin
+// at `lowest`.
+Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m, double lowest,
                  std::array<std::int64_t, 2> period) {
   const double step_x = 2 * kPi / (static_cast<double>(period[0]) * cell_m);
   const double step_y = 2 * kPi / (static_cast<double>(period[1]) * cell_m);
@@ -73,7 +79,7 @@ Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_
       const std::int64_t m = lattice_index(column, period[0]), n = lattice_index(row, period[1]);
       const double wave_number =
           std::hypot(step_x * static_cast<double>(m), step_y * static_cast<double>(n));
-      if (wave_number == 0 || wave_number >= highest) continue;
+      if (wave_number == 0 || wave_number < lowest || wave_number >= highest) continue;
       const double amplitude =
           std::sqrt(2 * roughness_spectrum(roughness, wave_number) * step_x * step_y);
       const std::uint64_t item =
@@ -86,11 +92,12 @@ Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_
   return waves;
 }
 
-void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, HeightGrid& grid) {
+void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, double lowest,
+                   HeightGrid& grid) {
   const std::array<std::int64_t, 2> period = roughness_period(spec);
   const auto columns = static_cast<std::size_t>(period[0]);
   const auto rows = static_cast<std::size_t>(period[1]);
-  Waves waves = draw_waves(*spec.roughness, key, grid.cell_m, period);
+  Waves waves = draw_waves(*spec.roughness, key, grid.cell_m, lowest, period);
   const FourierSum along_x(columns), along_y(rows);
   Waves line(rows);
   for (std::size_t column = 0; column < columns; ++column) {
@@ -138,6 +145,41 @@ void add_ripples(const RippleSpec& ripple, std::uint64_t key, std::uint64_t numb
   }
 }
 
+HeightGrid flat(const HeightfieldSpec& spec) {
+  const auto [columns, rows] = vertices_along(spec);
+  return {rows, columns, spec.cell_m, std::vector<double>(std::size_t(rows) * columns)};
+}
+
+// Ripples and roughness of wave numbers from `lowest` on.
+HeightGrid relief_from(const HeightfieldSpec& spec, std::uint64_t key, double lowest) {
+  HeightGrid grid = flat(spec);
+  if (spec.roughness) add_roughness(spec, key, lowest, grid);
+  for (std::size_t i = 0; i < spec.ripples.size(); ++i) add_ripples(spec.ripples[i], key, i, grid);
+  return grid;
+}
+
+// Long waves stay as they are: scaled, they would make a step at the border of a patch.
+void scale_relief(const HeightfieldSpec& spec, std::uint64_t key, HeightGrid& grid) {
+  double shortest_m = kInfinite;
+  bool differs = false;
+  for (const PatchSpec& patch : spec.patches) {
+    shortest_m = std::min(shortest_m, patch.correlation_m);
+    differs |= patch.relief_factor != 1;
+  }
+  if (!differs) return;
+  const HeightGrid fine = relief_from(spec, key, 2 * kPi / shortest_m);
+  std::vector<double> factors(grid.heights_m.size(), 1);
+  for (std::size_t k = 0; k < spec.patches.size(); ++k) {
+    const std::vector<float> weights = patch_weights(spec.patches[k], key, k, grid);
+    for (std::size_t i = 0; i < factors.size(); ++i) {
+      factors[i] += weights[i] * (spec.patches[k].relief_factor - factors[i]);
+    }
+  }
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    grid.heights_m[i] += (factors[i] - 1) * fine.heights_m[i];
+  }
+}
+
 }  // namespace
 
 std::uint64_t terrain_key(std::uint64_t seed, SequenceDraw draw, std::string_view object) {
@@ -153,10 +195,8 @@ double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad
 }
 
 HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key) {
-  const auto [columns, rows] = vertices_along(spec);
-  HeightGrid grid{rows, columns, spec.cell_m, std::vector<double>(std::size_t(rows) * columns)};
-  if (spec.roughness) add_roughness(spec, key, grid);
-  for (std::size_t i = 0; i < spec.ripples.size(); ++i) add_ripples(spec.ripples[i], key, i, grid);
+  HeightGrid grid = relief_from(spec, key, 0);
+  scale_relief(spec, key, grid);
   return grid;
 }
 

@@ -6,11 +6,13 @@
 //   roughness_spectrum  make_seabed  made up from a spectrum and from ripples
 //   height_grid_of                   the heights that a scenario describes
 //   vertex_reflectivity              an image laid over them
-//   heightfield_mesh                 both as triangles
+//   Terrain  make_terrain            heights and reflectivity, with all that lies on them
+//   heightfield_mesh  terrain_mesh   both as triangles
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -51,7 +53,8 @@ double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad
 // Roughness: normal heights, periodic over roughness_period(spec), whose wave vectors lie on that
 // period's lattice between 0 (left out: the mean height is 0) and half the grid's sampling rate.
 // Each wave's draw is keyed by its place on the lattice: halving the cell keeps all waves there are
-// and adds shorter ones. Ripples: trochoids of period mean 0, each with a phase drawn.
+// and adds shorter ones. Ripples: trochoids of period mean 0, each with a phase drawn. Relief
+// factors of patches count; stones are not among the heights (cover.h).
 // Needs a spec without a file.
 HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key);
 
@@ -63,11 +66,22 @@ Result<HeightGrid> height_grid_of(const HeightfieldSpec& spec, std::uint64_t key
 Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file,
                                                const HeightGrid& grid);
 
+struct Terrain {
+  HeightGrid grid;
+  std::vector<float> reflectivity;  // factors on the material's, one a point; none: 1 everywhere
+};
+
+// `key` as above. Errors: those of height_grid_of and vertex_reflectivity, and of stones and
+// patches whose cell and area a file brings; `faulty_key` is then the key below the heightfield.
+Result<Terrain> make_terrain(const HeightfieldSpec& spec, std::uint64_t key,
+                             std::string& faulty_key);
+
 // Two triangles a cell, seen counter-clockwise from above, parted along the flatter diagonal. A
 // hole takes every triangle that it is a corner of. Smooth normals are those of central
 // differences, one-sided at the edges and beside holes, level
 // along an axis on which a point stands alone. `reflectivity` is empty or one a point.
 Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
                       const std::vector<float>& reflectivity = {});
+Mesh terrain_mesh(const HeightfieldSpec& spec, const Terrain& terrain);
 
 }  // namespace ensonify

@@ -100,12 +100,40 @@ TEST_CASE("the series over terrain is the same whatever the threads") {
                                        {"sonar.rays.elevation", "64"},
                                        {"output.cartesian", "false"},
                                        {"output.png", "false"}};
-  const SceneRun one("rippled_seabed", small), other("rippled_seabed", small);
-  const PingResult a = one.ping(0, 1), b = other.ping(0, 5);
-  const bool same_series = a.series == b.series;
-  const bool same_levels = a.polar->clean_db == b.polar->clean_db;
-  const bool same_masks = a.polar->instance == b.polar->instance;
-  CHECK(same_series);
-  CHECK(same_levels);
-  CHECK(same_masks);
+  for (const char* scene : {"rippled_seabed", "stony_seabed"}) {
+    const SceneRun one(scene, small), other(scene, small);
+    const PingResult a = one.ping(0, 1), b = other.ping(0, 5);
+    const bool same_series = a.series == b.series;
+    const bool same_levels = a.polar->clean_db == b.polar->clean_db;
+    const bool same_masks = a.polar->instance == b.polar->instance;
+    CHECK(same_series);
+    CHECK(same_levels);
+    CHECK(same_masks);
+  }
+}
+
+// Protects the way from a sediment's reflectivity to the image: a patch that covers everything adds
+// its decibels to every pixel of the bed.
+TEST_CASE("a patch of sediment changes the level by its reflectivity") {
+  const auto run = [](const std::string& patches) {
+    return SceneRun("rippled_seabed",
+                    {{"objects",
+                      "[{name: bed, material: sand, pose: {position_m: [6, 0, -2.5]}, shape: "
+                      "{heightfield: {size_m: [28, 24], cell_m: 0.5, patches: [" +
+                          patches + "]}}}]"},
+                     {"trajectory.poses", "[{position_m: [0, 0, 0]}]"},
+                     {"sonar.beams.count", "32"},
+                     {"sonar.rays.elevation", "64"},
+                     {"output.cartesian", "false"},
+                     {"output.png", "false"}});
+  };
+  const PingResult plain = run("").ping(0);
+  const PingResult patched = run("{share: 1, correlation_m: 2, reflectivity_db: -7}").ping(0);
+  std::size_t pixels = 0;
+  for (std::size_t i = 0; i < plain.polar->clean_db.size(); ++i) {
+    if (plain.polar->instance[i] != 1) continue;
+    ++pixels;
+    CHECK(plain.polar->clean_db[i] - patched.polar->clean_db[i] == Approx(7).margin(1e-3));
+  }
+  CHECK(pixels > 2000);
 }

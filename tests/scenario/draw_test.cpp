@@ -307,7 +307,31 @@ TEST_CASE("a place says what it stands on and where") {
        "7:115: objects.1.place.align:", "not known"},
       {head + "{on: floor, area_m: [[0, 0], [1, 1]]}, pose: {}}\n",
        "7:115: objects.1.pose:", "beside a place"},
+      {head + "{on: floor, area_m: [[0, 0], [1, 1]], scour: {depth_m: 0.1, width_m: 0.3}}}\n",
+       "7:115: objects.1.place.scour:", "`floor` has no heightfield"},
   });
+}
+
+// Protects every key of scour, read and written, with numbers that are sampled.
+TEST_CASE("a place leaves scour on terrain") {
+  const std::string head =
+      "materials: {m: {reflectivity: 1}}\n"
+      "objects:\n"
+      "  - {name: bed, material: m, shape: {heightfield: {size_m: [9, 9], cell_m: 1}}}\n"
+      "  - {name: rock, material: m, shape: {sphere: {radius_m: 1}}, place: {on: bed, area_m: [[0, "
+      "0], [1, 1]], scour: ";
+  const Scenario s =
+      drawn(head + "{depth_m: {uniform: [0.1, 0.2]}, width_m: 0.5, direction_deg: -20}}}\n", 0);
+  const ScourSpec& scour = *s.objects[1].place->scour;
+  CHECK((scour.depth_m > 0.1 && scour.depth_m < 0.2));
+  CHECK(scour.width_m == 0.5);
+  CHECK_FALSE(scour.mound_m);
+  CHECK(scour.direction_deg == -20.0);
+  const Scenario full = drawn(head + "{depth_m: 0.1, width_m: 0.5, mound_m: 0.02}}}\n", 0);
+  const auto again = testing::parse(testing::emit(full));
+  REQUIRE(again.ok());
+  CHECK(again->objects[1].place->scour->mound_m == 0.02);
+  CHECK_FALSE(again->objects[1].place->scour->direction_deg);
 }
 
 }  // namespace

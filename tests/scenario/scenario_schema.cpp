@@ -75,14 +75,14 @@ materials:
   b: {reflectivity: 1, law: {lommel_seeliger: {}}}
 objects:
   - {name: file, material: a, shape: {heightfield: {file: a.npy, cell_m: 1, reflectivity_map: a.png}}}
-  - {name: made, material: a, shape: {heightfield: {size_m: [4, 4], cell_m: 1, roughness: {rms_m: 0}}}}
+  - {name: made, material: a, shape: {heightfield: {size_m: [4, 4], cell_m: 1, roughness: {rms_m: 0}, patches: [{share: 0, correlation_m: 2}], stones: [{density_per_m2: 0, diameter_m: [2, 2]}]}}}
   - {name: mesh, material: b, shape: {mesh: {file: a.obj}}, trajectory: {file: a.tum}}
   - {name: way, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {poses: [{}], wave_motion: {period_s: 5}}}
   - {name: lawn, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {lawnmower: {corner_m: [0, 0, 0], length_m: 9, width_m: 4, spacing_m: 2, speed_m_s: 1}}}
   - {name: orbit, material: b, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 9, speed_m_s: 1}}}
   - {name: solid, material: b, shape: {level_set: {file: a.vdb}}}
   - {name: parts, material: b, shape: {mesh: {file: a.obj, parts: {hull: a}}}}
-  - {name: lies, material: b, shape: {box: {size_m: [1, 1, 1]}}, place: {on: made, area_m: [[0, 0], [1, 1]]}}
+  - {name: lies, material: b, shape: {box: {size_m: [1, 1, 1]}}, place: {on: made, area_m: [[0, 0], [1, 1]], scour: {depth_m: 0, width_m: 1}}}
 point_targets: [{name: p, target_strength_db: 0, position_m: [1, 0, 0]}]
 volumes:
   - {name: cloud, vdb: {file: a.vdb, strength_db: -30}}

@@ -43,6 +43,31 @@ TEST_CASE("a procedural heightfield is read and written") {
   CHECK(input_files(*first).empty());
 }
 
+// Protects every key of stones and patches, read and written, and sampled numbers in them.
+TEST_CASE("stones and patches are read and written") {
+  const auto scenario = testing::parse(
+      kHead + with_field("size_m: [40, 30], cell_m: 0.1, patches: [{share: 0.3, correlation_m: 2, "
+                         "border_m: 0.5, reflectivity_db: -6, relief_factor: 0.5}, {share: 0.1, "
+                         "correlation_m: 1}], stones: [{density_per_m2: 0.4, diameter_m: [0.2, 1], "
+                         "exponent: 2, aspect: [0.5, 0.9], height_ratio: [0.3, 0.6], "
+                         "buried_fraction: [0, 1], reflectivity_db: 9}, {density_per_m2: 1, "
+                         "diameter_m: [0.2, 0.2]}]"));
+  HeightfieldSpec expected;
+  expected.size_m = {40, 30};
+  expected.cell_m = 0.1;
+  expected.patches = {{0.3, 2, 0.5, -6, 0.5}, {0.1, 1, 0.2, 0, 1}};
+  expected.stones = {{0.4, {0.2, 1}, 2, {0.5, 0.9}, {0.3, 0.6}, {0, 1}, 9}, {1, {0.2, 0.2}}};
+  CHECK(field_of(scenario) == expected);
+  CHECK(field_of(testing::parse(emit(*scenario))) == expected);
+  const auto sampled = testing::parse(
+      kHead + with_field("size_m: [40, 30], cell_m: 0.1, patches: [{share: {uniform: [0.1, 0.4]}, "
+                         "correlation_m: 2}], stones: [{density_per_m2: {uniform: [0.2, 0.6]}, "
+                         "diameter_m: [0.2, {uniform: [0.5, 1]}]}]"));
+  const HeightfieldSpec& field = field_of(sampled);
+  CHECK((field.patches[0].share > 0.1 && field.patches[0].share < 0.4));
+  CHECK((field.stones[0].diameter_m[1] > 0.5 && field.stones[0].diameter_m[1] < 1));
+}
+
 TEST_CASE("what a heightfield leaves out has its default") {
   const auto flat = testing::parse(kHead + with_field("size_m: [4, 3], cell_m: 1"));
   CHECK_FALSE(field_of(flat).roughness);
@@ -62,13 +87,15 @@ TEST_CASE("a heightfield from files is read and written") {
     return parse_scenario(text, "t.yaml", folder.path());
   };
   const auto npy = parse(kHead + with_field("file: h.npy, cell_m: 0.5, height_scale: -0.01, "
-                                            "height_offset_m: 3, reflectivity_map: m.png"));
+                                            "height_offset_m: 3, reflectivity_map: m.png, patches: "
+                                            "[{share: 0.5, correlation_m: 1}]"));
   HeightfieldSpec expected;
   expected.file = folder.path() / "h.npy";
   expected.cell_m = 0.5;
   expected.height_scale = -0.01;
   expected.height_offset_m = 3;
   expected.reflectivity_map = folder.path() / "m.png";
+  expected.patches = {{0.5, 1}};
   CHECK(field_of(npy) == expected);
   CHECK(field_of(parse(emit(*npy))) == expected);
   CHECK(input_files(*npy) == std::vector{expected.file, expected.reflectivity_map});
@@ -81,6 +108,8 @@ TEST_CASE("a heightfield from files is read and written") {
   CHECK(message("file: h.npy").find("shape.heightfield.cell_m: missing") != std::string::npos);
   CHECK(message("file: h.ASC, cell_m: 1").find("brings its own") != std::string::npos);
   CHECK(message("file: h.npy, cell_m: 1, ripples: []").find("beside a file") != std::string::npos);
+  CHECK(message("file: h.npy, cell_m: 1, patches: [{share: 1, correlation_m: 9, relief_factor: 2}]")
+            .find("relief_factor: of no effect beside a file") != std::string::npos);
   CHECK(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC").find("another ending") !=
         std::string::npos);
   CHECK(message("file: none.npy, cell_m: 1").find("is not there") != std::string::npos);
@@ -119,6 +148,18 @@ TEST_CASE("faults of heightfields are told at their keys") {
        "5:121: " + key + ".ripples.0.wavelength_m:", "less than 4 cells of 1 m"},
       {with_field("size_m: [4, 3], cell_m: 1, ripples: [{height_m: 2, wavelength_m: 5}]"),
        "5:104: " + key + ".ripples.0.height_m:", "too steep"},
+      {with_field("size_m: [4, 3], cell_m: 1, patches: [{share: 0.5, correlation_m: 1.5}]"),
+       "5:121: " + key + ".patches.0.correlation_m:", "less than 2 cells of 1 m"},
+      {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 1, diameter_m: [1, 3]}]"),
+       "5:124: " + key + ".stones.0.diameter_m:", "less than 2 cells of 1 m"},
+      {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 1, diameter_m: [3, 2]}]"),
+       "5:124: " + key + ".stones.0.diameter_m:", "3 is more than 2"},
+      // One square metre of stones on each, at an aspect of 0.8: pi / 4 * 4 * 0.4.
+      {with_field("size_m: [4, 3], cell_m: 1, stones: [{density_per_m2: 0.4, diameter_m: [2, 2]}]"),
+       "5:109: " + key + ".stones.0.density_per_m2:", "cover the bed 1.01 times"},
+      {with_field("size_m: [400, 300], cell_m: 0.1, stones: [{density_per_m2: 9, "
+                  "diameter_m: [0.2, 0.2]}]"),
+       "5:115: " + key + ".stones.0.density_per_m2:", "1.08e+06 stones"},
       {with_field("size_m: [4, 3], cell_m: 1, normals: flat"),
        "5:92: " + key + ".normals:", "face, smooth"},
   });

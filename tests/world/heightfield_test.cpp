@@ -143,14 +143,15 @@ TEST_CASE("terrain of the world is drawn by seed, sequence and name") {
   read.cell_m = 1;
   HeightfieldSpec painted = read;
   painted.reflectivity_map = read.file;
+  HeightfieldSpec patched = read;
+  patched.patches = {{0.5, 2, 8, 10, 1}};
   Scenario scenario;
   scenario.seed = 5;
   scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", made, {}},
-                      {"b", "x", "m", made, {}},
-                      {"c", "x", "m", read, {}},
-                      {"d", "x", "m", read, {}},
-                      {"e", "x", "m", painted, {}}};
+  scenario.objects = {{"a", "x", "m", made, {}},    {"b", "x", "m", made, {}},
+                      {"c", "x", "m", read, {}},    {"d", "x", "m", read, {}},
+                      {"e", "x", "m", painted, {}}, {"f", "x", "m", patched, {}},
+                      {"g", "x", "m", patched, {}}};
   const auto mesh = [](const Result<World>& world, int i) {
     return std::get<MeshShape>(world->objects[i].shape).mesh;
   };
@@ -163,12 +164,39 @@ TEST_CASE("terrain of the world is drawn by seed, sequence and name") {
   CHECK(mesh(world, 4)->reflectivity.size() == 4);
   CHECK_FALSE(world->instances[3].vertex_reflectivity);
   CHECK(world->instances[4].vertex_reflectivity);
+  CHECK(world->instances[5].vertex_reflectivity);
+  CHECK(mesh(world, 5)->vertices == mesh(world, 2)->vertices);
+  CHECK(mesh(world, 5)->reflectivity != mesh(world, 6)->reflectivity);
   const auto again = build_world(scenario, 3), other = build_world(scenario, 4);
   CHECK(mesh(again, 0)->vertices == mesh(world, 0)->vertices);
+  CHECK(mesh(again, 5)->reflectivity == mesh(world, 5)->reflectivity);
+  CHECK(mesh(other, 5)->reflectivity != mesh(world, 5)->reflectivity);
   CHECK(mesh(other, 0)->vertices != mesh(world, 0)->vertices);
   scenario.seed = 6;
   const auto reseeded = build_world(scenario, 3);
   CHECK(mesh(reseeded, 0)->vertices != mesh(world, 0)->vertices);
+}
+
+// Protects messages that need the cell of a file: .asc brings its own.
+TEST_CASE("stones and patches too small for the cells of a file are refused") {
+  const TemporaryFolder folder;
+  HeightfieldSpec field;
+  field.file = folder.write("h.asc", "ncols 2\nnrows 2\ncellsize 0.5\n0 0 0 0\n");
+  field.stones = {{0.8, {0.9, 2}}};
+  std::string key;
+  const auto stones = make_terrain(field, 1, key);
+  REQUIRE_FALSE(stones.ok());
+  CHECK(key == "stones.0.diameter_m");
+  CHECK(stones.error().message.find("less than 2 cells of 0.5 m") != std::string::npos);
+  field.stones[0].diameter_m = {1, 2};
+  CHECK(make_terrain(field, 1, key).ok());
+  field.stones[0].density_per_m2 = 1;  // times a mean outline of 1.08 m^2
+  REQUIRE_FALSE(make_terrain(field, 1, key).ok());
+  CHECK(key == "stones.0.density_per_m2");
+  field.stones.clear();
+  field.patches = {{0.5, 0.9, 0.2, 3, 1}};
+  REQUIRE_FALSE(make_terrain(field, 1, key).ok());
+  CHECK(key == "patches.0.correlation_m");
 }
 
 TEST_CASE("faults of terrain files stand behind their keys") {
