@@ -91,6 +91,43 @@ TEST_CASE("shaded beams keep their -3 dB width") {
   }
 }
 
+// Protects the echoes of every sonar without a shaded elevation: to the bit the line of before.
+TEST_CASE("the uniform elevation pattern is the line pattern") {
+  Sonar sonar;
+  sonar.elevation_width_rad = radians(20);
+  for (const double angle : {0.0, 0.3, -7.2, 10.0, 27.0, -80.0}) {
+    CHECK(elevation_pattern(sonar, radians(angle)) == line_pattern(radians(angle), radians(20)));
+  }
+}
+
+// Protects the meaning of elevation.width_deg and of the levels of side lobes, which are those of
+// both ways together, by closed forms: Hann's first zero is at u = 2, Chebyshev's first lobe where
+// u^2 - A^2 = 1, Taylor's first lobe is near his level.
+TEST_CASE("a shaded elevation pattern has its width, zeros and side lobes") {
+  const double width = 0.01;
+  const auto at = [&](const BeamShading& shading, double angle) {
+    Sonar sonar;
+    sonar.elevation_width_rad = width;
+    sonar.elevation_line = make_shaded_line(shading, width);
+    return elevation_pattern(sonar, angle);
+  };
+  for (const BeamShading& shading : {kHann, kTaylor, kChebyshev}) {
+    CHECK(at(shading, 0) == Approx(1).epsilon(1e-12));
+    CHECK(at(shading, width / 2) == Approx(std::sqrt(0.5)).epsilon(1e-5));
+    CHECK(at(shading, -width / 2) == at(shading, width / 2));
+  }
+  const double hann_wavelengths = make_shaded_line(kHann, width).aperture;
+  CHECK(hann_wavelengths * width / 2 == Approx(0.7203).epsilon(1e-4));
+  CHECK(at(kHann, std::asin(2 / hann_wavelengths)) == Approx(0).margin(1e-12));
+  const ShadedLine equal = make_shaded_line(kChebyshev, width);
+  const double first_lobe = std::asin(std::sqrt(1 + equal.a_squared) / equal.aperture);
+  CHECK(db(at(kChebyshev, first_lobe)) == Approx(-35).epsilon(1e-6));
+  CHECK(at(kChebyshev, first_lobe) < 0);
+  const ShadedLine taylor = make_shaded_line(kTaylor, width);
+  const Lobe lobe = side_lobes(taylor, 1)[0];
+  CHECK(db(at(kTaylor, std::asin(lobe.u / taylor.aperture))) == Approx(-35).margin(0.5));
+}
+
 // Protects the formula of the raised cosine, its whole value at u = 1 included.
 TEST_CASE("hann shading is the integral over its aperture") {
   const auto weight = [](double x) { return 0.5 + 0.5 * std::cos(2 * kPi * x); };
@@ -105,8 +142,7 @@ TEST_CASE("hann shading is the integral over its aperture") {
 // are the pattern's own values at whole u below nbar is zero beyond, and gives the pattern between.
 TEST_CASE("taylor shading is the integral over its aperture") {
   for (const auto& [side_lobe_db, nbar] : {std::pair{-35.0, 5}, {-25.0, 4}, {-50.0, 9}}) {
-    const ShadedLine pattern =
-        make_shaded_line({Shading::taylor, side_lobe_db, nbar}, radians(1));
+    const ShadedLine pattern = make_shaded_line({Shading::taylor, side_lobe_db, nbar}, radians(1));
     const auto weight = [&, nbar = nbar](double x) {
       double sum = 1;
       for (int m = 1; m < nbar; ++m) {

@@ -17,7 +17,8 @@ name: crowded
 seed: 3
 sequences: 12
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 8}
@@ -40,7 +41,8 @@ name: contrary
 seed: 3
 sequences: 100
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_min_m: {uniform: [0.2, 1.5]}
   range_max_m: {uniform: [1.2, 3]}
   beams: {count: 8, fov_deg: 24}

@@ -286,8 +286,9 @@ def check(checklist, root):
             check_table(checklist, label, scatterers)
             check_geometry(checklist, label, scatterers, sequence.pose(ping), sequence.sonar)
             check_draws(checklist, label, scatterers)
-            # Those fixed on surfaces are of no ray, and the files do not say of which leaf.
-            if sequence.speckle != "surface":
+            # Those fixed on surfaces are of no ray, and the files do not say of which leaf; nor into
+            # how many a cell of the fan is cut by need.
+            if sequence.speckle != "surface" and not sequence.rays_by_need:
                 check_keyed_draws(checklist, label, scatterers, sequence, ping)
                 check_footprint(checklist, label, scatterers, sequence)
             check_rician(checklist, label, scatterers, sequence)

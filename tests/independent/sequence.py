@@ -237,6 +237,7 @@ class Sequence:
         self.sonar = sonar_from_json(self.info)
         self.seed = self.info["seed"]
         self.speckle = self.info["scattering"]["speckle"]
+        self.rays_by_need = self.info["sonar"]["rays"].get("per_cell", 0) > 0
 
     def path(self, *parts):
         return os.path.join(self.folder, *parts)
