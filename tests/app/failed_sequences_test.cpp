@@ -174,7 +174,7 @@ TEST_CASE("a distribution that leaves its key's range is refused and nothing is 
   REQUIRE_FALSE(status.ok());
   CHECK(status.error().kind == ErrorKind::usage);
   INFO(status.error().message);
-  CHECK(status.error().message.find("crowded.yaml:21:26: water.sound_speed_m_s: ") !=
+  CHECK(status.error().message.find("crowded.yaml:22:26: water.sound_speed_m_s: ") !=
         std::string::npos);
   CHECK(status.error().message.find("{uniform: [1400, 10000.001]} reaches it") !=
         std::string::npos);
