@@ -15,6 +15,7 @@ import numpy as np
 
 import physics
 import random_numbers
+from beam_patterns import beam_pattern
 from checklist import run_main
 from sequence import DataSet
 from surface_laws import echo_energy, rician_share
@@ -256,7 +257,12 @@ def check_bounced(checklist, label, scatterers, sequence, ping):
                 "< 1e-6",
             )
         turned = sum(planes[name]["reflection"] < 0 for name in path["out"] + path["back"]) % 2
-        wrong = np.count_nonzero((mine["gain"] < 0) != bool(turned))
+        heard = beam_pattern(
+            mine["elevation_rad"].astype(np.float64),
+            sonar.elevation_width_rad,
+            sonar.elevation_shading,
+        )
+        wrong = np.count_nonzero((mine["gain"] < 0) != (bool(turned) ^ (heard < 0)))
         checklist.expect(wrong == 0, f"{label} path {path['id']}, gains of wrong sign", wrong, 0)
 
 
