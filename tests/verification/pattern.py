@@ -131,8 +131,8 @@ def elevation_pattern(bench):
     """The two-way elevation pattern, applied once, in the level of targets above and below."""
     plain, hann, taylor = Shading(), Shading("hann"), Shading("taylor", -25.0, 5)
     rows = targets_at(bench, "", plain, [-9.0, -6.0, -3.0, 0.0, 5.0, 10.0, 20.0, 28.0])
-    rows += targets_at(bench, "hann.", hann, [-20.0, -10.0, 0.0, 15.0, 25.0])
-    return rows + targets_at(bench, "taylor.", taylor, [-10.0, 0.0, 17.0, 27.0])
+    rows += targets_at(bench, "hann.", hann, [-20.0, -10.0, 0.0, 15.0, 22.0])
+    return rows + targets_at(bench, "taylor.", taylor, [-10.0, 0.0, 17.0, 21.0])
 
 
 def targets_at(bench, name, shading, angles):
