@@ -184,7 +184,7 @@ class Pages(Case):
 class Failures(Case):
     def test_faults_of_the_scenario(self):
         self.scenario.write_text(SMALL.replace("range_max_m", "range_mx_m"))
-        self.assertIn("small.yaml:6:3: sonar.range_mx_m",
+        self.assertIn("small.yaml:7:3: sonar.range_mx_m",
                       self.preview("small.yaml", status=2).stderr)
         self.scenario.write_text(SMALL.replace("range_max_m: 4", "range_max_m: 1") +
                                  "noise: {snr_db: 20}\n")
