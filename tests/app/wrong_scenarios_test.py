@@ -34,7 +34,7 @@ class WrongScenarios(Case):
         self.refuse(SMALL + "seed: 8\n", "wrong.yaml:15:1: seed", "twice")
 
     def test_wrong_type(self):
-        self.refuse(SMALL.replace("pings: 30", "pings: many"), ":12:38: trajectory.pings", "many")
+        self.refuse(SMALL.replace("pings: 30", "pings: many"), ":13:38: trajectory.pings", "many")
 
     def test_octal_looking_number(self):
         self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: 010"), ":7:16: sonar.range_max_m",
