@@ -8,15 +8,15 @@ namespace ensonify {
 namespace {
 
 // Where the main lobe has fallen to -3 dB.
-double half_power_u(const ReceivePattern& pattern) {
+double half_power_u(const ShadedLine& line) {
   const double level = std::sqrt(0.5);
   constexpr double kStep = 1.0 / 16;  // far less than a main lobe
   double high = kStep;
-  while (shaded_line(pattern, high) > level) high += kStep;
+  while (shaded_line(line, high) > level) high += kStep;
   double low = high - kStep;
   for (int halving = 0; halving < 60; ++halving) {
     const double middle = (low + high) / 2;
-    (shaded_line(pattern, middle) > level ? low : high) = middle;
+    (shaded_line(line, middle) > level ? low : high) = middle;
   }
   return (low + high) / 2;
 }
@@ -32,29 +32,29 @@ double dolph_array(double side_lobe_db, int elements, double u) {
 
 }  // namespace
 
-ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad) {
+ShadedLine make_shaded_line(const BeamShading& shading, double width_rad) {
   ENSONIFY_ASSERT(width_rad > 0);
-  ReceivePattern pattern{shading, 0.884 / width_rad, 0, 0};
-  if (shading.kind == Shading::uniform) return pattern;
+  ShadedLine line{shading, 0.884 / width_rad, 0, 0};
+  if (shading.kind == Shading::uniform) return line;
   if (shading.kind != Shading::hann) {
     ENSONIFY_ASSERT(shading.side_lobe_db < 0);
     const double a = std::acosh(std::pow(10.0, -shading.side_lobe_db / 20)) / kPi;
-    pattern.a_squared = a * a;
+    line.a_squared = a * a;
   }
   if (shading.kind == Shading::taylor) {
     ENSONIFY_ASSERT(shading.nbar >= 1);
     const double nbar = shading.nbar;
-    pattern.sigma_squared = nbar * nbar / (pattern.a_squared + (nbar - 0.5) * (nbar - 0.5));
+    line.sigma_squared = nbar * nbar / (line.a_squared + (nbar - 0.5) * (nbar - 0.5));
   }
-  pattern.aperture = 2 * half_power_u(pattern) / width_rad;
-  return pattern;
+  line.aperture = 2 * half_power_u(line) / width_rad;
+  return line;
 }
 
 std::vector<double> array_weights(const BeamShading& shading, int elements) {
-  const ReceivePattern pattern = make_receive_pattern(shading, 1.0);  // any width: only u matters
+  const ShadedLine line = make_shaded_line(shading, 1.0);  // any width: only u matters
   const auto value_at = [&](int u) {
     return shading.kind == Shading::chebyshev ? dolph_array(shading.side_lobe_db, elements, u)
-                                              : shaded_line(pattern, u);
+                                              : shaded_line(line, u);
   };
   std::vector<double> weights;
   for (int n = 0; n < elements; ++n) {

@@ -1,10 +1,11 @@
 // Beam patterns: amplitude against angle.
 //
-//   line_pattern  two_direction_pattern        uniform line: elevation, two-way
-//   hann_line  taylor_line  chebyshev_line     shaded lines, against u
-//   ReceivePattern  make_...  receive_pattern  one of them: azimuth, receive
-//   array_weights                              of single elements
-//   transmit_pattern                           azimuth, transmission
+//   line_pattern                                   uniform line
+//   hann_line  taylor_line  chebyshev_line         shaded lines, against u
+//   make_shaded_line  shaded_line  shaded_pattern  one of them: azimuth, receive
+//   elevation_pattern  two_direction_pattern       elevation, two-way
+//   array_weights                                  of single elements
+//   transmit_pattern                               azimuth, transmission
 #pragma once
 
 #include <cmath>
@@ -25,17 +26,8 @@ ENSONIFY_HD inline double sinc(double x) {
 }
 
 // sinc(0.884 sin(angle) / width), signed; -3 dB full width = width_rad for small widths.
-// In azimuth: one-way receive amplitude B_az (Choi et al. 2021, Eq 17).
-// In elevation: two-way amplitude B_el, applied once (Eq 18-22).
 ENSONIFY_HD inline double line_pattern(double angle_rad, double width_rad) {
   return sinc(0.884 * std::sin(angle_rad) / width_rad);
-}
-
-// The two-way pattern of sound that departs and arrives in different directions, from its values in
-// both: h(departure) h(arrival), h = sqrt|B|, with the sign at the arrival; B where both are equal.
-ENSONIFY_HD inline double two_direction_pattern(double departure, double arrival) {
-  if (departure == arrival) return arrival;
-  return std::copysign(std::sqrt(std::abs(departure * arrival)), arrival);
 }
 
 // sinc(u) / (1 - u^2): a line weighted by a raised cosine that is zero at its ends.
@@ -69,7 +61,7 @@ ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
   return top / std::cosh(kPi * std::sqrt(a_squared));
 }
 
-// The receive amplitude of a shaded line aperture. With u = aperture sin(angle), aperture in
+// The amplitude of a shaded line aperture. With u = aperture sin(angle), aperture in
 // wavelengths, B(0) = 1:
 //   uniform    sinc(u), aperture = 0.884 / width (Choi et al. 2021, Eq 17)
 //   hann       hann_line
@@ -80,31 +72,42 @@ ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
 //              (van der Maas, J. Appl. Phys. 25, 1954)
 // The shaded ones get the aperture that makes B(width / 2) = 1/sqrt(2) at small widths. Needs
 // side_lobe_db < 0 and nbar >= 1; Taylor's lobes are as ordered from nbar of about 2 A^2 + 1/2 on.
-struct ReceivePattern {
-  BeamShading shading;
-  double aperture = 0;       // in wavelengths
-  double a_squared = 0;      // A^2, of taylor and chebyshev
-  double sigma_squared = 0;  // of taylor
-};
-ReceivePattern make_receive_pattern(const BeamShading& shading, double width_rad);
+ShadedLine make_shaded_line(const BeamShading& shading, double width_rad);
 
 // At u = aperture sin(angle).
-ENSONIFY_HD inline double shaded_line(const ReceivePattern& pattern, double u) {
-  switch (pattern.shading.kind) {
+ENSONIFY_HD inline double shaded_line(const ShadedLine& line, double u) {
+  switch (line.shading.kind) {
     case Shading::hann:
       return hann_line(u);
     case Shading::taylor:
-      return taylor_line(u, pattern.shading.nbar, pattern.a_squared, pattern.sigma_squared);
+      return taylor_line(u, line.shading.nbar, line.a_squared, line.sigma_squared);
     case Shading::chebyshev:
-      return chebyshev_line(u, pattern.a_squared);
+      return chebyshev_line(u, line.a_squared);
     case Shading::uniform:
       break;
   }
   return sinc(u);
 }
 
-ENSONIFY_HD inline double receive_pattern(const ReceivePattern& pattern, double angle_rad) {
-  return shaded_line(pattern, pattern.aperture * std::sin(angle_rad));
+// In azimuth: one-way receive amplitude B_az.
+ENSONIFY_HD inline double shaded_pattern(const ShadedLine& line, double angle_rad) {
+  return shaded_line(line, line.aperture * std::sin(angle_rad));
+}
+
+// Two-way amplitude B_el, applied once (Choi et al. 2021, Eq 18-22): line_pattern, or that of the
+// sonar's shaded elevation_line.
+ENSONIFY_HD inline double elevation_pattern(const Sonar& sonar, double elevation_rad) {
+  if (sonar.elevation_line.shading.kind == Shading::uniform) {
+    return line_pattern(elevation_rad, sonar.elevation_width_rad);
+  }
+  return shaded_pattern(sonar.elevation_line, elevation_rad);
+}
+
+// The two-way pattern of sound that departs and arrives in different directions, from its values in
+// both: h(departure) h(arrival), h = sqrt|B|, with the sign at the arrival; B where both are equal.
+ENSONIFY_HD inline double two_direction_pattern(double departure, double arrival) {
+  if (departure == arrival) return arrival;
+  return std::copysign(std::sqrt(std::abs(departure * arrival)), arrival);
 }
 
 // Weights of a line of elements, their sum 1: against u = elements spacing sin(angle) / lambda the

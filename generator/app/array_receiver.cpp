@@ -21,7 +21,7 @@ Error refused(const std::string& key, const std::string& trouble) {
 
 // The aperture is the one that has the beam's width.
 double elements_for_width(const ArrayReceiver& array, const Sonar& sonar, double wavelength_m) {
-  const double aperture = make_receive_pattern(array.shading, sonar.beam_width_rad).aperture;
+  const double aperture = make_shaded_line(array.shading, sonar.beam_width_rad).aperture;
   return std::max(1.0, std::round(aperture * wavelength_m / array.spacing_m));
 }
 

@@ -10,7 +10,7 @@
 namespace ensonify {
 
 // None with sonar.receiver.mode: beams. Left out: spacing_m is half a wavelength c/f_c, `shading`
-// that of the beams, `elements` the aperture of the beam's width (make_receive_pattern) over the
+// that of the beams, `elements` the aperture of the beam's width (make_shaded_line) over the
 // spacing, rounded, at least 1. Errors are drawn by the seed alone, the same for all sequences:
 // with xi(n) = complex_normal(stream_key(seed, Stream::array, 0), 0, n, 0), each part of variance
 // 1/2, element n has the gain sqrt(2) Re(xi) gain_error_db in dB and the phase sqrt(2) Im(xi)

@@ -149,6 +149,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                         bool is_built) {
   Session session;
   session.sonar = sonar_of(scenario);
+  session.sonar.elevation_line = make_shaded_line(session.sonar.elevation_line.shading,
+                                                  session.sonar.elevation_width_rad);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
@@ -233,7 +235,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.speckle = scenario.scattering.speckle;
   info.motion_within_ping = scenario.motion_within_ping;
   info.receive_aperture_wavelengths =
-      make_receive_pattern(session.sonar.shading, session.sonar.beam_width_rad).aperture;
+      make_shaded_line(session.sonar.shading, session.sonar.beam_width_rad).aperture;
   if (session.sonar.array) {
     const ArrayGeometry array = make_array_geometry(session.sonar);
     info.element_y_m = array.y_m;

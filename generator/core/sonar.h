@@ -1,7 +1,7 @@
 // What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
 //
-//   Pulse  Window  BeamShading  ArrayReceiver  Adc   parts of it   name_of: their words in
-//   scenarios and files
+//   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc   parts of it   name_of: their
+//   words in scenarios and files
 //   Sonar    the instrument                 beam_azimuth_rad  sector_of
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
@@ -40,6 +40,15 @@ struct BeamShading {
   Shading kind = Shading::uniform;
   double side_lobe_db = -35;  // of taylor and chebyshev, against the main lobe
   int nbar = 5;               // of taylor: side lobes up to this one are near side_lobe_db
+};
+
+// A line aperture with such weights: make_shaded_line of acoustics/pattern.h, which has the
+// formulas.
+struct ShadedLine {
+  BeamShading shading;
+  double aperture = 0;       // in wavelengths
+  double a_squared = 0;      // A^2, of taylor and chebyshev
+  double sigma_squared = 0;  // of taylor
 };
 
 // dynamic: at each sample on the point of the beam from which an echo arrives just then, in the
@@ -87,8 +96,9 @@ struct Sonar {
   double beam_width_rad = 0;    // -3 dB, one-way receive
   BeamShading shading;
   double transmit_width_rad = 0;  // -3 dB, in azimuth about the boresight; 0: uniform
-  double elevation_width_rad = 0;
-  double elevation_fan_rad = 0;  // rays span [-fan/2, fan/2]
+  double elevation_width_rad = 0;  // -3 dB, two-way
+  ShadedLine elevation_line;       // of that width; uniform: its aperture is not looked at
+  double elevation_fan_rad = 0;    // rays span [-fan/2, fan/2]
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
   int rays_per_cell = 0;  // scatterers that a resolution cell gets at least; 0: as the fan has it

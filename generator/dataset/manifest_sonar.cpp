@@ -93,6 +93,12 @@ void instrument_members(Io& io, Info& info) {
   io.group("beams", [&](Io& beams) { beam_members(beams, info); });
   io.group("elevation", [&](Io& elevation) {
     elevation("width_rad", sonar.elevation_width_rad);
+    auto& line = sonar.elevation_line;
+    elevation.group("shading", [&](Io& shading) {
+      shading.word("kind", line.shading.kind, Shading::chebyshev);
+      shading("aperture_wavelengths", line.aperture);
+      side_lobe_members(shading, line.shading);
+    });
     elevation("fan_rad", sonar.elevation_fan_rad);
   });
   io.group("rays", [&](Io& rays) {

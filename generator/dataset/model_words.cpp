@@ -5,18 +5,20 @@
 namespace ensonify {
 namespace {
 
-const char* pattern_formula(Shading shading) {
+// Of the pattern `name`, B(theta) or the like.
+std::string pattern_formula(const std::string& name, Shading shading) {
   switch (shading) {
     case Shading::uniform:
-      return "B(theta) = sin(pi u)/(pi u); B(0) = 1";
+      return name + " = sin(pi u)/(pi u); B(0) = 1";
     case Shading::hann:
-      return "B(theta) = sin(pi u)/(pi u) / (1 - u^2); B(0) = 1";
+      return name + " = sin(pi u)/(pi u) / (1 - u^2); B(0) = 1";
     case Shading::taylor:
-      return "B(theta) = sin(pi u)/(pi u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - "
+      return name +
+             " = sin(pi u)/(pi u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - "
              "1/2)^2))) / (1 - u^2/n^2), sigma = nbar/sqrt(A^2 + (nbar - 1/2)^2), cosh(pi A) = "
              "10^(-side_lobe_db/20)";
     case Shading::chebyshev:
-      return "B(theta) = cos(pi sqrt(u^2 - A^2))/cosh(pi A), cosh(pi A) = 10^(-side_lobe_db/20)";
+      return name + " = cos(pi sqrt(u^2 - A^2))/cosh(pi A), cosh(pi A) = 10^(-side_lobe_db/20)";
   }
   return "";
 }
@@ -142,7 +144,12 @@ Json model_json(const SequenceInfo& info) {
          "scatterers gain: spreading, absorption, elevation and transmit pattern, both ways"},
         {"tau_i", "scatterers delay_s, two-way"},
         {"u", "sonar.beams.shading.aperture_wavelengths sin(theta)"}}},
-      {"beam_pattern", pattern_formula(sonar.shading.kind)},
+      {"beam_pattern", pattern_formula("B(theta)", sonar.shading.kind)},
+      {"elevation_pattern",
+       pattern_formula("B(elevation_rad)", sonar.elevation_line.shading.kind) +
+           ", u = sonar.elevation.shading.aperture_wavelengths sin(elevation_rad); two-way; where "
+           "the scatterer's sound departs and arrives in different directions, the geometric mean "
+           "of both"},
       {"beam_normalization",
        calibrated ? "N_j = 1" : "N_j = sqrt(sum over beams i of B(theta_i - theta_j)^2)"},
       {"pulse",

@@ -58,19 +58,6 @@ constexpr KindText kShadingTexts[] = {
     {"Chebyshev", "All side lobes at side_lobe_db"},
 };
 
-// Returns whether a kind of shading was read or written.
-bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {}) {
-  if (!f.begin_kind(key, shading.kind, Shading::chebyshev, kShadingTexts, rule)) return false;
-  if (shading.kind == Shading::taylor) taylor_fields(f, shading);
-  if (shading.kind == Shading::chebyshev) {
-    f.number(
-        {"side_lobe_db", "Side-lobe level", "Level of all side lobes relative to the main lobe"},
-        shading.side_lobe_db, kSideLobe);
-  }
-  f.end();
-  return true;
-}
-
 // A fan has either fov_deg or spacing_deg, which is fov_deg divided by the count.
 void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
   constexpr std::string_view kKeys[] = {"spacing_deg", "fov_deg"};
@@ -175,6 +162,18 @@ void adc_fields(Fields& f, std::optional<Adc>& given) {
 }
 
 }  // namespace
+
+bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule) {
+  if (!f.begin_kind(key, shading.kind, Shading::chebyshev, kShadingTexts, rule)) return false;
+  if (shading.kind == Shading::taylor) taylor_fields(f, shading);
+  if (shading.kind == Shading::chebyshev) {
+    f.number(
+        {"side_lobe_db", "Side-lobe level", "Level of all side lobes relative to the main lobe"},
+        shading.side_lobe_db, kSideLobe);
+  }
+  f.end();
+  return true;
+}
 
 void beam_fields(Fields& f, SonarSpec& sonar, Need need) {
   const Rule needed{.need = need, .unless = "preset"};

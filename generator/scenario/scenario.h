@@ -61,8 +61,8 @@ inline constexpr int kMaxElements = 4096;
 std::string dead_trouble(const std::vector<int>& dead, int elements);
 
 // Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
-// window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.fan_deg, rays.azimuth,
-// receiver and mount.
+// window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.shading,
+// elevation.fan_deg, rays.azimuth, rays.min_per_cell, receiver and mount.
 struct SonarSpec {
   double frequency_hz = 0;
   double bandwidth_hz = 0;
@@ -77,10 +77,11 @@ struct SonarSpec {
   BeamShading shading;
   std::optional<double> transmit_width_deg;  // absent: uniform over the fan
   double elevation_width_deg = 0;
+  BeamShading elevation_shading;
   double elevation_fan_deg = 0;  // left out: the width
   int rays_elevation = 0;
   int rays_azimuth = 1;
-  int rays_per_cell = 0;           // 0: left out
+  int rays_per_cell = 20;          // 0: as the fan has it
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;

@@ -28,6 +28,8 @@ inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 void fields(Fields& f, Scenario& scenario);
 void fields(Fields& f, SonarSpec& sonar);
 void beam_fields(Fields& f, SonarSpec& sonar, Need need);
+// Whether a kind of shading was read or written.
+bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {});
 void receiver_fields(Fields& f, SonarSpec& sonar);
 void fields(Fields& f, WaterSpec& water);
 void fields(Fields& f, MaterialSpec& material);

@@ -170,6 +170,11 @@ void elevation_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
   if (!f.begin({"elevation", "Elevation", "Beam pattern in elevation"}, needed)) return;
   f.number({"width_deg", "Beam width", "-3 dB width of the two-way pattern in elevation"},
            sonar.elevation_width_deg, kAngle, needed);
+  shading_fields(f,
+                 {"shading", "Shading",
+                  "Shape of the two-way pattern, as of an aperture with these weights; the -3 dB "
+                  "width is kept"},
+                 sonar.elevation_shading);
   if (!f.writing()) sonar.elevation_fan_deg = sonar.elevation_width_deg;
   f.number({"fan_deg", "Fan of rays",
             "Angle in elevation that the rays span, half of it on either side of the boresight; "
@@ -187,8 +192,8 @@ void ray_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
   f.renamed("per_cell", "min_per_cell");
   f.integer({"min_per_cell", "Minimum per resolution cell",
              "Adaptive refinement: cells of the fan are split in elevation until a resolution cell "
-             "of every surface holds at least this many scatterers; 20 is enough for speckle, 0 "
-             "splits no cell"},
+             "of every surface holds at least this many scatterers, enough for speckle by default; "
+             "0 splits no cell"},
             sonar.rays_per_cell, 0, kMaxPerCell);
   f.end();
 }
@@ -281,6 +286,7 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.beam_spacing_rad = radians(spec.beam_fov_deg) / spec.beam_count;
   sonar.beam_width_rad = radians(spec.beam_width_deg);
   sonar.elevation_width_rad = radians(spec.elevation_width_deg);
+  sonar.elevation_line.shading = spec.elevation_shading;
   sonar.elevation_fan_rad = radians(spec.elevation_fan_deg);
   sonar.rays_elevation = spec.rays_elevation;
   sonar.rays_azimuth = spec.rays_azimuth;

@@ -12,9 +12,9 @@ Mixing make_mixing(const Sonar& sonar) {
   const int count = sonar.beam_count;
   Mixing mixing;
   mixing.weight.resize(count);
-  const ReceivePattern pattern = make_receive_pattern(sonar.shading, sonar.beam_width_rad);
+  const ShadedLine pattern = make_shaded_line(sonar.shading, sonar.beam_width_rad);
   for (int k = 0; k < count; ++k) {
-    mixing.weight[k] = receive_pattern(pattern, k * sonar.beam_spacing_rad);
+    mixing.weight[k] = shaded_pattern(pattern, k * sonar.beam_spacing_rad);
   }
   mixing.scale.assign(count, 1.0);
   if (sonar.normalization == Normalization::calibrated) return mixing;

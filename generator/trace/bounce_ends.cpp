@@ -188,8 +188,8 @@ std::optional<Scatterer> echo_of(const LegEnd& out, const LegEnd& back, const So
   s.departure = {static_cast<float>(out.azimuth_rad), static_cast<float>(out.elevation_rad)};
   s.arrival = {static_cast<float>(back.azimuth_rad), static_cast<float>(back.elevation_rad)};
   const double pattern =
-      two_direction_pattern(line_pattern(out.elevation_rad, sonar.elevation_width_rad),
-                            line_pattern(back.elevation_rad, sonar.elevation_width_rad)) *
+      two_direction_pattern(elevation_pattern(sonar, out.elevation_rad),
+                            elevation_pattern(sonar, back.elevation_rad)) *
       transmit_pattern(out.azimuth_rad, sonar.transmit_width_rad);
   const double extinction_db = out.extinction_db.value_or(0) + back.extinction_db.value_or(0);
   s.gain = static_cast<float>(path_loss(out.length_m, back.length_m, water.absorption_db_m) *

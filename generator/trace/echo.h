@@ -103,7 +103,7 @@ struct FanDirections {
 
 inline FanDirections::Part elevation_part(double angle_rad, const Sonar& sonar) {
   return {angle_rad, std::cos(angle_rad), std::sin(angle_rad),
-          line_pattern(angle_rad, sonar.elevation_width_rad)};
+          elevation_pattern(sonar, angle_rad)};
 }
 
 inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {

@@ -37,9 +37,8 @@ double change_of_gain(const Scatterer& before, const Flight& flight, const Fligh
                       Direction departure, Direction arrival, const Sonar& sonar,
                       const Water& water) {
   const auto elevation = [&](Direction sent, Direction heard) {
-    const double width_rad = sonar.elevation_width_rad;
-    return two_direction_pattern(line_pattern(static_cast<double>(sent.elevation_rad), width_rad),
-                                 line_pattern(static_cast<double>(heard.elevation_rad), width_rad));
+    return two_direction_pattern(elevation_pattern(sonar, double{sent.elevation_rad}),
+                                 elevation_pattern(sonar, double{heard.elevation_rad}));
   };
   const auto azimuth = [&](Direction sent) {
     return transmit_pattern(static_cast<double>(sent.azimuth_rad), sonar.transmit_width_rad);

@@ -177,7 +177,7 @@ std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& al
 
 EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar) {
   return {azimuth_rad, elevation_rad, unit_vector(azimuth_rad, elevation_rad),
-          line_pattern(elevation_rad, sonar.elevation_width_rad),
+          elevation_pattern(sonar, elevation_rad),
           transmit_pattern(azimuth_rad, sonar.transmit_width_rad)};
 }
 

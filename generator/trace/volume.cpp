@@ -32,7 +32,7 @@ std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, 
       const double end = hit.instance == 0 ? std::numeric_limits<double>::infinity() : hit.range_m;
       if (!(end > 0)) continue;
       const double elevation = fan.elevation_rad[e];
-      const double amplitude = line_pattern(elevation, sonar.elevation_width_rad) * transmit;
+      const double amplitude = elevation_pattern(sonar, elevation) * transmit;
       const double weight = fan.solid_angle_sr[e] * amplitude * amplitude;
       rays.push_back({end, weight, weight * elevation, weight * elevation * elevation});
     }
@@ -85,7 +85,7 @@ class SectorMarch {
         const double end = hit.instance == 0 ? longest_m : std::min(hit.range_m, longest_m);
         if (!(end > 0)) continue;
         const double elevation = fan_.elevation_rad[e];
-        const double amplitude = line_pattern(elevation, sonar_.elevation_width_rad) * transmit;
+        const double amplitude = elevation_pattern(sonar_, elevation) * transmit;
         const Vec3 direction = rotate(pose_.rotation, unit_vector(azimuth, elevation));
         for (std::size_t v = 0; v < volumes_.size(); ++v) {
           march(volumes_[v], {pose_.position_m, direction}, step_m_, end, columns_[v]);

@@ -20,10 +20,10 @@ __global__ void one_scatterer(const double* in, double* out) {
   out[2] = target_amplitude_m(in[13]) + level_db(mean_square_pa2(in[14])) + radians(azimuth);
   const Vec3 p = transform_point({{range, azimuth, 0}, {}}, {1, 2, 3});
   out[3] = dot(p, normalized(cross(p, {0, 0, 1})));
-  ReceivePattern pattern;
+  ShadedLine pattern;
   pattern.shading.kind = static_cast<Shading>(static_cast<int>(in[15]));
   pattern.aperture = in[16];
-  out[4] = receive_pattern(pattern, azimuth) * transmit_pattern(azimuth, in[17]);
+  out[4] = shaded_pattern(pattern, azimuth) * transmit_pattern(azimuth, in[17]);
   out[5] = coherent_reflection(in[18], in[19], in[20], incidence);
 }
 

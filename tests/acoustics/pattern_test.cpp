@@ -19,7 +19,7 @@ struct Lobe {
 };
 
 // The first side lobes, by a fine search.
-std::vector<Lobe> side_lobes(const ReceivePattern& pattern, std::size_t count) {
+std::vector<Lobe> side_lobes(const ShadedLine& pattern, std::size_t count) {
   constexpr double kStep = 1e-3;
   std::vector<Lobe> lobes;
   for (double u = kStep; lobes.size() < count; u += kStep) {
@@ -67,9 +67,9 @@ TEST_CASE("a pattern's width is its -3 dB full width") {
 
 // Protects V2 and every old data set: a beam that is not shaded is the line of before.
 TEST_CASE("the uniform receive pattern is the line pattern") {
-  const ReceivePattern pattern = make_receive_pattern(kUniform, radians(1));
+  const ShadedLine pattern = make_shaded_line(kUniform, radians(1));
   for (const double angle : {0.0, 0.2, 0.5, 1.7, 30.0, -89.0}) {
-    CHECK(receive_pattern(pattern, radians(angle)) ==
+    CHECK(shaded_pattern(pattern, radians(angle)) ==
           Approx(line_pattern(radians(angle), radians(1))).margin(1e-14));
   }
 }
@@ -81,14 +81,51 @@ TEST_CASE("shaded beams keep their -3 dB width") {
        {kHann, kTaylor, kChebyshev, BeamShading{Shading::taylor, -20, 2},
         BeamShading{Shading::chebyshev, -60}}) {
     const double width = 1e-4;
-    const ReceivePattern pattern = make_receive_pattern(shading, width);
+    const ShadedLine pattern = make_shaded_line(shading, width);
     INFO("shading " << static_cast<int>(shading.kind));
-    CHECK(receive_pattern(pattern, 0) == Approx(1).epsilon(1e-12));
-    CHECK(receive_pattern(pattern, width / 2) == Approx(std::sqrt(0.5)).epsilon(1e-8));
-    CHECK(receive_pattern(pattern, -width / 2) == receive_pattern(pattern, width / 2));
+    CHECK(shaded_pattern(pattern, 0) == Approx(1).epsilon(1e-12));
+    CHECK(shaded_pattern(pattern, width / 2) == Approx(std::sqrt(0.5)).epsilon(1e-8));
+    CHECK(shaded_pattern(pattern, -width / 2) == shaded_pattern(pattern, width / 2));
     // Once down, the main lobe stays down.
-    CHECK(std::abs(receive_pattern(pattern, 0.55 * width)) < std::sqrt(0.5));
+    CHECK(std::abs(shaded_pattern(pattern, 0.55 * width)) < std::sqrt(0.5));
   }
+}
+
+// Protects the echoes of every sonar without a shaded elevation: to the bit the line of before.
+TEST_CASE("the uniform elevation pattern is the line pattern") {
+  Sonar sonar;
+  sonar.elevation_width_rad = radians(20);
+  for (const double angle : {0.0, 0.3, -7.2, 10.0, 27.0, -80.0}) {
+    CHECK(elevation_pattern(sonar, radians(angle)) == line_pattern(radians(angle), radians(20)));
+  }
+}
+
+// Protects the meaning of elevation.width_deg and of the levels of side lobes, which are those of
+// both ways together, by closed forms: Hann's first zero is at u = 2, Chebyshev's first lobe where
+// u^2 - A^2 = 1, Taylor's first lobe is near his level.
+TEST_CASE("a shaded elevation pattern has its width, zeros and side lobes") {
+  const double width = 0.01;
+  const auto at = [&](const BeamShading& shading, double angle) {
+    Sonar sonar;
+    sonar.elevation_width_rad = width;
+    sonar.elevation_line = make_shaded_line(shading, width);
+    return elevation_pattern(sonar, angle);
+  };
+  for (const BeamShading& shading : {kHann, kTaylor, kChebyshev}) {
+    CHECK(at(shading, 0) == Approx(1).epsilon(1e-12));
+    CHECK(at(shading, width / 2) == Approx(std::sqrt(0.5)).epsilon(1e-5));
+    CHECK(at(shading, -width / 2) == at(shading, width / 2));
+  }
+  const double hann_wavelengths = make_shaded_line(kHann, width).aperture;
+  CHECK(hann_wavelengths * width / 2 == Approx(0.7203).epsilon(1e-4));
+  CHECK(at(kHann, std::asin(2 / hann_wavelengths)) == Approx(0).margin(1e-12));
+  const ShadedLine equal = make_shaded_line(kChebyshev, width);
+  const double first_lobe = std::asin(std::sqrt(1 + equal.a_squared) / equal.aperture);
+  CHECK(db(at(kChebyshev, first_lobe)) == Approx(-35).epsilon(1e-6));
+  CHECK(at(kChebyshev, first_lobe) < 0);
+  const ShadedLine taylor = make_shaded_line(kTaylor, width);
+  const Lobe lobe = side_lobes(taylor, 1)[0];
+  CHECK(db(at(kTaylor, std::asin(lobe.u / taylor.aperture))) == Approx(-35).margin(0.5));
 }
 
 // Protects the formula of the raised cosine, its whole value at u = 1 included.
@@ -105,8 +142,7 @@ TEST_CASE("hann shading is the integral over its aperture") {
 // are the pattern's own values at whole u below nbar is zero beyond, and gives the pattern between.
 TEST_CASE("taylor shading is the integral over its aperture") {
   for (const auto& [side_lobe_db, nbar] : {std::pair{-35.0, 5}, {-25.0, 4}, {-50.0, 9}}) {
-    const ReceivePattern pattern =
-        make_receive_pattern({Shading::taylor, side_lobe_db, nbar}, radians(1));
+    const ShadedLine pattern = make_shaded_line({Shading::taylor, side_lobe_db, nbar}, radians(1));
     const auto weight = [&, nbar = nbar](double x) {
       double sum = 1;
       for (int m = 1; m < nbar; ++m) {
@@ -124,7 +160,7 @@ TEST_CASE("taylor shading is the integral over its aperture") {
 // Protects the removable poles: no jump where the sine and a factor vanish together.
 TEST_CASE("shaded patterns are smooth through whole u") {
   for (const BeamShading& shading : {kHann, kTaylor}) {
-    const ReceivePattern pattern = make_receive_pattern(shading, radians(1));
+    const ShadedLine pattern = make_shaded_line(shading, radians(1));
     for (int n = 1; n <= 6; ++n) {
       const double left = shaded_line(pattern, n - 1e-5), right = shaded_line(pattern, n + 1e-5);
       CHECK(shaded_line(pattern, n) == Approx((left + right) / 2).margin(1e-9));
@@ -135,7 +171,7 @@ TEST_CASE("shaded patterns are smooth through whole u") {
 // Protects the limit's claim against the array that it is the limit of: Dolph's weights make
 // T_{N-1}(x_0 cos(pi u / N)) / T_{N-1}(x_0), with N elements u = N d sin(angle)/lambda.
 TEST_CASE("chebyshev shading is the limit of Dolph's array") {
-  const ReceivePattern pattern = make_receive_pattern(kChebyshev, radians(1));
+  const ShadedLine pattern = make_shaded_line(kChebyshev, radians(1));
   constexpr int kElements = 4001;
   const double ratio = std::pow(10.0, 35.0 / 20);
   const double x0 = std::cosh(std::acosh(ratio) / (kElements - 1));
@@ -156,7 +192,7 @@ TEST_CASE("apertures and first side lobes of the shadings") {
   };
   for (const Row& row : {Row{kUniform, 0.884, -13.26, 1.62}, Row{kHann, 1.441, -31.47, 1.64},
                          Row{kTaylor, 1.187, -35.22, 1.60}, Row{kChebyshev, 1.131, -35.00, 1.60}}) {
-    const ReceivePattern pattern = make_receive_pattern(row.shading, radians(1));
+    const ShadedLine pattern = make_shaded_line(row.shading, radians(1));
     const double factor = pattern.aperture * radians(1);
     CHECK(factor == Approx(row.aperture_widths).margin(0.0005));
     const Lobe first = side_lobes(pattern, 1).front();
@@ -168,11 +204,11 @@ TEST_CASE("apertures and first side lobes of the shadings") {
 // Protects what the shadings are chosen for: Taylor's lobes up to nbar near the wanted level, then
 // falling; all of Chebyshev's at it.
 TEST_CASE("side lobes of taylor and chebyshev lie where they were wanted") {
-  const auto taylor = side_lobes(make_receive_pattern(kTaylor, radians(1)), 12);
+  const auto taylor = side_lobes(make_shaded_line(kTaylor, radians(1)), 12);
   for (int n = 0; n < 4; ++n) CHECK(taylor[n].level_db == Approx(-35.8).margin(0.8));
   for (int n = 4; n < 11; ++n) CHECK(taylor[n + 1].level_db < taylor[n].level_db - 0.5);
   for (const double level : {-20.0, -35.0, -50.0}) {
-    const ReceivePattern pattern = make_receive_pattern({Shading::chebyshev, level}, radians(1));
+    const ShadedLine pattern = make_shaded_line({Shading::chebyshev, level}, radians(1));
     for (const Lobe& lobe : side_lobes(pattern, 12)) {
       CHECK(lobe.level_db == Approx(level).margin(1e-3));
     }
@@ -203,7 +239,7 @@ TEST_CASE("element weights give the continuous line's pattern") {
       INFO(name_of(shading.kind) << ", " << elements << " elements");
       const std::vector<double> weights = array_weights(shading, elements);
       REQUIRE(weights.size() == static_cast<std::size_t>(elements));
-      const ReceivePattern pattern = make_receive_pattern(shading, radians(1));
+      const ShadedLine pattern = make_shaded_line(shading, radians(1));
       for (int u = 0; 2 * u < elements; ++u) {
         std::complex<double> sum = 0;
         for (int n = 0; n < elements; ++n) {
@@ -221,7 +257,7 @@ TEST_CASE("element weights keep the shading's side lobes") {
   for (const BeamShading& shading : {kUniform, kHann, kTaylor}) {
     INFO(name_of(shading.kind));
     const std::vector<double> weights = array_weights(shading, 101);
-    for (const Lobe& lobe : side_lobes(make_receive_pattern(shading, radians(1)), 4)) {
+    for (const Lobe& lobe : side_lobes(make_shaded_line(shading, radians(1)), 4)) {
       double sum = 0;
       for (int n = 0; n < 101; ++n) sum += weights[n] * std::cos(2 * kPi * lobe.u * (n - 50) / 101);
       CHECK(db(sum) == Approx(lobe.level_db).margin(0.5));

@@ -23,7 +23,8 @@ namespace {
 const std::string kScene = R"(ensonify: 1
 seed: 5
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 1.4
   beams: {count: 6, fov_deg: 24, receive_width_deg: 8}
   rays: {elevation: 4}

@@ -19,7 +19,8 @@ ENSONIFY = os.environ["ENSONIFY"]
 SCENARIO = """ensonify: 1
 seed: 3
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 1.5
   beams: {count: 8, fov_deg: 60, receive_width_deg: 8}
   rays: {elevation: 4}

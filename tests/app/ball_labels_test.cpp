@@ -16,7 +16,8 @@ namespace {
 constexpr const char* kBall = R"(ensonify: 1
 name: ball
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 9
   beams: {count: 41, fov_deg: 20.5}
   rays: {elevation: 401}

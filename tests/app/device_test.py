@@ -18,7 +18,8 @@ ARRAY = """ensonify: 1
 name: line
 seed: 3
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 32, fov_deg: 60, receive_width_deg: 4}
   rays: {elevation: 6, min_per_cell: 12}

@@ -11,8 +11,8 @@ namespace {
 
 const std::string kDrawn =
     "ensonify: 1\n"
-    "sonar: {preset: blueview_p900_90, range_max_m: 4, beams: {count: 8, fov_deg: 8}, "
-    "rays: {elevation: 4}}\n"
+    "sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 4, "
+    "beams: {count: 8, fov_deg: 8}, rays: {elevation: 4}}\n"
     "materials: {m: {reflectivity: {log_uniform: [1e-5, 1e-1]}}}\n"
     "objects: [{name: room, material: m, shape: {box: {size_m: [6, 6, 3], inward_facing: "
     "true}}}]\n";

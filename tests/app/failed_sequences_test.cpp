@@ -17,7 +17,8 @@ name: crowded
 seed: 3
 sequences: 12
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 8}
@@ -40,7 +41,8 @@ name: contrary
 seed: 3
 sequences: 100
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_min_m: {uniform: [0.2, 1.5]}
   range_max_m: {uniform: [1.2, 3]}
   beams: {count: 8, fov_deg: 24}
@@ -172,7 +174,7 @@ TEST_CASE("a distribution that leaves its key's range is refused and nothing is 
   REQUIRE_FALSE(status.ok());
   CHECK(status.error().kind == ErrorKind::usage);
   INFO(status.error().message);
-  CHECK(status.error().message.find("crowded.yaml:21:26: water.sound_speed_m_s: ") !=
+  CHECK(status.error().message.find("crowded.yaml:22:26: water.sound_speed_m_s: ") !=
         std::string::npos);
   CHECK(status.error().message.find("{uniform: [1400, 10000.001]} reaches it") !=
         std::string::npos);

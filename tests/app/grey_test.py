@@ -16,7 +16,8 @@ ENSONIFY = os.environ["ENSONIFY"]
 
 SCENARIO = """ensonify: 1
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 6
   beams: {count: 32, fov_deg: 32}
   rays: {elevation: 12}
@@ -136,7 +137,8 @@ seed: 5
 sequences: 5
 trajectory: {pings: 2}
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 5
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 8}

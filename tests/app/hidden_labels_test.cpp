@@ -31,7 +31,8 @@ Seen look(const std::string& objects, const std::string& sonar = "", const std::
   const std::string text = R"(ensonify: 1
 name: hidden
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 9
 )" + sonar + R"(materials: {m: {reflectivity: 1e-3}}
 objects:
@@ -189,7 +190,8 @@ namespace {
 constexpr const char* kWall = R"(ensonify: 1
 name: shadow
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 9
   beams: {count: 65, fov_deg: 32.5}
   rays: {elevation: 1200}

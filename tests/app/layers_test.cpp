@@ -23,7 +23,8 @@ using Samples = std::vector<std::complex<float>>;
 const std::string kHead = R"(ensonify: 1
 seed: 5
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 4
   beams: {count: 48, fov_deg: 48}
   rays: {elevation: 16}

@@ -21,13 +21,13 @@ trajectory: {ping_rate_hz: 5, pings: 4}
 """
 
 ROOM = HEAD + """
-sonar: {preset: blueview_p900_90, range_max_m: 20, rays: {elevation: 60}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 20, rays: {elevation: 60}}
 objects:
   - {name: room, class: room, material: m, shape: {box: {size_m: [40, 40, 6], inward_facing: true}}}
 """
 
 MESH = HEAD + """
-sonar: {preset: blueview_p900_90, range_max_m: 20, beams: {count: 64, fov_deg: 64}, rays: {elevation: 16}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 20, beams: {count: 64, fov_deg: 64}, rays: {elevation: 16}}
 objects:
   - {name: floor, class: floor, material: m, shape: {mesh: {file: floor.obj}}, pose: {position_m: [0, 0, -3]}}
 output: {cartesian: {height_px: 100}}

@@ -19,7 +19,8 @@ using Complex = std::complex<double>;
 
 const std::string kSonar = R"(ensonify: 1
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 8
   beams: {count: 32, fov_deg: 32}
   rays: {elevation: 8}

@@ -22,7 +22,8 @@ const std::string kShallow = R"(ensonify: 1
 name: shallow
 seed: 3
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 7
   beams: {count: 32, fov_deg: 32}
   elevation: {width_deg: 30, fan_deg: 50}

@@ -14,7 +14,8 @@ namespace {
 
 std::string scene(const std::string& ball_position, double reflectivity,
                   const std::string& mount = "[0, 20, 0]") {
-  return "ensonify: 1\nname: looks\nsonar:\n  preset: blueview_p900_90\n  range_max_m: 6\n  beams: "
+  return "ensonify: 1\nname: looks\nsonar:\n  preset: paper_table1\n  bandwidth_hz: 29900\n"
+         "  range_max_m: 6\n  beams: "
          "{count: 48, fov_deg: 48, shading: {taylor: {side_lobe_db: -40}}}\n  elevation: {width_deg: 20}\n  rays: {elevation: 60}\n  mount: "
          "{rotation_deg: " +
          mount + "}\nmaterials: {sand: {reflectivity: 1e-3}, m: {reflectivity: " +

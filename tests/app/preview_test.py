@@ -22,7 +22,8 @@ SMALL = """ensonify: 1
 name: little_room
 seed: 7
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 4
   beams: {count: 64, fov_deg: 64}
   rays: {elevation: 40, azimuth: 2, min_per_cell: 24}
@@ -183,7 +184,7 @@ class Pages(Case):
 class Failures(Case):
     def test_faults_of_the_scenario(self):
         self.scenario.write_text(SMALL.replace("range_max_m", "range_mx_m"))
-        self.assertIn("small.yaml:6:3: sonar.range_mx_m",
+        self.assertIn("small.yaml:7:3: sonar.range_mx_m",
                       self.preview("small.yaml", status=2).stderr)
         self.scenario.write_text(SMALL.replace("range_max_m: 4", "range_max_m: 1") +
                                  "noise: {snr_db: 20}\n")

@@ -17,7 +17,8 @@ SMALL = """ensonify: 1
 name: small
 seed: 7
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 4
   beams: {count: 64, fov_deg: 64}
   rays: {elevation: 16, min_per_cell: 12}

@@ -44,7 +44,7 @@ void generate_with(const std::string& objects, const std::string& trajectory) {
   options.input.scenario =
       folder.write("real.yaml",
                    "ensonify: 1\nname: real\n"
-                   "sonar: {preset: blueview_p900_90, range_max_m: 12,\n"
+                   "sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 12,\n"
                    "        beams: {count: 64, fov_deg: 90}}\n"
                    "materials: {m: {reflectivity: 1e-2}}\n" +
                        objects + trajectory + "output: {cartesian: {height_px: 100}}\n");

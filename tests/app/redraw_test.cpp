@@ -19,7 +19,8 @@ name: crowded
 seed: 3
 sequences: 12
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 8}

@@ -13,8 +13,8 @@ namespace {
 
 const std::string kProfiledWater =
     "ensonify: 1\nname: t\n"
-    "sonar: {preset: blueview_p900_90, range_max_m: 30, beams: {count: 15, fov_deg: 15},\n"
-    "        rays: {elevation: 24}}\n"
+    "sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 30,\n"
+    "        beams: {count: 15, fov_deg: 15}, rays: {elevation: 24}}\n"
     "output: {cartesian: false, scatterers: true}\n";
 
 struct Peak {

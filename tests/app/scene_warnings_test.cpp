@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kScene = R"(ensonify: 1
 name: scene
-sonar: {preset: blueview_p900_90, range_max_m: 5, beams: {count: 8, fov_deg: 24}, rays: {elevation: 4}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 5, beams: {count: 8, fov_deg: 24}, rays: {elevation: 4}}
 materials: {m: {reflectivity: 1e-3}}
 objects:
 )";

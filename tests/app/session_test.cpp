@@ -68,7 +68,8 @@ namespace {
 std::vector<std::string> warnings(const std::string& rays, const std::string& more = "",
                                   const std::string& depth_m = "1") {
   const SceneRun run = SceneRun::of_text(
-      "ensonify: 1\nsonar: {preset: blueview_p900_90, range_max_m: 8, beams: {count: 16, fov_deg: "
+      "ensonify: 1\nsonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 8, "
+      "beams: {count: 16, fov_deg: "
       "16}, elevation: {width_deg: 20, fan_deg: 40}, rays: " +
       rays +
       "}\nmaterials: {sand: {reflectivity: 1e-3}}\nobjects: [{name: bed, material: sand, shape: "

@@ -17,7 +17,8 @@ inline constexpr const char* kSmall = R"(ensonify: 1
 name: small
 seed: 7
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 8}

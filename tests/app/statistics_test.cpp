@@ -21,7 +21,8 @@ constexpr const char* kStudy = R"(ensonify: 1
 name: study
 seed: 5
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 36, fov_deg: 36}
   rays: {elevation: 16}

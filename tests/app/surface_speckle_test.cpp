@@ -22,7 +22,7 @@ std::string pair_text(const std::string& sonar_way, const std::string& box_way) 
   return R"(ensonify: 1
 name: pair
 seed: 3
-sonar: {preset: blueview_p900_90, range_max_m: 4, beams: {count: 24, fov_deg: 24}, rays: {elevation: 8}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 4, beams: {count: 24, fov_deg: 24}, rays: {elevation: 8}}
 scattering: {speckle: surface}
 materials: {m: {reflectivity: 1e-3}}
 objects:

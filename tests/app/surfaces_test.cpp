@@ -15,7 +15,8 @@ namespace {
 constexpr const char* kSurfacesScene = R"(ensonify: 1
 name: surfaces
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 8
   beams: {count: 40, fov_deg: 20}
   rays: {elevation: 200, min_per_cell: 4}

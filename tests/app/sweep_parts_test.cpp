@@ -22,7 +22,7 @@ using test::TemporaryFolder;
 
 Scenario scenario_with(const std::string& more, const std::vector<Override>& overrides = {}) {
   const std::string text =
-      "ensonify: 1\nseed: 3\nsonar: {preset: blueview_p900_90}\n"
+      "ensonify: 1\nseed: 3\nsonar: {preset: paper_table1, bandwidth_hz: 29900}\n"
       "materials: {m: {reflectivity: 1e-3}}\n" +
       more;
   return *parse_scenario(text, "test.yaml", ".", overrides);

@@ -22,7 +22,7 @@ PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 BASE = """ensonify: 1
 name: small
 seed: 5
-sonar: {preset: blueview_p900_90, range_max_m: 4, bandwidth_hz: 1e4, beams: {count: 64, fov_deg: 45},
+sonar: {preset: paper_table1, range_max_m: 4, bandwidth_hz: 1e4, beams: {count: 64, fov_deg: 45},
         rays: {elevation: 4, azimuth: 64}}
 materials: {m: {reflectivity: 1e-3}}
 objects:

@@ -128,8 +128,7 @@ TEST_CASE("the school echoes fish by fish") {
   const auto energy_of = [&](Vec3 world_m) {
     const Vec3 p = inverse_transform_point(ping.sonar_in_world, world_m);
     REQUIRE(in_fan(run.session().sonar, p));
-    const double pattern =
-        line_pattern(std::asin(p.z / length(p)), run.session().sonar.elevation_width_rad);
+    const double pattern = elevation_pattern(run.session().sonar, std::asin(p.z / length(p)));
     const double loss = two_way_loss(length(p), run.session().water.absorption_db_m);
     return std::pow(10, spec.target_strength_db / 10) * loss * loss * pattern * pattern;
   };

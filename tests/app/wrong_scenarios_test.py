@@ -27,22 +27,22 @@ class WrongScenarios(Case):
         return result.stderr
 
     def test_unknown_key_with_the_nearest(self):
-        self.refuse(SMALL.replace("range_max_m", "range_mx_m"), "wrong.yaml:6:3: sonar.range_mx_m",
+        self.refuse(SMALL.replace("range_max_m", "range_mx_m"), "wrong.yaml:7:3: sonar.range_mx_m",
                     "range_max_m")
 
     def test_key_given_twice(self):
-        self.refuse(SMALL + "seed: 8\n", "wrong.yaml:14:1: seed", "twice")
+        self.refuse(SMALL + "seed: 8\n", "wrong.yaml:15:1: seed", "twice")
 
     def test_wrong_type(self):
-        self.refuse(SMALL.replace("pings: 30", "pings: many"), ":12:38: trajectory.pings", "many")
+        self.refuse(SMALL.replace("pings: 30", "pings: many"), ":13:38: trajectory.pings", "many")
 
     def test_octal_looking_number(self):
-        self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: 010"), ":6:16: sonar.range_max_m",
+        self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: 010"), ":7:16: sonar.range_max_m",
                     "010")
 
     def test_negative_and_nan_numbers(self):
         text = SMALL.replace("reflectivity: 1e-3", "reflectivity: -1e-3")
-        self.refuse(text, ":9:31: materials.m.reflectivity", "-1e-3")
+        self.refuse(text, ":10:31: materials.m.reflectivity", "-1e-3")
         self.refuse(SMALL.replace("range_max_m: 4", "range_max_m: .nan"), "sonar.range_max_m")
 
     def test_missing_file(self):
@@ -65,7 +65,7 @@ class WrongScenarios(Case):
 
     def test_negative_absorption(self):
         self.refuse(SMALL + "water: {absorption: {fixed_db_m: -0.1}}\n",
-                    "wrong.yaml:14:34: water.absorption.fixed_db_m", "-0.1")
+                    "wrong.yaml:15:34: water.absorption.fixed_db_m", "-0.1")
 
     def test_grazing_table_with_gaps(self):
         (self.folder / "sand.csv").write_text("grazing_deg,strength_db\n0,-60\n10,\n20,-30\n60,-20\n")

@@ -125,6 +125,21 @@ TEST_CASE("the model describes the beams and the converter") {
   CHECK(words(info, "beam_pattern").find("cosh") != std::string::npos);
 }
 
+// Protects who rebuilds gains from a file: the pattern in elevation is not that of the beams.
+TEST_CASE("the model describes the pattern in elevation") {
+  auto info = sample::sequence_info(0);
+  info.sonar.elevation_line.aperture = 3;
+  CHECK(sonar_json(info)["elevation"]["shading"] ==
+        Json({{"kind", "uniform"}, {"aperture_wavelengths", 3.0}}));
+  CHECK(words(info, "elevation_pattern").starts_with("B(elevation_rad) = sin(pi u)/(pi u); "));
+  info.sonar.elevation_line.shading = {Shading::taylor, -40, 6};
+  CHECK(sonar_json(info)["elevation"]["shading"]["side_lobe_db"] == -40);
+  CHECK(sonar_json(info)["elevation"]["shading"]["nbar"] == 6);
+  CHECK(sonar_json(info)["beams"]["shading"]["kind"] == "uniform");
+  CHECK(words(info, "elevation_pattern").find("prod_{n=1}") != std::string::npos);
+  CHECK(words(info, "beam_pattern").find("prod_{n=1}") == std::string::npos);
+}
+
 // Protects readers of an array's data: every number of every element, and its own formulas; nothing
 // new in a data set of beams.
 TEST_CASE("the model describes an array") {

@@ -39,6 +39,7 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.sonar.beam_width_rad = 0.02;
   info.receive_aperture_wavelengths = 44;
   info.sonar.elevation_width_rad = info.sonar.elevation_fan_rad = 0.3;
+  info.sonar.elevation_line.aperture = 2.9;
   info.sonar.rays_elevation = 3;
   info.record = {kSamples, 128, 1 / 29.9e3};
   info.noise_spectrum_level_db = 30;

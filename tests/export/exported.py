@@ -27,7 +27,8 @@ name: exported
 seed: 13
 sequences: 2
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: {choice: [4, 5]}
   beams: {count: 48, fov_deg: 60}
   rays: {elevation: 24}

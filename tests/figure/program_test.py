@@ -15,7 +15,8 @@ SCENARIO = """ensonify: 1
 name: drawn
 seed: 5
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 3
   beams: {count: 24, fov_deg: 60}
   rays: {elevation: 8}

@@ -195,6 +195,13 @@ def check_description(checklist, data_set, sequence):
         aperture,
         1e-6 * aperture,
     )
+    height = beam_patterns.aperture_wavelengths(sonar.elevation_shading, sonar.elevation_width_rad)
+    checklist.near(
+        f"{name} aperture_wavelengths in elevation",
+        sequence.stated_elevation_aperture_wavelengths,
+        height,
+        1e-6 * height,
+    )
 
 
 def check_sequence_files(checklist, sequence):

@@ -15,6 +15,7 @@ import numpy as np
 
 import physics
 import random_numbers
+from beam_patterns import beam_pattern
 from checklist import run_main
 from sequence import DataSet
 from surface_laws import echo_energy, rician_share
@@ -256,7 +257,12 @@ def check_bounced(checklist, label, scatterers, sequence, ping):
                 "< 1e-6",
             )
         turned = sum(planes[name]["reflection"] < 0 for name in path["out"] + path["back"]) % 2
-        wrong = np.count_nonzero((mine["gain"] < 0) != bool(turned))
+        heard = beam_pattern(
+            mine["elevation_rad"].astype(np.float64),
+            sonar.elevation_width_rad,
+            sonar.elevation_shading,
+        )
+        wrong = np.count_nonzero((mine["gain"] < 0) != (bool(turned) ^ (heard < 0)))
         checklist.expect(wrong == 0, f"{label} path {path['id']}, gains of wrong sign", wrong, 0)
 
 
@@ -286,8 +292,9 @@ def check(checklist, root):
             check_table(checklist, label, scatterers)
             check_geometry(checklist, label, scatterers, sequence.pose(ping), sequence.sonar)
             check_draws(checklist, label, scatterers)
-            # Those fixed on surfaces are of no ray, and the files do not say of which leaf.
-            if sequence.speckle != "surface":
+            # Those fixed on surfaces are of no ray, and the files do not say of which leaf; nor into
+            # how many a cell of the fan is cut by need.
+            if sequence.speckle != "surface" and not sequence.rays_by_need:
                 check_keyed_draws(checklist, label, scatterers, sequence, ping)
                 check_footprint(checklist, label, scatterers, sequence)
             check_rician(checklist, label, scatterers, sequence)

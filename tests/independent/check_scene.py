@@ -29,6 +29,8 @@ def main(program: str, scenario: str, pings: str, *more: str) -> int:
                 "--pings",
                 f"0:{pings}",
                 "--export-scatterers",
+                "--set",
+                "sonar.rays.min_per_cell=0",  # what check_scatterers can number
                 "--quiet",
             ],
             check=True,

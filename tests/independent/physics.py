@@ -55,7 +55,8 @@ def propagation_gain(range_m, azimuth_rad, elevation_rad, sonar):
     """Spreading and absorption over both ways, elevation pattern (once), transmit pattern."""
     loss = 10.0 ** (-sonar.absorption_db_m * 2.0 * range_m / 20.0)
     sent = transmit_pattern(azimuth_rad, sonar.transmit_width_rad)
-    return loss * sent * beam_pattern(elevation_rad, sonar.elevation_width_rad) / range_m**2
+    up = beam_pattern(elevation_rad, sonar.elevation_width_rad, sonar.elevation_shading)
+    return loss * sent * up / range_m**2
 
 
 def _trigonometric_sums(coefficients, cycles, bins):

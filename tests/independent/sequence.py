@@ -101,6 +101,7 @@ class Sonar:
     normalization: str
     noise_level_db: float | None
     shading: Shading = Shading()
+    elevation_shading: Shading = Shading()
     transmit_width_rad: float | None = None
     adc: Adc | None = None
     snr_db: float | None = None
@@ -152,6 +153,12 @@ def _rows(entry, names):
     return {**entry, names: tuple(map(tuple, entry[names]))} if names in entry else entry
 
 
+def _shading(entry):
+    return _optional_fields(
+        Shading, entry, {name: name for name in ("kind", "side_lobe_db", "nbar")}
+    )
+
+
 def sonar_from_json(info):
     """The sonar of a sequence.json, with what the closed formulas cannot cover named."""
     sonar, water, rays = info["sonar"], info["water"], info["sonar"]["rays"]
@@ -181,9 +188,8 @@ def sonar_from_json(info):
         ),
         normalization=sonar["normalization"],
         noise_level_db=noise.get("spectrum_level_db"),
-        shading=_optional_fields(
-            Shading, beams["shading"], {name: name for name in ("kind", "side_lobe_db", "nbar")}
-        ),
+        shading=_shading(beams["shading"]),
+        elevation_shading=_shading(sonar["elevation"]["shading"]),
         transmit_width_rad=beams["transmit_width_rad"],
         adc=None if adc is None else Adc(adc["bits"], adc["full_scale_db"], adc["step_pa"]),
         snr_db=noise.get("snr_db"),
@@ -231,6 +237,7 @@ class Sequence:
         self.sonar = sonar_from_json(self.info)
         self.seed = self.info["seed"]
         self.speckle = self.info["scattering"]["speckle"]
+        self.rays_by_need = self.info["sonar"]["rays"].get("per_cell", 0) > 0
 
     def path(self, *parts):
         return os.path.join(self.folder, *parts)
@@ -282,6 +289,10 @@ class Sequence:
     @property
     def stated_aperture_wavelengths(self):
         return self.info["sonar"]["beams"]["shading"]["aperture_wavelengths"]
+
+    @property
+    def stated_elevation_aperture_wavelengths(self):
+        return self.info["sonar"]["elevation"]["shading"]["aperture_wavelengths"]
 
     @property
     def stated_bytes(self):

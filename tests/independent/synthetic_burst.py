@@ -46,6 +46,16 @@ FAULTS = [
         "check_files",
         described("sonar", "beams", "shading", "aperture_wavelengths", factor=0.999),
     ),
+    (
+        "another pattern in elevation",
+        "check_scatterers",
+        described("sonar", "elevation", "shading", "kind", value="chebyshev"),
+    ),
+    (
+        "a lower aperture",
+        "check_files",
+        described("sonar", "elevation", "shading", "aperture_wavelengths", factor=0.999),
+    ),
     ("a longer pulse", "check_files", described("record", "pulse_extent_s", factor=1.01)),
     ("a gain of nothing", "check_files", described("sonar", "processing_gain", value=2.0)),
     (

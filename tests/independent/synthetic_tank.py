@@ -70,6 +70,7 @@ def sonar_of(kind):
         None,
         pulse=Pulse("cw", 2e-4, window="hann"),
         shading=Shading("taylor"),
+        elevation_shading=Shading("hann"),
         transmit_width_rad=np.radians(80.0),
         adc=adc,
         snr_db=30.0,
@@ -243,6 +244,13 @@ def listing(folder, skip=()):
     return rows
 
 
+def stated_shading(shading, width_rad):
+    return {
+        **dataclasses.asdict(shading),
+        "aperture_wavelengths": aperture_wavelengths(shading, width_rad),
+    }
+
+
 def description(sonar, number, limits_db, kind="plain"):
     """sequence.json without its list of files."""
     return {
@@ -267,12 +275,13 @@ def description(sonar, number, limits_db, kind="plain"):
                 "spacing_rad": sonar.spacing_rad,
                 "width_rad": sonar.width_rad,
                 "transmit_width_rad": sonar.transmit_width_rad,
-                "shading": {
-                    **dataclasses.asdict(sonar.shading),
-                    "aperture_wavelengths": aperture_wavelengths(sonar.shading, sonar.width_rad),
-                },
+                "shading": stated_shading(sonar.shading, sonar.width_rad),
             },
-            "elevation": {"width_rad": sonar.elevation_width_rad, "fan_rad": sonar.fan_rad},
+            "elevation": {
+                "width_rad": sonar.elevation_width_rad,
+                "fan_rad": sonar.fan_rad,
+                "shading": stated_shading(sonar.elevation_shading, sonar.elevation_width_rad),
+            },
             "rays": {"elevation": sonar.rays_elevation, "azimuth": sonar.rays_azimuth},
         },
         "water": {"sound_speed_m_s": 1500.0, "absorption_db_m": sonar.absorption_db_m},

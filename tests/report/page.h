@@ -21,7 +21,8 @@ inline constexpr const char* kScene = R"(ensonify: 1
 name: page
 seed: 7
 sonar:
-  preset: blueview_p900_90
+  preset: paper_table1
+  bandwidth_hz: 29900
   range_max_m: 4
   beams: {count: 48, fov_deg: 48}
   rays: {elevation: 16}

@@ -11,7 +11,7 @@ PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENARIO = """ensonify: 1
 name: told
 seed: 3
-sonar: {preset: blueview_p900_90, range_max_m: 3, beams: {count: 16, fov_deg: 16}, rays: {elevation: 8}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 3, beams: {count: 16, fov_deg: 16}, rays: {elevation: 8}}
 materials: {m: {reflectivity: 1e-3}}
 objects:
   - {name: wall, class: wall, material: m, shape: {plane: {}}, pose: {position_m: [2, 0, 0], rotation_deg: [0, -90, 0]}}

@@ -145,10 +145,24 @@ TEST_CASE("the paper's sonar has the paper's numbers") {
     CHECK(sonar.beam_fov_deg == 90);
     CHECK(sonar.beam_width_deg == 1);
     CHECK(sonar.elevation_width_deg == 20);
-    CHECK(sonar.elevation_fan_deg == 20);
-    CHECK(sonar.rays_elevation == 114);
     CHECK(sonar.rays_azimuth == 1);
     CHECK(sonar.range_max_m == 60);
+  }
+  CHECK(printed->sonar.elevation_shading.kind == Shading::uniform);
+  CHECK(printed->sonar.elevation_fan_deg == 20);
+  CHECK(printed->sonar.rays_elevation == 114);
+  CHECK(printed->sonar.rays_per_cell == 0);
+}
+
+// Protects the density of rays: that of the paper, over the whole fan of each preset.
+TEST_CASE("presets have a ray for each 0.18 degrees of elevation") {
+  for (const SonarPreset& preset : sonar_presets()) {
+    INFO(preset.name);
+    const auto scenario = parse(using_preset("preset: " + preset.name));
+    REQUIRE(scenario.ok());
+    const SonarSpec& sonar = scenario->sonar;
+    CHECK(sonar.elevation_fan_deg / sonar.rays_elevation == Approx(20.0 / 114).epsilon(0.015));
+    CHECK(sonar.rays_per_cell == (preset.name == "paper_table1" ? 0 : 20));
   }
 }
 

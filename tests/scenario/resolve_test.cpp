@@ -40,7 +40,8 @@ TEST_CASE("the stages get pulse, window, shading, transmit width and converter")
   const auto scenario = parse(
       "ensonify: 1\nsonar: {preset: seabat_f50, pulse: {lfm: {duration_s: 2e-3, taper: 0.3}}, "
       "window: hamming, beams: {shading: {taylor: {side_lobe_db: -40, nbar: 9}}, "
-      "transmit_width_deg: 90}, receiver: {adc: {bits: 8, full_scale_db: 160}}}\n");
+      "transmit_width_deg: 90}, elevation: {shading: chebyshev}, receiver: {adc: {bits: 8, "
+      "full_scale_db: 160}}}\n");
   INFO((scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   const Sonar sonar = sonar_of(*scenario);
@@ -52,6 +53,7 @@ TEST_CASE("the stages get pulse, window, shading, transmit width and converter")
   CHECK(sonar.shading.side_lobe_db == -40);
   CHECK(sonar.shading.nbar == 9);
   CHECK(sonar.transmit_width_rad == Approx(kPi / 2));
+  CHECK(sonar.elevation_line.shading.kind == Shading::chebyshev);
   REQUIRE(sonar.adc);
   CHECK(sonar.adc->bits == 8);
   CHECK(sonar.adc->full_scale_db == 160);

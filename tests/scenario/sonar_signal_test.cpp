@@ -135,6 +135,32 @@ TEST_CASE("a shading is a word or a map of one") {
   CHECK(sonar_with("beams: {transmit_width_deg: 180}").transmit_width_deg == 180);
 }
 
+// Protects the pattern in elevation from that in azimuth, and the defaults: no preset, no shading.
+TEST_CASE("the pattern in elevation has a shading of its own") {
+  const SonarSpec both = sonar_with(
+      "beams: {shading: uniform}, elevation: {shading: {taylor: {side_lobe_db: -25, nbar: 7}}}");
+  CHECK(both.shading.kind == Shading::uniform);
+  CHECK(both.elevation_shading.kind == Shading::taylor);
+  CHECK(both.elevation_shading.side_lobe_db == -25);
+  CHECK(both.elevation_shading.nbar == 7);
+  CHECK(sonar_with("elevation: {shading: chebyshev}").elevation_shading.side_lobe_db == -35);
+  const auto bare = parse(
+      "ensonify: 1\nsonar: {frequency_hz: 9e5, bandwidth_hz: 3e4, source_level_db: 200, "
+      "range_max_m: "
+      "20, beams: {count: 90, fov_deg: 45, receive_width_deg: 2}, elevation: {width_deg: 10}, "
+      "rays: "
+      "{elevation: 5}}\n");
+  REQUIRE(bare.ok());
+  CHECK(bare->sonar.elevation_shading.kind == Shading::uniform);
+  CHECK(bare->sonar.elevation_fan_deg == 10);
+  CHECK(bare->sonar.rays_per_cell == 20);
+  check_single_sonar_faults({
+      {"elevation: {shading: han}", "3:56: sonar.elevation.shading:", "did you mean hann?"},
+      {"elevation: {shading: {taylor: {nbar: 4}}}",
+       "3:72: sonar.elevation.shading.taylor.nbar:", "accepted is 5 or more"},
+  });
+}
+
 // Protects Taylor's near side lobes: his sigma must fall with nbar. By hand, A = arcosh(10^(-L/20))
 // / pi: L = -50 gives A^2 = 4.2147, 2 A^2 + 1/2 = 8.93; L = -80 gives 9.9375 and 20.37, where
 // sigma(20) = 1.012496 is already larger than sigma(21) = 1.012489.

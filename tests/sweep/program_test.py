@@ -16,7 +16,7 @@ SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))
 
 BASE = """ensonify: 1
 name: small
-sonar: {preset: blueview_p900_90, range_max_m: 4, beams: {count: 24, fov_deg: 24}, rays: {elevation: 4}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 4, beams: {count: 24, fov_deg: 24}, rays: {elevation: 4}}
 materials: {m: {reflectivity: 1e-3}}
 objects: [{name: ball, material: m, shape: {sphere: {radius_m: 1}}, pose: {position_m: [3, 0, 0]}}]
 trajectory: {pings: 2}

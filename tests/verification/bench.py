@@ -65,7 +65,8 @@ def default_scenario():
             "range_max_m": 6,
             "beams": {"count": 41, "spacing_deg": 0.25, "receive_width_deg": 1},
             "elevation": {"width_deg": 20},
-            "rays": {"elevation": 8, "azimuth": 1},
+            # As many rays as a case asks for.
+            "rays": {"elevation": 8, "azimuth": 1, "min_per_cell": 0},
         },
         "water": {"sound_speed_m_s": 1500, "absorption": {"fixed_db_m": 0}},
         "output": {"timeseries": "npy", "polar": False, "cartesian": False, "png": False},

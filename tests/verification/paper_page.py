@@ -60,9 +60,9 @@ FIGURES = {
     ),
 }
 TABLE_1 = """The paper's column is what we know of the table, not the whole of it. The scenes take
-`blueview_p900_90`.
+the preset `paper_table1` with the bandwidth of the code.
 
-| | the paper | preset `paper_table1` | preset `blueview_p900_90` | agrees |
+| | the paper | preset `paper_table1` | `scenes/sonar_tank.yaml` | agrees |
 |---|---|---|---|---|"""
 TABLE_1_NOTE = """
 The bandwidth we do not follow: its unit is given differently in the text, the paper's pictures are finer

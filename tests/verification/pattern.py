@@ -129,7 +129,14 @@ def shadings(bench):
 @case("elevation")
 def elevation_pattern(bench):
     """The two-way elevation pattern, applied once, in the level of targets above and below."""
-    angles = [-9.0, -6.0, -3.0, 0.0, 5.0, 10.0, 20.0, 28.0]
+    plain, hann, taylor = Shading(), Shading("hann"), Shading("taylor", -25.0, 5)
+    rows = targets_at(bench, "", plain, [-9.0, -6.0, -3.0, 0.0, 5.0, 10.0, 20.0, 28.0])
+    rows += targets_at(bench, "hann.", hann, [-20.0, -10.0, 0.0, 15.0, 22.0])
+    return rows + targets_at(bench, "taylor.", taylor, [-10.0, 0.0, 17.0, 21.0])
+
+
+def targets_at(bench, name, shading, angles):
+    """Targets at these elevations, and what the pattern leaves of each."""
     ranges = [3.0 + 0.3 * i for i in range(len(angles))]
     targets = [
         point_target(
@@ -137,19 +144,21 @@ def elevation_pattern(bench):
         )
         for i, (a, r) in enumerate(zip(angles, ranges))
     ]
-    series = bench.run({"sonar": {"elevation": {"fan_deg": 60}}, "point_targets": targets}).series(
-        0
-    )
+    words = shading.kind
+    if shading.kind == "taylor":
+        words = {"taylor": {"side_lobe_db": shading.side_lobe_db, "nbar": shading.nbar}}
+    elevation = {"fan_deg": 60, "shading": words}
+    series = bench.run({"sonar": {"elevation": elevation}, "point_targets": targets}).series(0)
     power = np.abs(measure.interpolated(series[20])) ** 2
     rows = []
     for angle, range_m in zip(angles, ranges):
-        wanted = beam_patterns.beam_pattern(math.radians(angle), ELEVATION_RAD)
+        wanted = beam_patterns.beam_pattern(math.radians(angle), ELEVATION_RAD, shading)
         around = range_m * 2 / 1500 * 29900 * 32
         here = power[int(around) - 32 : int(around) + 32]
         rows.append(
             Row(
-                f"elevation.{angle:g}",
-                f"target at elevation {angle:g} deg",
+                f"elevation.{name}{angle:g}",
+                f"{name and shading.kind + ': '}target at elevation {angle:g} deg",
                 sonar_equation_db(range_m, STRENGTH_DB) + float(decibels(wanted**2)),
                 float(measure.level(measure.peak(here)[1])),
                 0.1,
