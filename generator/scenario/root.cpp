@@ -237,6 +237,7 @@ void fields(Fields& f, Scenario& scenario) {
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_places(reader->faults(), reader->map());
+  check_parents(reader->faults(), reader->map());
   check_instances(reader->faults(), reader->map());
   check_array(reader->faults(), reader->map(), scenario);
   check_ping_size(reader->faults(), reader->map(), scenario);

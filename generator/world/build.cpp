@@ -12,6 +12,7 @@
 #include "world/mesh.h"
 #include "world/models/models.h"
 #include "world/outline.h"
+#include "world/parents.h"
 #include "world/place.h"
 #include "world/terrain.h"
 #include "world/world.h"
@@ -352,7 +353,12 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, Mesh
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
-  if (Status placed = place_objects(scenario, draw, world); !placed) return placed.error();
+  const ParentTree tree = parent_tree(scenario);
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const bool stands = !tree.parent[i] && !scenario.objects[i].place;
+    if (stands) carry_children(scenario, tree, i, world);
+  }
+  if (Status placed = place_objects(scenario, draw, tree, world); !placed) return placed.error();
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.kind = InstanceKind::point_target;
