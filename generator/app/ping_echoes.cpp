@@ -24,6 +24,8 @@ constexpr double kMargin = 1.0 / 8;
 constexpr double kLeast = 1e-9;  // a body that may move, but was not seen to
 
 bool has_one_pose(const Path& path) {
+  const auto* carried = std::get_if<CarriedPath>(&path.nominal);
+  if (carried != nullptr) return has_one_pose(*carried->carrier);
   const auto* sampled = std::get_if<SampledPath>(&path.nominal);
   return sampled != nullptr && sampled->points.size() == 1 && !path.wave_motion;
 }

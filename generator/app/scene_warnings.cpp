@@ -42,7 +42,7 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
   std::set<std::string> told;  // files
   for (const ObjectSpec& spec : session.scenario.objects) {
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
-    if (mesh == nullptr || mesh->scale != 1 || has_unit(*mesh)) continue;
+    if (mesh == nullptr || mesh->scale != MeshSpec{}.scale || has_unit(*mesh)) continue;
     const auto& instances = session.world.instances;
     const auto instance =
         std::find_if(instances.begin(), instances.end(),

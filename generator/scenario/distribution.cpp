@@ -1,5 +1,9 @@
-// What in a tree is drawn, and how many alternatives it has.
+// What in a tree is drawn, how many alternatives it has, and what is wrong with it.
 #include <algorithm>
+#include <charconv>
+#include <cstdlib>
+
+#include <fmt/format.h>
 
 #include "scenario/draw.h"
 
@@ -43,6 +47,41 @@ std::size_t draw_variants(const Node& node) {
   std::size_t most = 1;
   for (const Node& item : node.items) most = std::max(most, draw_variants(item));
   return most;
+}
+
+std::string distribution_trouble(std::string_view kind, const std::array<double, 2>& given) {
+  const auto [a, b] = given;
+  if (kind == "normal") {
+    if (b >= 0) return "";
+    return fmt::format("a standard deviation of {}, accepted is [mean, sd] with sd >= 0", b);
+  }
+  if (kind == "log_uniform" && (a <= 0 || b <= 0)) {
+    return fmt::format("from {} to {} has no logarithm, accepted is [a, b] with 0 < a <= b", a, b);
+  }
+  if (a <= b) return "";
+  return fmt::format("{} is above {}, accepted is [a, b] with a <= b", a, b);
+}
+
+std::optional<std::int64_t> whole_number(const Node& node) {
+  constexpr std::int64_t kMaxWhole = std::int64_t{1} << 53;
+  std::string_view text = node.text;
+  if (node.kind != NodeKind::scalar || node.quoted) return std::nullopt;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  if (!whole || std::abs(value) > kMaxWhole) return std::nullopt;
+  return value;
+}
+
+std::string without_choices(std::string path) {
+  constexpr std::string_view kMark = ".choice.";
+  for (auto at = path.find(kMark); at != std::string::npos; at = path.find(kMark, at)) {
+    const auto number = at + kMark.size();
+    const auto end = std::min(path.find_first_not_of("0123456789", number), path.size());
+    path.erase(at, end - at);
+  }
+  return path;
 }
 
 }  // namespace ensonify

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,8 +17,6 @@
 
 namespace ensonify {
 namespace {
-
-constexpr std::int64_t kMaxWhole = std::int64_t{1} << 53;
 
 // How a node is reached.
 struct Way {
@@ -51,37 +50,20 @@ bool has_parts(const Node& node) {
   return node.kind == NodeKind::map || node.kind == NodeKind::list;
 }
 
-// The path of what a choice stands for: without `.choice.NUMBER`.
-std::string without_choices(std::string path) {
-  constexpr std::string_view kMark = ".choice.";
-  for (auto at = path.find(kMark); at != std::string::npos; at = path.find(kMark, at)) {
-    const auto number = at + kMark.size();
-    const auto end = std::min(path.find_first_not_of("0123456789", number), path.size());
-    path.erase(at, end - at);
-  }
-  return path;
-}
-
-std::optional<std::int64_t> whole_number(const Node& node) {
-  std::string_view text = node.text;
-  if (node.kind != NodeKind::scalar || node.quoted) return std::nullopt;
-  if (text.starts_with('+')) text.remove_prefix(1);
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  if (!whole || std::abs(value) > kMaxWhole) return std::nullopt;
-  return value;
-}
-
 // Of a normal distribution, in standard deviations.
 constexpr double kExtremeDeviation = 3;
 
 class Drawer {
  public:
   // With `extreme` no number is random.
-  Drawer(std::uint64_t key, const DrawExtreme* extreme, Faults& faults, std::vector<Place>& wrong,
+  Drawer(std::uint64_t key, const DrawExtreme* extreme, UseReport& report,
          std::vector<DrawnValue>& draws)
-      : key_(key), extreme_(extreme), faults_(faults), wrong_(wrong), draws_(draws) {
+      : key_(key),
+        extreme_(extreme),
+        report_(report),
+        faults_(report.faults),
+        wrong_(report.wrong),
+        draws_(draws) {
     if (extreme != nullptr) variant_ = extreme->variant;
   }
 
@@ -107,6 +89,26 @@ class Drawer {
     leave_wrong(node);
     return false;
   }
+
+  // Takes the values of `variables`; one can use those before it.
+  void draw_variables(Node& variables) {
+    const Way all = step({}, kVariables);
+    for (std::size_t i = 0; i < variables.items.size(); ++i) {
+      const Key& name = variables.keys[i];
+      const Way way = step(all, name.text);
+      if (!is_variable_name(faults_, name, way.path)) continue;
+      const std::size_t found = faults_.found(), wrong = wrong_.size();
+      put_values(variables.items[i], "", way.path, table_, report_);
+      draw(variables.items[i], way);
+      const bool is_well = faults_.found() == found && wrong_.size() == wrong;
+      table_[name.text] = is_well ? std::optional(std::move(variables.items[i])) : std::nullopt;
+    }
+  }
+
+  void put_variables(Node& root) { put_values(root, "", "", table_, report_); }
+
+  // Keys of integers use these, named by their paths.
+  void set_whole_variables(std::set<std::string> whole) { whole_variables_ = std::move(whole); }
 
  private:
   // Readers blame the map or its key.
@@ -200,7 +202,7 @@ class Drawer {
     std::array<double, 2> given{};
     const Value map{&node, node.place, way.path};
     if (!read_numbers(faults_, map, kind, from_to(-1e300, 1e300), given)) return false;
-    const std::string trouble = trouble_with(kind, given);
+    const std::string trouble = distribution_trouble(kind, given);
     if (!trouble.empty()) {
       refuse(list, list_way.path, trouble);
       return false;
@@ -215,20 +217,6 @@ class Drawer {
     return true;
   }
 
-  static std::string trouble_with(std::string_view kind, const std::array<double, 2>& given) {
-    const auto [a, b] = given;
-    if (kind == "normal") {
-      if (b >= 0) return "";
-      return fmt::format("a standard deviation of {}, accepted is [mean, sd] with sd >= 0", b);
-    }
-    if (kind == "log_uniform" && (a <= 0 || b <= 0)) {
-      return fmt::format("from {} to {} has no logarithm, accepted is [a, b] with 0 < a <= b", a,
-                         b);
-    }
-    if (a <= b) return "";
-    return fmt::format("{} is above {}, accepted is [a, b] with a <= b", a, b);
-  }
-
   double drawn_number(std::string_view kind, const std::array<double, 2>& given, const Way& way) {
     const auto [a, b] = given;
     if (kind == "normal") return normal_of(a, b, way);
@@ -241,7 +229,8 @@ class Drawer {
 
   // Whole numbers between whole numbers, both of them included.
   std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
-    if (!reads_whole_numbers(without_choices(way.path)))
+    const std::string path = without_choices(way.path);
+    if (!reads_whole_numbers(path) && !whole_variables_.contains(path))
       return number(drawn_number("uniform", given, way));
     const auto low = whole_number(list.items[0]);
     const auto high = whole_number(list.items[1]);
@@ -261,6 +250,7 @@ class Drawer {
       }
     }
     list.items = std::move(entries);
+    if (way.named == "objects") name_parents(list, object_copies_, faults_);
   }
 
   // One entry of a list; `unnamed` is its way where it has no name.
@@ -320,6 +310,7 @@ class Drawer {
                             faults_.limits.values));
       return;
     }
+    if (list.named == "objects") object_copies_.push_back({stem, count, out.size()});
     const std::size_t before = faults_.found();
     bool is_wrong = false;  // the rest would be wrong in the same way
     for (int k = 0; k < count; ++k) {
@@ -328,22 +319,56 @@ class Drawer {
       own_name.text = fmt::format("{}_{}", stem, k);
       Way own = step(list, "", own_name.text);
       own.path = way.path;
+      if (!is_wrong) put_index(copy, k, own.path);
       if (!is_wrong) draw(copy, own);
       is_wrong = faults_.found() != before;
       out.push_back(std::move(copy));
     }
   }
 
+  void put_index(Node& copy, int k, const std::string& path) {
+    if (!uses_variables(copy)) return;
+    Node index;
+    index.kind = NodeKind::scalar;
+    index.text = std::to_string(k);
+    table_[std::string(kIndex)] = std::move(index);
+    put_values(copy, "", path, table_, report_);
+    table_.erase(std::string(kIndex));
+  }
+
   std::uint64_t key_;
   const DrawExtreme* extreme_;
   std::size_t variant_ = 0;  // of the node that is drawn
+  UseReport& report_;
   Faults& faults_;
   std::vector<Place>& wrong_;
   std::vector<DrawnValue>& draws_;
-  std::size_t copies_ = 0;
+  std::size_t copies_ = 0;  // values of them
+  std::vector<Copies> object_copies_;
+  VariableTable table_;
+  std::set<std::string> whole_variables_;
 };
 
-void draw_tree(Node& root, Drawer& drawer) {
+// Takes `variables` out of the tree and puts their values where they are used.
+void settle_variables(Node& root, Drawer& drawer, Faults& faults) {
+  Node* variables = find(root, kVariables);
+  if (variables != nullptr) {
+    if (variables->kind == NodeKind::map && !is_distribution(*variables)) {
+      drawer.set_whole_variables(whole_variables(root));
+      drawer.draw_variables(*variables);
+    } else if (variables->kind != NodeKind::null) {
+      add_fault(faults, variables->place, kVariables,
+                "no map of names; expected one as in {depth_m: {uniform: [3, 8]}}");
+    }
+    const auto at = variables - root.items.data();
+    root.items.erase(root.items.begin() + at);
+    root.keys.erase(root.keys.begin() + at);
+  }
+  drawer.put_variables(root);
+}
+
+void draw_tree(Node& root, Drawer& drawer, Faults& faults) {
+  settle_variables(root, drawer, faults);
   for (std::size_t i = 0; i < root.items.size(); ++i) {
     const Way way = step({}, root.keys[i].text);
     if (drawer.may_be_drawn(root.items[i], way, root.keys[i].text)) {
@@ -355,18 +380,21 @@ void draw_tree(Node& root, Drawer& drawer) {
 }  // namespace
 
 void draw_values(Node& root, std::uint64_t seed, SequenceDraw draw, Faults& faults,
-                 std::vector<Place>& wrong, std::vector<DrawnValue>& draws) {
-  Drawer drawer(stream_key(seed, Stream::world, draw), nullptr, faults, wrong, draws);
-  draw_tree(root, drawer);
+                 std::vector<Place>& wrong, std::vector<VariableUse>& uses,
+                 std::vector<DrawnValue>& draws) {
+  UseReport report{faults, wrong, uses};
+  Drawer drawer(stream_key(seed, Stream::world, draw), nullptr, report, draws);
+  draw_tree(root, drawer, faults);
   std::sort(draws.begin(), draws.end(),
             [](const DrawnValue& a, const DrawnValue& b) { return a.path < b.path; });
 }
 
 void draw_extremes(Node& root, const DrawExtreme& extreme, Faults& faults,
-                   std::vector<Place>& wrong) {
+                   std::vector<Place>& wrong, std::vector<VariableUse>& uses) {
   std::vector<DrawnValue> draws;
-  Drawer drawer(0, &extreme, faults, wrong, draws);
-  draw_tree(root, drawer);
+  UseReport report{faults, wrong, uses};
+  Drawer drawer(0, &extreme, report, draws);
+  draw_tree(root, drawer, faults);
 }
 
 }  // namespace ensonify

@@ -16,7 +16,7 @@ namespace {
 // visit(scalar, path) for each input file that the tree names; `key` is the last one above it.
 template <class AnyNode, class Visit>
 void for_each_file(AnyNode& node, std::string_view key, const std::string& path, Visit&& visit) {
-  if (node.kind == NodeKind::scalar && names_file(key)) visit(node, path);
+  if (node.kind == NodeKind::scalar && names_file(key) && !is_use(node)) visit(node, path);
   const bool drawn = is_distribution(node);
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool in_map = node.kind == NodeKind::map;
@@ -41,7 +41,8 @@ Node with_preset(const Node& sonar) {
   for (std::size_t i = 0; i < sonar_presets().size(); ++i) {
     if (sonar_presets()[i].name != name->text) continue;
     const Node* range = find(sonar, "range_max_m");
-    if (range != nullptr && is_distribution(*range) && preset_depends_on_range(i)) return sonar;
+    const bool is_drawn = range != nullptr && (is_distribution(*range) || is_use(*range));
+    if (is_drawn && preset_depends_on_range(i)) return sonar;
     Node merged = merge_over(preset_tree(i, sonar), sonar);
     const auto at = find(merged, "preset") - merged.items.data();
     merged.items.erase(merged.items.begin() + at);
@@ -100,8 +101,12 @@ std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
   auto sections = std::make_shared<DrawnSections>();
   for (std::size_t i = 0; i < root.items.size(); ++i) {
     const std::string& key = root.keys[i].text;
-    if (!holds_distribution(root.items[i]) && !has_counts(key, root.items[i])) continue;
-    DrawnSection section{key, key == "sonar" ? with_preset(root.items[i]) : root.items[i]};
+    const Node& tree = root.items[i];
+    if (!holds_distribution(tree) && !has_counts(key, tree) && !uses_variables(tree) &&
+        key != kVariables) {
+      continue;
+    }
+    DrawnSection section{key, key == "sonar" ? with_preset(tree) : tree};
     for_each_file(section.tree, key, key, [&](Node& file, const std::string& path) {
       const auto found = (input.folder / file.text).lexically_normal();
       std::error_code error;

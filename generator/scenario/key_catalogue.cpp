@@ -27,7 +27,6 @@ void set_value(KeyNode& node, const NumberLeaf& leaf) {
 void set_value(KeyNode& node, const NumbersLeaf& leaf) {
   node.type = ValueType::numbers;
   node.range = leaf.range;
-  node.count = leaf.out.size();
 }
 void set_value(KeyNode& node, const IntegerLeaf& leaf) {
   node.type = ValueType::integer;
@@ -55,6 +54,7 @@ class KeyLister : public Fields {
     frames_.push_back({&root, {}, 1});
     scalar_.kind = NodeKind::scalar;
     map_.kind = NodeKind::map;
+    list_.kind = NodeKind::list;
   }
 
   bool writing() const override { return false; }
@@ -68,6 +68,7 @@ class KeyLister : public Fields {
       const bool has_default = rule.has_default && !std::holds_alternative<FileLeaf>(leaf);
       if (has_default && !text.key.empty()) node.default_text = leaf_text(leaf);
     }
+    if (const auto* numbers = std::get_if<NumbersLeaf>(&leaf)) node.count = numbers->out.size();
     if (word == nullptr) return false;
     word->index = next(text.key, word->words.size());
     if (!rule.useless.empty()) return false;
@@ -119,10 +120,10 @@ class KeyLister : public Fields {
     return index;
   }
   const Node* peek(std::string_view key) override {
-    const std::size_t index = next(key, 3);
-    if (index == 0) return nullptr;
-    happens(key, "");
-    return index == 1 ? &scalar_ : &map_;
+    const Node* const found[] = {nullptr, &scalar_, &map_, &list_};
+    const std::size_t index = next(key, std::size(found));
+    if (index > 0) happens(key, "");
+    return found[index];
   }
   std::optional<std::size_t> peek_kind(std::string_view key,
                                        std::span<const std::string_view> words,
@@ -194,7 +195,7 @@ class KeyLister : public Fields {
   }
 
   std::vector<Frame> frames_;
-  Node scalar_, map_;  // what peek may find
+  Node scalar_, map_, list_;  // what peek may find
 };
 
 bool has_seen_all(const KeyNode& map) {

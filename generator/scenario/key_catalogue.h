@@ -46,7 +46,7 @@ struct KeyNode {
   ValueType type = ValueType::none;
   NumberRange range;
   int low = 0, high = 0;
-  std::size_t count = 0;  // of numbers
+  std::size_t count = 0;  // of numbers; of a number: of those that may stand in its place
   std::vector<std::string> words, endings;
   std::vector<KindText> kinds;
   std::string default_text;  // as YAML; empty: there is none

@@ -62,7 +62,8 @@ constexpr std::size_t kCopiesPerReading = 30;
 using PlaceKey = std::tuple<int, int, int>;
 PlaceKey place_key(const Place& place) { return {place.source, place.line, place.column}; }
 
-// All places within distributions; those of numbers with the text of the distribution.
+// All places within distributions and at uses of variables; those of numbers with the text of the
+// distribution.
 using DrawnPlaces = std::map<PlaceKey, std::string>;
 
 void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
@@ -70,7 +71,7 @@ void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
   within = within || is_drawn;
   const bool is_number = is_drawn && node.keys[0].text != "choice";
   const std::string text = is_number ? flow_text(node) : "";
-  if (within) {
+  if (within || is_use(node)) {
     const auto [at, is_new] = places.try_emplace(place_key(node.place), text);
     if (!is_new && at->second != text) at->second.clear();  // --set has one place for all
   }
@@ -84,10 +85,12 @@ void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
 std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::string& label,
                          const InputFolder& input) {
   std::vector<Place> wrong;
-  draw_extremes(tree, extreme, input.faults, wrong);
+  std::vector<VariableUse> uses;
+  draw_extremes(tree, extreme, input.faults, wrong, uses);
   const std::size_t before = input.faults.list.size();
   read_scenario(input, {&tree, tree.place, ""}, label);
   drop_faults_at(wrong, before, input.faults);
+  name_variables(uses, before, input.faults);
   return values_in(tree);
 }
 
@@ -132,18 +135,23 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   const Value root{&tree, tree.place, ""};
   auto sections = keep_drawn_sections(tree, input);
   const bool drawn = holds_distribution(tree);
-  ClassList classes = class_list(faults, root);
-  const std::vector<std::string> targets = layer_target_words(root);
+  Node defined;
+  if (uses_variables(tree)) defined = with_definitions(tree, faults.limits.copied_values);
+  const Value all_draws = defined.items.empty() ? root : Value{&defined, tree.place, ""};
+  ClassList classes = class_list(faults, all_draws);
+  const std::vector<std::string> targets = layer_target_words(all_draws);
   std::uint64_t seed = 0;
   Faults told_later;
   read_seed(told_later, root, "seed", seed);
   std::vector<Place> wrong;
+  std::vector<VariableUse> uses;
   std::vector<DrawnValue> draws;
-  draw_values(tree, seed, draw, faults, wrong, draws);
+  draw_values(tree, seed, draw, faults, wrong, uses, draws);
   const std::size_t before = faults.list.size();
   Scenario scenario = read_scenario(input, root, label);
   check_layer_targets(faults, root, targets);
   drop_faults_at(wrong, before, faults);
+  name_variables(uses, before, faults);
   if (!faults.empty()) return std::nullopt;
   scenario.has_draws = drawn || std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                             [](const ObjectSpec& o) { return o.place; });

@@ -89,7 +89,6 @@ const char* name_of(PlaceAlignment alignment);
 enum class PlaceFailure { redraw, skip_object, skip_sequence, error };
 const char* name_of(PlaceFailure failure);
 
-// Somewhere in an area, standing on an object. `on` and `area_m` must be given.
 // A pit around an object and a mound of what was in it. With a direction (of the flow, from x to y)
 // the pit is deepest upstream and the mound highest downstream; without, both are even all round.
 struct ScourSpec {
@@ -98,15 +97,20 @@ struct ScourSpec {
   std::optional<double> direction_deg;
 };
 
+// Somewhere in an area, standing on an object or above it; or somewhere in a box of water. `on` and
+// `area_m`, or else `volume_m`, must be given.
 struct PlaceSpec {
-  std::string on;                                 // name of an object
+  std::string on;                                 // name of an object; empty: in mid-water
   std::array<std::array<double, 2>, 2> area_m{};  // corners [x, y] in the world
+  std::optional<std::array<std::array<double, 3>, 2>> volume_m = {};  // corners [x, y, z] likewise
+  double height_m = 0;                            // above where it would stand
   double clearance_m = 0.2;                       // between outlines, seen from above
   double sink_m = 0;                              // straight down into the ground
   double buried_fraction = 0;                     // of its height; comes to sink_m
   bool any_yaw = true;                            // turned by a drawn angle; else as `rotation` says
   PlaceAlignment align = PlaceAlignment::up;
   bool touching = false;  // moved until its outline touches the nearest other one
+  bool heap = false;      // what lies on the same ground is ground, too
   RotationSpec rotation = std::array<double, 3>{};  // before it is turned and aligned
   PlaceFailure on_failure = PlaceFailure::redraw;
   std::optional<ScourSpec> scour = {};  // on terrain alone

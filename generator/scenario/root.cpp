@@ -23,6 +23,18 @@ void head_fields(Fields& f, Scenario& scenario) {
   scenario.sequences = static_cast<std::uint32_t>(sequences);
 }
 
+// Any values by any names, which are put in place of their uses before the other keys are read.
+void variable_fields(Fields& f) {
+  std::vector<std::string> names;
+  if (f.begin({"variables", "Variables",
+               "Values and distributions by names that are free to choose, each sampled once for a "
+               "sequence; other keys use them as $name, $name.key of a map, or in an expression, "
+               "\"= 0.5 * name + 1\"; left out: none"},
+              NamesBranch{names, ""}, written_if(false))) {
+    f.end();
+  }
+}
+
 void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   std::vector<std::string> names;
   for (const MaterialSpec& material : materials) names.push_back(material.name);
@@ -214,6 +226,7 @@ static void product_fields(Fields& f, Scenario& scenario) {
 
 void fields(Fields& f, Scenario& scenario) {
   head_fields(f, scenario);
+  variable_fields(f);
   instrument_fields(f, scenario);
   materials_fields(f, scenario.materials);
   know_materials(f, scenario.materials);
@@ -224,6 +237,7 @@ void fields(Fields& f, Scenario& scenario) {
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_places(reader->faults(), reader->map());
+  check_parents(reader->faults(), reader->map());
   check_instances(reader->faults(), reader->map());
   check_array(reader->faults(), reader->map(), scenario);
   check_ping_size(reader->faults(), reader->map(), scenario);

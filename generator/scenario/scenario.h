@@ -161,7 +161,7 @@ struct PartSpec {     // a part of a mesh file, by its name, with a material of 
 };
 struct MeshSpec {
   std::filesystem::path file;  // absolute or relative to the working directory
-  double scale = 1;
+  std::array<double, 3> scale{1, 1, 1};  // of x, y and z
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
   std::vector<PartSpec> parts = {};  // the others have the object's material
@@ -182,6 +182,7 @@ struct ObjectSpec {
   std::string material;
   ShapeSpec shape;
   PoseSpec pose;
+  std::string parent = {};  // name of the object in whose frame `pose` is; empty: in the world
   std::optional<PlaceSpec> place = {};                      // given: in place of `pose`
   std::optional<TrajectorySpec> trajectory = std::nullopt;  // in place of the pose
 };

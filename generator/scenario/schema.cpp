@@ -21,8 +21,8 @@ constexpr std::string_view kValueDefinitions = R"({
   },
   "name": {"type": "string", "minLength": 1, "maxLength": 128},
   "number": {
-    "description": "A number, or the distribution it is sampled from for each sequence.",
-    "type": ["number", "object"],
+    "description": "A number, the distribution it is sampled from for each sequence, or a variable.",
+    "type": ["number", "object", "string"], "pattern": "^=|^\\$[A-Za-z]",
     "properties": {
       "uniform": {
         "title": "Uniform",
@@ -46,7 +46,8 @@ constexpr std::string_view kValueDefinitions = R"({
     "minProperties": 1, "maxProperties": 1, "additionalProperties": false
   },
   "boolean": {
-    "description": "true or false, or a choice of them.", "type": ["boolean", "object"],
+    "description": "true or false, a choice of them, or a variable.",
+    "type": ["boolean", "object", "string"], "pattern": "^\\$[A-Za-z]",
     "properties": {
       "choice": {"type": "array", "minItems": 1, "items": {"$ref": "#/definitions/boolean"}}
     },
@@ -60,7 +61,8 @@ constexpr std::string_view kValueDefinitions = R"({
     "required": ["choice"], "additionalProperties": false
   },
   "sampled_word": {
-    "description": "A choice of words.", "type": "object",
+    "description": "A choice of words, or a variable.",
+    "type": ["object", "string"], "pattern": "^\\$[A-Za-z]",
     "properties": {"choice": {"type": "array", "minItems": 1}},
     "required": ["choice"], "additionalProperties": false
   }
@@ -107,7 +109,8 @@ class SchemaMaker {
     };
     std::string name = key == "*" ? parent + "_item" : key;
     if (key == "mount") name = "pose";  // which is what it has in common with others
-    if (is_taken(name)) name = (parent.empty() ? "scenario" : parent) + "_" + name;
+    const std::string map = parent == "*" ? "item" : parent;
+    if (is_taken(name)) name = (map.empty() ? "scenario" : map) + "_" + name;
     while (is_taken(name)) name += "_";
     definitions_.emplace_back(name, std::move(definition));
     return definition_ref(name);
@@ -188,14 +191,15 @@ class SchemaMaker {
   }
 
   static Json no_options() {
-    Json schema = json_with("type", "object");
+    Json schema = or_variable("object");
     schema["properties"] = json_with("choice", choice_of(nullptr));
     schema["additionalProperties"] = false;
     return schema;
   }
 
   Json map_of(const KeyNode& map, bool is_kind_map) {
-    Json schema = {{"type", "object"}, {"properties", properties(map)}};
+    Json schema = or_variable("object");
+    schema["properties"] = properties(map);
     schema["properties"]["choice"] = choice_of(json_with("$ref", kSelf));
     schema["additionalProperties"] = false;
     if (is_kind_map) {
@@ -231,9 +235,12 @@ class SchemaMaker {
     if (node.is_list) {
       return list_of(value_of(node.keys.at(0), node.key, is_sampled), node.least, node.most);
     }
+    if (node.has_names && node.keys.empty()) {
+      return {{"type", "object"}, {"properties", Json::object()}, {"additionalProperties", true}};
+    }
     if (node.has_names) {
       const Json item = value_of(node.keys.at(0), node.key, is_sampled);
-      Json schema = json_with("type", "object");
+      Json schema = or_variable("object");
       schema["properties"] = json_with("choice", Json::object());
       schema["additionalProperties"] = item;
       return schema;

@@ -51,6 +51,12 @@ static void add_range(Json& schema, const NumberRange& range) {
   schema["maximum"] = limit(range.high);
 }
 
+Json or_variable(const char* type) {
+  Json schema = json_with("type", json_list({type, "string"}));
+  schema["pattern"] = "^\\$[A-Za-z]";
+  return schema;
+}
+
 Json choice_of(const Json& items) {
   Json choice = json_with("type", "array");
   choice["minItems"] = 1;
@@ -61,7 +67,8 @@ Json choice_of(const Json& items) {
 }
 
 Json list_of(Json items, std::size_t least, std::size_t most) {
-  Json schema = json_with("type", json_list({"array", "object"}));
+  Json schema = json_with("type", json_list({"array", "object", "string"}));
+  schema["pattern"] = "^\\$[A-Za-z]";
   schema["items"] = std::move(items);
   if (least > 0) schema["minItems"] = least;
   if (most < std::numeric_limits<std::size_t>::max()) schema["maxItems"] = most;
@@ -84,18 +91,18 @@ Json leaf_schema(const KeyNode& node, bool is_sampled) {
     case ValueType::none:
       return nullptr;
     case ValueType::number:
+    case ValueType::numbers: {
       schema = all_of(definition_ref("number"));
       add_range(schema, node.range);
-      return schema;
-    case ValueType::numbers: {
-      Json item = all_of(definition_ref("number"));
-      add_range(item, node.range);
-      return list_of(std::move(item), node.count, node.count);
+      if (node.count == 0) return schema;
+      Json list = list_of(schema, node.count, node.count);
+      if (node.type == ValueType::numbers) return list;
+      return json_with("anyOf", json_list({std::move(schema), std::move(list)}));
     }
     case ValueType::integer:
       if (node.low == node.high) return json_with("const", node.low);
       if (is_sampled) schema = all_of(definition_ref("number"));
-      schema["type"] = is_sampled ? json_list({"integer", "object"}) : Json("integer");
+      schema["type"] = is_sampled ? json_list({"integer", "object", "string"}) : Json("integer");
       schema["minimum"] = node.low;
       schema["maximum"] = node.high;
       return schema;

@@ -1,7 +1,7 @@
 // Parts of the schema of scenarios: single values, and what holds for the keys of a map together.
 //
 //   json_with  json_list  definition_ref  all_of  required_keys   JSON to build them from
-//   unit_of  choice_of  list_of  leaf_schema   of a value
+//   unit_of  or_variable  choice_of  list_of  leaf_schema   of a value
 //   has_required  rules_of                     of a map
 #pragma once
 
@@ -26,6 +26,9 @@ Json required_keys(const std::vector<std::string>& keys);
 // The unit in the key's text, or else the one that the key's ending implies; empty if there is
 // none.
 std::string_view unit_of(const KeyNode& node);
+
+// A value of that type, or the use of a variable.
+Json or_variable(const char* type);
 
 // The list of alternatives that may replace a map or a list; `items` is null if any values may.
 Json choice_of(const Json& items);

@@ -41,6 +41,7 @@ void fields(Fields& f, PointTargetSpec& target);
 void fields(Fields& f, VolumeSpec& volume);
 void fields(Fields& f, PoseSpec& pose);
 void fields(Fields& f, PlaceSpec& place);
+void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning);
 void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
@@ -66,8 +67,11 @@ void check_burst_length(Faults& faults, const Value& root, const Scenario& scena
 // What a sound speed profile cannot stand beside yet.
 void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);
 
-// What objects are placed on: objects that stand before them.
+// What objects are placed on: objects that stand before them, and so do all their parents.
 void check_places(Faults& faults, const Value& root);
+
+// Parents of objects: objects, in chains without a cycle.
+void check_parents(Faults& faults, const Value& root);
 
 // Names told apart, ids and classes within what the masks can hold.
 void check_instances(Faults& faults, const Value& root);

@@ -32,6 +32,20 @@ void normals_field(Fields& f, std::string_view meaning, bool& smooth) {
   f.choice<bool>({"normals", "Normals", meaning}, smooth, {{"face", false}, {"smooth", true}});
 }
 
+// A number, or a list of one for each axis.
+void scale_field(Fields& f, std::array<double, 3>& scale) {
+  const KeyText text = {"scale", "Scale",
+                        "Factor applied to all lengths in the file, or [x, y, z]: one for each axis"};
+  const Node* given = f.peek("scale");
+  const bool is_list = given != nullptr && given->kind == NodeKind::list;
+  const bool is_even = scale[0] == scale[1] && scale[0] == scale[2];
+  if (is_list || (f.writing() && !is_even)) {
+    f.numbers(text, scale, kLength);
+  } else if (double all = scale[0]; f.number(text, all, kLength)) {
+    scale = {all, all, all};
+  }
+}
+
 void parts_fields(Fields& f, std::vector<PartSpec>& parts) {
   std::vector<std::string> names;
   for (const PartSpec& part : parts) names.push_back(part.part);
@@ -124,7 +138,7 @@ static void fields(Fields&, PlaneSpec&) {}
 static void fields(Fields& f, MeshSpec& mesh) {
   f.file({"file", "Mesh file", "OBJ, STL, PLY, DAE, GLB, or glTF with embedded buffers"}, mesh.file,
          {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"}, kRequired);
-  f.number({"scale", "Scale", "Factor applied to all lengths in the file"}, mesh.scale, kLength);
+  scale_field(f, mesh.scale);
   normals_field(f, kMeshNormals, mesh.smooth_normals);
   f.choice<bool>({"reflectivity", "Reflectivity",
                   "material: that of the material alone; vertex_color: that of the material times "

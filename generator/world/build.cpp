@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <sstream>
 #include <tuple>
@@ -11,6 +12,7 @@
 #include "world/mesh.h"
 #include "world/models/models.h"
 #include "world/outline.h"
+#include "world/parents.h"
 #include "world/place.h"
 #include "world/scour.h"
 #include "world/terrain.h"
@@ -19,7 +21,8 @@
 namespace ensonify {
 namespace {
 
-using MeshKey = std::tuple<std::string, double, bool, bool>;
+using Scale = std::array<double, 3>;
+using MeshKey = std::tuple<std::string, Scale, bool, bool>;
 
 // Of one world, which tells the warnings of a mesh once.
 struct MeshCache {
@@ -69,7 +72,9 @@ Result<Shape> file_shape(const MeshKey& key, MeshCache& cache, std::vector<std::
   return mesh_shape(key, cache, warnings, [&]() -> Result<std::shared_ptr<const Mesh>> {
     if (cache.library == nullptr) return shared(load());
     const auto& [file, scale, smooth, colored] = key;
-    return cache.library->mesh(fmt::format("{}\n{:a} {} {}", file, scale, smooth, colored), load);
+    const std::string text = fmt::format("{}\n{:a} {:a} {:a} {} {}", file, scale[0], scale[1],
+                                         scale[2], smooth, colored);
+    return cache.library->mesh(text, load);
   });
 }
 
@@ -89,21 +94,22 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
     const MeshKey key{mesh->file.string(), mesh->scale, mesh->smooth_normals,
                       mesh->vertex_reflectivity};
     return file_shape(key, meshes, warnings, [&] {
+      const auto& [x, y, z] = mesh->scale;
       return load_mesh(
-          mesh->file, mesh->scale, normals_of(mesh->smooth_normals),
+          mesh->file, {x, y, z}, normals_of(mesh->smooth_normals),
           mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
     });
   }
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
     // A mesh file does not end in .vdb; no name of a grid holds a line feed.
-    const MeshKey key{solid->file.string() + "\n" + solid->grid, 1, solid->smooth_normals, false};
+    const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals, false};
     return file_shape(key, meshes, warnings, [&] {
       return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
     });
   }
   if (const auto* model = std::get_if<ModelSpec>(&spec)) {
     // No file is called so: mesh files have an ending.
-    const MeshKey key{std::string(word_of(model->kind)), model->size_m, false, false};
+    const MeshKey key{std::string(word_of(model->kind)), {model->size_m}, false, false};
     return mesh_shape(key, meshes, warnings,
                       [&] { return shared(model_mesh(model->kind, model->size_m)); });
   }
@@ -345,7 +351,12 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, Mesh
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};
   }
-  if (Status placed = place_objects(scenario, draw, world); !placed) return placed.error();
+  const ParentTree tree = parent_tree(scenario);
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const bool stands = !tree.parent[i] && !scenario.objects[i].place;
+    if (stands) carry_children(scenario, tree, i, world);
+  }
+  if (Status placed = place_objects(scenario, draw, tree, world); !placed) return placed.error();
   scour_terrain(scenario, scoured, world);
   for (const PointTargetSpec& spec : scenario.point_targets) {
     Instance& instance = add_instance(world, spec.name, spec.class_name);

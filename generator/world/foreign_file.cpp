@@ -200,11 +200,13 @@ const char* word_of(Normals normals) { return normals == Normals::smooth ? "smoo
 
 }  // namespace
 
-Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
+Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity) {
   const char* color = reflectivity == MeshReflectivity::material ? "material" : "vertex_color";
   return load<Mesh>(file,
-                    {"mesh", file.string(), fmt::format("{:a}", scale), word_of(normals), color},
+                    {"mesh", file.string(),
+                     fmt::format("{:a} {:a} {:a}", scale.x, scale.y, scale.z), word_of(normals),
+                     color},
                     read_mesh);
 }
 

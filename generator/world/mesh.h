@@ -58,13 +58,14 @@ enum class MeshReflectivity { material, vertex_color };
 
 // Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
 // come out z up and in metres. The others say neither: they are taken as they are. All parts of
-// the file become one mesh; `scale` multiplies every coordinate.
+// the file become one mesh; `scale` multiplies the coordinates along x, y and z, which are those of the
+// mesh that comes out. Normals stay normal to the surface.
 // `part` stays empty for a file of more than 256 names, with a warning.
 // Faces without area, points and lines are left out, with a warning.
 // Errors (usage): a file that cannot be read as a mesh, that is cut off, that has no faces with an
 // area, a face that names a vertex it does not have, a vertex that is not a finite number, a .gltf
 // with its buffers in a second file, vertex colours asked for where there are none.
-Result<Mesh> load_mesh(const std::filesystem::path& file, double scale, Normals normals,
+Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 
 // The zero surface of one grid of floats as triangles, seen counter-clockwise from where the

@@ -34,6 +34,12 @@ Pose pose_at(const SampledPath& path, double time_s) {
           slerp(a.pose.rotation, after->pose.rotation, u)};
 }
 
+Pose pose_at(const CarriedPath& path, double time_s) {
+  return compose(pose_at(*path.carrier, time_s), path.pose);
+}
+
+TimeSpan span_of(const CarriedPath& path) { return span_of(*path.carrier); }
+
 TimeSpan span_of(const SampledPath& path) {
   return {path.points.front().time_s, path.points.back().time_s};
 }

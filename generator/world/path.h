@@ -3,6 +3,7 @@
 //   SampledPath  SplinePath  make_path                  nominal paths; others are their specs
 //   load_path_file                                      a sampled path from a file
 //   WaveMotion  make_wave_motion  moved_by_waves        what the sea adds to a nominal path
+//   CarriedPath                                         of what is fixed to a moving body
 //   Path    load_path                                   a nominal path with its wave motion
 //   pose_at  span_of                                    of any of them
 //   ping_times                                          when the pings of a trajectory go out
@@ -10,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -96,8 +98,18 @@ WaveMotion make_wave_motion(const WaveMotionSpec& spec, std::uint64_t key, doubl
 // Roll, pitch and yaw as a further rotation in the body's frame, heave along the world's z.
 Pose moved_by_waves(const WaveMotion& motion, double time_s, const Pose& pose);
 
+struct Path;
+
+// That of something fixed to a body that moves.
+struct CarriedPath {
+  std::shared_ptr<const Path> carrier;
+  Pose pose;  // in the carrier's frame
+};
+Pose pose_at(const CarriedPath& path, double time_s);
+TimeSpan span_of(const CarriedPath& path);
+
 struct Path {
-  std::variant<SampledPath, LawnmowerSpec, OrbitSpec, SplinePath> nominal;
+  std::variant<SampledPath, LawnmowerSpec, OrbitSpec, SplinePath, CarriedPath> nominal;
   std::optional<WaveMotion> wave_motion;
 };
 

@@ -33,19 +33,25 @@ Error no_room(std::size_t index, const Body& body, const Tally& tally) {
     all += times;
     if (times > count) most = name, count = times;
   }
-  std::string why =
-      fmt::format("{} times not all of it above {}{}", tally.without_ground,
-                  body.spec.place->on, body.spec.place->touching ? ", or nothing to touch" : "");
-  if (all > 0) {
-    why += fmt::format(", {} times too near to another object, most often {}", all, most);
+  const PlaceSpec& place = *body.spec.place;
+  std::string why;
+  if (!place.volume_m) {
+    why = fmt::format("{} times not all of it above {}{}", tally.without_ground, place.on,
+                      place.touching ? ", or nothing to touch" : "");
   }
+  if (all > 0) {
+    why += fmt::format("{}{} times too near to another object, most often {}",
+                       why.empty() ? "" : ", ", all, most);
+  }
+  const std::string room = place.volume_m
+                               ? "a volume_m with room for it"
+                               : fmt::format("an area_m with room for it on {}", place.on);
   const Vec3 size = box_of(body.shape)->size_m;
   return {kind_of(body.spec.place->on_failure),
           fmt::format("objects.{}.place: no free place for {} ({:.3g} x {:.3g} x {:.3g} m) in {} "
-                      "draws: {}; accepted is an area_m with room for it on {}: make it larger, or "
-                      "clearance_m or the number of objects smaller",
-                      index, body.spec.name, size.x, size.y, size.z, kAttempts, why,
-                      body.spec.place->on)};
+                      "draws: {}; accepted is {}: make it larger, or clearance_m or the number of "
+                      "objects smaller",
+                      index, body.spec.name, size.x, size.y, size.z, kAttempts, why, room)};
 }
 
 Error no_ground(std::size_t index, const ObjectSpec& spec) {
@@ -57,18 +63,17 @@ Error no_ground(std::size_t index, const ObjectSpec& spec) {
 // Grounds and what is taken, while objects are being placed.
 class Site {
  public:
-  Site(const Scenario& scenario, World& world) : scenario_(scenario) {
-    for (WorldObject& object : world.objects) {
-      by_name_.emplace(world.instances[object.instance - 1].name, &object);
-    }
-    for (const ObjectSpec& spec : scenario.objects) {
-      if (!spec.place) take(spec);
+  Site(const Scenario& scenario, const ParentTree& tree, World& world)
+      : scenario_(scenario), tree_(tree), world_(world) {
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      index_.emplace(scenario.objects[i].name, i);
+      if (!scenario.objects[root_of(tree, i)].place) take(i);
     }
   }
 
   Status place(std::size_t index, std::uint64_t key) {
     const ObjectSpec& spec = scenario_.objects[index];
-    WorldObject& object = *by_name_.at(spec.name);
+    WorldObject& object = world_.objects[index];
     if (left_out_.contains(spec.place->on)) return no_ground(index, spec);
     if (std::holds_alternative<PlaneShape>(object.shape)) {
       return Error{ErrorKind::final_usage,
@@ -76,25 +81,29 @@ class Site {
                                "accepted is a pose",
                                index, spec.name)};
     }
-    const std::optional<Taken> around = around_ground(spec.place->on);
-    const Result<Body> body = body_of(spec, object.shape, ground(spec.place->on), around);
+    const Result<Body> body = body_of(spec, object.shape, surroundings(*spec.place));
     if (!body) {
-      return Error{ErrorKind::final_usage,
-                   fmt::format("objects.{}.place.align: rest: {} has no face to lie on: {}; accepted "
-                               "are up and surface",
-                               index, spec.name, body.error().message)};
+      return Error{
+          ErrorKind::final_usage,
+          fmt::format("objects.{}.place.align: rest: {} has no face to lie on: {}; accepted "
+                      "are up and surface",
+                      index, spec.name, body.error().message)};
     }
     Tally tally;
     for (std::uint32_t i = 0; i < kAttempts; ++i) {
-      const Attempt attempt =
+      Attempt attempt =
           attempt_to_place(*body, taken_, random_words(key, 0, name_key(spec.name), i));
       if (attempt.pose) {
         object.pose = *attempt.pose;
-        take(spec);
-        return {};
+        carry_children(scenario_, tree_, index, world_);
+        attempt.in_the_way = in_the_way_of_children(index, *body);
       }
-      if (attempt.in_the_way != nullptr) {
-        ++tally.in_the_way[attempt.in_the_way->name];
+      if (!attempt.in_the_way.empty()) {
+        ++tally.in_the_way[attempt.in_the_way];
+      } else if (attempt.pose) {
+        take(index);
+        for (const std::size_t child : descendants(tree_, index)) take(child);
+        return {};
       } else {
         ++tally.without_ground;
       }
@@ -102,33 +111,76 @@ class Site {
     return no_room(index, *body, tally);
   }
 
-  void leave_out(const ObjectSpec& spec) { left_out_.insert(spec.name); }
-
- private:
-  void take(const ObjectSpec& spec) {
-    const WorldObject& object = *by_name_.at(spec.name);
-    if (!takes_room(object.shape)) return;
-    const Outline outline = outline_of(object.shape, object.pose.rotation);
-    taken_.push_back(taken_by(spec, outline, object.pose.position_m));
+  void leave_out(std::size_t index) {
+    left_out_.insert(scenario_.objects[index].name);
+    world_.left_out.push_back(scenario_.objects[index].name);
+    for (const std::size_t child : descendants(tree_, index)) {
+      left_out_.insert(scenario_.objects[child].name);
+      world_.left_out.push_back(scenario_.objects[child].name);
+    }
   }
 
-  const Ground& ground(const std::string& name) {
-    auto& made = grounds_[name];
-    const WorldObject& object = *by_name_.at(name);
+ private:
+  // Children keep the distance of the placed object that they belong to.
+  Taken taken(std::size_t index) const {
+    const WorldObject& object = world_.objects[index];
+    Taken room = taken_by(scenario_.objects[index], outline_of(object.shape, object.pose.rotation),
+                          object.pose.position_m);
+    const auto& place = scenario_.objects[root_of(tree_, index)].place;
+    if (place) room.clearance_m = place->clearance_m;
+    return room;
+  }
+
+  void take(std::size_t index) {
+    if (takes_room(world_.objects[index].shape)) taken_.push_back(taken(index));
+  }
+
+  std::string in_the_way_of_children(std::size_t index, const Body& body) const {
+    for (const std::size_t child : descendants(tree_, index)) {
+      if (!takes_room(world_.objects[child].shape)) continue;
+      const Taken own = taken(child);
+      if (const Taken* other = in_the_way(body, own, taken_, nullptr)) return other->name;
+    }
+    return "";
+  }
+
+  const Ground& ground(std::size_t index) {
+    auto& made = grounds_[index];
+    const WorldObject& object = world_.objects[index];
     if (!made) made = std::make_unique<Ground>(object.shape, object.pose);
     return *made;
   }
 
-  std::optional<Taken> around_ground(const std::string& name) const {
-    const auto found = std::find_if(taken_.begin(), taken_.end(),
-                                    [&](const Taken& taken) { return taken.name == name; });
-    if (found == taken_.end()) return std::nullopt;
-    return *found;
+  Surroundings surroundings(const PlaceSpec& place) {
+    Surroundings around;
+    if (place.volume_m) {
+      for (std::size_t i = 0; i < world_.objects.size(); ++i) {
+        const Shape& shape = world_.objects[i].shape;
+        const auto* mesh = std::get_if<MeshShape>(&shape);
+        const bool is_plane = std::holds_alternative<PlaneShape>(shape);
+        if (is_plane) around.planes.emplace_back(scenario_.objects[i].name, world_.objects[i].pose);
+        if (mesh != nullptr && mesh->ground) add_ground(i, around);
+      }
+      return around;
+    }
+    add_ground(index_.at(place.on), around);
+    for (const Taken& taken : taken_) {
+      if (taken.name == place.on) around.ground_taken = taken;
+      if (place.heap && taken.on == place.on) add_ground(index_.at(taken.name), around);
+    }
+    return around;
+  }
+
+  void add_ground(std::size_t index, Surroundings& around) {
+    around.grounds.push_back({scenario_.objects[index].name, &ground(index),
+                              &world_.objects[index].shape, world_.objects[index].pose});
   }
 
   const Scenario& scenario_;
-  std::map<std::string, WorldObject*> by_name_;
-  std::map<std::string, std::unique_ptr<Ground>> grounds_;
+  const ParentTree& tree_;
+  World& world_;
+  std::map<std::string, std::size_t> index_;
+  std::map<std::size_t, std::unique_ptr<Ground>> grounds_;
   std::vector<Taken> taken_;
   std::set<std::string> left_out_;
 };
@@ -155,12 +207,13 @@ void remove_left_out(World& world) {
 
 }  // namespace
 
-Status place_objects(const Scenario& scenario, SequenceDraw draw, World& world) {
+Status place_objects(const Scenario& scenario, SequenceDraw draw, const ParentTree& tree,
+                     World& world) {
   const bool any = std::any_of(scenario.objects.begin(), scenario.objects.end(),
                                [](const ObjectSpec& spec) { return spec.place.has_value(); });
   if (!any) return {};
   const std::uint64_t key = stream_key(scenario.seed, Stream::place, draw);
-  Site site(scenario, world);
+  Site site(scenario, tree, world);
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
     if (!spec.place) continue;
@@ -168,8 +221,7 @@ Status place_objects(const Scenario& scenario, SequenceDraw draw, World& world) 
     if (placed) continue;
     const bool may_go = placed.error().kind != ErrorKind::final_usage;
     if (!may_go || spec.place->on_failure != PlaceFailure::skip_object) return placed;
-    site.leave_out(spec);
-    world.left_out.push_back(spec.name);
+    site.leave_out(i);
   }
   if (!world.left_out.empty()) remove_left_out(world);
   return {};

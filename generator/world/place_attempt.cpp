@@ -19,8 +19,7 @@ bool overlap(const Taken& a, const Taken& b, double clearance_m) {
   if (apart >= p.radius_m + q.radius_m + clearance_m) return false;
   // On one ground nothing stands over another; elsewhere it may pass above or below.
   const bool on_one_ground = !a.on.empty() && a.on == b.on;
-  if (!on_one_ground &&
-      !(p.low_m < q.high_m + clearance_m && q.low_m < p.high_m + clearance_m)) {
+  if (!on_one_ground && !(p.low_m < q.high_m + clearance_m && q.low_m < p.high_m + clearance_m)) {
     return false;
   }
   return gap_between(p, q).distance_m < clearance_m;
@@ -33,23 +32,25 @@ bool holds(const Outline& outer, const Outline& inner) {
 }
 
 // The height of the origin at which the turned body, let down over (x, y), touches the ground;
-// nothing if some of it is beside the ground.
-std::optional<double> resting_height(const Body& body, const Quat& rotation, double x, double y) {
+// nothing if some of it is beside the ground, unless it may be.
+std::optional<double> resting_height(const Body& body, const Quat& rotation, double x, double y,
+                                     bool may_be_beside = false) {
   double height = -std::numeric_limits<double>::infinity();
   Vec3 normal;
   const auto let_down = [&](Vec3 point) {
     const Vec3 p = rotate(rotation, point);
-    const auto below = body.ground.at(x + p.x, y + p.y);
+    const auto below = body.around.at(x + p.x, y + p.y);
     if (below && below->height_m - p.z > height) {
       height = below->height_m - p.z;
       normal = below->normal;
       return std::optional(true);
     }
-    return below ? std::optional(false) : std::nullopt;
+    return below || may_be_beside ? std::optional(false) : std::nullopt;
   };
   for (const Vec3& point : body.points) {
     if (!let_down(point)) return std::nullopt;
   }
+  if (std::isinf(height)) return height;  // beside all ground
   // Round bodies touch between those points, where the surface faces the ground.
   for (int i = 0; i < 4; ++i) {
     const auto point = support_point(body.shape, rotate(conjugate(rotation), -normal));
@@ -61,8 +62,42 @@ std::optional<double> resting_height(const Body& body, const Quat& rotation, dou
   return height;
 }
 
+// The height of the origin at which a round body over (x, y) touches round things below it: where
+// the body faces against the normal of what is under it, the angle being halved in each step.
+double round_height(const Body& body, const Quat& rotation, double x, double y) {
+  double height = -std::numeric_limits<double>::infinity();
+  Vec3 direction{0, 0, -1};
+  for (int i = 0; i < 24; ++i) {
+    const auto point = support_point(body.shape, rotate(conjugate(rotation), direction));
+    if (!point) return height;
+    const Vec3 p = rotate(rotation, *point);
+    const auto below = body.around.at(x + p.x, y + p.y);
+    if (!below) return height;
+    height = std::max(height, below->height_m - p.z);
+    direction = normalized(direction - below->normal);
+  }
+  return height;
+}
+
+// The height of the origin at which no point of the things below it reaches into the turned body
+// over (x, y): corners below a face, and round bodies on each other.
+double height_above_heap(const Body& body, const Quat& rotation, double x, double y) {
+  double height = round_height(body, rotation, x, y);
+  // Turned about x by half a turn, its underside is what is seen from above.
+  const Ground underside(body.shape, {{}, Quat{0, 1, 0, 0} * rotation});
+  for (std::size_t i = 1; i < body.around.grounds.size(); ++i) {
+    const PlacedGround& below = body.around.grounds[i];
+    for (const Vec3& local : contact_points(*below.shape)) {
+      const Vec3 p = transform_point(below.pose, local);
+      const auto face = underside.at(p.x - x, y - p.y);
+      if (face) height = std::max(height, p.z + face->height_m);
+    }
+  }
+  return height;
+}
+
 // The normal of the plane through the ground under a circle, by least squares.
-std::optional<Vec3> slope_under(const Ground& ground, double x, double y, double radius) {
+std::optional<Vec3> slope_under(const Surroundings& ground, double x, double y, double radius) {
   double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
   for (int ring = 1; ring <= 2; ++ring) {
     for (int i = 0; i < 16; ++i) {
@@ -117,8 +152,7 @@ std::optional<Laid> lay(const Body& body, double x_m, double y_m, const Philox4&
     rotation = turn_down(face.normal) * rotation;
   }
   rotation = turn * rotation;
-  const auto normal =
-      slope_under(body.ground, x_m, y_m, outline_of(body.shape, rotation).radius_m);
+  const auto normal = slope_under(body.around, x_m, y_m, outline_of(body.shape, rotation).radius_m);
   if (!normal) return std::nullopt;
   rotation = turn_to(*normal) * rotation;
   return Laid{rotation, outline_of(body.shape, rotation)};
@@ -129,11 +163,12 @@ struct Touch {
   Vec3 way_m;  // to it
 };
 
-Touch nearest_on_ground(const Taken& own, const std::vector<Taken>& taken) {
+Touch nearest_on_ground(const Taken& own, const std::string& ground,
+                        const std::vector<Taken>& taken) {
   Touch touch;
   double nearest_m = std::numeric_limits<double>::infinity();
   for (const Taken& other : taken) {
-    if (other.on != own.on) continue;
+    if (other.on != ground) continue;
     const Gap gap = gap_between(own.outline, other.outline);
     if (gap.distance_m >= nearest_m) continue;
     nearest_m = gap.distance_m;
@@ -142,12 +177,59 @@ Touch nearest_on_ground(const Taken& own, const std::vector<Taken>& taken) {
   return touch;
 }
 
+// How far a body reaches along a direction, from its origin.
+double reach_along(const Body& body, const Quat& rotation, Vec3 direction) {
+  const Vec3 local = rotate(conjugate(rotation), direction);
+  if (const auto point = support_point(body.shape, local)) return dot(*point, local);
+  double reach = -std::numeric_limits<double>::infinity();
+  for (const Vec3& point : body.points) reach = std::max(reach, dot(point, local));
+  return reach;
+}
+
+// The terrain or plane that a body in mid-water would meet; empty: none.
+std::string met_in_water(const Body& body, const Pose& pose) {
+  const double clearance = body.spec.place->clearance_m;
+  const auto height =
+      resting_height(body, pose.rotation, pose.position_m.x, pose.position_m.y, true);
+  if (!height || pose.position_m.z < *height + clearance) return body.around.grounds.front().name;
+  for (const auto& [name, plane] : body.around.planes) {
+    const Vec3 normal = rotate(plane.rotation, {0, 0, 1});
+    const double distance = dot(normal, pose.position_m - plane.position_m);
+    const bool is_above = distance - reach_along(body, pose.rotation, -normal) >= clearance;
+    const bool is_below = distance + reach_along(body, pose.rotation, normal) <= -clearance;
+    if (!is_above && !is_below) return name;
+  }
+  return "";
+}
+
+Attempt attempt_in_water(const Body& body, const std::vector<Taken>& taken, const Philox4& words) {
+  const PlaceSpec& place = *body.spec.place;
+  const auto& [from, to] = *place.volume_m;
+  std::array<double, 3> middle{};
+  constexpr std::array<std::size_t, 3> kWords = {0, 1, 3};  // 2 is that of the yaw
+  for (std::size_t i = 0; i < 3; ++i) {
+    middle[i] = from[i] + uniform_from_word(words.v[kWords[i]]) * (to[i] - from[i]);
+  }
+  const auto laid = lay(body, middle[0], middle[1], words);
+  const Outline& outline = laid->outline;
+  const Pose pose{{middle[0] - outline.x_m, middle[1] - outline.y_m,
+                   middle[2] - (outline.low_m + outline.high_m) / 2},
+                  laid->rotation};
+  const Taken own = taken_by(body.spec, outline, pose.position_m);
+  if (const Taken* other = in_the_way(body, own, taken, nullptr)) {
+    return {std::nullopt, other->name};
+  }
+  const std::string met = met_in_water(body, pose);
+  if (!met.empty()) return {std::nullopt, met};
+  return {pose, ""};
+}
+
 }  // namespace
 
 Taken taken_by(const ObjectSpec& spec, const Outline& of_body, Vec3 position_m) {
   Taken taken{spec.name, "", moved(of_body, position_m), 0};
   if (spec.place) {
-    taken.on = spec.place->on;
+    if (spec.place->height_m == 0) taken.on = spec.place->on;
     taken.clearance_m = spec.place->clearance_m;
   }
   return taken;
@@ -157,11 +239,19 @@ bool takes_room(const Shape& shape) {
   return !is_room(shape) && !std::holds_alternative<PlaneShape>(shape);
 }
 
-Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, const Ground& ground,
-                     const std::optional<Taken>& ground_taken) {
+std::optional<GroundPoint> Surroundings::at(double x_m, double y_m) const {
+  std::optional<GroundPoint> highest;
+  for (const PlacedGround& placed : grounds) {
+    const auto point = placed.ground->at(x_m, y_m);
+    if (point && (!highest || point->height_m > highest->height_m)) highest = point;
+  }
+  return highest;
+}
+
+Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, Surroundings around) {
   const Quat base = pose_of({{}, spec.place->rotation}).rotation;
-  Body body{spec, shape, ground, ground_taken, base, contact_points(shape),
-            outline_of(shape, base), {}};
+  Body body{spec, shape, std::move(around), base, contact_points(shape), outline_of(shape, base),
+            {}};
   if (spec.place->align != PlaceAlignment::rest) return body;
   std::vector<Vec3> points = body.points;
   for (Vec3& point : points) point = rotate(base, point);
@@ -171,8 +261,25 @@ Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, const Ground& g
   return body;
 }
 
+const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Taken>& taken,
+                        const Taken* touched) {
+  const std::optional<Taken>& ground = body.around.ground_taken;
+  for (const Taken& other : taken) {
+    const bool is_ground = std::any_of(body.around.grounds.begin(), body.around.grounds.end(),
+                                       [&](const auto& g) { return g.name == other.name; });
+    const double clearance =
+        &other == touched ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
+    if (is_ground || !overlap(own, other, clearance)) continue;
+    // What surrounds the ground surrounds all that stands on it.
+    const bool is_around = other.on.empty() && ground && holds(other.outline, ground->outline);
+    if (!is_around) return &other;
+  }
+  return nullptr;
+}
+
 Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, const Philox4& words) {
   const PlaceSpec& place = *body.spec.place;
+  if (place.volume_m) return attempt_in_water(body, taken, words);
   const auto& [from, to] = place.area_m;
   const double x = from[0] + uniform_from_word(words.v[0]) * (to[0] - from[0]);
   const double y = from[1] + uniform_from_word(words.v[1]) * (to[1] - from[1]);
@@ -182,33 +289,30 @@ Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, cons
   Taken own = taken_by(body.spec, laid->outline, origin);
   Touch touch;
   if (place.touching) {
-    touch = nearest_on_ground(own, taken);
+    touch = nearest_on_ground(own, place.on, taken);
     if (touch.other == nullptr) return {};
     origin = origin + touch.way_m;
     own = taken_by(body.spec, laid->outline, origin);
   }
-  const auto clearance = [&](const Taken& other) {
-    return &other == touch.other ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
-  };
   // The cheap question first.
   for (const Taken& other : taken) {
-    if (other.on == place.on && overlap(own, other, clearance(other))) {
-      return {std::nullopt, &other};
-    }
+    if (own.on.empty() || other.on != own.on || place.heap) continue;
+    const double clearance =
+        &other == touch.other ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
+    if (overlap(own, other, clearance)) return {std::nullopt, other.name};
   }
-  const auto height = resting_height(body, laid->rotation, origin.x, origin.y);
+  auto height = resting_height(body, laid->rotation, origin.x, origin.y);
   if (!height) return {};
-  const double tall_m = laid->outline.high_m - laid->outline.low_m;
-  origin.z = *height - place.sink_m - place.buried_fraction * tall_m;
-  own = taken_by(body.spec, laid->outline, origin);
-  for (const Taken& other : taken) {
-    if (other.name == place.on || !overlap(own, other, clearance(other))) continue;
-    // What surrounds the ground surrounds all that stands on it.
-    const bool is_around = other.on.empty() && body.ground_taken &&
-                           holds(other.outline, body.ground_taken->outline);
-    if (!is_around) return {std::nullopt, &other};
+  if (place.heap) {
+    height = std::max(*height, height_above_heap(body, laid->rotation, origin.x, origin.y));
   }
-  return {Pose{origin, laid->rotation}, nullptr};
+  const double tall_m = laid->outline.high_m - laid->outline.low_m;
+  origin.z = *height + place.height_m - place.sink_m - place.buried_fraction * tall_m;
+  own = taken_by(body.spec, laid->outline, origin);
+  if (const Taken* other = in_the_way(body, own, taken, touch.other)) {
+    return {std::nullopt, other->name};
+  }
+  return {Pose{origin, laid->rotation}, ""};
 }
 
 }  // namespace ensonify

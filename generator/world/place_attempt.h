@@ -1,12 +1,14 @@
-// One try to put an object on another one. Private to world/.
+// One try to put an object on another one, or into the water. Private to world/.
 //
-//   Taken  taken_by  takes_room   room that is taken
-//   Body  body_of                 what is to be placed
+//   Taken  taken_by  takes_room     room that is taken
+//   Surroundings  Body  body_of     what is to be placed, and where
 //   Attempt  attempt_to_place
+//   in_the_way                      of a body, or of what belongs to it
 #pragma once
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/random.h"
@@ -20,7 +22,7 @@ namespace ensonify {
 // What lies within an outline, from its low_m to its high_m.
 struct Taken {
   std::string name;
-  std::string on;   // what it stands on, if it was placed
+  std::string on;   // what it stands on, if it was placed so
   Outline outline;  // in the world
   double clearance_m = 0;
 };
@@ -30,11 +32,28 @@ Taken taken_by(const ObjectSpec& spec, const Outline& of_body, Vec3 position_m);
 // A plane and a room take nothing.
 bool takes_room(const Shape& shape);
 
+struct PlacedGround {
+  std::string name;
+  const Ground* ground = nullptr;
+  const Shape* shape = nullptr;
+  Pose pose;
+};
+
+// What a body is placed on, first what it stands on, then the heap there; for one in mid-water the
+// terrain that it must stay above, and the planes that it must not cross.
+struct Surroundings {
+  std::vector<PlacedGround> grounds;
+  std::optional<Taken> ground_taken;  // by the first ground; nothing if that is without end
+  std::vector<std::pair<std::string, Pose>> planes;
+
+  // The highest of them under a point; nothing beside all of them.
+  std::optional<GroundPoint> at(double x_m, double y_m) const;
+};
+
 struct Body {
   const ObjectSpec& spec;
   const Shape& shape;
-  const Ground& ground;
-  const std::optional<Taken>& ground_taken;  // nothing for a ground without end
+  Surroundings around;
   Quat base;                                 // as place.rotation_deg lays it
   std::vector<Vec3> points;                  // in its own frame
   Outline outline;                           // of `base`
@@ -42,13 +61,17 @@ struct Body {
 };
 
 // Error (usage): the body has no face to lie on.
-Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, const Ground& ground,
-                     const std::optional<Taken>& ground_taken);
+Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, Surroundings around);
 
 struct Attempt {
   std::optional<Pose> pose;
-  const Taken* in_the_way = nullptr;  // neither: no ground, or nothing to touch
+  std::string in_the_way;  // the name of it; neither: no ground, or nothing to touch
 };
+
+// What stands in the way of `own`, the body or a child of it, of all but its ground and what
+// surrounds that; null: nothing. `touched` may be near.
+const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Taken>& taken,
+                        const Taken* touched);
 
 Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, const Philox4& words);
 

@@ -17,7 +17,8 @@ SECTIONS = [
     ("trajectory", "scenario_trajectory", "trajectory"), ("lawnmower", "lawnmower", "Ways by a formula"),
     ("orbit", "orbit", "Ways by a formula"),
     ("spline", "spline", "Ways by a formula"), ("wave_motion", "wave_motion", "wave_motion"),
-    ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"), ("noise", "noise", "noise"),
+    ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"),
+    ("Poses of objects", "item_pose", "Poses"), ("noise", "noise", "noise"),
     ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
 ]
 HEAD = ("key", "type", "unit", "default", "accepted", "meaning")
@@ -34,7 +35,8 @@ it means. [scenario.md](scenario.md) explains them together, with examples, and 
   the map has its own default.
 - *switch*: `true`, `false`, `on` or `off`. *switch or map*: a map of options turns it on. *word or map*: a word
   stands for the map of that kind with its defaults.
-- Any value but `ensonify`, `seed`, `sequences`, names and kinds of classes may be drawn, see [Drawn values](#drawn-values).
+- Any value but `ensonify`, `seed`, `sequences`, names and kinds of classes may be drawn, see [Drawn values](#drawn-values),
+  or be that of a [variable](scenario.md#variables).
 """
 
 
@@ -87,7 +89,7 @@ class Page:
 
     def section(self, title, name, link):
         node = self.whole["definitions"][name] if name else self.whole
-        node = next((part for part in node.get("anyOf", []) if part.get("type") == "object"), node)
+        node = next((part for part in node.get("anyOf", []) if "object" in part.get("type", "")), node)
         places = self.places[name]
         one = len(places) == 1
         prefix = places[0] + "." if one and places[0] else ""

@@ -11,6 +11,8 @@ PATTERNS = {
     "\\{ping\\}": "with `{ping}`",
     "^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$": "1 to 64 letters, digits, `-`, `_` and `.`",
 }
+# Text that stands for the value of a variable, where anything else may.
+VARIABLES = {r"^\$[A-Za-z]", r"^=|^\$[A-Za-z]"}
 NAMES = {"number": "number", "integer": "integer", "boolean": "true or false", "string": "text", "null": "null"}
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
@@ -96,6 +98,8 @@ def of_map(whole, use, names, also):
         item = describe(whole, free)
         return Said(f"map of names to {several(item)}{also}", "", [*names, *item.names], item.inner,
                     ".NAME" + item.step if item.inner is not None else "")
+    if free is True:
+        return Said("map of names to values" + also, "", names)
     if not own_keys(use) and free is False:
         return Said("map" + also, "`{}`", names)
     return Said("map" + also, "", names, whole["definitions"][names[-1]] if names else use)
@@ -147,6 +151,8 @@ def describe(whole, use):
         return Said("word", words(use["enum"]), names)
     kinds = use.get("type", "object")
     kinds = [kinds] if isinstance(kinds, str) else list(kinds)
+    if use.get("pattern") in VARIABLES:
+        kinds.remove("string")
     if len(kinds) > 1 and kinds[1] == "object" and drawn_only(use):
         kinds.pop()
     also = "" if "null" not in kinds or kinds == ["null"] else " or null"

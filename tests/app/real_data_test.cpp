@@ -80,7 +80,7 @@ TEST_CASE("real: a can, OBJ") {
 
 TEST_CASE("real: a torpedo, DAE, z up and in metres") {
   if (const auto file = real_data("torpedo_mk46.dae")) {
-    const auto mesh = load_mesh(*file, 1, Normals::face);
+    const auto mesh = load_mesh(*file, {1, 1, 1}, Normals::face);
     REQUIRE(mesh.ok());
     const MeshExtent e = extent_of(*mesh);
     // 2.64 m long, 0.32 m thick, lying along x, as its vertices say.
@@ -93,7 +93,7 @@ TEST_CASE("real: a torpedo, DAE, z up and in metres") {
 
 TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
   if (const auto file = real_data("herkules_seabed.dae")) {
-    const auto mesh = load_mesh(*file, 1, Normals::face);
+    const auto mesh = load_mesh(*file, {1, 1, 1}, Normals::face);
     REQUIRE(mesh.ok());
     const MeshExtent e = extent_of(*mesh);
     // A plate of 2 x 2 x 0.186 in its file, placed by a matrix that scales by 50, 49.93 and 20.

@@ -26,7 +26,7 @@ TEST_CASE("an unknown key is met with the nearest known one") {
       {"output: {timeserie: npy}", "4:10: output.timeserie:", "did you mean timeseries?"},
       {"trajectory: {poses: [{position: [0, 0, 0]}]}",
        "4:23: trajectory.poses.0.position:", "did you mean position_m?"},
-      {"zzz: 1", "4:1: zzz:", "unknown key, accepted are ensonify, name, seed, sequences, sonar"},
+      {"zzz: 1", "4:1: zzz:", "unknown key, accepted are ensonify, name, seed, sequences, variables, sonar"},
       {"objects:\n  - {name: a, material: m, shape: {plane: {size: 1}}}\n"
        "materials: {m: {reflectivity: 1}}",
        "5:44: objects.0.shape.plane.size:", "no key is accepted here"},

@@ -111,7 +111,7 @@ TEST_CASE("input files are found beside the scenario and listed once") {
   CHECK(input_files(*loaded) == expected);
   CHECK_FALSE(loaded->trajectory.pings);
   CHECK(std::get<MeshSpec>(loaded->objects[0].shape).smooth_normals);
-  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale == 1e-3);
+  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale == std::array<double, 3>{1e-3, 1e-3, 1e-3});
 
   const auto relative = [](const std::filesystem::path& file) { return file.filename().string(); };
   const std::string text = to_yaml(*loaded, relative);

@@ -44,8 +44,9 @@ const Json* find_schema(const Json& use, const std::function<bool(const Json&)>&
   return nullptr;
 }
 
-bool is_type(const Json& node, const Json& type) {
-  return node.contains("type") && node.at("type") == type;
+// The type, or one that a variable may stand for.
+bool is_type(const Json& node, const Json& type, const Json& or_variable) {
+  return node.contains("type") && (node.at("type") == type || node.at("type") == or_variable);
 }
 
 // Whatever the scenes and the documentation leave out.
@@ -126,11 +127,13 @@ const Json& schema() {
 }
 
 const Json* map_schema(const Json& use) {
-  return find_schema(use, [](const Json& node) { return is_type(node, "object"); });
+  return find_schema(use, [](const Json& node) { return is_type(node, "object", {"object", "string"}); });
 }
 
 const Json* list_schema(const Json& use) {
-  return find_schema(use, [](const Json& node) { return is_type(node, {"array", "object"}); });
+  return find_schema(use, [](const Json& node) {
+    return is_type(node, "array", {"array", "object", "string"});
+  });
 }
 
 bool schema_accepts(const Json& scenario) {

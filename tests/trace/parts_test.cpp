@@ -30,7 +30,7 @@ MaterialSpec material(const char* name, double reflectivity, CoherentSpec cohere
 }
 
 ObjectSpec object(const char* name, const char* of, MeshSpec mesh, double x_m, double scale) {
-  mesh.scale = scale;
+  mesh.scale = {scale, scale, scale};
   PoseSpec pose;
   pose.position_m = {x_m, 0, 0};
   return {name, "x", of, mesh, pose};
@@ -91,7 +91,7 @@ TEST_CASE("halves of a mesh echo in the ratio of their reflectivities") {
   Scenario scenario;
   scenario.materials = {material("a", 1e-3, coherent), material("b", 2.5e-2, coherent)};
   scenario.objects = {
-      object("w", "a", MeshSpec{file, 1, false, false, {{"starboard", "b"}}}, 5, 1)};
+      object("w", "a", MeshSpec{file, {1, 1, 1}, false, false, {{"starboard", "b"}}}, 5, 1)};
   const auto echoes = echoes_of_parts(built_world(scenario), sonar).random;
   REQUIRE(echoes.size() == 128);
   CHECK(energy(echoes, false) / energy(echoes, true) == Approx(25).epsilon(1e-6));
@@ -110,9 +110,9 @@ TEST_CASE("a mesh of two parts scatters as two meshes") {
   parts.materials = {material("a", 1e-3), material("b", 2e-2, RicianSpec{2}), material("c", 0)};
   apart.materials = parts.materials;
   parts.objects = {object(
-      "w", "c", MeshSpec{whole, 1, false, false, {{"starboard", "b"}, {"port", "a"}}}, 5, 2)};
-  apart.objects = {object("p", "a", MeshSpec{port, 1, false, false, {}}, 5, 2),
-                   object("s", "b", MeshSpec{starboard, 1, false, false, {}}, 5, 2)};
+      "w", "c", MeshSpec{whole, {1, 1, 1}, false, false, {{"starboard", "b"}, {"port", "a"}}}, 5, 2)};
+  apart.objects = {object("p", "a", MeshSpec{port, {1, 1, 1}, false, false, {}}, 5, 2),
+                   object("s", "b", MeshSpec{starboard, {1, 1, 1}, false, false, {}}, 5, 2)};
   const auto one = echoes_of_parts(built_world(parts), sonar).random;
   const auto two = echoes_of_parts(built_world(apart), sonar).random;
   REQUIRE(one.size() == two.size());
@@ -140,13 +140,13 @@ TEST_CASE("a mirror that is a part of a mesh is that part alone") {
   apart.materials = parts.materials;
   const char* other = GENERATE("dull", "soft");
   parts.objects = {
-      object("w", other, MeshSpec{whole, 1, false, false, {{"port", "mirror"}}}, 3, 0.03)};
-  apart.objects = {object("p", "mirror", MeshSpec{port, 1, false, false, {}}, 3, 0.03),
-                   object("s", other, MeshSpec{starboard, 1, false, false, {}}, 3, 0.03)};
+      object("w", other, MeshSpec{whole, {1, 1, 1}, false, false, {{"port", "mirror"}}}, 3, 0.03)};
+  apart.objects = {object("p", "mirror", MeshSpec{port, {1, 1, 1}, false, false, {}}, 3, 0.03),
+                   object("s", other, MeshSpec{starboard, {1, 1, 1}, false, false, {}}, 3, 0.03)};
   const auto one = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
   const auto two = sum_of(echoes_of_parts(built_world(apart), sonar).coherent, sonar, 3);
   CHECK(std::abs(one - two) < 0.01 * std::abs(two));
-  parts.objects = {object("w", "mirror", MeshSpec{whole, 1, false, false, {}}, 3, 0.03)};
+  parts.objects = {object("w", "mirror", MeshSpec{whole, {1, 1, 1}, false, false, {}}, 3, 0.03)};
   const auto all = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
   const double share = std::string_view(other) == "dull" ? 0.5 : 0.5 - 0.25;
   CHECK(std::abs(one - share * all) < 0.01 * std::abs(all));

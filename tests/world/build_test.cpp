@@ -41,9 +41,9 @@ TEST_CASE("equal meshes are read once") {
   const auto file = folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   Scenario scenario;
   scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
-                      {"b", "x", "m", MeshSpec{file, 1, false, false}, {}},
-                      {"c", "x", "m", MeshSpec{file, 2, false, false}, {}}};
+  scenario.objects = {{"a", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}},
+                      {"c", "x", "m", MeshSpec{file, {2, 2, 2}, false, false}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
@@ -83,8 +83,8 @@ TEST_CASE("vertex colours are read where an object asks for them") {
       folder.write("t.obj", "v 0 0 0 1 1 1\nv 1 0 0 0 0 0\nv 0 1 0 0.5 0.5 0.5\nf 1 2 3\n");
   Scenario scenario;
   scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
-                      {"b", "x", "m", MeshSpec{file, 1, false, true}, {}}};
+  scenario.objects = {{"a", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, {1, 1, 1}, false, true}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
@@ -105,8 +105,8 @@ TEST_CASE("all faults of the input files are told at once") {
        {ScatteringLaw::table, {}, folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
        {}},
       {"sand", 0, {ScatteringLaw::table, {}, folder.path() / "none.csv"}, {}}};
-  scenario.objects = {{"a", "x", "mud", MeshSpec{plain, 1, false, true}, {}},
-                      {"b", "x", "mud", MeshSpec{folder.path() / "none.obj", 1, false, false}, {}}};
+  scenario.objects = {{"a", "x", "mud", MeshSpec{plain, {1, 1, 1}, false, true}, {}},
+                      {"b", "x", "mud", MeshSpec{folder.path() / "none.obj", {1, 1, 1}, false, false}, {}}};
   const auto world = build_world(scenario);
   REQUIRE_FALSE(world.ok());
   CHECK(world.error().kind == ErrorKind::usage);
@@ -131,8 +131,8 @@ constexpr char kThreeParts[] =
 Scenario scene(const std::filesystem::path& file, const std::vector<PartSpec>& parts) {
   Scenario scenario;
   scenario.materials = {{"steel", 0.01, {}, {}}, {"wood", 0.001, {}, {}}, {"sail", 0.1, {}, {}}};
-  scenario.objects = {{"a", "x", "steel", MeshSpec{file, 1, false, false, parts}, {}},
-                      {"b", "x", "steel", MeshSpec{file, 1, false, false, {}}, {}}};
+  scenario.objects = {{"a", "x", "steel", MeshSpec{file, {1, 1, 1}, false, false, parts}, {}},
+                      {"b", "x", "steel", MeshSpec{file, {1, 1, 1}, false, false, {}}, {}}};
   return scenario;
 }
 

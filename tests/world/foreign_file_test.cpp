@@ -89,8 +89,8 @@ TEST_CASE("a mesh is the same through the importer as without it") {
   const TemporaryFolder folder;
   const auto file = folder.write("t.obj", kTriangle);
   for (const Normals normals : {Normals::face, Normals::smooth}) {
-    const auto apart = load_mesh(file, 0.1, normals);
-    const auto here = import_mesh(file, 0.1, normals, MeshReflectivity::material);
+    const auto apart = load_mesh(file, {0.1, 0.1, 0.1}, normals);
+    const auto here = import_mesh(file, {0.1, 0.1, 0.1}, normals, MeshReflectivity::material);
     REQUIRE(apart.ok());
     REQUIRE(here.ok());
     CHECK(apart->vertices == here->vertices);
@@ -100,8 +100,8 @@ TEST_CASE("a mesh is the same through the importer as without it") {
     CHECK(apart->warnings == here->warnings);
   }
   const auto refused = folder.write("n.obj", "v 0 0 nan\n");
-  CHECK(load_mesh(refused, 1, Normals::face).error().message ==
-        import_mesh(refused, 1, Normals::face, MeshReflectivity::material).error().message);
+  CHECK(load_mesh(refused, {1, 1, 1}, Normals::face).error().message ==
+        import_mesh(refused, {1, 1, 1}, Normals::face, MeshReflectivity::material).error().message);
 }
 
 TEST_CASE("what goes over the wire comes back") {

@@ -84,7 +84,7 @@ TEST_CASE("a file that is cut off is refused wherever it is cut") {
       {"a.stl", ascii_stl()}};
   for (const auto& [name, bytes] : files) {
     for (const Normals normals : {Normals::face, Normals::smooth}) {
-      const auto whole = load_mesh(folder.write(name, bytes), 1, normals);
+      const auto whole = load_mesh(folder.write(name, bytes), {1, 1, 1}, normals);
       INFO(name << (whole.ok() ? "" : whole.error().message));
       REQUIRE(whole.ok());
       CHECK(whole->triangles.size() == 4);
@@ -95,7 +95,7 @@ TEST_CASE("a file that is cut off is refused wherever it is cut") {
     for (std::size_t length = 1; length < needed; length += 3) {
       INFO(name << " cut to " << length << " of " << bytes.size());
       // Without the importer's process: hundreds of them would take minutes.
-      const auto cut = import_mesh(folder.write(name, bytes.substr(0, length)), 1, Normals::smooth,
+      const auto cut = import_mesh(folder.write(name, bytes.substr(0, length)), {1, 1, 1}, Normals::smooth,
                                    MeshReflectivity::material);
       REQUIRE_FALSE(cut.ok());
       CHECK(cut.error().kind == ErrorKind::usage);
@@ -107,7 +107,7 @@ TEST_CASE("a file that is cut off is refused wherever it is cut") {
 TEST_CASE("a cut file says where it ends") {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& name, const std::string& text) {
-    return load_mesh(folder.write(name, text), 1, Normals::face).error().message;
+    return load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face).error().message;
   };
   const std::string ply = std::string(kPlyHead) + kPlyRows;
   CHECK(message("f.ply", ply.substr(0, ply.size() - 10))
@@ -123,7 +123,7 @@ TEST_CASE("vertices that are not finite are refused in binary files too") {
   const TemporaryFolder folder;
   for (const float x :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    const auto mesh = load_mesh(folder.write("n.stl", binary_stl(x)), 1, Normals::face);
+    const auto mesh = load_mesh(folder.write("n.stl", binary_stl(x)), {1, 1, 1}, Normals::face);
     REQUIRE_FALSE(mesh.ok());
     CHECK(mesh.error().message.find("not a finite number") != std::string::npos);
   }
@@ -144,7 +144,7 @@ TEST_CASE("faces without area are left out with a warning") {
   const auto file =
       folder.write("a.obj", corners + "f 1 2 3\n" + broken + "f 1 2 9\n");  // the last: 10 um thin
   for (const Normals normals : {Normals::face, Normals::smooth}) {
-    const auto mesh = load_mesh(file, 1000, normals);
+    const auto mesh = load_mesh(file, {1000, 1000, 1000}, normals);
     REQUIRE(mesh.ok());
     CHECK(mesh->triangles.size() == 2);
     REQUIRE(mesh->warnings.size() == 1);
@@ -154,7 +154,7 @@ TEST_CASE("faces without area are left out with a warning") {
       for (const std::uint32_t v : triangle) CHECK(v < mesh->vertices.size());
     }
   }
-  const auto nothing = load_mesh(folder.write("n.obj", corners + broken), 1, Normals::face);
+  const auto nothing = load_mesh(folder.write("n.obj", corners + broken), {1, 1, 1}, Normals::face);
   REQUIRE_FALSE(nothing.ok());
   CHECK(nothing.error().message.find("no faces that have an area") != std::string::npos);
 }
@@ -163,7 +163,7 @@ TEST_CASE("faces without area are left out with a warning") {
 TEST_CASE("points and lines are left out with a warning") {
   const TemporaryFolder folder;
   const auto file = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2");
-  const auto mesh = load_mesh(file, 1, Normals::face);
+  const auto mesh = load_mesh(file, {1, 1, 1}, Normals::face);
   REQUIRE(mesh.ok());
   CHECK(mesh->triangles.size() == 1);
   REQUIRE(mesh->warnings.size() == 1);
@@ -178,7 +178,7 @@ TEST_CASE("a texture is ignored with one warning a file") {
                "newmtl plain\nKd 1 0 0\nnewmtl wood\nmap_Kd wood.png\nmap_Bump grain.png\n");
   const auto warnings = [&](const std::string& name, const std::string& text) {
     const auto mesh =
-        load_mesh(folder.write(name, "mtllib a.mtl\n" + faces + text), 1, Normals::face);
+        load_mesh(folder.write(name, "mtllib a.mtl\n" + faces + text), {1, 1, 1}, Normals::face);
     REQUIRE(mesh.ok());
     return mesh->warnings;
   };
@@ -197,8 +197,8 @@ TEST_CASE("the world collects the warnings of its meshes") {
   Scenario scenario;
   scenario.materials = {{"m", 1, {}, {}}};
   scenario.objects = {{"p", "x", "m", PlaneSpec{}, {}},
-                      {"a", "x", "m", MeshSpec{file, 1, false, false}, {}},
-                      {"b", "x", "m", MeshSpec{file, 1, false, false}, {}}};
+                      {"a", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}},
+                      {"b", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
   REQUIRE(world->warnings.size() == 1);
@@ -213,7 +213,7 @@ TEST_CASE("triangles know the part of the file that they belong to") {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const auto file =
       folder.write("a.obj", corners + "o hull\nf 1 2 3\nf 1 1 2\nf 1 2 4\no mast\nf 1 3 4\n");
-  const auto mesh = load_mesh(file, 1, Normals::face);
+  const auto mesh = load_mesh(file, {1, 1, 1}, Normals::face);
   REQUIRE(mesh.ok());
   REQUIRE(mesh->triangles.size() == 3);
   REQUIRE(mesh->part.size() == 3);

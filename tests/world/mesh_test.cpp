@@ -43,7 +43,7 @@ bool has_vertex(const Mesh& mesh, double x, double y, double z) {
 
 TEST_CASE("OBJ and STL are taken as they are, times the scale") {
   const TemporaryFolder folder;
-  const auto obj = load_mesh(folder.write("wedge.obj", kWedgeObj), 0.5, Normals::face);
+  const auto obj = load_mesh(folder.write("wedge.obj", kWedgeObj), {0.5, 0.5, 0.5}, Normals::face);
   REQUIRE(obj.ok());
   CHECK(obj->triangles.size() == 4);
   CHECK(has_vertex(*obj, 1, 0, 0));
@@ -53,7 +53,7 @@ TEST_CASE("OBJ and STL are taken as they are, times the scale") {
       load_mesh(folder.write("one.stl",
                              "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                              "vertex 0 7 0\nendloop\nendfacet\nendsolid x\n"),
-                1, Normals::face);
+                {1, 1, 1}, Normals::face);
   REQUIRE(stl.ok());
   CHECK(has_vertex(*stl, 0, 7, 0));
 }
@@ -61,27 +61,48 @@ TEST_CASE("OBJ and STL are taken as they are, times the scale") {
 // Protects users of COLLADA: z up and metres, whichever axis and unit the file speaks of.
 TEST_CASE("DAE comes out z up and in metres") {
   const TemporaryFolder folder;
-  const auto z_up = load_mesh(folder.write("z.dae", dae("Z_UP", "1")), 1, Normals::face);
+  const auto z_up = load_mesh(folder.write("z.dae", dae("Z_UP", "1")), {1, 1, 1}, Normals::face);
   REQUIRE(z_up.ok());
   CHECK(has_vertex(*z_up, 0, 0, 5));
   CHECK(has_vertex(*z_up, 1, 2, 0));
-  const auto y_up = load_mesh(folder.write("y.dae", dae("Y_UP", "1")), 1, Normals::face);
+  const auto y_up = load_mesh(folder.write("y.dae", dae("Y_UP", "1")), {1, 1, 1}, Normals::face);
   REQUIRE(y_up.ok());
   CHECK(has_vertex(*y_up, 1, 0, 2));   // its y is up
   CHECK(has_vertex(*y_up, 0, -5, 0));  // its z points to the viewer
-  const auto inches = load_mesh(folder.write("i.dae", dae("Z_UP", "0.0254")), 1, Normals::face);
+  const auto inches = load_mesh(folder.write("i.dae", dae("Z_UP", "0.0254")), {1, 1, 1}, Normals::face);
   REQUIRE(inches.ok());
   CHECK(has_vertex(*inches, 0, 0, 0.127));
+}
+
+// An independent route: the same mesh, stretched in its file. A plane a x + b y + c z = d that is
+// stretched by s along x is a/s x + b y + c z = d, whose normal is that of the inverse transpose.
+TEST_CASE("a scale for each axis is that of a stretched file") {
+  const TemporaryFolder folder;
+  const std::string normals = "vn 0.6 0 0.8\nvn 0.6 0.8 0\nvn 0 0 1\nf 1//1 2//2 3//3\n";
+  const auto plain = folder.write("a.obj", "v 1 2 3\nv 4 2.5 1\nv 0 1 -2\n" + normals);
+  const auto stretched = folder.write("b.obj", "v 2 2 0.75\nv 8 2.5 0.25\nv 0 1 -0.5\n" + normals);
+  const auto face = load_mesh(plain, {2, 1, 0.25}, Normals::face);
+  const auto same = load_mesh(stretched, {1, 1, 1}, Normals::face);
+  REQUIRE(face.ok());
+  REQUIRE(same.ok());
+  CHECK(face->vertices == same->vertices);
+  CHECK(face->triangles == same->triangles);
+  const auto smooth = load_mesh(plain, {2, 1, 0.25}, Normals::smooth);
+  REQUIRE(smooth.ok());
+  const Vec3 wanted[] = {normalized(Vec3{0.3, 0, 3.2}), normalized(Vec3{0.3, 0.8, 0}), Vec3{0, 0, 1}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(length(to_vec3(smooth->normals[i]) - wanted[i]) < 1e-6);
+  }
 }
 
 // Protects smooth bodies: shared vertices of a wedge get normals between those of their faces.
 TEST_CASE("smooth normals are of unit length and between faces") {
   const TemporaryFolder folder;
-  const auto mesh = load_mesh(folder.write("wedge.obj", kWedgeObj), 1, Normals::smooth);
+  const auto mesh = load_mesh(folder.write("wedge.obj", kWedgeObj), {1, 1, 1}, Normals::smooth);
   REQUIRE(mesh.ok());
   REQUIRE(mesh->normals.size() == mesh->vertices.size());
   for (const auto& n : mesh->normals) CHECK(std::hypot(n[0], n[1], n[2]) == Approx(1).margin(1e-5));
-  CHECK(load_mesh(folder.path() / "wedge.obj", 1, Normals::face)->normals.empty());
+  CHECK(load_mesh(folder.path() / "wedge.obj", {1, 1, 1}, Normals::face)->normals.empty());
 }
 
 TEST_CASE("what is no mesh is refused with its name") {
@@ -92,7 +113,7 @@ TEST_CASE("what is no mesh is refused with its name") {
                                    {"nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
                                    {"cut.dae", dae("Z_UP", "1").substr(0, 400)}}) {
     INFO(name);
-    const auto mesh = load_mesh(folder.write(name, text), 1, Normals::face);
+    const auto mesh = load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face);
     REQUIRE_FALSE(mesh.ok());
     CHECK(mesh.error().kind == ErrorKind::usage);
     CHECK(mesh.error().message.find(name) != std::string::npos);
@@ -111,11 +132,11 @@ TEST_CASE("lines are passed over, faces without their vertices refused") {
       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n3 0 1 90000000\n");
   for (const Normals normals : {Normals::face, Normals::smooth}) {
-    const auto mesh = load_mesh(lines, 1, normals);
+    const auto mesh = load_mesh(lines, {1, 1, 1}, normals);
     REQUIRE(mesh.ok());
     CHECK(mesh->triangles.size() == 1);
     CHECK_FALSE(has_vertex(*mesh, 5, 5, 5));
-    const auto refused = load_mesh(beyond, 1, normals);
+    const auto refused = load_mesh(beyond, {1, 1, 1}, normals);
     REQUIRE_FALSE(refused.ok());
     CHECK(refused.error().message.find("beyond.ply") != std::string::npos);
   }
@@ -127,7 +148,7 @@ TEST_CASE("glTF with its buffers elsewhere is refused") {
   const auto file = folder.write(
       "a.gltf",
       R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 36, "uri": "b.bin"}]})");
-  const auto mesh = load_mesh(file, 1, Normals::face);
+  const auto mesh = load_mesh(file, {1, 1, 1}, Normals::face);
   REQUIRE_FALSE(mesh.ok());
   CHECK(mesh.error().message.find("b.bin") != std::string::npos);
   CHECK(mesh.error().message.find(".glb") != std::string::npos);
@@ -163,13 +184,13 @@ TEST_CASE("vertex colours become reflectivity") {
   const TemporaryFolder folder;
   const auto file = folder.write("a.ply", ply("uchar", "255 0 0", "255 255 255", "0 51 102"));
   for (const Normals normals : {Normals::face, Normals::smooth}) {
-    const auto mesh = load_mesh(file, 1, normals, MeshReflectivity::vertex_color);
+    const auto mesh = load_mesh(file, {1, 1, 1}, normals, MeshReflectivity::vertex_color);
     REQUIRE(mesh.ok());
     REQUIRE(mesh->reflectivity.size() == mesh->vertices.size());
     CHECK(reflectivity_at(*mesh, 0, 0, 0).at(0) == Approx(1 / 3.0));
     CHECK(reflectivity_at(*mesh, 1, 0, 0).at(0) == Approx(1));
     CHECK(reflectivity_at(*mesh, 0, 1, 0).at(0) == Approx(0.2));
-    CHECK(load_mesh(file, 1, normals)->reflectivity.empty());
+    CHECK(load_mesh(file, {1, 1, 1}, normals)->reflectivity.empty());
   }
 }
 
@@ -181,7 +202,7 @@ TEST_CASE("differently coloured vertices are not joined") {
                                  "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n"
                                  "v 1 0 0 0 0 0\nv 0 1 0 0 0 0\nv 1 1 1 0 0 0\n"
                                  "f 1 2 3\nf 4 6 5\n");
-  const auto mesh = load_mesh(file, 1, Normals::smooth, MeshReflectivity::vertex_color);
+  const auto mesh = load_mesh(file, {1, 1, 1}, Normals::smooth, MeshReflectivity::vertex_color);
   REQUIRE(mesh.ok());
   REQUIRE(mesh->triangles.size() == 2);
   auto shared = reflectivity_at(*mesh, 1, 0, 0);
@@ -199,7 +220,7 @@ TEST_CASE("differently coloured vertices are not joined") {
     CHECK(mesh->reflectivity[triangle[0]] == mesh->reflectivity[triangle[2]]);
   }
   // Without colours they are the same vertex.
-  CHECK(load_mesh(file, 1, Normals::smooth)->vertices.size() == 4);
+  CHECK(load_mesh(file, {1, 1, 1}, Normals::smooth)->vertices.size() == 4);
 }
 
 TEST_CASE("colours that are missing or no reflectivity are refused") {
@@ -208,7 +229,7 @@ TEST_CASE("colours that are missing or no reflectivity are refused") {
                           const std::string& why) {
     INFO(name);
     const auto mesh =
-        load_mesh(folder.write(name, text), 1, Normals::face, MeshReflectivity::vertex_color);
+        load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face, MeshReflectivity::vertex_color);
     REQUIRE_FALSE(mesh.ok());
     CHECK(mesh.error().kind == ErrorKind::usage);
     CHECK(mesh.error().message.find(name) != std::string::npos);

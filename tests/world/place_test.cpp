@@ -104,7 +104,7 @@ TEST_CASE("the ground under a point is that of its surface") {
 // on every edge and between (a step of 0.05 m meets vertices, edges and diagonals).
 TEST_CASE("the ground of a mesh has no cracks") {
   const TemporaryFolder folder;
-  const auto mesh = load_mesh(folder.write("dome.obj", dome_obj()), 1, Normals::face);
+  const auto mesh = load_mesh(folder.write("dome.obj", dome_obj()), {1, 1, 1}, Normals::face);
   REQUIRE(mesh.ok());
   const Shape shape = MeshShape{std::make_shared<const Mesh>(*mesh)};
   const Ground ground(shape, {});

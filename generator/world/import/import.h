@@ -17,7 +17,7 @@
 
 namespace ensonify {
 
-Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normals normals,
+Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                          MeshReflectivity reflectivity);
 
 Result<DensityGrid> import_density(const std::filesystem::path& file, const std::string& grid);

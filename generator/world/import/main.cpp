@@ -34,6 +34,14 @@ Normals normals_of(const std::string& word) {
   return word == "smooth" ? Normals::smooth : Normals::face;
 }
 
+// Three numbers.
+Vec3 scale_of(const std::string& words) {
+  char* rest = nullptr;
+  const double x = std::strtod(words.c_str(), &rest);
+  const double y = std::strtod(rest, &rest);
+  return {x, y, std::strtod(rest, nullptr)};
+}
+
 bool run(const std::vector<std::string>& words) {
   const std::string& kind = words[2];
   const std::string& file = words[3];
@@ -43,8 +51,7 @@ bool run(const std::vector<std::string>& words) {
   if (kind == "mesh") {
     const auto reflectivity =
         words[6] == "vertex_color" ? MeshReflectivity::vertex_color : MeshReflectivity::material;
-    return answer(import_mesh(file, std::strtod(words[4].c_str(), nullptr), normals_of(words[5]),
-                              reflectivity),
+    return answer(import_mesh(file, scale_of(words[4]), normals_of(words[5]), reflectivity),
                   write_mesh);
   }
   if (kind == "density") return answer(import_density(file, words[4]), write_density);

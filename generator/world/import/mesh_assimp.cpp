@@ -180,7 +180,7 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
 
 }  // namespace
 
-Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normals normals,
+Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                          MeshReflectivity reflectivity) {
   Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color, {}};
   Assimp::Importer importer;
@@ -216,7 +216,9 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, double scale, Normal
     placement = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
   }
   aiMatrix4x4 scaling;
-  aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale)), scaling);
+  aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale.x), static_cast<ai_real>(scale.y),
+                                     static_cast<ai_real>(scale.z)),
+                          scaling);
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");

@@ -1,0 +1,34 @@
+// Objects whose poses are in the frames of others, with which they move.
+//
+//   ParentTree  parent_tree   which object belongs to which
+//   descendants  root_of      children and theirs; the object at the end of a chain of parents
+//   carry_children            where they are in the world
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "scenario/scenario.h"
+#include "world/world.h"
+
+namespace ensonify {
+
+// By the indexes of scenario.objects.
+struct ParentTree {
+  std::vector<std::optional<std::size_t>> parent;
+  std::vector<std::vector<std::size_t>> children;
+};
+
+ParentTree parent_tree(const Scenario& scenario);
+
+// Parents come before their children.
+std::vector<std::size_t> descendants(const ParentTree& tree, std::size_t object);
+std::size_t root_of(const ParentTree& tree, std::size_t object);
+
+// Sets poses and paths of the descendants of an object that has its own. `world` has every object
+// of the scenario.
+void carry_children(const Scenario& scenario, const ParentTree& tree, std::size_t object,
+                    World& world);
+
+}  // namespace ensonify
