@@ -62,19 +62,26 @@ std::optional<double> resting_height(const Body& body, const Quat& rotation, dou
   return height;
 }
 
-// The height of the origin at which a round body over (x, y) touches round things below it: where
-// the body faces against the normal of what is under it, the angle being halved in each step.
-double round_height(const Body& body, const Quat& rotation, double x, double y) {
+// The height of the origin at which a round body over (x, y) touches a round thing below it: where
+// the body faces against the normal of what is under it, the angle being halved in each step. It
+// starts at several tilts towards the thing, since one straight down may be beside it.
+double round_height(const Body& body, const Quat& rotation, double x, double y,
+                    const PlacedGround& thing) {
   double height = -std::numeric_limits<double>::infinity();
-  Vec3 direction{0, 0, -1};
-  for (int i = 0; i < 24; ++i) {
-    const auto point = support_point(body.shape, rotate(conjugate(rotation), direction));
-    if (!point) return height;
-    const Vec3 p = rotate(rotation, *point);
-    const auto below = body.around.at(x + p.x, y + p.y);
-    if (!below) return height;
-    height = std::max(height, below->height_m - p.z);
-    direction = normalized(direction - below->normal);
+  const double to_x = thing.pose.position_m.x - x, to_y = thing.pose.position_m.y - y;
+  const double apart = std::max(std::hypot(to_x, to_y), 1e-12);
+  for (const double tilt : {0.0, 0.4, 0.8, 1.2}) {
+    const double level = std::sin(tilt) / apart;
+    Vec3 direction{level * to_x, level * to_y, -std::cos(tilt)};
+    for (int i = 0; i < 24; ++i) {
+      const auto point = support_point(body.shape, rotate(conjugate(rotation), direction));
+      if (!point) return height;
+      const Vec3 p = rotate(rotation, *point);
+      const auto below = thing.ground->at(x + p.x, y + p.y);
+      if (!below) break;
+      height = std::max(height, below->height_m - p.z);
+      direction = normalized(direction - below->normal);
+    }
   }
   return height;
 }
@@ -82,11 +89,12 @@ double round_height(const Body& body, const Quat& rotation, double x, double y) 
 // The height of the origin at which no point of the things below it reaches into the turned body
 // over (x, y): corners below a face, and round bodies on each other.
 double height_above_heap(const Body& body, const Quat& rotation, double x, double y) {
-  double height = round_height(body, rotation, x, y);
+  double height = -std::numeric_limits<double>::infinity();
   // Turned about x by half a turn, its underside is what is seen from above.
   const Ground underside(body.shape, {{}, Quat{0, 1, 0, 0} * rotation});
   for (std::size_t i = 1; i < body.around.grounds.size(); ++i) {
     const PlacedGround& below = body.around.grounds[i];
+    height = std::max(height, round_height(body, rotation, x, y, below));
     for (const Vec3& local : contact_points(*below.shape)) {
       const Vec3 p = transform_point(below.pose, local);
       const auto face = underside.at(p.x - x, y - p.y);

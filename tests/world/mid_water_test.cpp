@@ -170,7 +170,7 @@ TEST_CASE("nothing in a heap is within another thing") {
       for (std::size_t j = 1; j < world.objects.size(); ++j) {
         if (i == j) continue;
         const double gap = length(p - world.objects[j].pose.position_m) - 0.4;
-        CHECK(gap > -0.01);
+        CHECK(gap > -3e-3);  // where balls meet almost side by side
         if (j < i) nearest = std::min(nearest, gap);
       }
       CHECK(nearest < 1e-2);
