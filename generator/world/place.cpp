@@ -151,8 +151,8 @@ class Site {
     return *made;
   }
 
-  Surroundings surroundings(const PlaceSpec& place) {
-    Surroundings around;
+  PlaceGround surroundings(const PlaceSpec& place) {
+    PlaceGround around;
     if (place.volume_m) {
       for (std::size_t i = 0; i < world_.objects.size(); ++i) {
         const Shape& shape = world_.objects[i].shape;
@@ -171,7 +171,7 @@ class Site {
     return around;
   }
 
-  void add_ground(std::size_t index, Surroundings& around) {
+  void add_ground(std::size_t index, PlaceGround& around) {
     around.grounds.push_back({scenario_.objects[index].name, &ground(index),
                               &world_.objects[index].shape, world_.objects[index].pose});
   }

@@ -105,7 +105,7 @@ double height_above_heap(const Body& body, const Quat& rotation, double x, doubl
 }
 
 // The normal of the plane through the ground under a circle, by least squares.
-std::optional<Vec3> slope_under(const Surroundings& ground, double x, double y, double radius) {
+std::optional<Vec3> slope_under(const PlaceGround& ground, double x, double y, double radius) {
   double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
   for (int ring = 1; ring <= 2; ++ring) {
     for (int i = 0; i < 16; ++i) {
@@ -247,7 +247,7 @@ bool takes_room(const Shape& shape) {
   return !is_room(shape) && !std::holds_alternative<PlaneShape>(shape);
 }
 
-std::optional<GroundPoint> Surroundings::at(double x_m, double y_m) const {
+std::optional<GroundPoint> PlaceGround::at(double x_m, double y_m) const {
   std::optional<GroundPoint> highest;
   for (const PlacedGround& placed : grounds) {
     const auto point = placed.ground->at(x_m, y_m);
@@ -256,7 +256,7 @@ std::optional<GroundPoint> Surroundings::at(double x_m, double y_m) const {
   return highest;
 }
 
-Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, Surroundings around) {
+Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, PlaceGround around) {
   const Quat base = pose_of({{}, spec.place->rotation}).rotation;
   Body body{spec, shape, std::move(around), base, contact_points(shape), outline_of(shape, base),
             {}};

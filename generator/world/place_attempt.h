@@ -1,7 +1,7 @@
 // One try to put an object on another one, or into the water. Private to world/.
 //
 //   Taken  taken_by  takes_room     room that is taken
-//   Surroundings  Body  body_of     what is to be placed, and where
+//   PlaceGround  Body  body_of     what is to be placed, and where
 //   Attempt  attempt_to_place
 //   in_the_way                      of a body, or of what belongs to it
 #pragma once
@@ -41,7 +41,7 @@ struct PlacedGround {
 
 // What a body is placed on, first what it stands on, then the heap there; for one in mid-water the
 // terrain that it must stay above, and the planes that it must not cross.
-struct Surroundings {
+struct PlaceGround {
   std::vector<PlacedGround> grounds;
   std::optional<Taken> ground_taken;  // by the first ground; nothing if that is without end
   std::vector<std::pair<std::string, Pose>> planes;
@@ -53,7 +53,7 @@ struct Surroundings {
 struct Body {
   const ObjectSpec& spec;
   const Shape& shape;
-  Surroundings around;
+  PlaceGround around;
   Quat base;                                 // as place.rotation_deg lays it
   std::vector<Vec3> points;                  // in its own frame
   Outline outline;                           // of `base`
@@ -61,7 +61,7 @@ struct Body {
 };
 
 // Error (usage): the body has no face to lie on.
-Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, Surroundings around);
+Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, PlaceGround around);
 
 struct Attempt {
   std::optional<Pose> pose;

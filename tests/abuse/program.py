@@ -20,6 +20,7 @@ sonar:
   preset: blueview_p900_90
   range_max_m: 4
   beams: {count: 48, fov_deg: 60}
+  elevation: {fan_deg: 20, shading: uniform}
   rays: {elevation: 12, min_per_cell: 8}
 materials:
   m: {reflectivity: 1e-3}
