@@ -192,7 +192,7 @@ class Failures(Case):
         (self.folder / "bad.stl").write_text("nothing")
         self.scenario.write_text(SMALL.replace("box: {size_m: [7, 7, 2], inward_facing: true}",
                                                "mesh: {file: bad.stl}"))
-        self.assertIn("small.yaml:11:", self.preview("small.yaml", status=2).stderr)
+        self.assertIn("small.yaml:12:", self.preview("small.yaml", status=2).stderr)
         self.assertEqual(self.files(), ["bad.stl", "small.yaml"])
         self.assertIn("gone.yaml", self.preview("gone.yaml", "--watch", status=2).stderr)
 
