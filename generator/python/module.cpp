@@ -141,6 +141,7 @@ class Generation {
  public:
   Generation(const CheckedScenario& scenario, const std::string& folder,
              std::optional<PingRange> sequences, int threads, bool overwrite) {
+    if (const Status claimed = claim_process(); !claimed) raise(claimed.error());
     options_.input = scenario.input();
     options_.output = folder;
     options_.sequences = sequences;

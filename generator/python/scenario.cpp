@@ -2,13 +2,37 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "python/values.h"
 
 namespace ensonify::python {
 namespace {
 
-// Worlds bring threads and the library that traces rays with them, which a fork does not take
-// along. The first process that builds one is the only one of its family that may.
+// Asked for one after the other.
+std::function<std::optional<std::uint32_t>(std::uint64_t)> numbers_of(const StreamRequest& request,
+                                                                      const Scenario& scenario) {
+  const std::uint64_t count =
+      request.listed.empty()
+          ? (std::max(request.stop, request.start) - request.start + request.step - 1) / request.step
+          : request.listed.size();
+  const auto number = [request](std::uint64_t i) {
+    const bool is_listed = !request.listed.empty();
+    return is_listed ? request.listed[i]
+                     : static_cast<std::uint32_t>(request.start + i * request.step);
+  };
+  return [next = std::uint64_t{0}, count, number, split = request.split, splits = scenario.splits,
+          seed = scenario.seed](std::uint64_t) mutable -> std::optional<std::uint32_t> {
+    while (next < count) {
+      const std::uint32_t found = number(next++);
+      if (split.empty() || pick_split(splits, seed, found) == split) return found;
+    }
+    return std::nullopt;
+  };
+}
+
+}  // namespace
+
 Status claim_process() {
   static std::atomic<pid_t> owner = 0;
   const pid_t own = ::getpid();
@@ -19,30 +43,6 @@ Status claim_process() {
                "does not have; build the first world after the fork, or start workers with "
                "multiprocessing's `spawn`"};
 }
-
-// Asked for one after the other.
-std::function<std::optional<std::uint32_t>(std::uint64_t)> numbers_of(const StreamRequest& request,
-                                                                      const Scenario& scenario) {
-  if (!request.listed.empty()) {
-    return [listed = request.listed](std::uint64_t i) -> std::optional<std::uint32_t> {
-      if (i >= listed.size()) return std::nullopt;
-      return listed[i];
-    };
-  }
-  return [number = request.start, stop = request.stop, step = request.step, split = request.split,
-          splits = scenario.splits,
-          seed = scenario.seed](std::uint64_t) mutable -> std::optional<std::uint32_t> {
-    for (; number < stop; number += step) {
-      const auto found = static_cast<std::uint32_t>(number);
-      if (!split.empty() && pick_split(splits, seed, found) != split) continue;
-      number += step;
-      return found;
-    }
-    return std::nullopt;
-  };
-}
-
-}  // namespace
 
 Result<std::shared_ptr<CheckedScenario>> CheckedScenario::open(ScenarioOptions input,
                                                                BackendChoice backend) {

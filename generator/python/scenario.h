@@ -1,5 +1,6 @@
 // A scenario and its worlds, as the module `_core` holds them.
 //
+//   claim_process    before anything is built
 //   CheckedScenario  its first world is built when that is asked for
 //   StreamRequest  stream_of
 #pragma once
@@ -19,6 +20,11 @@
 
 namespace ensonify::python {
 
+// Worlds bring threads and the library that traces rays with them, which a fork does not take along.
+// The first process of a family that builds one is the only one that may. Error (device): this is
+// another one.
+Status claim_process();
+
 class CheckedScenario {
  public:
   // Errors: those of parse_scenario and check_draws. Starts no thread.
@@ -32,8 +38,7 @@ class CheckedScenario {
   // of source and SequenceWorlds::session.
   Result<std::string> sample(std::uint32_t sequence);
 
-  // From any thread. Errors: those of open_source; usage: this process was forked from one that
-  // had built worlds, whose threads it lacks.
+  // From any thread. Errors: those of open_source and claim_process.
   Result<std::shared_ptr<StreamSource>> source();
 
   // How many pings a sequence has; builds no world but the first. Errors: those of source, and of

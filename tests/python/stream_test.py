@@ -48,6 +48,8 @@ class Streams(unittest.TestCase):
         got = [(p.sequence.number, p.number) for p in
                scenario.stream(range(40), split="val", pings=(1, 2), want=["instance"])]
         self.assertEqual(got, [(n, 1) for n in val])
+        got = [p.sequence.number for p in scenario.stream(list(range(40)), split="val", pings=(1, 2), want=[])]
+        self.assertEqual(got, val)
         got = [(p.sequence.number, p.number) for p in scenario.stream(range(1, 8, 3), skipped=2, want=[])]
         self.assertEqual(got, [(1, 2)] + [(n, p) for n in (4, 7) for p in range(3)])
         # Beyond the number that the scenario gives.
