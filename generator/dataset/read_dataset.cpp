@@ -169,17 +169,24 @@ GridSizes StoredSequence::sizes() const {
   return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
 }
 
+// Of a folder that lacks what a finished data set has.
+static std::string why_unreadable(const fs::path& dir) {
+  if (listed_file_size(dir, layout::kWorkJson)) {
+    return "the data set is not finished; give its generate command again, then this";
+  }
+  if (listed_file_size(dir, "plan.jsonl")) {
+    return "a sweep; accepted is one of its runs, a folder of " + (dir / "runs").string() +
+           " (index.json lists them)";
+  }
+  return "not a data set of ensonify; accepted is a folder that `ensonify generate` has finished";
+}
+
 Result<StoredDataset> open_dataset(const fs::path& dir) {
   std::error_code error;
   if (!fs::is_directory(dir, error)) return usage(dir, "no such folder");
   if (!listed_file_size(dir, layout::kDatasetJson) ||
       !listed_file_size(dir, layout::kDatasetSha256)) {
-    return listed_file_size(dir, layout::kWorkJson)
-               ? usage(dir,
-                       "the data set is not finished; give its generate command again, then this")
-               : usage(dir,
-                       "not a data set of ensonify; accepted is a folder that `ensonify "
-                       "generate` has finished");
+    return usage(dir, why_unreadable(dir));
   }
   const fs::path path = dir / layout::kDatasetJson;
   const auto text = read_file(path, kMaxManifestBytes);

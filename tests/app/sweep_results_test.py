@@ -95,6 +95,13 @@ class Failures(SweepTest):
         self.assertEqual([row["status"] for row in rows], ["done", "done", "failed", "failed"])
         self.assertEqual(rows[2]["mean_level_db"], "")
 
+    def test_commands_for_data_sets_ask_for_a_run(self):
+        self.go(expect=3)
+        for command in (["report"], ["export", "--format", "coco", "-o", self.folder / "coco"]):
+            said = run(command[0], self.out, *command[1:])
+            self.assertEqual(said.returncode, 2)
+            self.assertIn(f"a sweep; accepted is one of its runs, a folder of {self.out}/runs", said.stderr)
+
     def test_damaged_runs_are_told_and_left_out(self):
         """Protects tables: no row is worked out from half of a run's files, and the others have theirs."""
         self.sweep.write_text(FAILING.replace(", bad.obj", ""))
