@@ -12,6 +12,7 @@
 #include "app/commands.h"
 #include "app/draw_session.h"
 #include "app/make_dataset.h"
+#include "app/object_looks.h"
 #include "app/pipeline.h"
 #include "app/preview_parts.h"
 #include "app/program.h"
@@ -104,6 +105,22 @@ void warn(const PreviewOptions& options, const Preview& preview, const Workers& 
   for (const std::string& text : warnings) tell("warning: {}\n", text);
 }
 
+// What the sonar hears of each object at ping 0, and what it never sees.
+void tell_looks(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
+  const auto looks = look_at_objects(preview.session, *preview.tracer, options.sequence,
+                                     preview.numerics, workers);
+  if (!looks) return;  // noise.snr_db without an echo: making the pings tells it
+  if (!options.quiet) {
+    for (const std::string& line : look_lines(*looks)) tell("  {}\n", line);
+  }
+  if (preview.scenario.has_draws) return;  // another sequence may have it in view
+  SeenObjects seen;
+  note_seen(preview.session, *preview.tracer, options.sequence, *looks, workers, seen);
+  for (const std::string& text : unseen_warnings(seen, preview.scenario)) {
+    tell("warning: {}\n", text);
+  }
+}
+
 // Errors of whoever wrote the scenario. `watch` gets the files that it names before they are read.
 Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Workers& workers,
                                          FileWatch* watch) {
@@ -143,6 +160,7 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
   preview->tracer = std::make_unique<Tracer>(preview->session.world);
   tell_reduction(options, *preview);
   warn(options, *preview, workers);
+  tell_looks(options, *preview, workers);
 
   const auto shown = static_cast<std::uint32_t>(preview->pings.size());
   SharedParts shared;

@@ -91,6 +91,7 @@ class Case(unittest.TestCase):
 class Pages(Case):
     def test_first_middle_and_last_ping_where_and_when_they_are(self):
         told = self.preview("small.yaml").stderr
+        self.assertRegex(told, r"\n  object .*\n  room +7 x 7 x 2 ")
         self.assertEqual(self.files(), ["small.yaml", "small_preview.html"])
         report = report_of(self.page)
         self.assertTrue(report["preview"])
