@@ -91,9 +91,10 @@ class Memory(unittest.TestCase):
         self.check_announced(ROOM, "sonar.rays.elevation=500", "output.scatterers=true")
 
     def test_motion_within_the_ping(self):
+        # Pings enough that two of them hold most at the same time.
         self.check_announced(
             ROOM, "motion_within_ping=true",
-            "trajectory={poses: [{time_s: 0}, {time_s: 2, position_m: [3, 0.5, 0]}], ping_rate_hz: 2, pings: 4}",
+            "trajectory={poses: [{time_s: 0}, {time_s: 2, position_m: [3, 0.5, 0]}], ping_rate_hz: 8, pings: 16}",
         )
 
     def test_layers(self):
