@@ -20,8 +20,7 @@ describe('statistics', () => {
     await after(page, () => page.$$eval(
         'input[name=statistic]', (nodes, k) => nodes[k].click(), names.indexOf('contrast')));
     const place = await placeOf(page, POLAR);
-    const values = contrast.values.filter(Number.isFinite);
-    const step = (Math.max(...values) - Math.min(...values)) / 254;
+    const step = 2 / 254;  // the page's codes of contrast go from 0 to 2, whatever the values
     for (const [beam, sample] of [[5, 75], [32, 80], [60, 70]]) {
       const { x, y } = inPolar(place, beams, samples, beam, sample);
       await page.mouse.move(x, y);
