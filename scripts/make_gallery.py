@@ -3,8 +3,8 @@
 
     scripts/make_gallery.py [--program PROGRAM] [NAME...]
 
-Each is the 8-bit Cartesian image of the ping at the scene's own settings, without its empty borders,
-reduced to 320 pixels. Without a NAME all scenes are made. Needs NumPy and cwebp.
+Each is the 8-bit Cartesian image of the ping at the scene's own settings, without empty borders
+behind and at the sides, reduced to 320 pixels. Without a NAME all scenes are made. Needs NumPy and cwebp.
 """
 import argparse
 import pathlib
@@ -23,7 +23,7 @@ LARGEST_BYTES = 25_000
 QUALITIES = (80, 65, 50, 35, 20)
 
 # Where the first ping does not show what the scene is about.
-PING = {}
+PING = {"pile_inspection": 30, "wreck_survey": 8}
 # Where the scene keeps no pings, or has worlds that the image does not need.
 SETTINGS = {
     "random_debris": ["sequences=1"],
@@ -42,9 +42,9 @@ def generate(program, scene, folder):
 
 
 def bounds(image):
-    """(left, top, width, height) of the pixels that are not black."""
+    """(left, top, width, height) of the pixels that are not black, down to the sonar in the last row."""
     rows, columns = np.flatnonzero(image.any(axis=1)), np.flatnonzero(image.any(axis=0))
-    return columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1
+    return columns[0], rows[0], columns[-1] - columns[0] + 1, image.shape[0] - rows[0]
 
 
 def encode(png, crop, file):
