@@ -55,7 +55,8 @@ class Gallery(unittest.TestCase):
             for name in ("good", "bare", "large", "new", "png"):
                 (root / f"scenes/{name}.yaml").touch()
             webp = b"RIFF\0\0\0\0WEBP"
-            for name, data in {"good": webp, "large": webp + bytes(LARGEST_BYTES), "png": b"\x89PNG", "old": webp}.items():
+            images = {"good": webp, "large": webp + bytes(LARGEST_BYTES), "png": b"\x89PNG", "old": webp}
+            for name, data in images.items():
                 (root / f"{IMAGES}/{name}.webp").write_bytes(data)
             entry = "### {0}\n\n![What it shows](figures/gallery/{0}.webp)\n\nText.\n" \
                     "`ensonify generate scenes/{0}.yaml -o out/{0}`\n\n"
