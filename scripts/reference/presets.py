@@ -1,10 +1,16 @@
-"""The table of sonar presets, from configs/sonars/*.yaml."""
+"""The tables and sources of sonar presets in docs/sonars.md, from configs/sonars/*.yaml."""
 import re
 
 from .schema_words import table
 
-HEAD = ("preset", "instrument", "f, kHz", "b, kHz", "source level, dB re 1 µPa·m", "range, m", "beams", "fan, °",
-        "beam width, °", "rays in elevation")
+NUMBERS = ("preset", "f, kHz", "range, m", "source level, dB", "beams", "field of view, °", "beam width, °", "shading",
+           "vertical width, °", "fan of rays, °", "rays")
+BANDWIDTHS = ("preset", "bandwidth, kHz, by range setting (range bin)")
+SOUND_SPEED_M_S = 1500
+# A paragraph that so many heads have is printed once.
+COMMON = 5
+MARK = "<!-- made by scripts/make_reference.py: {} -->\n"
+END = "<!-- end of what is made -->"
 
 
 def value(text):
@@ -26,48 +32,108 @@ def parts(text):
     return [part.strip() for part in found]
 
 
+def paragraphs(lines):
+    """Those of a head: one begins at a capital letter that follows a line with a full stop at its end."""
+    found = []
+    for line in lines:
+        if found and not (found[-1].endswith(".") and line[:1].isupper()):
+            found[-1] += " " + line
+        else:
+            found.append(line)
+    return found
+
+
 def read(path):
-    """A preset: `key: value`, and lists of flow maps, one a line."""
+    """(values, paragraphs of the head) of a preset: `key: value`, and lists of flow maps, one a line."""
     found, comment = {}, []
     for line in path.read_text().splitlines():
-        if line.startswith("#"):
-            comment.append(line[1:].strip())
-            continue
         item = re.fullmatch(r"  - (\{.*\})", line)
         match = re.fullmatch(r"(\w+):(?: (\S.*))?", line)
-        if item:
+        if line.startswith("#"):
+            comment.append(re.sub(r"(?<!\S)-(?=\d)", "−", line[1:].strip()))
+        elif item:
             found[key].append(value(item[1]))
         elif match:
             key = match[1]
             found[key] = value(match[2]) if match[2] else []
         else:
             raise ValueError(f"{path}: not understood: {line}")
-    # The comment's first sentence, without titles of papers and what stands behind a colon.
-    found["instrument"] = re.split(r"\. (?=[A-Z])|: |, \"", " ".join(comment))[0]
-    return found
+    return found, paragraphs(comment)
 
 
-def bandwidth(sonar):
-    """In kHz, with the range up to which it holds where it depends on the range."""
-    rows = sonar.get("by_range_max_m")
-    if not rows:
-        return f"{sonar['bandwidth_hz'] / 1e3:g}"
-    return ", ".join(f"{row['bandwidth_hz'] / 1e3:g} (≤ {row['up_to_m']:g} m)" for row in rows)
+def shading(kind):
+    """`uniform`, or a kind and its side lobes."""
+    if isinstance(kind, str):
+        return kind
+    (name, keys), = kind.items()
+    return f"{name}, {keys['side_lobe_db']:g} dB".replace("-", "−")
 
 
-def row(path):
-    sonar = read(path)
-    beams, elevation = sonar["beams"], sonar["elevation"]
-    return (f"`{path.stem}`", sonar["instrument"], f"{sonar['frequency_hz'] / 1e3:g}",
-            bandwidth(sonar), f"{sonar['source_level_db']:g}",
-            f"{sonar['range_min_m']:g} to {sonar['range_max_m']:g}", f"{beams['count']:g}",
-            f"{beams['fov_deg']:g} × {elevation['width_deg']:g}", f"{beams['receive_width_deg']:g}",
-            f"{sonar['rays']['elevation']:g}")
+def numbers(name, sonar):
+    """The row of the table of numbers. Takes what it shows from `sonar`."""
+    beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
+    width = elevation.pop("width_deg")
+    return (f"`{name}`", f"{sonar.pop('frequency_hz') / 1e3:g}",
+            f"{sonar.pop('range_min_m'):g} to {sonar.pop('range_max_m'):g}", f"{sonar.pop('source_level_db'):g}",
+            f"{beams.pop('count'):g}", f"{beams.pop('fov_deg'):g}", f"{beams.pop('receive_width_deg'):g}",
+            shading(beams.pop("shading", "uniform")), f"{width:g}, {shading(elevation.pop('shading', 'uniform'))}",
+            f"{elevation.pop('fan_deg', width):g}", f"{rays.pop('elevation'):g} × {rays.pop('azimuth'):g}")
 
 
-def section(root):
-    paths = sorted((root / "configs/sonars").glob("*.yaml"))
-    return ("## Presets\n\n`sonar.preset` stands for these keys; `ensonify presets NAME` prints one, and which of its "
-            "numbers are public and which are assumed. All have the pulse `gaussian`. Where b depends on the range, "
-            "`sonar.range_max_m` selects it ([scenario.md](scenario.md#sonar)).\n\n"
-            + table(HEAD, [row(path) for path in paths]))
+def bandwidths(name, sonar):
+    """The row of the table of bandwidths. Takes what it shows from `sonar`."""
+    plain = sonar.pop("bandwidth_hz")
+    settings = [(row["bandwidth_hz"], f" up to {row['up_to_m']:g} m") for row in sonar.pop("by_range_max_m", [])]
+    return f"`{name}`", ", ".join(f"{hertz / 1e3:g}{where} ({SOUND_SPEED_M_S / (2 * hertz) * 1e3:.3g} mm)"
+                                  for hertz, where in settings or [(plain, "")])
+
+
+def written(entry):
+    """A value as YAML."""
+    if isinstance(entry, dict):
+        return "{" + ", ".join(f"{key}: {written(inner)}" for key, inner in entry.items()) + "}"
+    return entry if isinstance(entry, str) else f"{entry:.10g}"
+
+
+def sources(heads, others):
+    """The heads of all presets, what is common to many of them once, and their keys that no table has."""
+    every = [paragraph for head in heads.values() for paragraph in head[1:]]
+    common = [text for text in dict.fromkeys(every) if every.count(text) >= COMMON]
+    lines = []
+    for text in common:
+        with_it = [name for name, head in heads.items() if text in head]
+        without = [name for name in heads if name not in with_it]
+        whose = (f"all but {', '.join(f'`{name}`' for name in without)}" if len(without) < len(with_it)
+                 else ", ".join(f"`{name}`" for name in with_it))
+        lines.append(f"- {text} *({whose})*\n")
+    for name, head in heads.items():
+        lines.append(f"\n### {name}\n\n{head[0]}\n")
+        own = [f"- {text}\n" for text in head[1:] if text not in common]
+        own += [f"- Other keys: {others[name]}.\n"] if others[name] else []
+        lines += ["\n", *own] if own else []
+    return "".join(lines)
+
+
+def made_parts(root):
+    """The parts of docs/sonars.md that are made, by name."""
+    heads, others, rows, bands = {}, {}, [], []
+    for path in sorted((root / "configs/sonars").glob("*.yaml")):
+        sonar, heads[path.stem] = read(path)
+        rows.append(numbers(path.stem, sonar))
+        bands.append(bandwidths(path.stem, sonar))
+        if sonar.pop("pulse") != "gaussian":
+            raise ValueError(f"{path}: the page says that the pulse of all presets is gaussian")
+        others[path.stem] = ", ".join(f"`{key}: {written(entry)}`" for key, entry in sonar.items() if entry)
+    return {"numbers": table(NUMBERS, rows), "bandwidths": table(BANDWIDTHS, bands), "sources": sources(heads, others)}
+
+
+def make(root):
+    """docs/sonars.md as it is, with its parts between marks made again."""
+    text = (root / "docs/sonars.md").read_text()
+    for name, made in made_parts(root).items():
+        before, start, after = text.partition(MARK.format(name))
+        _, end, after = after.partition(END)
+        if not start or not end:
+            raise ValueError(f"docs/sonars.md: no part {name!r} between marks")
+        text = f"{before}{start}\n{made}\n{end}{after}"
+    return text

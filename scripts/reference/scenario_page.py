@@ -1,7 +1,6 @@
-"""docs/scenario_keys.md: every key of a scenario, from its schema, and the presets."""
+"""docs/scenario_keys.md: every key of a scenario, from its schema."""
 import json
 
-from . import presets
 from .schema_words import code, describe, meaning, meant, own_keys, slug, table
 
 # A heading, the definition whose keys stand under it, and the heading of docs/scenario.md that explains
@@ -118,4 +117,4 @@ def make(root):
         if slug(link) not in explained:
             raise ValueError(f"docs/scenario.md has no heading {link}")
         text += page.section(title, name, link)
-    return text + drawn_values(whole) + "\n" + presets.section(root), page
+    return text + drawn_values(whole), page

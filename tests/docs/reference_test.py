@@ -1,4 +1,4 @@
-"""docs/scenario_keys.md and docs/file_members.md: made from the schemas as they are, whole, and true.
+"""docs/scenario_keys.md, docs/file_members.md and the tables of docs/sonars.md: up to date, whole, and true.
 
 ENSONIFY is the program. Run by ctest; by hand, in this folder:
     ENSONIFY=../../build/release/ensonify python3 -m unittest reference_test
@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from make_reference import pages                                        # noqa: E402
-from reference import presets, scenario_page                            # noqa: E402
+from reference import scenario_page                            # noqa: E402
 from reference.schema_words import describe, own_keys, slug             # noqa: E402
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
@@ -149,11 +149,20 @@ def keys_and_defaults():
             yield from ((place + found[1], found[2]) for place in places)
 
 
+def sonar_tables():
+    """Of each preset in docs/sonars.md the cells of the table of numbers, and that of bandwidths."""
+    page, found = (ROOT / "docs/sonars.md").read_text(), {}
+    for name, cells in re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.MULTILINE):
+        found.setdefault(name, []).append(cells)
+    rows = {name: cells for name, cells in found.items() if "_" in name and len(cells) == 2}
+    return {name: (numbers.split(" | "), bandwidths) for name, (numbers, bandwidths) in rows.items()}
+
+
 class Reference(unittest.TestCase):
     def test_pages_are_up_to_date(self):
         for name, text in pages().items():
             self.assertEqual((ROOT / "docs" / name).read_text(), text, f"run scripts/make_reference.py: {name}")
-            self.assertTrue(text.startswith("*Made by `scripts/make_reference.py`"))
+            self.assertRegex(text, r"[Mm]ade by `?scripts/make_reference.py")
 
     def test_every_key_of_a_scenario_has_a_row(self):
         text, page = scenario_page.make(ROOT)
@@ -194,8 +203,29 @@ class Reference(unittest.TestCase):
     def test_presets_are_those_of_the_schema(self):
         known = schemas()["scenario"]["definitions"]["sonar"]["properties"]["preset"]["anyOf"][0]["enum"]
         self.assertEqual(sorted(known), [path.stem for path in sorted((ROOT / "configs/sonars").glob("*.yaml"))])
-        shown = re.findall(r"^\| `(\w+)`", presets.section(ROOT), re.MULTILINE)
-        self.assertEqual(shown, sorted(known))
+        self.assertEqual(sorted(sonar_tables()), sorted(known))
+
+    def test_sonars_are_what_the_program_prints(self):
+        for name, (numbers, bandwidths) in sonar_tables().items():
+            printed = subprocess.run([PROGRAM, "presets", name], capture_output=True, text=True, check=True).stdout
+            sonar = block([line for line in printed.splitlines() if line.strip() and not line.startswith("#")])
+            beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
+            shading = beams.get("shading", {"uniform": {}})
+            self.assertEqual(re.findall("[a-z]{4,}", " ".join(numbers)),
+                             [*shading, elevation.get("shading", "uniform")], name)
+            self.assertEqual(
+                [float(text) for text in re.findall(r"-?[\d.]+", " ".join(numbers).replace("−", "-"))],
+                [sonar["frequency_hz"] / 1e3, sonar["range_min_m"], sonar["range_max_m"], sonar["source_level_db"],
+                 beams["count"], beams["fov_deg"], beams["receive_width_deg"],
+                 *(keys["side_lobe_db"] for keys in shading.values() if keys), elevation["width_deg"],
+                 elevation.get("fan_deg", elevation["width_deg"]), rays["elevation"], rays["azimuth"]], name)
+            rows = sonar.get("by_range_max_m", [{"bandwidth_hz": sonar["bandwidth_hz"]}])
+            self.assertEqual(len(rows), len(bandwidths.split(", ")))
+            for row, cell in zip(rows, bandwidths.split(", ")):
+                found = re.fullmatch(r"([\d.]+)(?: up to ([\d.]+) m)? \(([\d.]+) mm\)", cell)
+                self.assertEqual(float(found[1]), row["bandwidth_hz"] / 1e3, name)
+                self.assertEqual(found[2] and float(found[2]), row.get("up_to_m"), name)
+                self.assertAlmostEqual(float(found[3]) * 2 * row["bandwidth_hz"] / 1500e3, 1, delta=5e-3, msg=name)
 
     def test_links_lead_to_headings(self):
         for name in pages():
@@ -205,6 +235,8 @@ class Reference(unittest.TestCase):
             for file, anchor in links:
                 target = ROOT / "docs" / (file or name)
                 self.assertTrue(target.exists(), file)
+                if target.suffix != ".md":
+                    continue
                 headings = [slug(line.lstrip("# ")) for line in target.read_text().splitlines() if line.startswith("#")]
                 self.assertTrue(not anchor or anchor in headings, f"{file}#{anchor}")
 
