@@ -94,14 +94,15 @@ class Scenario:
 
     def stream(self, sequences: Optional[Iterable[int]] = None, threads: int = 0,
                want: Optional[Iterable[str]] = None, split: Optional[str] = None,
-               pings: Optional[Tuple[int, int]] = None, skipped: int = 0) -> "Stream":
+               pings: Optional[Tuple[int, int]] = None, skipped: int = 0, ahead: Optional[int] = None) -> "Stream":
         """The pings of sequences in order, made ahead by threads: an iterator in bounded memory.
 
         `sequences`: their numbers; None: all that the scenario says. `want`: what a ping has, None: all that the
         scenario's `output` makes; "series", "layers", "channels", "annotations", "grey", planes as "level_db" or
         "cartesian.instance". `split`: leaves out the sequences of others. `pings`: those from the first to before
-        the second of each sequence. `skipped` pings of the first sequence are not made. A sequence that cannot be made
-        is a warning, and the next one follows.
+        the second of each sequence. `skipped` pings of the first sequence are not made. `ahead`: how many pings wait
+        to be taken; None: twice as many as threads. A sequence that cannot be made is a warning, and the next one
+        follows.
         """
         numbers = range(self.sequences) if sequences is None else sequences
         request = _request(self, numbers, want)
@@ -109,7 +110,7 @@ class Scenario:
         request.pings = pings
         request.skipped = skipped
         request.threads = threads or cpu_count() or 1
-        request.ahead = 2 * request.threads
+        request.ahead = ahead or 2 * request.threads
         return Stream(self, request)
 
     def __reduce__(self) -> Any:

@@ -98,7 +98,9 @@ class SonarStream(torch.utils.data.IterableDataset):
                 break
             done -= pings
             first += 1
-        yield from self.scenario.stream(numbers[first:], threads, self.want, self.split, skipped=done)
+        # A batch comes from one lane, which makes the next one while the others have their turns.
+        ahead = max(2 * threads, self.batch_size or 1)
+        yield from self.scenario.stream(numbers[first:], threads, self.want, self.split, skipped=done, ahead=ahead)
 
     def _sample(self, ping: LivePing) -> Dict[str, Any]:
         sample: Sample = {name: _array(ping, name) for name in self.want}
