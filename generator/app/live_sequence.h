@@ -1,7 +1,7 @@
 // Sequences whose pings are made and handed over without files.
 //
 //   StreamSource      what all sequences of a scenario share
-//   open_source  with_output
+//   open_source
 //   LiveSequence      one that is ready to make pings
 //   open_sequence  live_ping
 #pragma once
