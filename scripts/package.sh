@@ -14,7 +14,7 @@ folder=$(realpath -m -- "${1:-$root/build/package}")
 
 install_packages "${build_packages[@]}" dpkg-dev file
 configure_options=(-DENSONIFY_TESTS=OFF)
-build release ensonify ensonify_python >&2
+build release ensonify >&2
 rm -f "$folder"/ensonify*.deb
 cpack --config "$root/build/release/CPackConfig.cmake" -B "$folder" >&2
 rm -rf "$folder/_CPack_Packages"
