@@ -32,14 +32,11 @@ SequenceInfo info_of(const Session& session, std::uint32_t sequence, PingRange p
 
 // Files hold all float planes as halves but those of surfaces.
 void round_planes(LabelledImage& image) {
-  std::vector<std::uint16_t> halves;
   for (const ImagePlane& plane : kImagePlanes) {
     if (is_surface_plane(plane)) continue;
     with_plane(image, plane, [&](auto& values) {
       if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<float>>) {
-        halves.resize(values.size());
-        to_halves(values, halves);
-        from_halves(halves, values);
+        round_to_halves(values);
       }
     });
   }

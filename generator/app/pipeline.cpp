@@ -108,10 +108,8 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
 
 // The image is one of the levels that are stored, so that it can be made of them again.
 DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
-  std::vector<std::uint16_t> halves(polar.level_db.size());
-  std::vector<float> stored(polar.level_db.size());
-  to_halves(polar.level_db, halves);
-  from_halves(halves, stored);
+  std::vector<float> stored = polar.level_db;
+  round_to_halves(stored);
   return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
 }
 

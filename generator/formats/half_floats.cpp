@@ -1,6 +1,7 @@
 #include "formats/half_floats.h"
 
 #include <bit>
+#include <vector>
 
 #if defined(__x86_64__)
 #include <cpuid.h>
@@ -89,6 +90,12 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
 void from_halves(std::span<const std::uint16_t> halves, std::span<float> values) {
   ENSONIFY_ASSERT(values.size() == halves.size());
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = from_half(halves[i]);
+}
+
+void round_to_halves(std::span<float> values) {
+  std::vector<std::uint16_t> halves(values.size());
+  to_halves(values, halves);
+  from_halves(halves, values);
 }
 
 }  // namespace ensonify

@@ -13,4 +13,7 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
 // Exact. Needs spans of one size.
 void from_halves(std::span<const std::uint16_t> halves, std::span<float> values);
 
+// Each value as a file gives it back.
+void round_to_halves(std::span<float> values);
+
 }  // namespace ensonify
