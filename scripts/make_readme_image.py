@@ -68,7 +68,8 @@ def fan(ping, image):
     r, theta = np.hypot(x, y), np.arctan2(y, x)
     sample = np.clip(np.rint(r / (range_m[1] - range_m[0])), 0, len(range_m) - 1).astype(int)
     beam = np.clip(np.rint(np.interp(theta, azimuth, np.arange(len(azimuth)))), 0, len(azimuth) - 1).astype(int)
-    out = np.where(((abs(theta) < edge) & (r > NEAREST_M) & (r < range_m[-1]))[..., None], image[sample, beam], BACKGROUND)
+    inside = (abs(theta) < edge) & (r > NEAREST_M) & (r < range_m[-1])
+    out = np.where(inside[..., None], image[sample, beam], BACKGROUND)
     return out.reshape(rows, OVERSAMPLING, 2 * half, OVERSAMPLING, 3).mean(axis=(1, 3))
 
 
