@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # ./scripts/bare_machine_test.sh [--ref COMMIT] [--deb FILE] [FOLDER]
 # What a new user meets, on bare Debian 12 (debootstrap's minbase in a chroot), with the seconds of each step:
-#   sources   README's two commands in a fresh clone, ensonify verify, and generate.sh again, which
+#   sources   README's first command in a fresh clone, another scene, ensonify verify, and generate.sh again, which
 #             must do nothing within 10 s; the Debian package; test.sh unless SKIP_TESTS is set
 #   package   in a second chroot, without a compiler: apt-get install of the package, a data set, and the
 #             time from the start to its first image, which must be within 60 s
