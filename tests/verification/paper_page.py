@@ -7,7 +7,7 @@ from paper_times import BEGIN, END
 
 INTRODUCTION = """# The paper's figures
 
-This page makes figures 7 to 11 and both tables of Choi et al. 2021, "Physics-Based Modelling and Simulation of
+This page reproduces figures 7 to 11 and both tables of Choi et al. 2021, "Physics-Based Modelling and Simulation of
 Multibeam Echosounder Perception for Autonomous Underwater Manipulation", with ensonify. `./scripts/paper_figures.sh`
 writes it.
 
