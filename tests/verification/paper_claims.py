@@ -83,17 +83,17 @@ def figure_7(tanks):
         ),
         Claim(
             "7",
-            "the wall at 5.5 m: its echo begins at 5.5 m / cos θ beside the cylinder",
+            "the wall at 5.5 m: its echo begins at 5.5 m / cos θ next to the cylinder",
             SET_UP,
             named(wall, "Fig7.wall"),
         ),
         Claim(
             "7",
-            "behind the cylinder the wall is in shadow, but for what side lobes bring (Eq 17)",
+            "behind the cylinder the wall is in shadow, except for side lobes (Eq 17)",
             MODEL,
             Row(
                 "Fig7.shadow",
-                "the wall at 6 to 10 degrees over what comes from 5.3 to 6.0 m within 1 degree",
+                "the wall at 6 to 10 degrees over the echoes from 5.3 to 6.0 m within 1 degree",
                 shadow_db(scene, scene.expected()),
                 shadow_db(scene, clean),
                 0.1,
@@ -113,7 +113,7 @@ def speckle_claims(scene, clean):
     return [
         Claim(
             "7",
-            "speckle: each echo is complex normal (Eq 14), so that intensities have contrast 1",
+            "speckle: each echo is complex normal (Eq 14), so intensities have contrast 1",
             EQUATION,
             statistical(
                 "Fig7.contrast",
@@ -182,11 +182,11 @@ def figure_8(tanks):
         ),
         Claim(
             "8",
-            "at the cylinder's range side lobes (Eq 17) reach over the beams beside it",
+            "at the cylinder's range, side lobes (Eq 17) reach the neighboring beams",
             MODEL,
             Row(
                 "Fig8.lobes",
-                "mean of 4 to 8 degrees aside against the peak",
+                "mean at 4 to 8 degrees from the middle, relative to the peak",
                 float(lobes[0]),
                 float(lobes[1]),
                 0.05,
@@ -202,7 +202,7 @@ def level_claim(scene):
     wall = scene.window((20, 24), (5.7, 6.3))
     return Claim(
         "8",
-        "all of one reflectivity: cylinder against wall, by Eq 8, 14 and 16",
+        "cylinder against wall of the same reflectivity, by Eq 8, 14 and 16",
         MODEL,
         statistical(
             "Fig8.level",
@@ -254,12 +254,12 @@ def figure_10(tanks):
     far_window = scene.window((-12.3, -8.3), (4.2, 4.55))
     wall_window = scene.window((-30, -26), (6.0, 6.5))
     pairs = (
-        ("near_over_far", near_window, far_window, "the nearer one is the brighter (Eq 8)"),
+        ("near_over_far", near_window, far_window, "the nearer cylinder is brighter (Eq 8)"),
         (
             "far_over_wall",
             far_window,
             wall_window,
-            "the tank has 1e-4, the cylinders 1e-2: they stand out against the wall",
+            "the cylinders (1e-2) stand out against the tank (1e-4)",
         ),
     )
     for name, above, below, words in pairs:

@@ -7,24 +7,22 @@ from paper_times import BEGIN, END
 
 INTRODUCTION = """# The paper's figures
 
-Choi et al. 2021, "Physics-Based Modelling and Simulation of Multibeam Echosounder Perception for
-Autonomous Underwater Manipulation", show the tank of their sonar in figures 7 to 11 and its numbers and
-run times in two tables. Here is what ensonify makes of the same scenes, by
-`./scripts/paper_figures.sh`.
+This page reproduces figures 7 to 11 and both tables of Choi et al. 2021, "Physics-Based Modelling and Simulation of
+Multibeam Echosounder Perception for Autonomous Underwater Manipulation", with ensonify. `./scripts/paper_figures.sh`
+writes it.
 
-The data behind the paper's figures are not public, so nothing is compared pixel by pixel. Each row
-holds a statement against the scene, over {pings} pings where it is statistical:
+The data behind the paper's figures are not public, so nothing is compared pixel by pixel. Each row compares one
+statement with the scene, over {pings} pings where it is statistical. The statements are in our own words and rest on:
 
-| rests on | what |
+| rests on | meaning |
 |---|---|
-| set-up | the paper gives sizes, places or reflectivities, and the expected number follows from them by hand |
-| equation | an equation of the paper says the number |
-| model | the paper gives no number that we know of; expected is what its equations and the geometry of our scene give, where it takes tracing by code that shares nothing with the program (`tests/verification/paper_tank.py`). It then agrees with the model, no more |
+| set-up | the expected number follows from sizes, places or reflectivities in the paper |
+| equation | an equation of the paper gives the number |
+| model | we know of no number in the paper; the expected one follows from its equations and the geometry of our scene, traced by independent code (`tests/verification/paper_tank.py`). The row agrees with the model, no more |
 
-Expected and obtained agree within the tolerance, which is three standard errors where one is given
-("draws": pings or intensities). [physics.md](physics.md), section 7, says where the paper is unclear
-and what was decided. The paper's words are ours here, and where we know of no number of the paper's,
-the page says so. Colours are levels in dB, ping 0.
+Expected and obtained numbers agree within the tolerance. It is three standard errors where one is given ("draws":
+pings or intensities). [physics.md](physics.md), section 7, lists where the paper is unclear and what was
+decided. Colors are levels in dB of ping 0.
 """
 HEAD = (
     "| id | the paper, or what its equations give | rests on | what is measured | expected | "
@@ -33,9 +31,9 @@ HEAD = (
 FIGURES = {
     "7": (
         "Figure 7: one beam of the tank against range",
-        "`scenes/sonar_tank.yaml`. Left the beam through the cylinder, right one beside it. The "
-        "paper's beam is not known to us. Dotted: the bandwidth that Table 1 prints, too coarse for "
-        "the paper's own pictures.",
+        "`scenes/sonar_tank.yaml`. Left: the beam through the cylinder; right: a beam on the wall. We do not "
+        "know which beam the paper shows. Dotted: the bandwidth printed in Table 1, which is too coarse "
+        "for the paper's own images.",
     ),
     "8": (
         "Figure 8: the fan of the tank",
@@ -43,49 +41,44 @@ FIGURES = {
     ),
     "9": (
         "Figure 9: one reflectivity 20 dB lower",
-        "`scenes/tank_dim_wall.yaml` and `scenes/tank_dim_target.yaml`, the scale of figure 8. Same "
-        "seed, so the same speckle: the change is exact.",
+        "`scenes/tank_dim_wall.yaml` and `scenes/tank_dim_target.yaml`, on the scale of figure 8. The "
+        "seed and the speckle are the same, so the change is exact.",
     ),
     "10": (
         "Figure 10: two cylinders",
-        "`scenes/two_cylinders.yaml`. Reflectivities are the paper's; places are those of our scene, "
-        "which may not be the paper's.",
+        "`scenes/two_cylinders.yaml`. The reflectivities are the paper's; the places may not be.",
     ),
     "11": (
         "Figure 11: cylinders that lean",
-        "`scenes/tilted_cylinders.yaml`: port one leans by 45° across the line of sight, starboard one "
-        "by 45° along it. Sizes and places are those of our scene, "
-        "which may not be the paper's. Extents are those of the mean power "
-        "within 20 dB of the object's peak, before the wall.",
+        "`scenes/tilted_cylinders.yaml`: the port cylinder leans by 45° across the line of sight, the "
+        "starboard one by 45° along it. Sizes and places may not be the paper's. Extents are those of "
+        "the mean power within 20 dB of the object's peak, before the wall.",
     ),
 }
-TABLE_1 = """The paper's column is what we know of the table, not the whole of it. The scenes take
-the preset `paper_table1` with the bandwidth of the code.
+TABLE_1 = """The column of the paper holds what we know of its table. The scenes use the preset `paper_table1` with
+the bandwidth of the published code.
 
 | | the paper | preset `paper_table1` | `scenes/sonar_tank.yaml` | agrees |
 |---|---|---|---|---|"""
 TABLE_1_NOTE = """
-The bandwidth we do not follow: its unit is given differently in the text, the paper's pictures are finer
-than bins of 25 cm, and the code published with it runs at 29.9 kHz.
+We do not use the printed bandwidth: the text gives it in another unit, the paper's images are finer
+than bins of 25 cm, and the published code runs at 29.9 kHz.
 """
-TABLE_2 = """We know the paper's times of its full calculation, on an RTX 2080 Ti, but not how the table sets them out,
-nor the times of its reduced calculation, after which our case `reduced` is made. The stages below add up
-to 1.64 s; 0.5 pings a second are 2 s. The cases are those of [performance.md](performance.md).
+TABLE_2 = """We know the paper's times of its full calculation on an RTX 2080 Ti, but not the layout of the table or the
+times of its reduced calculation, which our case `reduced` follows. The paper's stages below add up to
+1.64 s, but 0.5 pings/s are 2 s. [performance.md](performance.md) describes the cases.
 """
 TABLE_2_NOTE = """
-The paper's times are of a graphics card, ours of processor cores: what a user waits for, not how good
-the code is. There is none here of the CUDA backend.
-`./scripts/paper_figures.sh --keep-times` writes the page with these times as they are.
+The paper measured a graphics card, we measured processor cores, so the table compares waiting times and not
+code. The CUDA backend has no times yet. `./scripts/paper_figures.sh --keep-times` keeps these times.
 """
-DIFFERENCES = """[physics.md](physics.md), section 7, has all of them. Some choices, and what they change of the mean power
-in the tank of figure 8:
+DIFFERENCES = """[physics.md](physics.md), section 7, lists all differences. These change the mean power in the tank of figure 8:
 
 | id | choice | what is measured | expected | obtained | agrees |
 |---|---|---|---|---|---|"""
 DIFFERENCES_NOTE = """
-The published code also takes the absolute value of the azimuth pattern (Eq 17), and we keep its sign. The
-mean power of diffuse echoes is the same with both; that of a target that echoes in phase over several
-beams is not.
+The published code also takes the absolute value of the azimuth pattern (Eq 17); we keep its sign. This does
+not change the mean power of diffuse echoes, but that of a target that echoes in phase over several beams.
 """
 
 
@@ -123,8 +116,7 @@ def summary(claims):
     agreeing = sum(claim.row.passed for claim in claims)
     by_model = sum(claim.verdict == "yes (model)" for claim in claims)
     return (
-        f"{agreeing} of {len(claims)} rows agree, {by_model} of them with the model alone, for want "
-        "of a number in the paper that we know of.\n"
+        f"{agreeing} of {len(claims)} rows agree, {by_model} of them with the model only.\n"
     )
 
 

@@ -18,9 +18,9 @@ PARAMETERS = (
         f" × {np.degrees(sonar['elevation']['fan_rad']):.6g}°",
     ),
     ("beams", "512", lambda sonar: f"{sonar['beams']['count']}"),
-    ("rays of a beam", "114", lambda sonar: f"{sonar['rays']['elevation']}"),
+    ("rays per beam", "114", lambda sonar: f"{sonar['rays']['elevation']}"),
     (
-        "width of a beam",
+        "beam width",
         "not known to us (maker's sheet: 1°)",
         lambda sonar: f"{np.degrees(sonar['beams']['width_rad']):.6g}°",
     ),
@@ -58,7 +58,7 @@ def table_1(tanks):
             MODEL,
             Row(
                 "Table1.cylinder",
-                "arrival on the centre beam",
+                "arrival on the center beam",
                 3.8,
                 float(arrivals_m(scene.clean(), step)[centre]),
                 step,
@@ -83,16 +83,16 @@ def differences(tanks):
     cases = (
         (
             "elevation",
-            "the published code leaves out the elevation pattern (Eq 18 to 22); we apply it, once",
-            "a pattern of 170 degrees over the fan of 20, next to none: change of the wall's echo",
+            "the published code leaves out the elevation pattern (Eq 18 to 22); we apply it once",
+            "a nearly flat pattern, 170 degrees over the fan of 20: change of the wall's echo",
             ("sonar.elevation={width_deg: 170, fan_deg: 20}",),
             2,
             wall,
         ),
         (
             "absorption",
-            "the published code takes 0.0354 dB/m at every frequency; we take "
-            "Francois and Garrison's at 900 kHz",
+            "the published code uses 0.0354 dB/m at every frequency; we use "
+            "Francois and Garrison's value at 900 kHz",
             "with 0.0354 dB/m: change of the wall's echo",
             ("water.absorption={fixed_db_m: 0.0354}",),
             2,
@@ -100,16 +100,16 @@ def differences(tanks):
         ),
         (
             "normalization",
-            "Eq 16 as `mean_square`, as the scenes do; by default we calibrate, so that the sonar "
+            "the scenes use Eq 16 as `mean_square`; by default we calibrate, so that the sonar "
             "equation holds",
-            "calibrated: change of the centre beam, cylinder",
+            "calibrated: change of the center beam, cylinder",
             ("scattering.normalization=calibrated",),
             2,
             centre,
         ),
         (
             "exponent",
-            "Eq 14 has cos² of the incidence, as the scenes do; Eq 7, and our default, cos",
+            "Eq 14 and the scenes have cos² of the incidence; Eq 7 and our default have cos",
             "with cos: change of the wall at 35 to 40 degrees",
             ("scattering.lambert_exponent=1",),
             1,

@@ -66,10 +66,9 @@ def block(runs, load):
     """The text between the marks."""
     machine = runs[CASES[0]][0]["machine"]
     words = (
-        f"Ours: {machine['threads']} cores of an {processor()}, {machine['simd'].upper()}, shared "
-        f"with other work (a load of {load:.0f} when the first run began). Medians of {REPEATS} runs "
-        "of `ensonify bench`; stages are milliseconds of one core. [performance.md](performance.md) has "
-        "those of a quieter machine."
+        f"Ours: {machine['threads']} cores of an {processor()}, {machine['simd'].upper()}, with a load of "
+        f"{load:.0f} from other work. Medians of {REPEATS} runs of `ensonify bench`; stages are milliseconds "
+        "of one core. [performance.md](performance.md) has times of a quieter machine."
     )
     lines = [
         textwrap.fill(words, 100, break_on_hyphens=False),
@@ -83,12 +82,12 @@ def block(runs, load):
         text = f"{three(ours)} ms ({names})" if stages else "in the sum"
         lines.append(f"| {words} | {paper} | {text} |")
     lines.append(
-        f"| pings a second | 0.5 | {three(median(runs, 'full', 'pings_per_s'))}; "
+        f"| pings/s | 0.5 | {three(median(runs, 'full', 'pings_per_s'))}; "
         f"{three(median(runs, 'full', 'pings_per_s_1_thread'))} on one core |"
     )
     lines += [
         "",
-        "| case | rays of a beam | range bins | pings a second | error of the series |",
+        "| case | rays per beam | range bins | pings/s | error of the time series |",
         "|---|---|---|---|---|",
     ]
     for name in CASES:
