@@ -22,7 +22,7 @@ holds a statement against the scene, over {pings} pings where it is statistical:
 | model | the paper gives no number that we know of; expected is what its equations and the geometry of our scene give, where it takes tracing by code that shares nothing with the program (`tests/verification/paper_tank.py`). It then agrees with the model, no more |
 
 Expected and obtained agree within the tolerance, which is three standard errors where one is given
-("draws": pings or intensities). [physics.md](physics.md), section 7, says where the paper is unclear
+("draws": pings or intensities). [paper_decisions.md](physics/paper_decisions.md) says where the paper is unclear
 and what was decided. The paper's words are ours here, and where we know of no number of the paper's,
 the page says so. Colours are levels in dB, ping 0.
 """
@@ -77,7 +77,7 @@ The paper's times are of a graphics card, ours of processor cores: what a user w
 the code is. There is none here of the CUDA backend.
 `./scripts/paper_figures.sh --keep-times` writes the page with these times as they are.
 """
-DIFFERENCES = """[physics.md](physics.md), section 7, has all of them. Some choices, and what they change of the mean power
+DIFFERENCES = """[paper_decisions.md](physics/paper_decisions.md) has all of them. Some choices, and what they change of the mean power
 in the tank of figure 8:
 
 | id | choice | what is measured | expected | obtained | agrees |
