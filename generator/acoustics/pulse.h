@@ -20,7 +20,8 @@ namespace ensonify {
 
 // S_m for m = 0 .. M-1 at f_m = f_c + (m - M/2) b/M [M = transform], so that a unit echo at
 // delay tau has the envelope s(t - tau), s(t) = sum_m S_m e^(i 2 pi (m - M/2)(b/M) t), max|s| = 1.
-//   gaussian  S = exp(-(pi (f - f_c)/b)^2) T(f)     Choi et al. 2021, Eq 9; see docs/physics.md
+//   gaussian  S = exp(-(pi (f - f_c)/b)^2) T(f)     Choi et al. 2021, Eq 9; see
+//             docs/physics/2_pulse_and_record.md
 //   flat      S = T(f)
 //   lfm       S = T(f) with `taper` in place of a tenth: the compressed chirp
 //   cw        S = sinc((f - f_c) duration) T(f): a tone burst

@@ -1,5 +1,5 @@
 // Moments of the series over independent draws of one scene, pixel by pixel: what a speckle study
-// keeps in place of its pings. docs/physics.md, section 5, has the formulas.
+// keeps in place of its pings. docs/physics/4_speckle.md has the formulas.
 //
 //   Moments          central sums of n realisations; memory does not grow with n
 //   add_block        n + (a block of realisations), rows of beams at a time

@@ -1,4 +1,4 @@
-"""Statistics of every pixel over the pings of a sequence (`output.statistics`); see docs/physics.md, section 5."""
+"""Statistics of every pixel over the pings of a sequence (`output.statistics`); see docs/physics/4_speckle.md."""
 from __future__ import annotations
 
 import json

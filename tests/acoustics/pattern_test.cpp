@@ -184,7 +184,7 @@ TEST_CASE("chebyshev shading is the limit of Dolph's array") {
   }
 }
 
-// Protects the table of docs/physics.md, section 4: aperture and first side lobe of each shading.
+// Protects the table of docs/physics/3_beams.md: aperture and first side lobe of each shading.
 TEST_CASE("apertures and first side lobes of the shadings") {
   struct Row {
     BeamShading shading;

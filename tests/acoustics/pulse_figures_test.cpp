@@ -8,7 +8,7 @@
 
 using namespace ensonify;
 
-// The numbers of docs/physics.md, section 3, and the promise that a record keeps about its start.
+// The numbers of docs/physics/2_pulse_and_record.md, and the promise that a record keeps about its start.
 namespace {
 
 constexpr int kGrid = 32;

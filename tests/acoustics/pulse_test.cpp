@@ -232,7 +232,7 @@ TEST_CASE("the extent of a pulse") {
   CHECK(extent(200) == Approx(200 + end));
   CHECK(extent(-200) == Approx(200 + end));
   CHECK(extent(900) == Approx(900 + end));
-  // Tables that end with a jump inside the band ring for as long as docs/physics.md warns.
+  // Tables that end with a jump inside the band ring for as long as docs/physics/2_pulse_and_record.md says.
   const Sonar ended = with_table(101, -0.4, 0.4, gaussian_amplitude, no_phase);
   CHECK(29.9e3 * pulse_extent_s(ended) == Approx(8134).margin(1));
   const Sonar narrow = with_table(2, -0.3, 0.3, flat_amplitude, no_phase);

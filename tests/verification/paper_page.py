@@ -21,7 +21,7 @@ statement with the scene, over {pings} pings where it is statistical. The statem
 | model | we know of no number in the paper; the expected one follows from its equations and the geometry of our scene, traced by independent code (`tests/verification/paper_tank.py`). The row agrees with the model, no more |
 
 Expected and obtained numbers agree within the tolerance. It is three standard errors where one is given ("draws":
-pings or intensities). [physics.md](physics.md), section 7, lists where the paper is unclear and what was
+pings or intensities). [paper_decisions.md](physics/paper_decisions.md) lists where the paper is unclear and what was
 decided. Colors are levels in dB of ping 0.
 """
 HEAD = (
@@ -72,7 +72,7 @@ TABLE_2_NOTE = """
 The paper measured a graphics card, we measured processor cores, so the table compares waiting times and not
 code. The CUDA backend has no times yet. `./scripts/paper_figures.sh --keep-times` keeps these times.
 """
-DIFFERENCES = """[physics.md](physics.md), section 7, lists all differences. These change the mean power in the tank of figure 8:
+DIFFERENCES = """[paper_decisions.md](physics/paper_decisions.md) lists all differences. These change the mean power in the tank of figure 8:
 
 | id | choice | what is measured | expected | obtained | agrees |
 |---|---|---|---|---|---|"""

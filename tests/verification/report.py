@@ -16,8 +16,8 @@ INTRODUCTION = """# Verification
 
 What the program computes beside what it should compute. `tests/verification` writes small
 scenarios, runs the program on them and works out the expected value from closed forms or
-quadratures that share no code with it. The numbers V1 to V20 are those of [physics.md](physics.md);
-A row passes where obtained and expected differ
+quadratures that share no code with it. The numbers V1 to V20 are those of
+[closed_forms.md](physics/closed_forms.md). A row passes where obtained and expected differ
 by no more than the tolerance.
 
 Conditions unless said: 900 kHz, 29.9 kHz, 1500 m/s, beams of 1 by 20 degrees, 220 dB, no
