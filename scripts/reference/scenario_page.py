@@ -13,9 +13,9 @@ SECTIONS = [
     ("shape", "shape", "objects"), ("heightfield", "heightfield", "Terrain"),
     ("place", "place", "Places"), ("point_targets", "point_targets_item", "point_targets"),
     ("volumes", "volumes_item", "volumes"), ("multipath", "multipath", "multipath"),
-    ("trajectory", "scenario_trajectory", "trajectory"), ("lawnmower", "lawnmower", "Ways by a formula"),
-    ("orbit", "orbit", "Ways by a formula"),
-    ("spline", "spline", "Ways by a formula"), ("wave_motion", "wave_motion", "wave_motion"),
+    ("trajectory", "scenario_trajectory", "trajectory"), ("lawnmower", "lawnmower", "Paths by formula"),
+    ("orbit", "orbit", "Paths by formula"),
+    ("spline", "spline", "Paths by formula"), ("wave_motion", "wave_motion", "wave_motion"),
     ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"),
     ("Poses of objects", "item_pose", "Poses"), ("noise", "noise", "noise"),
     ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
@@ -34,8 +34,8 @@ it means. [scenario.md](scenario.md) explains them together, with examples, and 
   the map has its own default.
 - *switch*: `true`, `false`, `on` or `off`. *switch or map*: a map of options turns it on. *word or map*: a word
   stands for the map of that kind with its defaults.
-- Any value but `ensonify`, `seed`, `sequences`, names and kinds of classes may be drawn, see [Drawn values](#drawn-values),
-  or be that of a [variable](scenario.md#variables).
+- Any value but `ensonify`, `seed`, `sequences`, names and kinds of classes may be sampled
+  ([Sampled values](#sampled-values)), or be that of a [variable](scenario.md#variables).
 """
 
 
@@ -99,11 +99,11 @@ class Page:
         return text + table(HEAD, self.rows(node, name, prefix)) + "\n"
 
 
-def drawn_values(whole):
+def sampled_values(whole):
     draws = whole["definitions"]["number"]["properties"]
     rows = [(f"`{key}`", use["title"], code(use["description"])) for key, use in draws.items()]
-    return ("## Drawn values\n\nA map with one of these keys in place of a value: each sequence draws its own. "
-            "Explained in [Drawn values](scenario.md#drawn-values).\n\n"
+    return ("## Sampled values\n\nA map with one of these keys in place of a value: each sequence samples its own. "
+            "Explained in [Sampled values](scenario.md#sampled-values).\n\n"
             + table(("key", "what", "meaning"), rows))
 
 
@@ -117,4 +117,4 @@ def make(root):
         if slug(link) not in explained:
             raise ValueError(f"docs/scenario.md has no heading {link}")
         text += page.section(title, name, link)
-    return text + drawn_values(whole), page
+    return text + sampled_values(whole), page

@@ -171,7 +171,7 @@ class Reference(unittest.TestCase):
             for key in own_keys(node) if name != "whole_sonar" else ():
                 self.assertIn((id(node), key), shown, f"{name}.{key}")
         self.assertGreater(len(shown), 200)
-        self.assertEqual(len(shown), text.split("\n## Drawn values")[0].count("\n| `"))
+        self.assertEqual(len(shown), text.split("\n## Sampled values")[0].count("\n| `"))
 
     def test_every_member_is_described_and_has_its_unit(self):
         count = 0
