@@ -25,7 +25,8 @@ FileSelection selection_of(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
   std::vector<Layer> layers;
   if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
-  return {output, std::move(layers), session.scenario.output.sdf.has_value()};
+  const Scenario& scenario = session.scenario;
+  return {output, std::move(layers), scenario.output.sdf.has_value(), scenario.bounces > 0};
 }
 
 GridSizes sizes_of(const Session& session) {
@@ -181,6 +182,7 @@ constexpr double kPingSeconds = 2e-3;             // files, whatever is in them
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, to a ray
 constexpr double kRaysByNeed = 2;
+constexpr double kSurfaceBounce = 1.5;            // rays that go on to another surface
 constexpr double kBounce = 0.25;  // echoes that came round once more, to a direct one
 
 double ping_seconds(const Session& session) {
@@ -191,6 +193,7 @@ double ping_seconds(const Session& session) {
   if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
   if (sonar.rays_per_cell > 0) rays *= kRaysByNeed;
   if (const auto& multipath = session.scenario.multipath) rays *= 1 + kBounce * multipath->bounces;
+  rays *= 1 + kSurfaceBounce * session.scenario.bounces;
   const double samples = static_cast<double>(size.pixels);
   const double series = 1 + static_cast<double>(layer_count(session));
   double seconds = kPingSeconds + rays * kRaySeconds + series * samples * kSampleSeconds;

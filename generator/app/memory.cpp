@@ -206,7 +206,9 @@ EchoCounts most_echoes(const Session& session) {
   EchoCounts most;
   most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
   if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
-  most.coherent = rays * (1 + session.bounces.paths.size());
+  // Each ray goes on from each mirror, and is heard both ways round at each surface.
+  const std::uint64_t bounces = session.scenario.bounces;
+  most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
   if (wants_hidden(session.scenario.output.selection)) most.hidden = rays * (kMostLayers - 1);
   return most;

@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "acoustics/propagation.h"
+#include "core/random.h"
 #include "core/stage_times.h"
 #include "synthesis/backend.h"
 #include "trace/adaptive.h"
+#include "trace/bounces.h"
 #include "trace/motion.h"
 #include "trace/multipath.h"
 #include "trace/refracted.h"
@@ -139,7 +141,8 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
   return adaptive_surface_scatterers(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
 }
 
-// Echoes that no ray of their own brings: those of mirrors, point targets, fish and bounces.
+// Echoes that no ray of their own brings: those of smooth surfaces, point targets, fish and paths over
+// several surfaces.
 struct OtherEchoes {
   std::vector<Scatterer> heard;
   PointScatterers points;
@@ -156,6 +159,19 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();
+  // What moves makes them two: an element's places in the water at their two arrivals differ.
+  const bool same = !session.sonar.array && !moves(session);
+  if (session.scenario.bounces > 0) {
+    const bool fixed = session.scenario.scattering.speckle != SpeckleMode::per_ping;
+    const std::vector<Scatterer> bounced = bounced_off_surfaces(
+        {moment.tracer, session.world.volumes, moment.sonar_in_world, moment.scattering,
+         session.scenario.bounces, same,
+         stream_key(moment.speckle_key, Stream::bounces, 0),
+         fixed ? 0 : moment.ping},
+        moment.fan, hits, workers);
+    heard.insert(heard.end(), bounced.begin(), bounced.end());
+    other.most += bounced.size();
+  }
   if (session.bounces.paths.empty()) return other;
   const std::vector<Pose> objects = object_poses(session, moment.ping);
   std::vector<Scatterer> bounced =
@@ -163,8 +179,6 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
                       moment.scattering},
                      moment.fan, hits, workers);
   other.most += bounced.size();
-  // What moves makes them two: an element's places in the water at their two arrivals differ.
-  const bool same = !session.sonar.array && !moves(session);
   if (same) bounced = both_ways_as_one(std::move(bounced));
   heard.insert(heard.end(), bounced.begin(), bounced.end());
   return other;

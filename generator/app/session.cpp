@@ -19,6 +19,7 @@
 #include "labels/cartesian.h"
 #include "scenario/tables.h"
 #include "synthesis/beamforming.h"
+#include "trace/bounces.h"
 
 namespace ensonify {
 namespace {
@@ -249,7 +250,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
     info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
   }
   info.multipath = scenario.multipath;
-  info.paths = session.bounces.paths;
+  info.bounces = scenario.bounces;
+  info.paths = scenario.bounces > 0 ? bounce_paths(scenario.bounces) : session.bounces.paths;
   info.draws = scenario.draws;
   info.placement = session.placement;
   info.instances = session.world.instances;
@@ -342,14 +344,15 @@ std::vector<std::string> undersampled_warnings(const Session& session, const Tra
                           by_need ? "raise sonar.rays.elevation or sonar.rays.min_per_cell"
                                   : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
   }
-  if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
+  const bool bounced_at_all = !session.bounces.paths.empty() || session.scenario.bounces > 0;
+  if (!bounced_at_all || (!by_need && !session.surface_tiles)) return warnings;
   Sonar of_fan = session.sonar;
   of_fan.rays_per_cell = 0;
   const double bounced = share_of(of_fan);
   if (bounced > kShare) {
     warnings.push_back(
         undersampled_text(session, bounced,
-                          "echoes over mirrors come of the rays of the fan alone, with "
+                          "multipath echoes come from the rays of the fan alone, with "
                           "which ",
                           "raise sonar.rays.elevation"));
   }

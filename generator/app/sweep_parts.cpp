@@ -200,6 +200,7 @@ std::string world_key(const Scenario& scenario) {
   part.water = none.water;
   part.scattering.speckle = none.scattering.speckle;
   part.multipath = none.multipath;
+  part.bounces = none.bounces;
   part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;

@@ -128,6 +128,7 @@ std::string table_key(const Scenario& scenario) {
   part.volumes = none.volumes;
   part.classes = none.classes;
   part.multipath = none.multipath;
+  part.bounces = none.bounces;
   // What follows from motion stands in the key of pipeline_tables.
   part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;

@@ -246,6 +246,7 @@ struct SequenceInfo {
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none
   std::optional<Multipath> multipath = {};
+  int bounces = 0;                    // of the scenario
   std::vector<SoundPath> paths = {};  // of scatterers, by id
   std::vector<DrawnValue> draws;
   std::optional<Placement> placement = {};  // absent: nothing is placed at random

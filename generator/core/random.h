@@ -32,6 +32,7 @@ enum class Stream : std::uint32_t {
   bubbles = 9,  // procedural volumes
   array = 12,   // errors of elements
   sweep = 13,   // random values of a sweep's axes
+  bounces = 14,  // directions in which surfaces scatter sound to others
 };
 
 struct Philox4 {

@@ -9,6 +9,7 @@
 //   HiddenEchoes               what nobody hears, for shadows and amodal masks
 #pragma once
 
+#include <array>
 #include <complex>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/surface.h"
 #include "core/vec.h"
 
 namespace ensonify {
@@ -50,6 +52,8 @@ struct Scatterer {
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
   std::uint16_t path = 0;  // 0 direct; others as SequenceInfo::paths
+  // With `bounces`: the instances of the path's other surfaces, in the order of the sound; 0: no more.
+  std::array<std::uint16_t, kMostBounces> via{};
   // Of the received path: the sound comes in as if from received_path_m along `arrival`.
   float received_path_m = 0;
 };

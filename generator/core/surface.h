@@ -64,11 +64,14 @@ struct Multipath {
 };
 
 inline constexpr int kMaxBounces = 4;
+// Of `bounces`: surfaces beyond the first one on a path.
+inline constexpr int kMostBounces = 3;
 // How many ways a sequence may have: each is tried for every echo.
 inline constexpr std::size_t kMaxSoundPaths = 4096;
 
 // By the names of what it bounces off, in the order of the sound: surface, bottom, OBJECT.z of a
-// plane, OBJECT.x- ... OBJECT.z+ of a box's faces. Path 0 is the direct one and not listed.
+// plane, OBJECT.x- ... OBJECT.z+ of a box's faces; with `bounces`, "specular" or "diffuse" for each
+// surface, all in `out`. Path 0 is the direct one and not listed.
 struct SoundPath {
   std::uint16_t id = 0;  // Scatterer::path
   std::vector<std::string> out, back;

@@ -54,6 +54,7 @@ struct FileSelection {
   OutputSelection output;
   std::vector<Layer> layers = {};
   bool sdf = false;
+  bool bounces = false;
 };
 
 // Packed sequences have `array`, one file of all pings, in place of `file` of each; rows without an

@@ -360,6 +360,18 @@ void add_lists(Rows& rows) {
       "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |";
   rows.back().maker = "--export-scatterers";
 
+  rows.push_back({.file = layout::kScattererVia,
+                  .codec = FileCodec::npy,
+                  .grid = FileGrid::list,
+                  .type = kNpyVia,
+                  .file_bytes = kMostBounces * sizeof(std::uint16_t)});
+  rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers && s.bounces; };
+  rows.back().card =
+      "| `scatterers/PPPPPP_via.npy` | the other instances on the path of each scatterer, in the "
+      "order of the sound; 0: no more |";
+  rows.back().packed_card = rows.back().card;
+  rows.back().maker = "--export-scatterers with `bounces`";
+
   rows.push_back({.file = layout::kPoints,
                   .codec = FileCodec::ply,
                   .grid = FileGrid::list,

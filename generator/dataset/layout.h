@@ -40,6 +40,7 @@ inline constexpr char kPolarGrey[] = "png/{ping}_polar.png";
 inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
 inline constexpr char kChannels[] = "channels/{ping}.npy";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
+inline constexpr char kScattererVia[] = "scatterers/{ping}_via.npy";
 inline constexpr char kPoints[] = "points/{ping}.ply";
 
 // A ping's part of arrays (packed.h), until the sequence is finished.

@@ -188,7 +188,8 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
   io("bytes", bytes);
   io.maybe("multipath", info.multipath,
            [](MemberWriter& g, auto& multipath) { multipath_members(g, multipath); });
-  if (info.multipath) {
+  if (info.bounces > 0) io("bounces", info.bounces);
+  if (!info.paths.empty()) {
     io.list("paths", info.paths, [](MemberWriter& g, auto& path) { path_members(g, path); });
   }
   if (info.output.statistics) io.said("statistics", statistics_json(info));
@@ -224,6 +225,7 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   io("bytes", manifest.bytes);
   io.maybe("multipath", info.multipath,
            [](MemberReader& g, auto& multipath) { multipath_members(g, multipath); });
+  if (head.contains("bounces")) io("bounces", info.bounces);
   io.list("paths", info.paths, [](MemberReader& g, auto& path) { path_members(g, path); });
   io.group("statistics", [&](MemberReader& statistics) {
     info.output.statistics = true;

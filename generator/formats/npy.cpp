@@ -20,6 +20,9 @@ const char* const kNpyScatterer =
     "('variance', '<f4'), ('gain', '<f4'), ('cos_incidence', '<f4'), ('doppler', '<f4'), "
     "('instance', '<u4'), ('path', '<u2'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8')]";
 
+const char* const kNpyVia = "[('via', '<u2', (3,))]";
+static_assert(kMostBounces == 3);
+
 namespace {
 
 constexpr std::string_view kMagic = "\x93NUMPY";
@@ -194,6 +197,17 @@ std::string encode_scatterers(const ScattererList& scatterers,
   return bytes;
 }
 
+std::string encode_via(const ScattererList& scatterers) {
+  std::string bytes = npy_header(kNpyVia, {scatterers.size()});
+  const std::size_t header = bytes.size();
+  bytes.resize(header + sizeof(Scatterer::via) * scatterers.size());
+  char* at = bytes.data() + header;
+  for (const Scatterer& s : scatterers.items) {
+    for (const std::uint16_t instance : s.via) put_value(at, instance);
+  }
+  return bytes;
+}
+
 Result<NpyHeader> parse_npy_header(std::string_view bytes) {
   const auto wrong = [](const std::string& why) { return Error{ErrorKind::usage, why}; };
   if (bytes.size() < 12 || !bytes.starts_with(kMagic)) {
@@ -225,6 +239,7 @@ std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
   if (descr == kNpyComplex64) return 8;
   if (descr == kNpyComplex128) return 16;
   if (descr == kNpyScatterer) return kScattererBytes;
+  if (descr == kNpyVia) return sizeof(Scatterer::via);
   return std::nullopt;
 }
 

@@ -4,6 +4,7 @@
 //   npy_header          magic, version 1.0 and dictionary, padded to a multiple of 64
 //   encode_npy          header and data of a whole array
 //   encode_scatterers   the structured array of scatterers/*.npy
+//   encode_via          that of scatterers/*_via.npy
 //   parse_npy_header    what a header says, of any version and any writer
 //   read_npy            an array of a data set, its shape checked
 //   read_npy_row        one row of it
@@ -36,6 +37,8 @@ inline constexpr char kNpyComplex128[] = "'<c16'";
 // The dtype of scatterers/*.npy as it stands in the header: fields packed, in the order of
 // docs and contract; 82 bytes an element.
 extern const char* const kNpyScatterer;
+// That of scatterers/*_via.npy.
+extern const char* const kNpyVia;
 
 using NpyShape = std::vector<std::uint64_t>;
 
@@ -53,6 +56,9 @@ std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape
 std::string encode_scatterers(const ScattererList& scatterers,
                               std::span<const std::complex<float>> amplitudes,
                               const Pose& sonar_in_world);
+
+// Scatterer::via of each, in the order of the list.
+std::string encode_via(const ScattererList& scatterers);
 
 struct NpyHeader {
   std::string descr;  // as in npy_header

@@ -252,11 +252,11 @@ void output_fields(Fields& f, Scenario& scenario) {
   png_fields(f, output);
   hidden_label_fields(f, selection);
   const bool pictures = selection.polar || selection.cartesian;
-  const bool bounces = scenario.multipath.has_value();
+  const bool bounces = scenario.multipath.has_value() || scenario.bounces > 0;
   if (!f.writing()) selection.multipath = bounces && pictures;
   f.toggle({"multipath", "Multipath masks",
             "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
-            "multipath; left out: true with multipath and polar or cartesian"},
+            "multipath or bounces; left out: true with these and polar or cartesian"},
            selection.multipath, written_if(bounces, {.has_default = false}));
   surfaces_field(f, selection);
   extra_fields(f, selection);
@@ -273,7 +273,7 @@ void output_fields(Fields& f, Scenario& scenario) {
            selection.statistics, written_if(selection.statistics));
   pings_field(f, selection);
   if (!selection.multipath || (bounces && pictures)) return;
-  f.fault("multipath", pictures ? "nothing bounces, accepted with multipath"
+  f.fault("multipath", pictures ? "there is no multipath; expected with multipath or bounces"
                                 : "there are no pictures for it, accepted with polar or cartesian");
 }
 

@@ -185,6 +185,13 @@ static void world_fields(Fields& f, Scenario& scenario) {
        "Echoes via specular reflectors, in addition to the direct echoes; left out: direct echoes "
        "only"},
       scenario.multipath);
+  const bool useless = scenario.multipath.has_value();
+  f.integer({"bounces", "Bounces",
+             "Largest number of surfaces on a path beyond the first one: reflections off smooth "
+             "surfaces and scattering between any surfaces; not with multipath or water.profile"},
+            scenario.bounces, 0, kMostBounces,
+            useless_if(useless, "with multipath, whose paths it has as well: give one of them",
+                       written_if(scenario.bounces > 0)));
 }
 
 static void motion_fields(Fields& f, Scenario& scenario) {
@@ -217,7 +224,7 @@ static void product_fields(Fields& f, Scenario& scenario) {
     output_fields(f, scenario);
     f.end();
   } else if (!f.writing()) {
-    scenario.output.selection.multipath = scenario.multipath.has_value();
+    scenario.output.selection.multipath = scenario.multipath.has_value() || scenario.bounces > 0;
   }
   f.map({"splits", "Splits",
          "Relative shares of the sequences, with a sum above zero; left out: all in train"},

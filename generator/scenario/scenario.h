@@ -239,6 +239,7 @@ struct Scenario {
   std::vector<VolumeSpec> volumes;
   std::vector<ClassSpec> classes;      // those that the text gives a kind
   std::optional<Multipath> multipath;  // absent: direct echoes alone
+  int bounces = 0;  // surfaces beyond the first one on a path, of any shape; not with multipath
   TrajectorySpec trajectory;
   bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // either, or none

@@ -224,6 +224,10 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
     refuse(child(root, "multipath"),
            "bounces are not worked out along bent rays: accepted is multipath or water.profile");
   }
+  if (scenario.bounces > 0) {
+    refuse(child(root, "bounces"),
+           "paths over several surfaces are straight; expected bounces: 0, or no water.profile");
+  }
   if (scenario.motion_within_ping) {
     refuse(child(root, "motion_within_ping"),
            "the sonar's motion is not followed along bent rays: accepted is motion_within_ping or "

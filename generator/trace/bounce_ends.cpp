@@ -6,28 +6,15 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "trace/echo.h"
+#include "trace/pieces.h"
 #include "trace/tracer.h"
 #include "trace/volume.h"
 
 namespace ensonify {
 namespace {
 
-// What is met nearer than this to a mirror is the mirror itself, as a mesh has it.
-constexpr double kOnMirror_m = 1e-4;
-
 double signed_height_m(const PlacedMirror& mirror, Vec3 point_m) {
   return dot(mirror.normal, point_m) - mirror.offset_m;
-}
-
-// The first surface beyond the one that a piece starts on.
-Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double range_max_m,
-              bool on_mirror) {
-  Hit hit = tracer.first_hit({from_m, direction}, range_max_m);
-  if (!on_mirror || hit.instance == 0 || hit.range_m > kOnMirror_m) return hit;
-  hit = tracer.first_hit({from_m + kOnMirror_m * direction, direction},
-                         std::max(0.0, range_max_m - kOnMirror_m));
-  hit.range_m += kOnMirror_m;
-  return hit;
 }
 
 // No mirror of a leg can be met from its back, nor farther off than sound gets.

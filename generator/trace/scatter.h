@@ -4,7 +4,7 @@
 //   surface_scatterers     one scatterer for each ray that found something
 //   surface_scatterer_list the same, sorted
 //   point_target_scatterers  school_scatterers  HiddenTarget
-//   kirchhoff_scatterers   mirrors: the coherent echo of smooth surfaces
+//   has_smooth_surfaces  kirchhoff_scatterers   the coherent echo of smooth surfaces
 //   PointScatterers  hidden_echoes   hits behind others
 #pragma once
 
@@ -69,6 +69,9 @@ std::vector<Scatterer> school_scatterers(const World& world, const Tracer& trace
                                          const Pose& sonar_in_world, const Sonar& sonar,
                                          const Water& water, const Workers& workers,
                                          std::vector<HiddenTarget>* hidden = nullptr);
+
+// Whether any material has `coherent: kirchhoff`.
+bool has_smooth_surfaces(const SurfaceScattering& scattering);
 
 // The coherent scatterers of all surfaces whose material says kirchhoff, without variance; the
 // random part of the same surfaces is in surface_scatterers. Each cell of the fan whose ray, or a

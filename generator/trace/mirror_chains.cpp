@@ -1,0 +1,367 @@
+#include "trace/mirror_chains.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "acoustics/pattern.h"
+#include "acoustics/propagation.h"
+#include "acoustics/scattering.h"
+#include "trace/cell_cutting.h"
+#include "trace/echo.h"
+#include "trace/pieces.h"
+#include "trace/volume.h"
+
+namespace ensonify {
+
+// Cosine between two normals: below it they are of two faces of one body.
+static constexpr double kSameFace = 0.9;
+
+// A ray over a chain of mirrors and straight back.
+struct ChainSample {
+  double range_m = 0;  // half of the path
+  int mirrors = 0;     // 0: there is no such chain
+  std::array<Hit, kMostSurfaces> hit;
+  Vec3 end_m;          // from the sonar
+  double out_m = 0, reflection = 0, obliquity = 0, cos_incidence = 0, leaving_sine = 0;
+  double out_extinction_db = 0;
+  Connection back;
+};
+
+static bool same_body(const ChainSample& a, const ChainSample& b) {
+  if (a.mirrors != b.mirrors) return false;
+  for (int i = 0; i < a.mirrors; ++i) {
+    if (a.hit[i].instance != b.hit[i].instance || a.hit[i].part != b.hit[i].part ||
+        std::abs(dot(a.hit[i].normal, b.hit[i].normal)) < kSameFace) {
+      return false;
+    }
+  }
+  return true;
+}
+static bool same_surface(const ChainSample& a, const ChainSample& b) { return same_body(a, b); }
+
+namespace {
+
+using ChainPart = CellPart<ChainSample>;
+
+// How far from the direction of the sonar a ray may leave the last mirror, as a sine. Farther off,
+// a chain answers by its edges alone.
+constexpr double kLeavingSine = 0.15;
+// Keys: apart from those of rays, targets and kirchhoff_scatterers.
+constexpr std::uint64_t kChainKey = std::uint64_t{1} << 62 | std::uint64_t{1} << 61;
+
+// The connection of a walk's first mirrors back to the sonar.
+ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int mirrors) {
+  ChainSample sample;
+  if (walk.mirrors < mirrors) return sample;
+  const WalkStep& last = walk.step[mirrors - 1];
+  const std::optional<Connection> back = connect(context, last);
+  if (!back) return sample;
+  sample.mirrors = mirrors;
+  sample.reflection = 1;
+  for (int i = 0; i < mirrors; ++i) {
+    sample.hit[i] = walk.step[i].hit;
+    sample.reflection *= walk.step[i].reflection;
+  }
+  sample.end_m = last.point_m;
+  sample.out_m = last.length_m;
+  sample.out_extinction_db = last.extinction_db;
+  sample.back = *back;
+  sample.range_m = (last.length_m + back->length_m) / 2;
+  sample.cos_incidence = last.hit.cos_incidence;
+  constexpr double kMostOblique = 2;
+  sample.obliquity =
+      std::min((1 + back->cosine / std::max(sample.cos_incidence, 1e-6)) / 2, kMostOblique);
+  const Vec3 leaving = last.direction - 2 * dot(last.direction, last.normal) * last.normal;
+  sample.leaving_sine = dot(leaving, back->direction) > 0
+                            ? length(cross(leaving, back->direction))
+                            : 1;
+  return sample;
+}
+
+// What the parts of one sector share, for chains of one length.
+struct ChainSector {
+  const BounceContext& context;
+  int mirrors = 2;
+  double wavelength_m = 0, range_limit_m = 0;
+  std::uint32_t beam = 0;
+  std::uint64_t next_key = 0;
+  std::vector<Scatterer> scatterers;
+
+  bool is_mirror(const ChainSample& sample) const {
+    return sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine;
+  }
+  ChainSample shoot(double azimuth_rad, double elevation_rad) const;
+  void add(const ChainPart& part);
+};
+
+ChainSample ChainSector::shoot(double azimuth_rad, double elevation_rad) const {
+  const Pose& pose = context.ping.sonar_in_world;
+  const Vec3 direction =
+      normalized(rotate(pose.rotation, unit_vector(azimuth_rad, elevation_rad)));
+  const Hit hit = context.ping.tracer.first_hit({pose.position_m, direction},
+                                                context.ping.scattering.sonar.range_max_m);
+  if (hit.instance == 0) return {};
+  return sample_of(context, follow_mirrors(context, first_step(context, direction, hit), mirrors),
+                   mirrors);
+}
+
+// The cross-section of the part's ray tube at the last mirror, by differences of places; from as many
+// sides as lie on the middle's own chain.
+double tube_area_m2(const ChainPart& part) {
+  const auto across = [&](const ChainSample& low, const ChainSample& high) {
+    const ChainSample& middle = part.hits[1][1];
+    const bool below = same_body(low, middle), above = same_body(high, middle);
+    if (below && above) return high.end_m - low.end_m;
+    if (above) return 2 * (high.end_m - middle.end_m);
+    return below ? 2 * (middle.end_m - low.end_m) : Vec3{};
+  };
+  const Vec3 in_azimuth = across(part.hits[0][1], part.hits[2][1]);
+  const Vec3 in_elevation = across(part.hits[1][0], part.hits[1][2]);
+  const ChainSample& middle = part.hits[1][1];
+  const Hit& last = middle.hit[middle.mirrors - 1];
+  // On the surface, then across the ray.
+  return std::abs(dot(cross(in_azimuth, in_elevation), last.normal)) * middle.cos_incidence;
+}
+
+void ChainSector::add(const ChainPart& part) {
+  const ChainSample& middle = part.hits[1][1];
+  const SurfaceScattering& scattering = context.ping.scattering;
+  if (!is_mirror(middle) || !in_range(middle.range_m, scattering.sonar)) return;
+  const double solid_angle = cell_solid_angle_sr(part.azimuth_rad[2] - part.azimuth_rad[0],
+                                                 part.elevation_rad[0], part.elevation_rad[2]);
+  const Bend bend = bend_of(part);
+  const std::complex<double> sum =
+      sinc(2 * bend.change_azimuth_m / wavelength_m) *
+          sinc(2 * bend.change_elevation_m / wavelength_m) +
+      bend_factor(bend, wavelength_m);
+  const double size = middle.reflection * middle.obliquity * middle.out_m / wavelength_m *
+                      std::sqrt(solid_angle * tube_area_m2(part));
+  const std::complex<double> amplitude = std::complex<double>(0, size) * sum;
+  if (!std::isfinite(std::norm(amplitude)) || amplitude == 0.0) return;
+
+  Scatterer s;
+  s.delay_s = two_way_delay_s(middle.range_m, scattering.water.sound_speed_m_s);
+  s.position_m = context.to_sonar(middle.end_m);
+  const double azimuth = part.azimuth_rad[1], elevation = part.elevation_rad[1];
+  s.departure = {static_cast<float>(azimuth), static_cast<float>(elevation)};
+  s.arrival = {static_cast<float>(middle.back.azimuth_rad),
+               static_cast<float>(middle.back.elevation_rad)};
+  const Sonar& sonar = scattering.sonar;
+  const double pattern =
+      two_direction_pattern(elevation_pattern(sonar, elevation),
+                            elevation_pattern(sonar, middle.back.elevation_rad)) *
+      transmit_pattern(azimuth, sonar.transmit_width_rad);
+  const double extinction_db = middle.out_extinction_db + middle.back.extinction_db;
+  s.gain = static_cast<float>(
+      path_loss(middle.out_m, middle.back.length_m, scattering.water.absorption_db_m) * pattern *
+      std::pow(10.0, -extinction_db / 20));
+  s.mean = std::complex<float>(amplitude);
+  s.cos_incidence = static_cast<float>(middle.cos_incidence);
+  s.key = next_key++;
+  s.beam = middle.back.beam;
+  s.instance = middle.hit[mirrors - 1].instance;
+  s.path = path_of_kinds(mirrors, (1u << mirrors) - 1);
+  for (int i = 0; i + 1 < mirrors; ++i) {
+    s.via[i] = static_cast<std::uint16_t>(middle.hit[i].instance);
+  }
+  s.received_path_m = static_cast<float>(middle.back.length_m);
+  scatterers.push_back(s);
+}
+
+// One bit for each number of mirrors over which a ray comes back to the sonar.
+using ComesBack = std::uint8_t;
+
+std::vector<ComesBack> what_comes_back(const BounceContext& context,
+                                       std::span<const MirrorWalk> walks, const Workers& workers) {
+  std::vector<ComesBack> found(walks.size(), 0);
+  constexpr std::size_t kBlock = 1024;
+  workers.for_each((walks.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+    for (std::size_t ray = block * kBlock; ray < std::min((block + 1) * kBlock, walks.size());
+         ++ray) {
+      for (int mirrors = 2; mirrors <= walks[ray].mirrors; ++mirrors) {
+        const ChainSample sample = sample_of(context, walks[ray], mirrors);
+        if (sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine) {
+          found[ray] = static_cast<ComesBack>(found[ray] | 1u << mirrors);
+        }
+      }
+    }
+  });
+  return found;
+}
+
+// Of the cell's own ray and the eight around it.
+ComesBack around(const Fan& fan, std::span<const ComesBack> found, std::size_t column,
+                 int elevation) {
+  ComesBack any = 0;
+  const std::size_t last_column = std::min(column + 1, fan.azimuth_rad.size() - 1);
+  for (std::size_t c = column == 0 ? 0 : column - 1; c <= last_column; ++c) {
+    for (int e = std::max(elevation - 1, 0); e <= std::min(elevation + 1, fan.rays_elevation - 1);
+         ++e) {
+      any = static_cast<ComesBack>(any | found[c * fan.rays_elevation + e]);
+    }
+  }
+  return any;
+}
+
+void add_chains(const BounceContext& context, const Fan& fan, std::span<const ComesBack> found,
+                std::size_t beam, std::vector<Scatterer>& all) {
+  const Sonar& sonar = context.ping.scattering.sonar;
+  const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
+  const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
+  const double range_limit_m = kLongestRange_pulses *
+                               context.ping.scattering.water.sound_speed_m_s / sonar.bandwidth_hz;
+  for (int a = 0; a < fan.rays_azimuth; ++a) {
+    const std::size_t column = beam * fan.rays_azimuth + a;
+    for (int e = 0; e < fan.rays_elevation; ++e) {
+      const ComesBack bits = around(fan, found, column, e);
+      for (int mirrors = 2; mirrors <= context.ping.bounces + 1; ++mirrors) {
+        if ((bits >> mirrors & 1) == 0) continue;
+        const std::uint64_t cell = column * fan.rays_elevation + e;
+        ChainSector sector{context,       mirrors, context.wavelength_m,
+                           range_limit_m, static_cast<std::uint32_t>(beam),
+                           kChainKey | cell << 24 | std::uint64_t(mirrors) << 20, {}};
+        divide(cell_of<ChainSample>(fan.azimuth_rad[column], azimuth_step, fan.elevation_rad[e],
+                                    elevation_step, sector),
+               sector);
+        all.insert(all.end(), sector.scatterers.begin(), sector.scatterers.end());
+      }
+    }
+  }
+}
+
+}  // namespace
+
+double BounceContext::piece_extinction_db(Vec3 from_m, Vec3 direction, double piece_m) const {
+  if (!volumes_attenuate) return 0;
+  DensityColumn column;
+  return extinction_db(ping.volumes, {ping.sonar_in_world.position_m + from_m, direction},
+                       extinction_step_m, piece_m, column);
+}
+
+std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction) const {
+  WalkStep step;
+  step.direction = direction;
+  step.hit = hit_after(ping.tracer, ping.sonar_in_world.position_m + from.point_m, direction,
+                       length_max_m - from.length_m, true);
+  const Hit& hit = step.hit;
+  if (hit.instance == 0 || !std::isfinite(hit.range_m) || !(hit.cos_incidence > 0)) {
+    return std::nullopt;
+  }
+  step.point_m = from.point_m + hit.range_m * direction;
+  step.length_m = from.length_m + hit.range_m;
+  step.normal = dot(hit.normal, direction) > 0 ? -hit.normal : hit.normal;
+  step.extinction_db =
+      from.extinction_db + piece_extinction_db(from.point_m, direction, hit.range_m);
+  const Material& m = material(hit);
+  if (m.coherent == CoherentModel::kirchhoff) {
+    step.reflection =
+        coherent_reflection(m.reflection, m.roughness_rms_m, wavelength_m, hit.cos_incidence);
+  }
+  return step;
+}
+
+BounceContext bounce_context(const BouncePing& ping) {
+  const SurfaceScattering& scattering = ping.scattering;
+  const double c = scattering.water.sound_speed_m_s;
+  BounceContext context{ping, c / scattering.sonar.frequency_hz, 2 * scattering.sonar.range_max_m,
+                        c / (4 * scattering.sonar.bandwidth_hz)};
+  context.volumes_attenuate = std::ranges::any_of(
+      ping.volumes, [](const Volume& volume) { return volume.extinction_db_m > 0; });
+  return context;
+}
+
+WalkStep first_step(const BounceContext& context, Vec3 world_direction, const Hit& hit) {
+  WalkStep step;
+  step.direction = world_direction;
+  step.hit = hit;
+  step.point_m = hit.range_m * world_direction;
+  step.length_m = hit.range_m;
+  step.normal = dot(hit.normal, world_direction) > 0 ? -hit.normal : hit.normal;
+  step.extinction_db = context.piece_extinction_db({}, world_direction, hit.range_m);
+  const Material& m = context.material(hit);
+  if (m.coherent == CoherentModel::kirchhoff) {
+    step.reflection = coherent_reflection(m.reflection, m.roughness_rms_m, context.wavelength_m,
+                                          hit.cos_incidence);
+  }
+  return step;
+}
+
+MirrorWalk follow_mirrors(const BounceContext& context, const WalkStep& first, int most) {
+  MirrorWalk walk;
+  walk.step[walk.steps++] = first;
+  while (true) {
+    const WalkStep& last = walk.step[walk.steps - 1];
+    if (last.reflection == 0) return walk;
+    walk.mirrors = walk.steps;
+    if (walk.steps == most) return walk;
+    const Vec3 on = normalized(last.direction - 2 * dot(last.direction, last.normal) * last.normal);
+    const std::optional<WalkStep> next = context.next(last, on);
+    if (!next) return walk;
+    walk.step[walk.steps++] = *next;
+  }
+}
+
+double spreading_per_m2(const BounceContext& context, double azimuth_rad, double elevation_rad,
+                        const MirrorWalk& walk, int surface) {
+  constexpr double kBeside_rad = 1e-4;
+  const WalkStep& end = walk.step[surface];
+  const double flat = 1 / (end.length_m * end.length_m);
+  std::array<Vec3, 2> moved;
+  for (int i = 0; i < 2; ++i) {
+    const Vec3 direction = normalized(rotate(
+        context.ping.sonar_in_world.rotation,
+        unit_vector(azimuth_rad + (i == 0 ? kBeside_rad / std::cos(elevation_rad) : 0),
+                    elevation_rad + (i == 1 ? kBeside_rad : 0))));
+    const Hit hit = context.ping.tracer.first_hit(
+        {context.ping.sonar_in_world.position_m, direction}, context.length_max_m);
+    if (hit.instance == 0) return flat;
+    const MirrorWalk beside =
+        follow_mirrors(context, first_step(context, direction, hit), surface + 1);
+    if (beside.steps <= surface) return flat;
+    for (int k = 0; k <= surface; ++k) {
+      const WalkStep &a = beside.step[k], &b = walk.step[k];
+      if (a.hit.instance != b.hit.instance || dot(a.normal, b.normal) < kSameFace) return flat;
+    }
+    moved[i] = beside.step[surface].point_m - end.point_m;
+  }
+  const double area = std::abs(dot(cross(moved[0], moved[1]), end.direction));
+  const double most = 1 / (context.wavelength_m * std::max(end.hit.range_m, context.wavelength_m));
+  return std::min(kBeside_rad * kBeside_rad / area, most);
+}
+
+std::optional<Connection> connect(const BounceContext& context, const WalkStep& from) {
+  const Sonar& sonar = context.ping.scattering.sonar;
+  Connection back;
+  back.length_m = length(from.point_m);
+  if (!(back.length_m > 0) || from.length_m + back.length_m > context.length_max_m) {
+    return std::nullopt;
+  }
+  back.direction = (-1 / back.length_m) * from.point_m;
+  back.cosine = std::min(dot(back.direction, from.normal), 1.0);
+  if (!(back.cosine > 0)) return std::nullopt;
+  const Vec3 seen = context.to_sonar(from.point_m);
+  back.elevation_rad = std::asin(std::clamp(seen.z / back.length_m, -1.0, 1.0));
+  if (std::abs(back.elevation_rad) > sonar.elevation_fan_rad / 2) return std::nullopt;
+  back.azimuth_rad = std::atan2(seen.y, seen.x);
+  const std::optional<int> beam = sector_of(sonar, back.azimuth_rad);
+  if (!beam) return std::nullopt;
+  back.beam = static_cast<std::uint32_t>(*beam);
+  const Vec3 at = context.ping.sonar_in_world.position_m + from.point_m;
+  if (!is_free_piece(context.ping.tracer, at, back.direction, back.length_m)) return std::nullopt;
+  back.extinction_db = context.piece_extinction_db(from.point_m, back.direction, back.length_m);
+  return back;
+}
+
+std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan& fan,
+                                        std::span<const MirrorWalk> walks, const Workers& workers) {
+  const std::vector<ComesBack> found = what_comes_back(context, walks, workers);
+  std::vector<std::vector<Scatterer>> by_beam(fan.beams);
+  workers.for_each(fan.beams, [&](std::size_t beam) {
+    add_chains(context, fan, found, beam, by_beam[beam]);
+  });
+  std::vector<Scatterer> all;
+  append(by_beam, all);
+  return all;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,32 @@
+// Straight pieces of paths between surfaces. Private to trace/.
+//
+//   kOnMirror_m  hit_after  is_free_piece
+#pragma once
+
+#include <algorithm>
+
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+// What is met nearer than this to a surface that a piece starts on is that surface itself.
+inline constexpr double kOnMirror_m = 1e-4;
+
+// The first surface beyond the one that a piece starts on.
+inline Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double range_max_m,
+                     bool on_surface) {
+  Hit hit = tracer.first_hit({from_m, direction}, range_max_m);
+  if (!on_surface || hit.instance == 0 || hit.range_m > kOnMirror_m) return hit;
+  hit = tracer.first_hit({from_m + kOnMirror_m * direction, direction},
+                         std::max(0.0, range_max_m - kOnMirror_m));
+  hit.range_m += kOnMirror_m;
+  return hit;
+}
+
+// Whether nothing stands between a surface and a place `piece_m` from it.
+inline bool is_free_piece(const Tracer& tracer, Vec3 from_m, Vec3 direction, double piece_m) {
+  const Hit hit = hit_after(tracer, from_m, direction, piece_m, true);
+  return hit.instance == 0 || hit.range_m >= piece_m * (1 - kOnSurface);
+}
+
+}  // namespace ensonify
