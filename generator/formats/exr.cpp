@@ -269,7 +269,7 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
                                       int beams, const ExrAttributes& attributes) {
   ENSONIFY_ASSERT(samples > 0 && beams > 0);
   ENSONIFY_ASSERT(series.size() == std::size_t(samples) * std::size_t(beams));
-  return without_exceptions("encoding a series as EXR", [&]() -> Result<std::string> {
+  return without_exceptions("encoding a time series as EXR", [&]() -> Result<std::string> {
     std::string bytes;
     bytes.reserve(series.size_bytes() + 16 * std::size_t(samples) + 4096);
     write_series(series, samples, beams, series_header(samples, beams, attributes), bytes);
@@ -288,7 +288,7 @@ Result<std::string> encode_surfaces_exr(const LabelledImage& image,
   const Part part{"surfaces", units_of(ExrPlanes::surfaces),
                   channels_of(image, ExrPlanes::surfaces), Imf::ZIP_COMPRESSION, Imf::FLOAT};
   check_size(part, image);
-  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
     std::string bytes;
@@ -310,7 +310,7 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
        Imf::ZIP_COMPRESSION}};
   for (const Part& part : parts) check_size(part, image);
 
-  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
     std::string bytes;

@@ -30,7 +30,7 @@ std::string advice(int error_number) {
   switch (error_number) {
     case ENOSPC:
     case EDQUOT:
-      return "; make room and give the same command again: what is finished is kept";
+      return "; free some space and run the same command again: finished files are kept";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -38,10 +38,10 @@ std::string advice(int error_number) {
     case ENOTDIR:
     case EISDIR:
     case EEXIST:
-      return "; something else stands in its place: move it or name another folder";
+      return "; something else has its name: move it or name another folder";
     case EMFILE:
     case ENFILE:
-      return "; allow more open files (ulimit -n)";
+      return "; raise the limit of open files (ulimit -n)";
     default:
       return "";
   }
@@ -135,7 +135,7 @@ Error write_error(const fs::path& path, int error_number) {
 
 Error damaged(const fs::path& path, const std::string& what) {
   return {ErrorKind::io,
-          fmt::format("{}: {}; `ensonify verify` tells what else is damaged", path.string(), what)};
+          fmt::format("{}: {}; `ensonify verify` lists all damaged files", path.string(), what)};
 }
 
 fs::path temporary_beside(const fs::path& path) {
@@ -303,7 +303,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t most_bytes) {
   };
   struct stat info {};
   if (::fstat(file, &info) != 0) return refused(reason(errno));
-  if (!S_ISREG(info.st_mode)) return refused("no regular file");
+  if (!S_ISREG(info.st_mode)) return refused("not a regular file");
   const auto size = static_cast<std::uint64_t>(info.st_size);
   if (size > most_bytes) return refused(fmt::format("larger than {} bytes", most_bytes));
   // A byte more shows the end; files of the kernel's own have no size.

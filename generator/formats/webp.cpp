@@ -44,7 +44,7 @@ std::string text_of(const void* bytes, std::size_t size) {
 Result<std::string> encoded(const WebPConfig& config, Picture& picture) {
   if (!WebPEncode(&config, &picture.webp)) {
     if (picture.webp.error_code == VP8_ENC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-    return Error{ErrorKind::bug, "WebP refuses a picture: error " +
+    return Error{ErrorKind::bug, "WebP cannot encode an image: error " +
                                      std::to_string(static_cast<int>(picture.webp.error_code))};
   }
   return text_of(picture.memory.mem, picture.memory.size);
@@ -63,7 +63,8 @@ constexpr std::array<std::uint8_t, 256> kLuma = [] {
 
 Result<std::string> lossless(std::span<const std::uint32_t> argb, int width, int height) {
   WebPConfig config;
-  if (!WebPConfigInit(&config)) return Error{ErrorKind::bug, "another version of libwebp"};
+  if (!WebPConfigInit(&config))
+    return Error{ErrorKind::bug, "libwebp has another version than its headers"};
   config.lossless = 1;
   config.method = kLosslessMethod;
   config.quality = 40;
@@ -83,7 +84,8 @@ Result<std::string> lossless(std::span<const std::uint32_t> argb, int width, int
 Result<std::string> lossy_grey(std::span<const std::uint8_t> grey, int width, int height,
                                int quality) {
   WebPConfig config;
-  if (!WebPConfigInit(&config)) return Error{ErrorKind::bug, "another version of libwebp"};
+  if (!WebPConfigInit(&config))
+    return Error{ErrorKind::bug, "libwebp has another version than its headers"};
   config.quality = static_cast<float>(quality);
   config.method = kLossyMethod;
   config.filter_strength = 0;  // smoothing takes the speckle away
@@ -132,7 +134,7 @@ struct WebpAnimation::Encoder {
   Encoder& operator=(const Encoder&) = delete;
 
   Error failed() const {
-    const char* why = webp ? WebPAnimEncoderGetError(webp) : "cannot begin";
+    const char* why = webp ? WebPAnimEncoderGetError(webp) : "cannot start";
     return {ErrorKind::bug, std::string("encoding an animated WebP: ") + why};
   }
 

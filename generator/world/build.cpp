@@ -190,11 +190,11 @@ Error no_part(const MeshSpec& spec, const Mesh& mesh, const std::string& part) {
   const std::string file = spec.file.string();
   if (names.empty()) {
     return {ErrorKind::usage, file +
-                                  ": more than 256 names of materials or parts, accepted are "
-                                  "fewer where parts are told apart"};
+                                  ": has more than 256 names of materials or parts; `parts` needs "
+                                  "256 or fewer"};
   }
-  return {ErrorKind::usage, fmt::format("{}: no part {}{}, accepted are {}", file, shown(part),
-                                        hint(part, names), joined(names))};
+  return {ErrorKind::usage, fmt::format("{}: has no part {}{}; expected one of {}", file,
+                                        shown(part), hint(part, names), joined(names))};
 }
 
 // Parts of one material are one; those of the object's own are none.

@@ -116,12 +116,13 @@ std::string gigabytes(std::uint64_t bytes) {
 }
 
 Error nonsense(const ImportRequest& request) {
-  return refused(request, "its reader gave nothing that can be used: damaged; export it again");
+  return refused(request,
+                 "its reader returned nothing usable; the file is damaged: export it again");
 }
 
 Error too_late(const ImportRequest& request) {
-  return refused(request, fmt::format("not read within {} s: damaged, or too large; export it "
-                                      "again, in smaller parts",
+  return refused(request, fmt::format("not read within {} s; the file is damaged or too large: "
+                                      "export it again, in smaller parts",
                                       request.limits.seconds));
 }
 
@@ -129,13 +130,14 @@ Error too_late(const ImportRequest& request) {
 Error told_by(int status, const ImportRequest& request) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return too_late(request);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {
-    return refused(request, fmt::format("takes more memory than {}: damaged, or too large; export "
-                                        "it again, in smaller parts",
+    return refused(request, fmt::format("needs more memory than {}; the file is damaged or too "
+                                        "large: export it again, in smaller parts",
                                         gigabytes(request.limits.memory_bytes)));
   }
   if (WIFSIGNALED(status)) {
-    return refused(request, fmt::format("crashes its reader ({}): damaged; export it again",
-                                        strsignal(WTERMSIG(status))));
+    return refused(request,
+                   fmt::format("crashes its reader ({}); the file is damaged: export it again",
+                               strsignal(WTERMSIG(status))));
   }
   return nonsense(request);
 }
@@ -155,10 +157,11 @@ Status run_import(const ImportRequest& request,
                   const std::function<Status(const WireInput&)>& read) {
   Child child(request);
   if (!child.started()) {
-    return Error{ErrorKind::io,
-                 fmt::format("{} cannot be started: it belongs beside the program and reads meshes "
-                             "and OpenVDB files for it; build it again",
-                             request.importer.string())};
+    return Error{
+        ErrorKind::io,
+        fmt::format("{} cannot be started; ensonify needs it next to itself to read meshes "
+                    "and OpenVDB files: build it again",
+                    request.importer.string())};
   }
   const auto end = Clock::now() + std::chrono::seconds(4 * request.limits.seconds);
   PipeEnd ended = PipeEnd::none;

@@ -24,7 +24,7 @@ Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double ce
   const double side_m = (std::max(grid.rows, grid.columns) - 1) * grid.cell_m;
   if (!(side_m <= kMaxLength_m)) {
     return wrong(
-        fmt::format("its longer side is {} m, accepted are {} m at most", side_m, kMaxLength_m));
+        fmt::format("its longer side is {} m; expected at most {} m", side_m, kMaxLength_m));
   }
   bool all_holes = true;
   for (std::size_t i = 0; i < grid.heights_m.size(); ++i) {
@@ -33,10 +33,10 @@ Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double ce
     all_holes = false;
     height = scale * height + offset_m;
     if (std::abs(height) <= kMaxLength_m) continue;
-    return wrong(fmt::format("the height in row {}, column {} is {} m, accepted are {} m at most",
+    return wrong(fmt::format("the height in row {}, column {} is {} m; expected at most {} m",
                              i / grid.columns, i % grid.columns, height, kMaxLength_m));
   }
-  if (all_holes) return wrong("holds no height at all");
+  if (all_holes) return wrong("holds no heights");
   return grid;
 }
 
@@ -126,8 +126,8 @@ Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file
     if (map->white > 0) break;
     return Error{
         ErrorKind::usage,
-        fmt::format("{}: the factor in row {}, column {} is {}, accepted are 0 to {}",
-                    file.string(), i / map->columns, i % map->columns, map->values[i], kMaxFactor)};
+        fmt::format("{}: the factor in row {}, column {} is {}; expected 0 to {}", file.string(),
+                    i / map->columns, i % map->columns, map->values[i], kMaxFactor)};
   }
   const double scale = map->white > 0 ? 1 / map->white : 1;
   std::vector<float> factors(grid.heights_m.size());

@@ -337,16 +337,17 @@ Status sdf_fits(const World& world, std::span<const Pose> object_in_world, const
                 const SdfRegion& region) {
   const double voxels = sdf_size(world, object_in_world, grid, region).voxels;
   if (voxels > kMaxSdfVoxels) {
-    return Error{ErrorKind::usage,
-                 fmt::format("makes about {:.2g} voxels near surfaces, accepted are {:.2g}: take "
-                             "{:.2g} m or more, a smaller band_voxels or a shorter range",
-                             voxels, kMaxSdfVoxels,
-                             grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
+    return Error{
+        ErrorKind::usage,
+        fmt::format("gives about {:.2g} voxels near surfaces; expected at most {:.2g}: use "
+                    "{:.2g} m or more, a smaller band_voxels or a shorter range",
+                    voxels, kMaxSdfVoxels,
+                    grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
   }
   if (lattice_of(grid, region)) return {};
   return Error{ErrorKind::usage,
-               "the sonar's reach is beyond 2^30 voxels from the world's origin, accepted is a "
-               "larger voxel_m"};
+               "the sonar's range extends beyond 2^30 voxels from the world's origin; expected "
+               "a larger voxel_m"};
 }
 
 Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
@@ -362,8 +363,8 @@ Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> obje
     });
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::device,
-                 "out of memory; take a larger voxel_m, or fewer threads, which have fewer "
-                 "sequences under way"};
+                 "out of memory; use a larger voxel_m, or fewer threads, which make fewer "
+                 "sequences at once"};
   }
 }
 

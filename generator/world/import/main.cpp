@@ -64,7 +64,8 @@ bool run(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() != 7) {
-    std::fputs("ensonify_import is started by ensonify, for one file at a time\n", stderr);
+    std::fputs("ensonify_import: ensonify starts this program to read one file at a time\n",
+               stderr);
     return 2;
   }
   ensonify::set_limits(std::strtoull(words[0].c_str(), nullptr, 10),

@@ -28,10 +28,10 @@ Status check_buffers(const std::filesystem::path& file, std::string_view text) {
     const std::size_t value = text.find('"', at + 5);
     if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
     const std::string_view name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
-    return broken_mesh(file,
-                       fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
-                                   ".gltf with embedded buffers",
-                                   name));
+    return broken_mesh(
+        file, fmt::format("keeps its buffers in a second file, {}; expected .glb, or .gltf "
+                          "with embedded buffers",
+                          name));
   }
   return {};
 }
@@ -49,7 +49,7 @@ Status check_stl(const std::filesystem::path& file, std::string_view text) {
   if (is_binary_stl(text) || !text.starts_with("solid")) return {};
   const std::size_t end = text.rfind("endsolid");
   if (end != std::string_view::npos && text.find("facet", end) == std::string_view::npos) return {};
-  return broken_mesh(file, "ends without endsolid: the file is cut off; copy or export it again");
+  return broken_mesh(file, "ends without endsolid; the file is cut off: copy or export it again");
 }
 
 struct PlyProperty {
@@ -181,7 +181,9 @@ bool skip_row(const PlyElement& element, PlyBody& body) {
 Status check_ply(const std::filesystem::path& file, std::string_view text) {
   // assimp would look for it without end.
   if (text.find("end_header") == std::string_view::npos) {
-    return broken_mesh(file, "ends before end_header: no PLY, or cut off; copy or export it again");
+    return broken_mesh(
+        file,
+        "ends before end_header; it is not a PLY file or is cut off: copy or export it again");
   }
   const std::optional<PlyHead> head = read_head(text);
   if (!head) return {};
@@ -190,8 +192,8 @@ Status check_ply(const std::filesystem::path& file, std::string_view text) {
     for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row) {
       if (skip_row(element, body)) continue;
       return broken_mesh(file,
-                         fmt::format("ends at {} {} of the {} that it announces: the file is cut "
-                                     "off; copy or export it again",
+                         fmt::format("ends at {} {} of {}; the file is cut off: copy or export it "
+                                     "again",
                                      element.name, row, element.count));
     }
   }
@@ -256,10 +258,10 @@ void drop_faces_without_area(Mesh& mesh) {
   if (!mesh.part.empty()) mesh.part.resize(kept);
   const std::size_t dropped = before - mesh.triangles.size();
   if (dropped == 0) return;
-  mesh.warnings.push_back(
-      fmt::format("{} of {} faces left out: they have no area (corners that coincide or lie in a "
-                  "line)",
-                  dropped, before));
+  mesh.warnings.push_back(fmt::format(
+      "ignored {} of {} faces: they have zero area (corners that coincide or lie on one "
+      "line)",
+      dropped, before));
 }
 
 }  // namespace ensonify

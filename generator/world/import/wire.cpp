@@ -77,7 +77,7 @@ bool get_texts(const WireInput& in, std::vector<std::string>& texts) {
   return true;
 }
 
-const Error kNonsense{ErrorKind::bug, "gave nothing that can be used"};
+const Error kNonsense{ErrorKind::bug, "returned nothing usable"};
 
 // Nothing where the payload follows; else the importer's error, or kNonsense.
 std::optional<Error> read_head(const WireInput& in, Payload wanted) {
