@@ -49,7 +49,7 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   // Checked before the copy gets its name: what stands under a hash has that hash.
   if (hash.finish() != asset.sha256) {
     return Error{ErrorKind::usage, asset.source.string() +
-                                       " has changed since this work began; put the old file back "
+                                       " has changed since this run began; restore the old file "
                                        "or generate into another folder"};
   }
   return copy.commit();
@@ -87,14 +87,16 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
   const SequenceInfo& own = manifest->info;
   const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
   if (own.classes != info.classes || split == std::end(kSplits)) {
-    return damaged(dir / relative, "has other classes than the data set, or an unknown split");
+    return damaged(dir / relative,
+                   "does not have the classes of the data set, or has an unknown split");
   }
   if (own.placement) {
     if (!totals.placement) totals.placement.emplace();
     add(*own.placement, *totals.placement);
   }
   if (!add_images(own, totals)) {
-    return damaged(dir / relative, "has other limits of 8-bit images than sequences before it");
+    return damaged(dir / relative,
+                   "its limits of 8-bit images differ from those of the sequences before it");
   }
   return SequenceEntry{sequence,        own.first_ping, own.last_ping,
                        own.seed,        own.split,      manifest->bytes + *own_bytes,
@@ -106,7 +108,8 @@ Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
   const auto work = read_file(dir / layout::kWorkJson);
   if (!work) return work.error();
   if (*work == to_json(info.identity)) return {};
-  return Error{ErrorKind::usage, dir.string() + ": holds other work by now; name another folder"};
+  return Error{ErrorKind::usage,
+               dir.string() + ": now holds the data set of another run; name another folder"};
 }
 
 // index.csv and splits/*.txt, line by line from the sequences' own files.

@@ -150,8 +150,9 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
     const auto templates = templates_of(record);
     if (record.ping == info.first_ping) totals.each_ping = templates;
     if (templates != totals.each_ping) {
-      return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
-                                               info.sequence, record.ping, info.first_ping)};
+      return Error{ErrorKind::bug,
+                   fmt::format("sequence {}: the files of ping {} differ from those of ping {}",
+                               info.sequence, record.ping, info.first_ping)};
     }
     totals.grey_counts += record.grey_counts;
     for (const FileEntry& entry : record.files) {

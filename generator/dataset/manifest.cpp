@@ -63,8 +63,8 @@ void sdf_members(Io& io, Value& sdf) {
   io.said("grid", "sdf");
   io("voxel_m", sdf.voxel_m);
   io("band_voxels", sdf.band_voxels);
-  io.said("frame", "world, at the first ping; voxel i has its middle at i voxel_m; metres");
-  io.said("sign", "negative in what is solid; beyond the band +- band_voxels voxel_m");
+  io.said("frame", "world, at the first ping; the center of voxel i is at i voxel_m; meters");
+  io.said("sign", "negative inside solids; beyond the band +- band_voxels voxel_m");
 }
 
 template <class Io, class Value>

@@ -201,7 +201,7 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   list_sequences(dir, listing);
   list_renders(dir, listing);
   if (listing.unsafe()) {
-    return refusal(dir, fmt::format("a manifest lists '{}', which is no path inside the folder",
+    return refusal(dir, fmt::format("a manifest lists '{}', which is not a path inside the folder",
                                     *listing.unsafe()));
   }
   const auto found = files_below(dir);
@@ -222,10 +222,11 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   if (!in_the_way.empty()) {
     const std::size_t more = in_the_way.size() - std::min(in_the_way.size(), kNamesInMessage);
     in_the_way.resize(in_the_way.size() - more);
-    return refusal(dir, fmt::format("no manifest lists {}{}, and a data set could put its own file "
-                                    "there; move it away",
-                                    fmt::join(in_the_way, ", "),
-                                    more > 0 ? fmt::format(" and {} more", more) : ""));
+    return refusal(dir,
+                   fmt::format("no manifest lists {}{}, and a data set could write files of that "
+                               "name; move them away",
+                               fmt::join(in_the_way, ", "),
+                               more > 0 ? fmt::format(" and {} more", more) : ""));
   }
   std::stable_sort(
       inventory.listed.begin(), inventory.listed.end(),

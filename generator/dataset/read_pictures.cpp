@@ -105,7 +105,7 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   std::error_code error;
   // Levels and series are stored as they are: a shorter file is not worth asking for memory.
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
-    return damaged(*path, "is cut short");
+    return damaged(*path, "is cut off");
   }
   if (row.codec == FileCodec::exr) return read_exr_plane(row, *path, read_exr_halves, images_);
   if (row.codec == FileCodec::series_exr) {
@@ -163,7 +163,7 @@ Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& datase
   const bool fits = std::all_of(map.begin(), map.end(), [&](std::int32_t from) {
     return from < 0 || static_cast<std::uint64_t>(from) < pixels;
   });
-  if (!fits) return damaged(*path, "names pixels that the polar image does not have");
+  if (!fits) return damaged(*path, "refers to pixels that the polar image does not have");
   return map;
 }
 

@@ -130,9 +130,9 @@ struct CocoReader {
     const auto rows = count_at(image, "height"), columns = count_at(image, "width");
     images.push_back({rows.value_or(0), columns.value_or(0)});
     if (count_at(image, "id") != images.size()) {
-      fault = fmt::format("image {} lacks its id", images.size());
+      fault = fmt::format("image {} has no id or a wrong id", images.size());
     } else if (!file || !known.contains(*file)) {
-      fault = fmt::format("image {} names a file that is not of the data set", images.size());
+      fault = fmt::format("image {} refers to a file that is not in the data set", images.size());
     }
   }
 
@@ -177,12 +177,12 @@ struct CocoReader {
     } else if (array == "annotations") {
       const bool fitting = fits(annotation_schema, annotations++, parsed);
       if (fitting && !visible_is_whole(parsed)) {
-        fault = fmt::format("annotation {} is not whole", annotations);
+        fault = fmt::format("annotation {} is inconsistent", annotations);
       }
     } else if (array == "hidden") {
       const bool fitting = fits(hidden_schema, hidden++, parsed);
       if (fitting && !hidden_is_whole(parsed)) {
-        fault = fmt::format("entry {} of the hidden is not whole", hidden);
+        fault = fmt::format("entry {} of `hidden` is inconsistent", hidden);
       }
     } else {
       return true;
@@ -207,8 +207,8 @@ std::string line_masks_fault(const Json& line) {
         });
     if (!whole) {
       return fmt::format(
-          "a mask of ping {} is not whole: area or box are not those of its run "
-          "lengths",
+          "a mask of ping {} is inconsistent: its area or box differ from those of its "
+          "run lengths",
           count_at(line, "ping").value_or(0));
     }
   }

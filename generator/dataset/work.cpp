@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/counted.h"
 #include "dataset/failures.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
@@ -141,13 +142,13 @@ Error refused(const fs::path& dir, const std::string& why, bool ours) {
 
 Error refused_other_work(const fs::path& dir, const Folder& folder, const std::string& asked) {
   if (!folder.work) {
-    return refused(dir, "holds a data set of ensonify without a readable work.json", true);
+    return refused(dir, "holds a data set of ensonify, but no readable work.json", true);
   }
   const auto list = differences(*folder.work, *parse_json(asked));
   return refused(dir,
-                 list.empty()
-                     ? std::string("holds other work")
-                     : fmt::format("holds other work: it differs in {}", fmt::join(list, ", ")),
+                 list.empty() ? std::string("holds the data set of another run")
+                              : fmt::format("holds the data set of another run: it differs in {}",
+                                            fmt::join(list, ", ")),
                  true);
 }
 
@@ -161,8 +162,8 @@ Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work
   if (FolderUse::is_used(dir)) {
     return Error{ErrorKind::usage,
                  dir.string() +
-                     ": another process is at work in it; end that one first, or name "
-                     "another folder"};
+                     ": another process is writing to it; end that process first, or "
+                     "name another folder"};
   }
   const auto inventory = take_inventory(dir);
   if (!inventory) return inventory.error();
@@ -193,8 +194,9 @@ FolderState complete(const fs::path& dir) {
 Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identity,
                                 std::uint32_t sequences, bool overwrite, bool keep_sealed) {
   if (const std::string link = link_among_folders(dir); !link.empty()) {
-    return refused(dir, fmt::format("`{}` in it is a link, and what it leads to is not ours", link),
-                   false);
+    return refused(
+        dir, fmt::format("`{}` in it is a link to something that ensonify did not make", link),
+        false);
   }
   const auto folder = look_at(dir);
   if (!folder) return folder.error();
@@ -202,7 +204,7 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
   const std::string asked = to_json(identity);
   if (folder->empty) return start(dir, asked);
   if (!folder->work && !folder->dataset) {
-    return refused(dir, "is not empty, and ensonify did not make what it holds", false);
+    return refused(dir, "is not empty, and ensonify did not make its contents", false);
   }
   if (folder->work_text != asked) {
     if (overwrite) return empty_and_start(dir, asked);
@@ -211,9 +213,9 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
   if (folder->sequences_begun > sequences) {
     if (overwrite) return empty_and_start(dir, asked);
     return refused(dir,
-                   fmt::format("holds {} sequences of this work and {} are asked for; their number "
-                               "may grow, not shrink",
-                               folder->sequences_begun, sequences),
+                   fmt::format("holds {} of this run, more than the requested {}; their number may "
+                               "grow, not shrink",
+                               counted(folder->sequences_begun, "sequence"), sequences),
                    true);
   }
   if (!folder->sealed || folder->sequences_sealed < sequences) {

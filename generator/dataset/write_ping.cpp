@@ -73,7 +73,7 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
 
 ExrAttributes polar_attributes(const SequenceInfo& info) {
   return {{{"axes", "rows: samples, nearest first; columns: beams, 0 first"},
-           {"beam_order", "beam 0 is to starboard, azimuth grows to port"}},
+           {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
           {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
            {"beam_spacing_rad", info.sonar.beam_spacing_rad},
            {"range_step_m", sample_range_m(info.sonar, info.water, 1)}}};
@@ -89,7 +89,7 @@ ExrAttributes series_attributes(const SequenceInfo& info) {
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
-  return {{{"axes", "the fan from above, boresight up, port left; nearest neighbour"},
+  return {{{"axes", "the fan from above, boresight up, port left; nearest neighbor"},
            {"beam_order", "beam 0 is to starboard, on the right"}},
           {{"metres_per_pixel", grid.m_per_px},
            {"x_top_m", grid.x_top_m},
@@ -232,8 +232,8 @@ bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, 
 Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
                                 const Workers& workers) {
   if (const std::string what = misfit(info, result); !what.empty()) {
-    return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not fit what the "
-                                             "sequence says of it; please report this",
+    return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not match the "
+                                             "sequence; please report this",
                                              info.sequence, result.ping, what)};
   }
   return without_exceptions(

@@ -187,7 +187,7 @@ class Damage(Case):
             path.unlink()
             path.symlink_to(secret)
 
-        self.damage(link, "yolo", "index_mask", expected=["no file of this folder"])
+        self.damage(link, "yolo", "index_mask", expected=["not a file of this folder"])
 
     def test_a_manifest_that_names_a_file_outside(self):
         def leave(source):

@@ -95,7 +95,7 @@ class Renders(unittest.TestCase):
         run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar", "--render", "tvg")
 
     def test_exports_refuse_renders_that_do_not_fit(self):
-        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "there are all"),
+        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "expected one of all"),
                                  ("hdf5", "limits", "not an option")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
                        expected=2)

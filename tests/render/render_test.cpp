@@ -129,7 +129,7 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
   std::atomic<int> asked = 0;
   options.stop = [&] { return ++asked > 3; };
   CHECK(render_dataset(options).error().kind == ErrorKind::interrupted);
-  CHECK(mentions(faults_of(set.dir), "renders/a: is not whole"));
+  CHECK(mentions(faults_of(set.dir), "renders/a: is incomplete"));
   options.overwrite = false;
   options.stop = nullptr;
   rendered(options);
@@ -156,10 +156,10 @@ TEST_CASE("verify looks at renders") {
   CHECK_FALSE(faults_of(set.dir).empty());
   sample::write(image, bytes);
   sample::write(set.dir / "renders/a/sequences/000000/000009_polar.png", bytes);
-  CHECK(mentions(faults_of(set.dir), "000009_polar.png: no manifest lists it"));
+  CHECK(mentions(faults_of(set.dir), "000009_polar.png: is not listed in any manifest"));
   fs::remove(set.dir / "renders/a/sequences/000000/000009_polar.png");
   fs::copy(set.dir / "renders/a", set.dir / "renders/b", fs::copy_options::recursive);
-  CHECK(mentions(faults_of(set.dir), "bears another name than its folder"));
+  CHECK(mentions(faults_of(set.dir), "does not have the name of its folder"));
 }
 
 // Protects `generate --overwrite`: renders are of the old data set, and go with it.
