@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/counted.h"
 #include "dataset/read_pictures.h"
 #include "export/hdf5_file.h"
 #include "export/job.h"
@@ -232,8 +233,9 @@ struct StackPlan {
 };
 
 std::string in_words(const Extents& e) {
-  return fmt::format("{} beams, {} samples, {} x {} Cartesian pixels, {} instances", e.beams,
-                     e.samples, e.cartesian_width, e.cartesian_height, e.instances);
+  return fmt::format("{}, {}, {} x {} Cartesian pixels, {}", counted(e.beams, "beam"),
+                     counted(e.samples, "sample"), e.cartesian_width, e.cartesian_height,
+                     counted(e.instances, "instance"));
 }
 
 Result<StackPlan> plan_stack(const ExportJob& job) {
@@ -242,17 +244,18 @@ Result<StackPlan> plan_stack(const ExportJob& job) {
   const Status read = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
     const Extents extents = extents_of(sequence);
     if (first && sequence.each_ping != first->each_ping) {
-      return Error{ErrorKind::usage,
-                   fmt::format("sequences {} and {} have other kinds of files: --stack cannot put "
-                               "them into one array; give the command without it",
-                               first->row.sequence, sequence.row.sequence)};
+      return Error{
+          ErrorKind::usage,
+          fmt::format("sequences {} and {} have different kinds of files: --stack cannot put "
+                      "them into one array; run the command without it",
+                      first->row.sequence, sequence.row.sequence)};
     }
     if (first && !job.options.pad && extents != extents_of(*first)) {
       return Error{
           ErrorKind::usage,
           fmt::format("sequence {} has {}, sequence {} has {}: --stack cannot put them into one "
-                      "array; add --pad, which fills up to the largest, or leave --stack away, "
-                      "which gives each sequence its own arrays",
+                      "array; add --pad, which pads to the largest, or omit --stack to give "
+                      "each sequence its own arrays",
                       first->row.sequence, in_words(extents_of(*first)), sequence.row.sequence,
                       in_words(extents))};
     }

@@ -285,7 +285,7 @@ void Hdf5File::set_number(const std::string& group, const std::string& key, doub
 Status Hdf5File::close() {
   impl_->arrays.clear();
   const hid_t file = std::exchange(impl_->file, -1);
-  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the file's end");
+  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the end of the file");
   if (!impl_->failed()) return {};
   return Error{ErrorKind::io, impl_->path.string() + ": HDF5 cannot write " + impl_->failure +
                                   "; is the disk full?"};

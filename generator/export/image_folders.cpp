@@ -167,7 +167,7 @@ Result<LabelPicture> label_picture(const ExportJob& job, const StoredSequence& s
   if (picture->annotations.size() > kMostIndices) {
     return Error{
         ErrorKind::usage,
-        fmt::format("sequence {}, ping {}: {} instances in a picture, VOC has indices for "
+        fmt::format("sequence {}, ping {}: {} instances in an image, but VOC has indices for only "
                     "{}; use --format index_mask",
                     sequence.row.sequence, ping.ping, picture->annotations.size(), kMostIndices)};
   }
@@ -240,7 +240,7 @@ class ImageSets {
 Status write_voc(const ExportJob& job, const fs::path& target) {
   if (job.dataset.classes.size() > kMostIndices) {
     return Error{ErrorKind::usage,
-                 fmt::format("{} classes, VOC has indices for {}; use --format index_mask",
+                 fmt::format("{} classes, but VOC has indices for only {}; use --format index_mask",
                              job.dataset.classes.size(), kMostIndices)};
   }
   ImageSets sets(target);

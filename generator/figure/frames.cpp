@@ -32,7 +32,7 @@ Result<Axis> read_axis(const FigureJob& job, const std::string& file, std::uint6
   std::memcpy(&last, array->data().data() + (count - 1) * sizeof last, sizeof last);
   const Axis axis{first, count > 1 ? (last - first) / static_cast<double>(count - 1) : step_of_one};
   if (!std::isfinite(first) || !std::isfinite(axis.step) || axis.step <= 0) {
-    return damaged(*path, "does not rise");
+    return damaged(*path, "does not increase");
   }
   return axis;
 }

@@ -98,7 +98,7 @@ class Mp4Sink : public AnimationSink {
       if (count < 0 && errno == EINTR) continue;
       if (count <= 0) {
         const Status ended = finish();
-        return ended ? Status(Error{ErrorKind::io, "ffmpeg took no more frames"}) : ended;
+        return ended ? Status(Error{ErrorKind::io, "ffmpeg stopped reading frames"}) : ended;
       }
       sent += static_cast<std::size_t>(count);
     }
@@ -109,12 +109,12 @@ class Mp4Sink : public AnimationSink {
     if (to_child_ >= 0) ::close(std::exchange(to_child_, -1));
     int status = 0;
     const pid_t child = std::exchange(child_, -1);
-    if (child < 0) return Error{ErrorKind::io, "ffmpeg has ended"};
+    if (child < 0) return Error{ErrorKind::io, "ffmpeg has exited"};
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
     const std::string how = WIFEXITED(status)
-                                ? fmt::format("ended with status {}", WEXITSTATUS(status))
+                                ? fmt::format("exited with status {}", WEXITSTATUS(status))
                                 : fmt::format("was ended by signal {}", WTERMSIG(status));
     return Error{ErrorKind::io, fmt::format("ffmpeg {}{}", how, said())};
   }
@@ -152,8 +152,8 @@ Result<std::unique_ptr<AnimationSink>> open_mp4(const fs::path& path,
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
     return Error{ErrorKind::usage,
-                 "MP4 is written by the program ffmpeg, which is not on PATH; install it (Debian: "
-                 "apt install ffmpeg), or name an output that ends in .webp"};
+                 "MP4 needs the program ffmpeg, which is not on PATH; install it (Debian: apt "
+                 "install ffmpeg), or name an output that ends in .webp"};
   }
   auto sink = std::make_unique<Mp4Sink>();
   if (const Status started = sink->start(program, path, format); !started) return started.error();

@@ -194,7 +194,7 @@ Status for_each_picture(const PictureJob& job, std::size_t count,
   for (const Status& state : states) {
     if (!state) return state;
   }
-  if (stopped) return Error{ErrorKind::interrupted, "interrupted; the page is not written"};
+  if (stopped) return Error{ErrorKind::interrupted, "interrupted; the page was not written"};
   return {};
 }
 

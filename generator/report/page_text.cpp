@@ -194,9 +194,9 @@ Json speckle_json(const PageContents& page) {
           {"contrast", speckle.contrast},
           {"contrast_standard_error", speckle.contrast_standard_error},
           {"what",
-           "intensity over what the clean level and the noise let expect, of the shown pings: "
-           "pixels of surfaces without a coherent part, in no row where something steady may have "
-           "a side lobe, 15 dB above the noise and at most 40 dB under the ping's strongest"}};
+           "intensity relative to the expected level with noise, of the shown pings: pixels of "
+           "surfaces without a coherent part, in rows without side lobes of coherent echoes, at "
+           "least 15 dB above the noise and at most 40 dB below the strongest level of the ping"}};
 }
 
 Json statistics_json(const PageContents& page) {

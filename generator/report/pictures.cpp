@@ -324,8 +324,9 @@ Result<CodedArray> contrast_of(const PictureJob& job, const StoredSequence& sequ
                                Chunks& chunks) {
   const auto values = read_statistics(job.dataset, sequence, "contrast");
   if (!values) return values.error();
-  return code_of({"contrast", "", "standard deviation of the intensity over its mean", 0, 2, 0},
-                 *values, sequence, chunks);
+  return code_of(
+      {"contrast", "", "standard deviation of the intensity divided by its mean", 0, 2, 0}, *values,
+      sequence, chunks);
 }
 
 Result<CodedArray> level_of(const PictureJob& job, const StoredSequence& sequence, Chunks& chunks) {

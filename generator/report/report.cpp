@@ -47,15 +47,16 @@ Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool
     return refused(path, "is a folder; name the file to write");
   }
   if (lies_in(path, folder)) {
-    return refused(path,
-                   "lies in the data set, where `ensonify verify` would find a file that no "
-                   "manifest lists; name a place outside of it");
+    return refused(
+        path,
+        "lies in the data set, where `ensonify verify` would report it as a file that no "
+        "manifest lists; name a place outside it");
   }
   const auto there = fs::status(path, error);
   if (fs::exists(there) && !overwrite) {
     if (!fs::is_regular_file(there) || !is_page(path)) {
       return refused(path,
-                     "is there already and no page of ensonify; name another file, or give "
+                     "already exists and is not a report of ensonify; name another file, or give "
                      "--overwrite to replace it");
     }
   }

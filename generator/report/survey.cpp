@@ -242,7 +242,7 @@ class Surveyor {
   }
 
   bool stopped() const { return options_.stop != nullptr && options_.stop(); }
-  static Error stop() { return {ErrorKind::interrupted, "interrupted; the page is not written"}; }
+  static Error stop() { return {ErrorKind::interrupted, "interrupted; the page was not written"}; }
 
   const StoredDataset& dataset_;
   const ReportOptions& options_;

@@ -102,7 +102,7 @@ class Renders(unittest.TestCase):
             self.assertIn(what, told)
         run("render", self.data, "--name", "part", "--sequences", "1:2", "--view", "polar", "--colour-map", "magma")
         for form, view, what in (("yolo", "polar", "lacks sequences"), ("yolo", "cartesian", "no cartesian images"),
-                                 ("mcap", None, "has colors")):
+                                 ("mcap", None, "is in color")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", "part",
                        *(["--view", view] if view else []), expected=2)
             self.assertIn(what, told)

@@ -139,7 +139,7 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
 TEST_CASE("files of others in a render's place stay") {
   const Sample set;
   sample::write(set.dir / "renders/a/notes.txt", "mine");
-  CHECK(error_of(options_of(set.dir, "a")).find("no file of a render") != std::string::npos);
+  CHECK(error_of(options_of(set.dir, "a")).find("not a file of a render") != std::string::npos);
   CHECK(sample::read(set.dir / "renders/a/notes.txt") == "mine");
 }
 
@@ -182,10 +182,10 @@ TEST_CASE("what cannot be rendered is refused before anything is written") {
   };
   RenderOptions options = options_of(set.dir, "a");
   options.display.gamma = 2;
-  refused(options, "accepted with --scale amplitude");
+  refused(options, "use it with --scale amplitude");
   options = options_of(set.dir, "a");
   options.limits_db = {{10, 10}};
-  refused(options, "the lower one first");
+  refused(options, "the lower limit comes first");
   options = options_of(set.dir, "a");
   options.sequences = {7, 9};
   refused(options, "none of these sequences");
