@@ -81,7 +81,7 @@ struct MachineReport {
   double disk_mb_s = 0;   // past the page cache, in one stream
   bool disk_is_memory = false;
   bool disk_is_direct =
-      true;  // false: the file system has no O_DIRECT, so written and synchronised
+      true;  // false: the file system has no O_DIRECT, so written and synchronized
 };
 
 // A data set with one choice of files, from the scene to the disk.

@@ -78,7 +78,7 @@ struct CatalogueRow {
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
   bool shares_file = false;                            // with a row before: planes of one EXR
   std::optional<Layer> layer = {};
-  int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbours
+  int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbors
 };
 
 std::span<const CatalogueRow> catalogue();
@@ -99,7 +99,7 @@ std::vector<const CatalogueRow*> arrays_of(const FileSelection& selection);
 
 const CatalogueRow& plane_row(ImageView view, std::string_view plane);
 const CatalogueRow& grey_row(ImageView view);
-// The image that a detector trains on: the grey one or, where there is none, the level; null where
+// The image that a detector trains on: the gray one or, where there is none, the level; null where
 // there is neither.
 const CatalogueRow* picture_row(ImageView view, const FileSelection& selection);
 

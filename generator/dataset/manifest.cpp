@@ -36,7 +36,7 @@ void noise_members(Io& io, Info& info) {
   io("power_pa2", info.noise_power_pa2);
 }
 
-// All that makes the image's grey of the level Y in the EXR file.
+// All that makes the image's gray of the level Y in the EXR file.
 template <class Io, class Info>
 void png_members(Io& io, Info& info) {
   display_members(io, info.png, info.png_counts, info.water.absorption_db_m);

@@ -1,4 +1,4 @@
-// One instance in one picture: as outlines and boxes want it, and as COCO compresses it.
+// One instance in one image: as outlines and boxes want it, and as COCO compresses it.
 //
 //   mask_of     the pixels, cut to their box
 //   rings_of    the closed polygons around these pixels and their holes
@@ -16,16 +16,16 @@
 namespace ensonify {
 
 struct Mask {
-  int left = 0, top = 0, width = 0, height = 0;  // the box, in pixels of the picture
+  int left = 0, top = 0, width = 0, height = 0;  // the box, in pixels of the image
   std::int64_t area = 0;
   std::vector<std::uint8_t> pixels;  // 0 or 1, row-major [height x width]
 };
 
-// From runs down the columns of a picture of `picture_height` rows. An empty mask has no box.
+// From runs down the columns of an image of `picture_height` rows. An empty mask has no box.
 Mask mask_of(std::span<const std::int64_t> runs, std::int64_t picture_height);
 
 struct Corner {
-  int x = 0, y = 0;  // of pixels, in the picture: (0, 0) is its upper left corner
+  int x = 0, y = 0;  // of pixels, in the image: (0, 0) is its upper left corner
   friend bool operator==(const Corner&, const Corner&) = default;
 };
 

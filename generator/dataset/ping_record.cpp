@@ -57,7 +57,7 @@ Json json_of(const Annotation& annotation) {
   return json;
 }
 
-// An instance that is seen nowhere in the picture.
+// An instance that is seen nowhere in the image.
 Json hidden_json(const Annotation& annotation) {
   Json json = {{"instance", annotation.instance}};
   add_amodal(json, annotation);

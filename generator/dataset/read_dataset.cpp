@@ -80,7 +80,7 @@ bool is_plausible(const StoredSequence& s) {
          s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
-// Masks are as large as the picture that is claimed, so that it is held against its files: deflate
+// Masks are as large as the image that is claimed, so that it is held against its files: deflate
 // packs at most 1,032 bytes into one.
 bool files_hold_pixels(const StoredDataset& dataset, const StoredSequence& s) {
   const std::uint64_t pixels =

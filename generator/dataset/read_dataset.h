@@ -5,7 +5,7 @@
 //   open_dataset     which classes and sequences there are
 //   read_sequence    geometry, instances and kinds of files of one
 //   for_each_ping    times, poses and masks, ping by ping
-//   pictures_of      masks of a ping's pictures
+//   pictures_of      masks of a ping's images
 //   stored_file      path of a sequence's file that is there
 //   ping_file        ... of a ping's file
 //
@@ -136,7 +136,7 @@ struct SequenceFacts {
   std::vector<double> azimuth_rad;                         // of the beams
   double noise_power_pa2 = 0;                              // 0: none
   bool fresh_speckle = true;                               // each ping has draws of its own
-  std::optional<std::pair<double, double>> grey_db;        // black and white of its grey pictures
+  std::optional<std::pair<double, double>> grey_db;        // black and white of its gray images
   std::vector<std::pair<std::string, double>> numbers;     // of sonar, water and noise, by name
   std::vector<std::pair<std::string, std::string>> draws;  // key path and value
   std::vector<InstanceFacts> instances;                    // by id - 1
@@ -147,7 +147,7 @@ struct StoredBox {
   std::uint32_t ping = 0;
   std::uint16_t instance = 0;
   Vec3 size_m;
-  Pose in_world;  // of its centre
+  Pose in_world;  // of its center
 };
 
 Result<DatasetFacts> read_facts(const StoredDataset& dataset);

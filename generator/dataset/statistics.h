@@ -21,7 +21,7 @@
 
 namespace ensonify {
 
-// Samples and beams are the polar picture's rows and columns; a covariance of neighbours has one
+// Samples and beams are the polar image's rows and columns; a covariance of neighbors has one
 // row or one column less.
 struct StatisticsArray {
   const char* name;   // statistics/contrast.npy

@@ -31,7 +31,7 @@ std::string tum_row(double time_s, const Pose& sonar_in_world);
 // One row an instance, ids 1, 2, ...
 std::string objects_rows(std::uint32_t ping, const std::vector<Pose>& object_in_world);
 
-// One row for each instance that has a box: its size, and its centre's pose in the world and in the
+// One row for each instance that has a box: its size, and its center's pose in the world and in the
 // sonar's frame.
 std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
                        const std::vector<Pose>& object_in_world,

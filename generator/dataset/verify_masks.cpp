@@ -142,7 +142,7 @@ struct CocoReader {
     return fault.empty();
   }
 
-  // The size of the picture that it is of; none where picture or class do not exist.
+  // The size of the image that it is of; none where image or class do not exist.
   std::optional<Size> size_of(const Json& annotation) const {
     const auto category = count_at(annotation, "category_id").value_or(0);
     const auto image_id = count_at(annotation, "image_id").value_or(0);

@@ -1,4 +1,4 @@
-// One ping on disk: its pictures, arrays and labels, then the record that says it is done.
+// One ping on disk: its images, arrays and labels, then the record that says it is done.
 //
 //   ping_is_finished
 //   encode_ping  store_ping   the work of the processor and that of the disk
@@ -37,7 +37,7 @@ struct EncodedPing {
 };
 
 // Which files: `info.output` says it for timeseries, polar, cartesian and scatterers; with
-// `info.output.png` the grey pictures that `result` holds. A result that lacks what it says, or
+// `info.output.png` the gray images that `result` holds. A result that lacks what it says, or
 // whose sizes do not fit `info`, is an Error (bug).
 Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
                                 const Workers& workers);

@@ -30,7 +30,7 @@ enum class YoloLabels { segments, boxes };
 struct ExportOptions {
   std::filesystem::path dataset;
   std::filesystem::path output;
-  std::optional<PictureView> view;             // which picture of a ping
+  std::optional<PictureView> view;             // which image of a ping
   std::optional<YoloLabels> labels;            // of yolo
   bool stack = false;                          // hdf5: all sequences in one array
   bool pad = false;                            // ... of the size of the largest

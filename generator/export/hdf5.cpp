@@ -43,7 +43,7 @@ Extents larger(const Extents& a, const Extents& b) {
           std::max(a.instances, b.instances)};
 }
 
-// Cells of each ping but lists, whose length differs, and series as pictures, which come as arrays.
+// Cells of each ping but lists, whose length differs, and series as images, which come as arrays.
 bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty(); }
 
 // timeseries, channels, layers/noise, polar/level_db, polar/grey

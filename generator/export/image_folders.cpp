@@ -2,9 +2,9 @@
 //
 //   yolo        Ultralytics: images/SPLIT/*.png, labels/SPLIT/*.txt, data.yaml. A label line is
 //               `class x y x y ...` (an outline) or `class x y width height` (a box and its
-//               centre), in parts of the picture's width and height; classes count from 0.
+//               center), in parts of the image's width and height; classes count from 0.
 //   voc         Annotations/*.xml, JPEGImages/*.png, ImageSets/{Main,Segmentation}/SPLIT.txt, and
-//               SegmentationClass and SegmentationObject as indexed PNG in PASCAL VOC's colours.
+//               SegmentationClass and SegmentationObject as indexed PNG in PASCAL VOC's colors.
 //               Boxes are VOC's: the first pixel is 1, and the last one belongs to the box.
 //   index_mask  SPLIT/images, SPLIT/masks (class ids, 8 bits) and SPLIT/instances (16 bits), with
 //               the same names, and classes.txt, whose line k + 1 is class id k.
@@ -93,7 +93,7 @@ Status write_yolo(const ExportJob& job, const fs::path& target) {
 
 namespace {
 
-// 255 stands for pixels that nobody labelled.
+// 255 stands for pixels that nobody labeled.
 constexpr std::size_t kMostIndices = 254;
 
 // Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.
@@ -208,7 +208,7 @@ Status write_voc_ping(const ExportJob& job, const fs::path& target, const Stored
   return done;
 }
 
-// The same lists for boxes and for masks: every picture has both.
+// The same lists for boxes and for masks: every image has both.
 class ImageSets {
  public:
   explicit ImageSets(const fs::path& target) {

@@ -69,7 +69,7 @@ const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 // Whether the row is that of 8-bit images which come from the render.
 bool is_rendered(const ExportJob& job, const CatalogueRow& row);
 
-// The annotations of this ping's picture of the view that the filter keeps; their masks are not
+// The annotations of this ping's image of the view that the filter keeps; their masks are not
 // empty. Error (usage): the least visible share is asked for without amodal masks.
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, PictureView view);

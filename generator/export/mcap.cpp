@@ -1,4 +1,4 @@
-// SEQUENCE.mcap: the polar picture of each ping as marine_acoustic_msgs/ProjectedSonarImage on
+// SEQUENCE.mcap: the polar image of each ping as marine_acoustic_msgs/ProjectedSonarImage on
 // /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. A file a
 // sequence, because the times of sequences overlap.
 #include <fmt/format.h>

@@ -96,7 +96,7 @@ class Composer {
     return points;
   }
 
-  // White over dark under it, so that they are seen on any colour.
+  // White over dark under it, so that they are seen on any color.
   void grid_line(const std::vector<PlotPoint>& points) {
     line(points, Rgb{}, 2 * hair(), 0.15);
     line(points, kWhite, hair(), 0.45);
@@ -118,7 +118,7 @@ class Composer {
     if (high - low < kMinSpokedFan) return;
     const double step = high - low > 100 ? 30 : high - low > 50 ? 15 : 10;
     const double far = around_.fan.max_range_m();
-    // Not at the edges of the fan, where they would stand on axis and colour bar.
+    // Not at the edges of the fan, where they would stand on axis and color bar.
     for (const double azimuth : ticks_in(low + 2, high - 2, step)) {
       if (std::abs(azimuth) > 179) continue;
       const double angle = radians(azimuth);

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-// Every eighth colour of the published tables of 256: viridis, inferno and magma by S. van der
+// Every eighth color of the published tables of 256: viridis, inferno and magma by S. van der
 // Walt, N. Smith and E. Firing (CC0), cividis by J. Nunez, C. Anderton and R. Renslow, "Optimizing
 // colormaps with consideration for color vision deficiency", PLOS ONE 13 (2018) e0199239. Between
 // them lines: no channel is off by more than 2 of 255, of cividis by 6.

@@ -1,9 +1,9 @@
-// Colours, and a figure before it is pixels or SVG: boxes, lines, texts and images in the order in
+// Colors, and a figure before it is pixels or SVG: boxes, lines, texts and images in the order in
 // which they are painted. Lengths are pixels, x to the right and y down.
 //
 //   colour_maps  find_colour_map   maps of even lightness, dark to light
-//   colour_at                      colour of a value between 0 and 1
-//   id_colour                      colour of an instance or class
+//   colour_at                      color of a value between 0 and 1
+//   id_colour                      color of an instance or class
 //   RgbImage   Drawing and its items
 //   draw_raster   encode_png       pixels
 //   encode_svg                     text stays text, images are embedded
@@ -80,7 +80,7 @@ struct DrawnText {
   Rgb colour;
 };
 
-// One pixel of the picture is one of the drawing.
+// One pixel of the image is one of the drawing.
 struct DrawnPicture {
   int x = 0, y = 0;
   RgbImage image;

@@ -139,7 +139,7 @@ Status choose_pings(const FigureOptions& o, FigureJob& job) {
   return {};
 }
 
-// What is read of each picture; the clean levels and elevations of a level tell its limits.
+// What is read of each image; the clean levels and elevations of a level tell its limits.
 Status choose_planes(const FigureOptions& o, FigureJob& job) {
   const PlaneNames there = stored_planes(job.sequence, ImageView::polar);
   if (!there.contains("level_db")) {

@@ -1,7 +1,7 @@
 // Pings as figures with axes: PNG, SVG, or animated.
 //
 //   FigureOptions   write_figure
-//   colour_map_list   names of the colour maps, for messages
+//   colour_map_list   names of the color maps, for messages
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ struct FigureOptions {
 
 struct FigureReport {
   std::uint64_t frames = 0;
-  std::optional<std::array<double, 2>> limits;  // of the colour bar
+  std::optional<std::array<double, 2>> limits;  // of the color bar
 };
 
 std::string colour_map_list();

@@ -1,4 +1,4 @@
-// What OpenEXR reads of the files that exr.cpp writes.
+// Reads the files that exr.cpp writes, with OpenEXR.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -26,7 +26,7 @@ struct Slot {
   std::size_t column_bytes, row_bytes;  // from one pixel to the next
 };
 
-// Reads the pixels of a part; what is wrong with it, or nothing.
+// Reads the pixels of a part; returns what is wrong with it, or nothing.
 std::string read_part(Imf::MultiPartInputFile& file, int part, int rows, int columns,
                       const std::vector<Slot>& slots) {
   const Imf::Header& header = file.header(part);
@@ -141,7 +141,7 @@ Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::
   const std::size_t beam = static_cast<std::size_t>(samples) * kPixel;
   std::vector<std::complex<float>> series(static_cast<std::size_t>(samples) *
                                           static_cast<std::size_t>(beams));
-  // The picture's columns are the rows of the series.
+  // The image's columns are the rows of the series.
   char* const base = static_cast<char*>(static_cast<void*>(series.data()));
   const Status read = read_pixels(path, samples, beams,
                                   {{{"p.re", Imf::FLOAT, base, beam, kPixel},

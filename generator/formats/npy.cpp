@@ -133,7 +133,7 @@ bool is_of(const Result<NpyHeader>& header, std::string_view descr) {
 }  // namespace
 
 std::string npy_header(std::string_view descr, const NpyShape& shape) {
-  // Python writes a tuple of one with a comma behind it.
+  // Python writes a one-element tuple with a trailing comma.
   const std::string tuple =
       fmt::format("({}{})", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
   std::string dictionary =
@@ -240,7 +240,7 @@ Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view de
   if (!any_length && header->shape != shape) {
     return damaged(path, "does not have the shape given in sequence.json");
   }
-  // Divided, because a product of wrong numbers could come round to a right one.
+  // Division, because the product of wrong numbers could overflow to the right one.
   std::uint64_t rest = bytes->size() - header->data_offset;
   const std::uint64_t item = npy_item_bytes(descr).value_or(1);
   bool fits = rest % item == 0;

@@ -25,7 +25,7 @@ void end_chunk(std::string& bytes, std::size_t start) {
   std::string length;
   put_big_endian(length, static_cast<std::uint32_t>(size));
   bytes.replace(start, 4, length);
-  // Over type and content.
+  // The checksum covers type and content.
   put_big_endian(bytes, crc32_of(std::string_view(bytes).substr(start + 4)));
 }
 
@@ -46,8 +46,8 @@ void put_row(std::span<const std::uint16_t> row, std::uint8_t* out) {
   }
 }
 
-// Rows without a filter: speckle gains nothing by one, and in masks a change of value would be
-// written twice.
+// Rows have no filter: speckle gains nothing from one, and masks would store each change of value
+// twice.
 template <class Pixel>
 std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t columns) {
   const std::size_t rows = pixels.size() / columns;
@@ -95,8 +95,8 @@ std::uint32_t big_endian(std::string_view bytes) {
   return value;
 }
 
-// libpng's own way out is a long jump, which must not pass over objects of C++; with these it
-// throws instead.
+// By default libpng reports errors with longjmp, which must not skip C++ destructors; these
+// handlers throw instead.
 [[noreturn]] void fail(png_structp, png_const_charp message) { throw std::runtime_error(message); }
 void ignore(png_structp, png_const_charp) {}
 
@@ -157,7 +157,7 @@ GreyPng read_image(std::string_view bytes) {
   return image;
 }
 
-// Moves the pixels of one depth out of a file of a data set.
+// Takes the pixels of one depth from a file of a data set.
 template <class Pixel>
 Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uint64_t rows,
                                      std::uint64_t columns, std::vector<Pixel> GreyPng::*pixels) {

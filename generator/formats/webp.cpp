@@ -13,7 +13,8 @@
 namespace ensonify {
 namespace {
 
-// Of 0 (fast) to 6 (small): higher ones take twice the time and more for 2 to 5% of the bytes.
+// From 0 (fast) to 6 (small): higher ones take at least twice the time to save 2 to 5% of the
+// bytes.
 constexpr int kLossyMethod = 2, kLosslessMethod = 1;
 constexpr float kAnimationQuality = 85;
 
@@ -54,7 +55,7 @@ void allocate(Picture& picture) {
   if (!WebPPictureAlloc(&picture.webp)) throw std::bad_alloc();
 }
 
-// Luma of a grey, in the limited range that WebP's decoders take it for.
+// Luma of a gray value, in the limited range that WebP decoders expect.
 constexpr std::array<std::uint8_t, 256> kLuma = [] {
   std::array<std::uint8_t, 256> luma{};
   for (int v = 0; v < 256; ++v) luma[v] = static_cast<std::uint8_t>(16 + (v * 219 + 127) / 255);
@@ -171,7 +172,7 @@ Status WebpAnimation::add(std::span<const std::uint8_t> rgb) {
 Result<std::string> WebpAnimation::finish() {
   WebPData data;
   WebPDataInit(&data);
-  // A frame that is none tells when the last one ends.
+  // An empty frame gives the end of the last one.
   if (!encoder_->webp || !WebPAnimEncoderAdd(encoder_->webp, nullptr, time_ms(), nullptr) ||
       !WebPAnimEncoderAssemble(encoder_->webp, &data)) {
     return encoder_->failed();

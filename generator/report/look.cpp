@@ -69,7 +69,7 @@ double level_at(const std::array<std::uint64_t, kLevels>& levels, double share) 
   return kLeastDb + i;
 }
 
-// Of the grey pictures, which a person may have chosen; else what the levels suggest.
+// Of the gray images, which a person may have chosen; else what the levels suggest.
 void choose_view(const Survey& survey, const std::array<std::uint64_t, kLevels>& levels,
                  PictureScale& scale) {
   const auto& grey = survey.sequences.front().facts.grey_db;

@@ -39,7 +39,7 @@ struct PingBytes {
   }
 };
 
-// Every so manieth row and column of a picture, no more of them than an image may have.
+// Every so manieth row and column of an image, no more of them than an image may have.
 class Grid {
  public:
   Grid(std::uint64_t rows, std::uint64_t columns, std::size_t step) : all_(rows), across_(columns) {
@@ -51,7 +51,7 @@ class Grid {
   int width() const { return static_cast<int>(columns_); }
   int height() const { return static_cast<int>(rows_); }
 
-  // code(i) of the pixels that stay, i their places in the picture.
+  // code(i) of the pixels that stay, i their places in the image.
   template <class Code, class Make>
   std::vector<Code> codes(Make code) const {
     std::vector<Code> made(rows_ * columns_);
@@ -67,7 +67,7 @@ class Grid {
   }
 
  private:
-  std::size_t all_, across_;  // rows and columns of the picture
+  std::size_t all_, across_;  // rows and columns of the image
   std::size_t rows_ = 0, columns_ = 0, step_ = 1;
 };
 

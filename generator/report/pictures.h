@@ -23,7 +23,7 @@ struct CodedPing {
 
 struct PictureBook {
   std::vector<CodedPing> pings;  // as Survey::shown
-  int quality = 0;               // of lossy pictures
+  int quality = 0;               // of lossy images
   int elevation_step = 1;        // every so manieth row and column of elevations is kept
 };
 

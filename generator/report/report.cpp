@@ -12,7 +12,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of pictures are made to fit
+constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of images are made to fit
 constexpr std::uint64_t kLeastPictureBytes = 4'000'000;
 
 Error refused(const fs::path& path, const std::string& what) {

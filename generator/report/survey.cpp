@@ -48,7 +48,7 @@ MaskSum sum_of(const StoredAnnotation& annotation, std::uint64_t height) {
   return sum;
 }
 
-// The polar picture's masks where it has any, else the other's.
+// The polar image's masks where it has any, else the other's.
 PingSums sums_of(const StoredDataset& dataset, const StoredSequence& sequence,
                  const StoredPing& ping) {
   PingSums sums;

@@ -25,11 +25,11 @@ using Triangle = std::array<Vec3, 3>;
 // Above zero from inside, below zero from outside (van Oosterom and Strackee 1983).
 double solid_angle_sr(const Triangle& triangle, Vec3 from);
 
-// A face of the convex hull over which the hull's centre of mass lies: a body that stands on it
+// A face of the convex hull over which the hull's center of mass lies: a body that stands on it
 // stays.
 struct RestFace {
   Vec3 normal;       // outwards, unit length
-  double share = 0;  // solid angle of the face from the centre of mass, of that of all rest faces
+  double share = 0;  // solid angle of the face from the center of mass, of that of all rest faces
 };
 
 // Faces of the hull of the points, sorted by share, the largest first; the hull is by Qhull (Barber

@@ -23,7 +23,7 @@ namespace ensonify {
 
 struct DensityEverywhere {};  // density 1, without end
 
-// Density 1 within, centred at the origin.
+// Density 1 within, centered at the origin.
 struct DensityBox {
   Vec3 half_extents_m;
 };
@@ -45,8 +45,8 @@ struct DensityGrid {
   static constexpr int kCells = 8, kCorners = 9;
   static constexpr int kBrickSamples = kCorners * kCorners * kCorners;
 
-  Affine index_from_local;        // of the volume's own frame, metres
-  double spacing_m = 0;           // the least between neighbouring samples
+  Affine index_from_local;        // of the volume's own frame, meters
+  double spacing_m = 0;           // the least between neighboring samples
   std::array<int, 3> origin{};    // index of the first brick's first sample
   std::array<int, 3> bricks{};    // how many along each axis
   std::vector<std::int32_t> top;  // [z][y][x]: number of the brick; -1: nothing there
@@ -80,7 +80,7 @@ float density_in_brick(const float* brick, Vec3 from_corner);
 float density_at(const DensityGrid& grid, Vec3 index);
 
 // Reads the active voxels of one grid of floats, linear between their middles, zero outside; the
-// grid's own transform is the volume's frame, in metres.
+// grid's own transform is the volume's frame, in meters.
 // Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is
 // no fog volume of floats, is not placed by a linear transform, has another background than zero,
 // is empty or larger than make_density_grid takes, or holds a density that is not from 0 to 1e6.

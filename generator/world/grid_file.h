@@ -23,7 +23,7 @@ struct GridFile {
   double cell_m = 0;           // of ESRI ASCII
 };
 
-// NPY of two dimensions (integers, float32, float64, either order of bytes and of axes), grey PNG
+// NPY of two dimensions (integers, float32, float64, either order of bytes and of axes), gray PNG
 // of 8 or 16 bits (gamma is not looked at), ESRI ASCII; told apart by the ending.
 // Errors: usage, `file: what is wrong, what is accepted`; io where the file cannot be read.
 Result<GridFile> load_grid_file(const std::filesystem::path& file);

@@ -146,7 +146,7 @@ PlacedTriangles cut_out(PlacedTriangles all, Vec3 low, Vec3 high) {
   return kept;
 }
 
-// Edges without a neighbour.
+// Edges without a neighbor.
 std::vector<Edge> rims_of(const PlacedTriangles& surface) {
   std::vector<Edge> edges, rims;
   for (const auto& t : surface.triangles) {

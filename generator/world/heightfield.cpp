@@ -45,7 +45,7 @@ namespace {
 constexpr std::uint32_t kHole = std::numeric_limits<std::uint32_t>::max();
 constexpr double kMaxFactor = 1000;
 
-// Rise over run between the neighbours of a point, as far as they are there: `before` and `after`
+// Rise over run between the neighbors of a point, as far as they are there: `before` and `after`
 // are NaN where they are not.
 double slope(double before, double here, double after, double step_m) {
   if (std::isnan(before) && std::isnan(after)) return 0;

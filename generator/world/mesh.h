@@ -18,7 +18,7 @@
 
 namespace ensonify {
 
-// Vertices in metres, z up, in the object's frame. In float, as the tracer keeps them.
+// Vertices in meters, z up, in the object's frame. In float, as the tracer keeps them.
 struct Mesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<float, 3>> normals;  // one a vertex where smooth ones are asked for
@@ -51,25 +51,24 @@ struct Bounds {
 
 enum class Normals { face, smooth };
 
-// material: the object's material alone. vertex_color: its reflectivity times the colour of the
+// material: the object's material alone. vertex_color: its reflectivity times the color of the
 // mesh (mean of red, green and blue, 0 ... 1), interpolated over each face; a face whose corners
-// are its own and of one colour has that.
+// are its own and of one color has that.
 enum class MeshReflectivity { material, vertex_color };
 
 // Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
-// come out z up and in metres. The others say neither: they are taken as they are. All parts of
-// the file become one mesh; `scale` multiplies the coordinates along x, y and z, which are those of the
-// mesh that comes out. Normals stay normal to the surface.
-// `part` stays empty for a file of more than 256 names, with a warning.
-// Faces without area, points and lines are left out, with a warning.
-// Errors (usage): a file that cannot be read as a mesh, that is cut off, that has no faces with an
-// area, a face that names a vertex it does not have, a vertex that is not a finite number, a .gltf
-// with its buffers in a second file, vertex colours asked for where there are none.
+// come out z up and in meters. The others say neither: they are taken as they are. All parts of
+// the file become one mesh; `scale` multiplies the coordinates along x, y and z, which are those of
+// the mesh that comes out. Normals stay normal to the surface. `part` stays empty for a file of
+// more than 256 names, with a warning. Faces without area, points and lines are left out, with a
+// warning. Errors (usage): a file that cannot be read as a mesh, that is cut off, that has no faces
+// with an area, a face that names a vertex it does not have, a vertex that is not a finite number,
+// a .gltf with its buffers in a second file, vertex colors asked for where there are none.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 
 // The zero surface of one grid of floats as triangles, seen counter-clockwise from where the
-// distance is positive, two to each voxel that it passes through; in metres, by the grid's own
+// distance is positive, two to each voxel that it passes through; in meters, by the grid's own
 // transform. Smooth normals are the means of the faces around a vertex, weighted by area. `grid`
 // may be empty where the file holds one.
 // Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is

@@ -83,7 +83,7 @@ struct WaveMotion {
     double rad_s = 0, phase_rad = 0;
   };
   struct Axis {
-    double rms = 0;  // radians or metres
+    double rms = 0;  // radians or meters
     std::array<Sinusoid, kTerms> terms;
   };
   double start_time_s = 0;  // where the phases count from

@@ -198,7 +198,7 @@ void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid&
   // OpenVDB walks outwards from face to face of the voxels, for twice the band less two, and would
   // leave gaps in the band where it lies askew.
   const auto band = static_cast<float>(lattice.band_voxels + 2);
-  // Renormalised distances would be no distances to the triangles any more.
+  // Renormalized distances would be no distances to the triangles any more.
   const IndexTriangles triangles{surface, lattice.voxel_m};
   openvdb::Int32Grid nearest(-1);
   auto own = openvdb::tools::meshToVolume<FloatGrid>(

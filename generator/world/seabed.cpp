@@ -13,7 +13,7 @@
 namespace ensonify {
 namespace {
 
-// x[j] = sum over k of X[k] exp(+2 pi i j k / n), not normalised, in place. It is small and plain,
+// x[j] = sum over k of X[k] exp(+2 pi i j k / n), not normalized, in place. It is small and plain,
 // so that terrain is the same bits on every processor and no planner is shared with the synthesis.
 class FourierSum {
  public:

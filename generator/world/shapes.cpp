@@ -50,7 +50,7 @@ std::optional<SurfaceHit> intersect(const BoxShape& box, const Ray& ray, double 
 }
 
 std::optional<SurfaceHit> intersect(const SphereShape& sphere, const Ray& ray, double nearest_m) {
-  // Through the point of the ray nearest to the centre: no difference of large squares.
+  // Through the point of the ray nearest to the center: no difference of large squares.
   const double middle = -dot(ray.origin_m, ray.direction);
   const Vec3 closest = ray.origin_m + middle * ray.direction;
   const double square = sphere.radius_m * sphere.radius_m - dot(closest, closest);

@@ -29,7 +29,7 @@ struct SphereShape {
   double radius_m = 0;
   bool inside = false;
 };
-// Axis z, centred at the origin, closed by two discs.
+// Axis z, centered at the origin, closed by two discs.
 struct CylinderShape {
   double radius_m = 0, half_height_m = 0;
 };

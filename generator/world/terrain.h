@@ -23,7 +23,7 @@
 
 namespace ensonify {
 
-// Points `cell_m` apart, two rows and columns at least, centred at the origin: columns from west
+// Points `cell_m` apart, two rows and columns at least, centered at the origin: columns from west
 // (x least) to east, rows from north (y largest) to south.
 struct HeightGrid {
   int rows = 0, columns = 0;

@@ -190,9 +190,9 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
-  // assimp joins vertices of unequal colours. Smooth normals do not need joined ones.
+  // assimp joins vertices of unequal colors. Smooth normals do not need joined ones.
   if (wanted.smooth && !wanted.colors) steps |= aiProcess_JoinIdenticalVertices;
-  // Without the mesh's own materials, textures and colours, equal vertices can be joined.
+  // Without the mesh's own materials, textures and colors, equal vertices can be joined.
   unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
   if (!wanted.colors) removed |= aiComponent_COLORS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));

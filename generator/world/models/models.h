@@ -61,7 +61,7 @@ Solid tube(const std::vector<Vec3>& curve, double radius, int corners, Ends ends
 // Level, of 12 corners.
 Solid torus(Vec3 centre, double radius, double bar_radius, int steps);
 
-// Centred at the origin.
+// Centered at the origin.
 Solid box(Vec3 size);
 
 Solid joined(const std::vector<Solid>& parts);
