@@ -40,7 +40,7 @@ Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine&
     }
   }
   grid.top.assign(cells, -1);
-  // Counted before any is made, so that the memory is asked for once.
+  // Counted first, so that memory is allocated once.
   std::vector<std::size_t> filled;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (!source.is_empty(first_sample(grid, cell))) filled.push_back(cell);

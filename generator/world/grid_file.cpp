@@ -66,7 +66,7 @@ Result<GridFile> load_grid_file(const std::filesystem::path& file) {
 
 namespace {
 
-// Words of a text, one after the other; a word ends at any blank or line end.
+// Splits a text into words; a word ends at a blank or line end.
 struct Words {
   std::string_view text;
   std::size_t at = 0;
@@ -97,7 +97,7 @@ const std::vector<std::string_view> kHeadWords = {"ncols",     "nrows",       "x
                                                   "xllcenter", "yllcorner",   "yllcenter",
                                                   "cellsize",  "nodata_value"};
 
-// The lines of a name and a number; the words are left before the first height.
+// Reads the lines with a name and a number; stops before the first height.
 Status read_head(Words& words, Head& head) {
   for (;;) {
     const Words before = words;

@@ -6,7 +6,7 @@
 namespace ensonify {
 
 Result<GridFile> parse_png_grid(std::string_view bytes) {
-  // Looked at before there is memory for its pixels.
+  // Checked before memory is allocated for its pixels.
   if (const auto header = parse_png_header(bytes)) {
     if (header->color_type != 0 || header->bit_depth < 8) {
       return Error{ErrorKind::usage,

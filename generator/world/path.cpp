@@ -79,7 +79,7 @@ TimeSpan span_of(const Path& path) {
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
   const TimeSpan span = span_of(path);
   const double duration = span.end_s - span.start_s;
-  // The last digits of two stamps (a Unix time has 1e-7 s of them) must not cost the last ping.
+  // Rounding of two time stamps (1e-7 s for Unix times) must not lose the last ping.
   const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
                             std::max(std::abs(span.start_s), std::abs(span.end_s));
   const double fitting = std::floor((duration + rounding_s) * spec.ping_rate_hz + 1e-9) + 1;
@@ -110,7 +110,7 @@ Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
 }
 
-// The words of a line: cells of a CSV, or what stands between blanks.
+// The words of a line: cells of a CSV, or words between blanks.
 std::vector<std::string> words_of(const std::string& text, bool csv) {
   std::istringstream stream(text);
   std::vector<std::string> words;
@@ -142,7 +142,7 @@ Result<std::vector<double>> numbers_of(const std::string& text, bool csv, const 
   return numbers;
 }
 
-// Where each of time_s x y z qw qx qy qz stands in a line.
+// Columns of time_s x y z qw qx qy qz in a line.
 using Columns = std::array<std::size_t, 8>;
 constexpr std::array<const char*, 8> kColumnNames{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
 constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
@@ -176,7 +176,7 @@ Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
   const auto at = [&](int i) { return v[columns[i]]; };
   const Quat q{at(4), at(5), at(6), at(7)};
   const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  // Files round to four digits; what is further off than this is no rotation.
+  // Files round to four digits; a larger error means that it is not a rotation.
   if (!(std::abs(norm - 1) < 0.01)) {
     return at_line(file, line, fmt::format("the quaternion has length {}; expected 1", norm));
   }

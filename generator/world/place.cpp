@@ -59,7 +59,7 @@ Error no_ground(std::size_t index, const ObjectSpec& spec) {
                       spec.name, spec.place->on)};
 }
 
-// Grounds and what is taken, while objects are being placed.
+// Grounds and occupied space while objects are placed.
 class Site {
  public:
   Site(const Scenario& scenario, const ParentTree& tree, World& world)
@@ -120,7 +120,7 @@ class Site {
   }
 
  private:
-  // Children keep the distance of the placed object that they belong to.
+  // Children use the clearance of the placed object that they belong to.
   Taken taken(std::size_t index) const {
     const WorldObject& object = world_.objects[index];
     Taken room = taken_by(scenario_.objects[index], outline_of(object.shape, object.pose.rotation),
@@ -184,7 +184,7 @@ class Site {
   std::set<std::string> left_out_;
 };
 
-// The ids of the others close up.
+// Renumbers the other ids without gaps.
 void remove_left_out(World& world) {
   const auto is_left_out = [&](const std::string& name) {
     return std::find(world.left_out.begin(), world.left_out.end(), name) != world.left_out.end();

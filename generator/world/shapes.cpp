@@ -11,13 +11,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The stretch of a ray that lies inside a convex body, with the normals where it enters and leaves.
+// The segment of a ray inside a convex body, with the normals where it enters and leaves.
 struct Stretch {
   SurfaceHit enter{-kInfinity, {}};
   SurfaceHit leave{kInfinity, {}};
 };
 
-// Cuts a stretch by the slab |axis . p| <= half.
+// Clips a segment to the slab |axis . p| <= half.
 void cut_by_slab(Stretch& stretch, double origin, double direction, double half, Vec3 axis) {
   if (direction == 0) {
     if (std::abs(origin) > half) stretch.enter.range_m = kInfinity;

@@ -1,5 +1,5 @@
-// ensonify_import: reads one foreign file and writes it to standard output as import/wire.h has it.
-// Started by the program (foreign_file.cpp), which survives whatever happens here.
+// ensonify_import: reads one untrusted file and writes it to standard output in the format of
+// import/wire.h. The program starts it (foreign_file.cpp) and survives its crashes.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -26,7 +26,7 @@ void set_limits([[maybe_unused]] unsigned long long memory_bytes, unsigned long 
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, seconds);
 #if !defined(ENSONIFY_SANITIZED)
-  limit(RLIMIT_AS, memory_bytes);  // a sanitizer's own maps are larger than any limit
+  limit(RLIMIT_AS, memory_bytes);  // a sanitizer maps more than any limit
 #endif
 }
 

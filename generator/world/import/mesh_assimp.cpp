@@ -70,14 +70,14 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
   return {};
 }
 
-// What is asked of a file.
+// What to read from a file.
 struct Wanted {
   bool smooth = false;
   bool colors = false;
   std::vector<std::uint8_t> part;  // of each of its meshes; none: too many to tell apart
 };
 
-// Of a mesh: its material's, or its own where assimp had to make up a material.
+// The name of a mesh's material, or its own name if assimp invented the material.
 std::string part_name(const aiScene& scene, const aiMesh& mesh) {
   if (mesh.mMaterialIndex < scene.mNumMaterials) {
     const std::string name = scene.mMaterials[mesh.mMaterialIndex]->GetName().C_Str();
@@ -168,7 +168,7 @@ Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
   return {};
 }
 
-// Lines and points that were meant as such look like faces that were cut off.
+// Intended lines and points look the same as faces that were cut off.
 void warn_of_lines(const aiScene& scene, Mesh& mesh) {
   std::size_t lines = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -199,7 +199,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    // assimp makes a text of it.
+    // assimp turns this exception into a text.
     if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
     return broken_mesh(file,
                        fmt::format("cannot be read as a mesh: {}", importer.GetErrorString()));
@@ -214,7 +214,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (wanted.colors) {
     if (Status sound = check_colors(*scene, file); !sound) return sound.error();
   }
-  // assimp turns every file that says which way is up so that y is up; here z is.
+  // assimp rotates files with a given up axis so that y is up; here z is up.
   aiMatrix4x4 placement;
   if (says_which_way_is_up(file)) {
     placement = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);

@@ -19,8 +19,8 @@
 namespace ensonify {
 namespace {
 
-// A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
-// data set. Its buffers must be in it ("data:" addresses).
+// A .gltf may keep its numbers in a second file, which would be neither hashed nor copied with the
+// data set. Its buffers must be embedded ("data:" URIs).
 Status check_buffers(const std::filesystem::path& file, std::string_view text) {
   const std::size_t buffers = text.find("\"buffers\"");
   const std::size_t end = text.find(']', buffers == std::string::npos ? 0 : buffers);
@@ -36,7 +36,7 @@ Status check_buffers(const std::filesystem::path& file, std::string_view text) {
   return {};
 }
 
-// Of the size that its count of faces makes.
+// Whether its size matches its number of faces.
 bool is_binary_stl(std::string_view bytes) {
   if (bytes.size() < 84) return false;
   std::uint64_t faces = 0;
@@ -44,7 +44,8 @@ bool is_binary_stl(std::string_view bytes) {
   return bytes.size() == 84 + 50 * faces;
 }
 
-// A text of STL ends with endsolid; one cut between two facets would pass for a smaller mesh.
+// An ASCII STL ends with endsolid; without this check, a file cut off between two facets would pass
+// as a smaller mesh.
 Status check_stl(const std::filesystem::path& file, std::string_view text) {
   if (is_binary_stl(text) || !text.starts_with("solid")) return {};
   const std::size_t end = text.rfind("endsolid");
@@ -129,7 +130,7 @@ std::optional<PlyHead> read_head(std::string_view text) {
   return {};
 }
 
-// What is behind the head, taken in steps; false where it ends before the step does.
+// The data after the header, read in steps; false if it ends within a step.
 struct PlyBody {
   std::string_view rest;
   PlyFormat format = PlyFormat::ascii;
@@ -179,7 +180,7 @@ bool skip_row(const PlyElement& element, PlyBody& body) {
 }
 
 Status check_ply(const std::filesystem::path& file, std::string_view text) {
-  // assimp would look for it without end.
+  // Without it, assimp would search forever.
   if (text.find("end_header") == std::string_view::npos) {
     return broken_mesh(
         file,

@@ -17,7 +17,7 @@ namespace {
 
 using openvdb::FloatGrid;
 
-// A coordinate that may be counted on from.
+// Coordinates up to this limit do not overflow.
 constexpr int kFarthestVdbIndex = 1 << 30;
 constexpr float kMaxDensity = 1e6f;
 
@@ -55,7 +55,7 @@ bool is_near_origin(const openvdb::CoordBBox& box) {
   return true;
 }
 
-// What is asked of a grid. The answers are what is wrong with it; empty where it can be used.
+// Requirements for a grid. Each function returns what is wrong, or an empty text.
 struct GridDemands {
   std::string (*kind)(openvdb::GridClass kind);
   std::string (*background)(float value);
@@ -212,7 +212,7 @@ const GridDemands kLevelSetDemands = {
                                   : "holds a distance that is not finite; expected finite numbers";
     }};
 
-// Whether the transform turns right hands into left ones.
+// Whether the transform mirrors.
 bool is_mirrored(const openvdb::math::Transform& transform) {
   const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
   const auto axis = [&](double x, double y, double z) {
