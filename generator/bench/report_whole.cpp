@@ -45,10 +45,10 @@ struct StageColumn {
   const std::vector<Timing>* stages;
 };
 
-// Less is the time of looking at the clock.
+// Shorter times are dominated by reading the clock.
 constexpr double kLeastStageMs = 1e-3;
 
-// Stages that no column has are left out.
+// Omits stages that no column has.
 std::string stages_text(std::span<const StageColumn> columns) {
   std::string text = fmt::format("\n  {:<13}", "core ms/ping");
   for (const StageColumn& c : columns) text += fmt::format(" {:>15}", c.head);

@@ -174,8 +174,8 @@ void add_layers(Rows& rows) {
       "the time series |";
 }
 
-// What the data card says about a plane of polar images, and its bytes of a pixel on disk: levels
-// are stored as they are, other planes are deflated.
+// The data card's text about a plane of polar images, and its bytes per pixel on disk: levels are
+// stored uncompressed, other planes are deflated.
 struct PlaneFile {
   std::string_view plane;
   double file_bytes;

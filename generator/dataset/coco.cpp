@@ -12,7 +12,7 @@
 
 namespace ensonify {
 
-// The elements of a JSON array, one a line. Without a file they are only counted.
+// Writes the elements of a JSON array, one per line. Without a file they are only counted.
 class CocoElements {
  public:
   explicit CocoElements(StreamedFile* file) : file_(file) {}
@@ -31,7 +31,7 @@ class CocoElements {
   std::uint64_t bytes_ = 0;
 };
 
-// The lists of coco.json, which grow side by side.
+// The lists of coco.json, which grow at the same time.
 struct CocoLists {
   CocoElements images, annotations, hidden;
   std::uint64_t image_id = 0, annotation_id = 0;
@@ -75,7 +75,7 @@ std::string image_json(std::uint64_t id, const SequenceInfo& info, std::string_v
       info.sequence, ping, quoted_text(info.split));
 }
 
-// Of masks without an image there is nothing that a detector could be trained on.
+// Masks without an image cannot train a detector.
 bool has_image(const JsonMembers& image) {
   return !image.at("file").empty() || !image.at("array").empty();
 }
@@ -85,7 +85,7 @@ std::string mask_json(const JsonMembers& image, std::string_view counts) {
                      text_of(image, "width"), counts);
 }
 
-// The members of an amodal mask, each behind a comma; empty where there is none.
+// The members of an amodal mask, each after a comma; empty without a mask.
 std::string amodal_json(const JsonMembers& image, const JsonMembers& annotation) {
   if (annotation.at("amodal_counts").empty()) return {};
   return fmt::format(

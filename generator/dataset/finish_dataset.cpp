@@ -46,7 +46,7 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
     copy.append(got);
   }
   if (source.bad()) return read_error(asset.source, EIO);
-  // Checked before the copy gets its name: what stands under a hash has that hash.
+  // Checked before the copy gets its name, so that a file named by a hash has that hash.
   if (hash.finish() != asset.sha256) {
     return Error{ErrorKind::usage, asset.source.string() +
                                        " has changed since this run began; restore the old file "
@@ -55,7 +55,7 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
-// What dataset.json says of all sequences.
+// What dataset.json holds about all sequences.
 struct SequenceSums {
   std::optional<PlacementTotals> placement;
   std::optional<std::array<double, 2>> limits_db;  // of the 8-bit images
@@ -201,7 +201,7 @@ std::size_t listed(const Dataset& dataset) {
   return dataset.sequences.size() + dataset.failed.size();
 }
 
-// While top-level files are renewed for more sequences, the old seal must not vouch for them.
+// While top-level files are renewed for more sequences, the old dataset.sha256 must not exist.
 Status break_outgrown_seal(const fs::path& dir, const DatasetInfo& info) {
   if (!listed_file_size(dir, layout::kDatasetJson)) return {};
   const auto old = manifest_in(dir);
@@ -220,8 +220,7 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
   return written ? Status() : Status(written.error());
 }
 
-// A finished data set of the same work that has all of these sequences, and more: this one is
-// older.
+// A finished data set of the same run with all of these sequences and more is newer than this one.
 std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInfo& info) {
   if (!is_sealed(dir)) return std::nullopt;
   auto manifest = manifest_in(dir);
@@ -234,7 +233,7 @@ std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInf
   return has_all ? std::move(manifest) : std::nullopt;
 }
 
-// Another process may have begun more sequences of this work: those stay.
+// Another process may have started more sequences of this run: those stay.
 void remove_own_work(const fs::path& dir, const DatasetInfo& info) {
   std::vector<std::uint32_t> numbers = info.sequences;
   for (const SequenceFailure& failure : info.failed) numbers.push_back(failure.sequence);
@@ -266,7 +265,7 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
     auto entry = read_sequence(dir, sequence, info, totals);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
-    // Those of a finishing that was cut off.
+    // Temporary files of an interrupted finishing step.
     remove_pieces(dir, sequence);
   }
   std::vector<std::string> assets;

@@ -21,7 +21,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// What the pings of a sequence have in common and add up to.
+// Common files and sums of a sequence's pings.
 struct Totals {
   std::vector<std::string> each_ping;  // templates
   std::uint64_t bytes = 0;
@@ -43,7 +43,7 @@ std::vector<std::string> templates_of(const PingRecord& record) {
   return templates;
 }
 
-// Hands every record to `use`, in the order of the pings.
+// Calls use(record) for all pings in order.
 template <class Use>
 Status for_each_record(const fs::path& dir, const SequenceInfo& info, Use use) {
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
@@ -250,7 +250,7 @@ Status finish_sequence(const fs::path& dir, const SequenceInfo& info, const Sequ
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
     if (!sequence_is_finished(dir, info.sequence)) written = write_sequence(dir, info, parts);
-    // Another copy of the same work may have finished it, and taken the records away, meanwhile.
+    // Another process with the same work may have finished it and removed the records meanwhile.
     if (!written && !sequence_is_finished(dir, info.sequence)) return written;
     remove_pieces(dir, info.sequence);
     remove_moments(dir, info.sequence);

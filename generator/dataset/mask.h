@@ -1,4 +1,4 @@
-// One instance in one image: as outlines and boxes want it, and as COCO compresses it.
+// The mask of one instance in one image, as pixels, outlines and COCO's compressed text.
 //
 //   mask_of     the pixels, cut to their box
 //   rings_of    the closed polygons around these pixels and their holes
@@ -38,7 +38,7 @@ std::vector<std::vector<Corner>> rings_of(const Mask& mask);
 // there and back, so that the even-odd rule gives the mask back, pixel by pixel.
 std::vector<Corner> outline_of(const Mask& mask);
 
-// None where the text is not such a code, or its runs do not add to `pixels`.
+// None if the text is not such a code, or its runs do not sum to `pixels`.
 std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels);
 
 struct MaskExtent {
@@ -46,7 +46,7 @@ struct MaskExtent {
   std::int64_t area = 0;
 };
 
-// What the pixels of a mask of rows x columns add up to; none where the text is no code of such a
+// Sums over the pixels of a mask of rows x columns; none if the text is not the code of such a
 // mask.
 std::optional<MaskExtent> mask_extent(std::string_view counts, std::int64_t rows,
                                       std::int64_t columns);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kSplits[] = {"train", "val", "test"};
 
-// What is larger is taken for damage before memory is asked for.
+// Larger files count as damaged, before memory is allocated.
 constexpr std::uint64_t kMaxSide = 1'000'000;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 31;
 
@@ -29,7 +29,7 @@ Result<std::string> text_of(const fs::path& dir, const std::string& relative) {
   return read_file(dir / relative);
 }
 
-// A manifest whose list of files stays inside the folder.
+// A manifest whose files are all inside the folder.
 Result<Json> manifest_of(const fs::path& path, std::string_view text) {
   std::optional<std::string> outside;
   const auto json = parse_manifest(text, [&](const FileEntry& entry) {
@@ -40,7 +40,7 @@ Result<Json> manifest_of(const fs::path& path, std::string_view text) {
   return *json;
 }
 
-// Whether they are those of their places in the list, and of the data set's classes.
+// Whether the ids match the positions in the list and the data set's classes.
 bool are_numbered(const std::vector<Instance>& instances, std::size_t classes) {
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const Instance& instance = instances[i];
@@ -80,7 +80,7 @@ bool is_plausible(const StoredSequence& s) {
          s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
-// Masks are as large as the image that is claimed, so that it is held against its files: deflate
+// Masks have the claimed size of the image, so it is compared with the size of its files: deflate
 // packs at most 1,032 bytes into one.
 bool files_hold_pixels(const StoredDataset& dataset, const StoredSequence& s) {
   const std::uint64_t pixels =
@@ -169,7 +169,7 @@ GridSizes StoredSequence::sizes() const {
   return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
 }
 
-// Of a folder that lacks what a finished data set has.
+// Why a folder is not a finished data set.
 static std::string why_unreadable(const fs::path& dir) {
   if (listed_file_size(dir, layout::kWorkJson)) {
     return "the data set is not finished; run its generate command again, then this one";

@@ -54,7 +54,7 @@ std::string through_map(std::span<const std::int32_t> map, std::string_view pola
   return bytes_of_values(values);
 }
 
-// The stored plane that a plane of the other view is made from; null where it is none of those.
+// The stored plane from which a plane of the other view is made; null if it is not derived.
 const CatalogueRow* polar_source(const StoredSequence& sequence, const CatalogueRow& row) {
   if (row.view != ImageView::cartesian || row.plane == nullptr || !is_float_plane(*row.plane)) {
     return nullptr;
@@ -103,7 +103,8 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
     return read_exr_plane(row, *path, read_surfaces_exr, surfaces_);
   }
   std::error_code error;
-  // Levels and series are stored as they are: a shorter file is not worth asking for memory.
+  // Levels and time series are uncompressed, so a shorter file is rejected before allocating
+  // memory.
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
     return damaged(*path, "is cut off");
   }

@@ -22,7 +22,7 @@ namespace {
 
 Pose pose_from(std::span<const double> v) { return {{v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]}}; }
 
-// A table of nine numbers a row, one row ahead.
+// A table with nine numbers per row, read one row ahead.
 class Table {
  public:
   explicit Table(fs::path path) : path_(std::move(path)), file_(path_, std::ios::binary) {}
@@ -41,7 +41,7 @@ class Table {
       return damaged(path_, "has an invalid row: " + line);
     return {};
   }
-  // Whether there is a row, and of this ping.
+  // Whether the current row exists and is of this ping.
   bool is_of(std::uint32_t ping) const { return there_ && values_[0] == ping; }
   bool there() const { return there_; }
   std::span<const double> values() const { return values_; }
@@ -179,7 +179,7 @@ Result<SequenceFacts> read_sequence_facts(const StoredDataset& dataset,
   SequenceFacts facts;
   facts.noise_power_pa2 = info.noise_power_pa2;
   facts.fresh_speckle = info.speckle == SpeckleMode::per_ping;
-  // Limits of plain levels: with a gain they are none of these.
+  // Limits of levels without gain; displays with gain have none of these.
   if (info.output.png && is_plain(info.png)) {
     facts.grey_db = {info.png.limits_db[0], info.png.limits_db[1]};
   }

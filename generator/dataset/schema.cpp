@@ -24,7 +24,7 @@
 namespace ensonify {
 namespace {
 
-// Valijson knows nlohmann::json only, whose keys are sorted.
+// Valijson supports only nlohmann::json, whose keys are sorted.
 using SortedJson = nlohmann::json;
 using Adapter = valijson::adapters::NlohmannJsonAdapter;
 using SchemaError = valijson::ValidationResults::Error;
@@ -32,13 +32,13 @@ using SchemaError = valijson::ValidationResults::Error;
 constexpr std::size_t kMaxFaults = 3;
 constexpr std::size_t kMaxShown = 60;
 
-// What follows from a fault further down.
+// An error that only follows from a nested one.
 bool is_consequence(const SchemaError& error) {
   return error.description.starts_with("Failed to validate") ||
          error.description.starts_with("Cannot validate");
 }
 
-// Of the value that an error's context leads to: its parts are <root>, then [key] or [index].
+// Pointer to the value of an error's context, whose parts are <root>, then [key] or [index].
 std::string pointer_of(const SchemaError& error) {
   std::string pointer;
   for (std::size_t i = 1; i < error.context.size(); ++i) {
@@ -93,7 +93,7 @@ std::string in_words(const SchemaError& error, const SortedJson& value) {
   return fmt::format("is {}: {}", shown(value), text);
 }
 
-// Valijson takes what does not fit a signed integer for a negative number.
+// Valijson treats numbers beyond signed integers as negative.
 SortedJson sorted_copy(const Json& value) {
   if (value.is_object()) {
     SortedJson copy = SortedJson::object();

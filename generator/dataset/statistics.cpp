@@ -117,7 +117,7 @@ std::string checkpoint_path(std::uint32_t sequence) {
   return fmt::format("{}/sequences/{:06}/{}", layout::kWorkFolder, sequence, layout::kMoments);
 }
 
-// Tells a checkpoint of another sequence, or of another block, from ours.
+// Distinguishes checkpoints of other sequences or block sizes.
 std::string checkpoint_head(const SequenceInfo& info, std::uint64_t count) {
   return fmt::format("ensonify moments 1 block {} first {} beams {} samples {} count {:020}\n",
                      kMomentBlock, info.first_ping, info.sonar.beam_count, info.record.samples,
@@ -126,7 +126,7 @@ std::string checkpoint_head(const SequenceInfo& info, std::uint64_t count) {
 
 constexpr std::uint64_t kCheckStart = 0xcbf29ce484222325;
 
-// Of words in a row: any one that changes, or goes elsewhere, changes the sum.
+// Checksum of a sequence of words: changes if any word changes or moves.
 std::uint64_t check_of(std::span<const double> values, std::uint64_t check) {
   for (const double value : values) {
     check = std::rotl(check ^ std::bit_cast<std::uint64_t>(value), 23) * 0x9E3779B97F4A7C15;

@@ -79,7 +79,7 @@ std::optional<SequenceShape> shape_of(const std::optional<SequenceManifest>& man
 
 constexpr std::size_t kLongestTemplate = 64;
 
-// Names a sequence has to list, with the template of each.
+// File names that a sequence must list, with the template of each.
 std::vector<std::pair<std::string, std::string>> expected_files(const SequenceManifest& manifest) {
   const SequenceInfo& info = manifest.info;
   std::vector<std::pair<std::string, std::string>> names;
@@ -89,7 +89,7 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceMa
   }
   for (const std::string& name : manifest.arrays) names.emplace_back(name, name);
   for (const std::string& name_template : manifest.each_ping) {
-    // None of ours, and as many copies of it as pings are a way to fill the memory.
+    // Not one of our templates; copies of it for every ping could fill the memory.
     if (name_template.size() > kLongestTemplate) continue;
     for (auto ping = info.first_ping; ping < info.last_ping; ++ping) {
       names.emplace_back(layout::ping_file(name_template, ping), name_template);
@@ -319,8 +319,7 @@ void check_manifest(Verification& v) {
   check_unlisted(v);
 }
 
-// Whether anything here bears ensonify's mark; one flipped bit must not make it a stranger's
-// folder.
+// Whether any file here is marked by ensonify; one flipped bit must not make the folder foreign.
 bool is_ours(const fs::path& dir) {
   const std::pair<const char*, const char*> marks[] = {{layout::kWorkJson, "ensonify_work"},
                                                        {layout::kDatasetJson, "ensonify_dataset"}};

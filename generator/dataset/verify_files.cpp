@@ -20,7 +20,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Holds every header that is looked at.
+// Large enough for every checked header.
 constexpr std::size_t kNpyHeaderBytes = 4096;
 
 std::string start_of(const fs::path& path) {
@@ -31,7 +31,7 @@ std::string start_of(const fs::path& path) {
   return bytes;
 }
 
-// A shape of one element that is 0 stands for any length.
+// The shape {0} stands for any length.
 std::string npy_fault(const fs::path& path, std::string_view descr, const NpyShape& shape) {
   const auto header = parse_npy_header(start_of(path));
   if (!header) return "is not an NPY file as ensonify writes it";
@@ -94,7 +94,7 @@ std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   return {};
 }
 
-// Of one part, with these float channels.
+// A file with one part and these float channels.
 std::string floats_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns,
                              const std::vector<std::string>& channels) {
   const auto parts = read_exr_parts(path);
@@ -109,8 +109,8 @@ std::string floats_exr_fault(const fs::path& path, std::uint64_t rows, std::uint
   return fmt::format("has {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
 }
 
-// Calls use(row) for every line after the header; the fault is a header or row that is not as
-// tables.json says, a row that `use` refuses, or another number of rows.
+// Calls use(row) for every line after the header; a fault is a header or row that does not match
+// tables.json, a row that `use` refuses, or another number of rows.
 template <class Use>
 std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
   const auto table = table_schema(path.filename().string());

@@ -32,7 +32,7 @@ std::optional<Box> box_at(const Json& json, const char* key) {
   return numbers;
 }
 
-// Whether area and box are those of the run lengths, and not empty.
+// Whether area and box match the run lengths and are not empty.
 bool is_whole(const Json& json, const char* area, const char* box,
               const std::optional<std::string>& counts, const Size& size) {
   if (!counts) return false;
@@ -66,8 +66,8 @@ bool amodal_holds_visible(const Json& json) {
          holds(*box_at(json, "amodal_bbox"), *box_at(json, "bbox"));
 }
 
-// Twice the area of a ring of x, y, x, y, ..., positive clockwise with rows downwards; none where
-// it is no such ring.
+// Twice the area of a ring of x, y, x, y, ..., positive clockwise with rows downwards; none if it
+// is not such a ring.
 std::optional<std::int64_t> twice_area(const Json& ring) {
   if (!ring.is_array() || ring.size() < 8 || ring.size() % 2 != 0) return std::nullopt;
   for (const Json& number : ring) {
@@ -125,7 +125,7 @@ struct CocoReader {
       hidden_schema{"coco", "hidden"};
 
   void image(const Json& image) {
-    // Of packed pings an array, and the place in it.
+    // Packed pings have an array and an index instead of a file name.
     const auto file = text_at(image, member(image, "array") != nullptr ? "array" : "file_name");
     const auto rows = count_at(image, "height"), columns = count_at(image, "width");
     images.push_back({rows.value_or(0), columns.value_or(0)});
@@ -136,13 +136,13 @@ struct CocoReader {
     }
   }
 
-  // Whether nothing has been wrong so far and this element is as its schema says.
+  // Whether there is no fault so far and this element matches its schema.
   bool fits(const SchemaCheck& schema, std::size_t index, const Json& element) {
     if (fault.empty()) fault = schema.fault(element, fmt::format("/{}/{}", array, index));
     return fault.empty();
   }
 
-  // The size of the image that it is of; none where image or class do not exist.
+  // The size of its image; none if the image or class does not exist.
   std::optional<Size> size_of(const Json& annotation) const {
     const auto category = count_at(annotation, "category_id").value_or(0);
     const auto image_id = count_at(annotation, "image_id").value_or(0);

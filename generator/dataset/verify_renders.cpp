@@ -19,7 +19,7 @@ struct Image {
   std::uint64_t rows = 0, columns = 0;
 };
 
-// Those that the render has to list, by their paths.
+// Images that the render must list, by path.
 std::map<std::string, Image> expected_images(const RenderManifest& render,
                                              std::span<const SequenceShape> shapes) {
   std::map<std::string, Image> images;

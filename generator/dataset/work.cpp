@@ -25,7 +25,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// What stands in a folder, as far as it decides whose it is.
+// The parts of a folder's content that show to which run it belongs.
 struct Folder {
   bool empty = true;  // but for temporary files of a start that was cut off
   std::optional<std::string> work_text;
@@ -42,8 +42,8 @@ std::optional<std::string> text_of(const fs::path& dir, const char* name) {
   return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-// A link in the place of one of our folders, down to those of a sequence; empty: none. Files need
-// no look: what we write replaces a link, and what we remove is the link.
+// A link in place of one of our folders, down to those of a sequence; empty: none. Files need no
+// check: writing replaces a link, and removing removes the link.
 std::string link_among(const fs::path& dir, const std::string& relative, int levels) {
   std::error_code error;
   for (fs::directory_iterator entry(dir / relative, error), end; !error && entry != end;
@@ -70,13 +70,13 @@ std::string link_among_folders(const fs::path& dir) {
   return {};
 }
 
-// The highest number of a sequence that was begun, plus one.
+// The highest number of a started sequence, plus one.
 std::uint64_t begun_sequences(const fs::path& dir) {
   const std::vector<std::uint32_t> numbers = sequence_numbers(dir);
   return numbers.empty() ? 0 : std::uint64_t{numbers.back()} + 1;
 }
 
-// No file at all but what a start that was cut off may have left in .work/tmp.
+// Whether the folder holds no files, except leftovers of an interrupted start in .work/tmp.
 bool holds_nothing(const fs::path& dir, std::error_code& error) {
   for (fs::recursive_directory_iterator entry(dir, error), end; !error && entry != end;
        entry.increment(error)) {
@@ -172,7 +172,7 @@ Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work
 }
 
 // A sequence.json that lists files which are gone (an --overwrite was cut off, or somebody cleaned
-// up) would pass for a finished sequence: takes it away, so that the sequence is made again.
+// up) would pass as a finished sequence: removes it, so that the sequence is made again.
 Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   for (std::uint64_t number = 0; number < begun; ++number) {
     const auto sequence = static_cast<std::uint32_t>(number);
@@ -184,7 +184,7 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   return {};
 }
 
-// Without what a second copy of the work may have left when it was cut off.
+// Removes what another, interrupted process with the same work may have left.
 FolderState complete(const fs::path& dir) {
   for (const std::uint32_t sequence : sequence_numbers(dir)) remove_pieces(dir, sequence);
   remove_work_folder(dir);

@@ -24,7 +24,7 @@
 namespace ensonify {
 namespace {
 
-// One file: where it goes and how its bytes come about.
+// One file: its path and how to encode it.
 struct FileJob {
   std::string name_template;
   Stage stage;
@@ -39,7 +39,7 @@ Stage stage_of(FileCodec codec) {
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
 }
 
-// Whether the cells of a row are there, and in an image of its size.
+// Whether the cells of a row exist, with the size of its image.
 bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& result) {
   const GridSizes sizes = sizes_of(info);
   const auto count = std::visit([](const auto& cells) { return cells.size(); }, row.cells(result));
@@ -54,7 +54,7 @@ bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& r
                               : has_shape(polar ? result.polar_grey : result.cartesian_grey);
 }
 
-// What of the result does not fit the sequence; empty if all does.
+// The part of the result that does not match the sequence; empty if all does.
 std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const FileSelection selection = selection_of(info);
   for (const CatalogueRow& row : catalogue()) {
@@ -144,7 +144,8 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
   }
 }
 
-// Files that take long to encode come first, so that no worker starts one when the others are done.
+// Files that take long to encode come first, so that no worker starts one after all others are
+// done.
 int encoding_rank(const CatalogueRow& row) {
   if (row.plane != nullptr) return 0;
   if (row.grid == FileGrid::list) return 3;

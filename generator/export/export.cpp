@@ -74,7 +74,7 @@ Status check_options(const ExportFormat& format, const ExportOptions& options) {
   return {};
 }
 
-// Leaves the sequences of the split that is asked for.
+// Keeps only the sequences of the requested split.
 Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
   if (!options.split) return {};
   std::erase_if(dataset.sequences,
@@ -84,8 +84,8 @@ Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
                                              *options.split, options.dataset.string())};
 }
 
-// The render whose images are exported, which has to have them all, pixel by pixel those of the
-// masks; absent where none is asked for.
+// The render whose images are exported; it must have them all, and their pixels must match the
+// masks. Absent if not requested.
 Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
                                                 const StoredDataset& dataset,
                                                 const ExportOptions& options) {

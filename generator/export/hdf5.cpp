@@ -1,5 +1,5 @@
-// One file: a group a sequence with its arrays stacked over pings, or, with --stack, the arrays of
-// all sequences at the root, stacked over all pings, beside the groups.
+// One file: one group per sequence with its arrays stacked over pings or, with --stack, also the
+// arrays of all sequences at the root, stacked over all pings.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,7 +43,8 @@ Extents larger(const Extents& a, const Extents& b) {
           std::max(a.instances, b.instances)};
 }
 
-// Cells of each ping but lists, whose length differs, and series as images, which come as arrays.
+// Cells of each ping, except lists, whose length varies, and time series as EXR, which are exported
+// as arrays.
 bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty(); }
 
 // timeseries, channels, layers/noise, polar/level_db, polar/grey
@@ -88,7 +89,7 @@ std::string group_of(const StoredSequenceRow& row) {
 // The arrays of one or all sequences, below `base`, with one row a ping.
 class Stack {
  public:
-  // Axes are named where all rows have the same.
+  // Axes have names if all rows share them.
   Stack(Hdf5File& file, std::string base, std::uint64_t rows, const Extents& extents, bool has_axes)
       : file_(file), base_(std::move(base)), rows_(rows), extents_(extents), has_axes_(has_axes) {}
 
@@ -196,7 +197,7 @@ Status write_axis(const ExportJob& job, Hdf5File& file, const StoredSequence& se
   return {};
 }
 
-// What a sequence has once, whether its pings are stacked with others or not.
+// Arrays that a sequence has once, whether or not its pings are stacked with others.
 Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSequence& sequence) {
   const std::string group = group_of(sequence.row);
   file.set_number(group, "sequence", std::uint64_t{sequence.row.sequence});

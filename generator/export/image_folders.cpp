@@ -93,7 +93,7 @@ Status write_yolo(const ExportJob& job, const fs::path& target) {
 
 namespace {
 
-// 255 stands for pixels that nobody labeled.
+// 255 marks unlabeled pixels.
 constexpr std::size_t kMostIndices = 254;
 
 // Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.

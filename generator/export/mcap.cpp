@@ -1,5 +1,5 @@
 // SEQUENCE.mcap: the polar image of each ping as marine_acoustic_msgs/ProjectedSonarImage on
-// /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. A file a
+// /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. One file per
 // sequence, because the times of sequences overlap.
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr char kWorldFrame[] = "world";
 constexpr char kFanFrame[] = "sonar_fan";
 
-// builtin_interfaces/Time counts seconds with 31 bits.
+// builtin_interfaces/Time has 31 bits for seconds.
 constexpr double kMostSeconds = 2147483647;
 
 Result<std::vector<double>> axis(const ExportJob& job, const StoredSequence& sequence,

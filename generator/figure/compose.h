@@ -1,7 +1,7 @@
 // An image with its axes, rings, title, color bar and legend.
 //
-//   Layout     where things stand; the same for all frames of an animation
-//   layout_of  from the width and what is to be shown
+//   Layout     positions of all parts; the same for all frames of an animation
+//   layout_of  from the width and the content
 //   compose    one frame
 //   tick_step  ticks_in  tick_text   round numbers along an axis
 #pragma once
@@ -27,7 +27,7 @@ struct ColourBar {
   std::array<double, 2> limits{};
 };
 
-// What stands around every frame.
+// The parts around every frame.
 struct Surroundings {
   StoredView view = StoredView::cartesian;
   PolarFan fan;

@@ -139,7 +139,8 @@ Status choose_pings(const FigureOptions& o, FigureJob& job) {
   return {};
 }
 
-// What is read of each image; the clean levels and elevations of a level tell its limits.
+// Planes to read of each image; levels also need the expected levels and elevations for their
+// limits.
 Status choose_planes(const FigureOptions& o, FigureJob& job) {
   const PlaneNames there = stored_planes(job.sequence, ImageView::polar);
   if (!there.contains("level_db")) {

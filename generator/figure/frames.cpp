@@ -105,7 +105,7 @@ void FrameMaker::set_scale(const StoredPixels& first) {
   around_.bar = bar;
 }
 
-// An outline of the seabed or of the tank would cover what stands before it.
+// An outline of the seabed or of the tank would cover objects in front of it.
 void FrameMaker::leave_out_wide(const StoredPixels& first) {
   if (!options_.outlines || !options_.instances.empty()) return;
   std::vector<std::uint64_t> beams(drawn_.size(), 0), last_beam(drawn_.size(), 0);
@@ -122,7 +122,7 @@ void FrameMaker::leave_out_wide(const StoredPixels& first) {
   }
 }
 
-// Of a still those that are in it, of an animation all that could come.
+// For a still image the instances in it, for an animation all possible ones.
 void FrameMaker::set_legend(const StoredPixels& first) {
   const bool animated = is_animated(job_.format);
   const auto add = [&](const auto& ids, std::size_t id, const std::string& name) {

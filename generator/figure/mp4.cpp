@@ -1,5 +1,5 @@
-// MP4 by the program ffmpeg, which takes the frames from its standard input. It is started without
-// a shell, and names never stand where it looks for options or protocols.
+// MP4 by the program ffmpeg, which reads the frames from its standard input. It is started without
+// a shell, and file names never appear where it expects options or protocols.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -24,7 +24,7 @@ namespace {
 
 std::string system_reason(int number) { return std::generic_category().message(number); }
 
-// The first that can be run on PATH; empty where there is none.
+// The first executable on PATH; empty if there is none.
 std::string find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::string folders = path != nullptr ? path : "/usr/bin:/bin";
@@ -64,7 +64,8 @@ class Mp4Sink : public AnimationSink {
 
   Status start(const std::string& program, const fs::path& path, const AnimationFormat& format) {
     messages_.reset(std::tmpfile());
-    // A socket, because writing to one whose reader is gone can be an error instead of a signal.
+    // A socket, because writing to one without a reader can return an error instead of raising a
+    // signal.
     std::array<int, 2> ends{};
     if (!messages_ || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
       return Error{ErrorKind::io, "starting ffmpeg: " + system_reason(errno)};
@@ -120,7 +121,7 @@ class Mp4Sink : public AnimationSink {
   }
 
  private:
-  // The beginning of what the child wrote, which names the cause, on one line.
+  // The start of the child's output, which names the cause, on one line.
   std::string said() {
     std::array<char, 600> bytes{};
     std::rewind(messages_.get());

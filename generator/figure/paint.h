@@ -3,7 +3,7 @@
 //   PolarFan          azimuths and ranges of a polar image
 //   Extent            what a figure shows, in meters or in degrees and meters
 //   cartesian_extent  polar_extent
-//   Cell  cartesian_cells  polar_cells   the place in the polar image of every pixel
+//   Cell  cartesian_cells  polar_cells   position of every pixel in the polar image
 //   paint_values      levels and angles, by a color map
 //   paint_ids         masks
 //   outline           the edges of masks, over an image
@@ -66,17 +66,17 @@ struct ValueScale {
   Rgb none{};                      // of NaN
 };
 
-// Outside of the fan white. Bilinear mixes amplitudes, 10^(dB/20): for levels alone.
+// White outside the fan. Bilinear mixes amplitudes, 10^(dB/20): only for levels.
 RgbImage paint_values(std::span<const Cell> cells, int width, int height,
                       std::span<const float> values, std::uint64_t columns, const ValueScale& scale,
                       Sampling sampling);
 
-// Ids by the nearest cell, always: between two ids there is none.
+// Ids are always those of the nearest cell, since ids cannot be interpolated.
 RgbImage paint_ids(std::span<const Cell> cells, int width, int height,
                    std::span<const std::uint16_t> ids, std::uint64_t columns);
 
-// Colors the pixels around each mask, up to `thickness` pixels away: what is in it stays seen. One
-// black pixel beyond parts it from an image of its own color.
+// Colors the pixels around each mask, up to `thickness` pixels away: the mask's interior stays
+// visible. One black pixel outside separates it from image parts of the same color.
 void outline(RgbImage& image, std::span<const Cell> cells, std::span<const std::uint16_t> ids,
              std::uint64_t columns, int thickness);
 

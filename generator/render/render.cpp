@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a data set whose own limits do not serve, so many sequences are looked at.
+// Number of sequences that determine the limits if those of the data set do not apply.
 constexpr std::size_t kLimitSequences = 4;
 
 struct Job {
@@ -38,7 +38,7 @@ struct Job {
   }
 };
 
-// What a lane leaves behind of a sequence, in the order of its pings.
+// A lane's results for a sequence, in the order of its pings.
 struct Rendered {
   Status status;
   std::vector<FileEntry> files;
@@ -84,7 +84,7 @@ Result<std::vector<StoredSequenceRow>> rows_of(const RenderOptions& options,
   return rows;
 }
 
-// Those of the first sequence; all have the same.
+// Views of the first sequence; all have the same.
 Result<std::vector<ImageView>> views_of(const RenderOptions& options,
                                         const StoredSequence& sequence) {
   const CatalogueRow& level = plane_row(ImageView::polar, "level_db");
@@ -202,13 +202,13 @@ bool is_render_file(const std::string& path) {
   if (path == layout::kRenderJson) return true;
   constexpr std::string_view kStart = "sequences/", kEnds[] = {"_polar.png", "_cartesian.png"};
   if (!path.starts_with(kStart)) return false;
-  // Of a write that was cut off: hidden, beside its file.
+  // A hidden temporary file of an interrupted write, next to its file.
   if (path.find("/.") != std::string::npos || path.starts_with(".")) return true;
   return std::any_of(std::begin(kEnds), std::end(kEnds),
                      [&](std::string_view end) { return path.ends_with(end); });
 }
 
-// The folder of the render, without what an earlier one has left there.
+// Removes what an earlier render left in the folder.
 Status clear_folder(const Job& job) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(job.folder, error))) return {};
@@ -228,7 +228,7 @@ Status clear_folder(const Job& job) {
                    (job.folder / file).string() + ": is not a file of a render; move it away"};
     }
   }
-  // The manifest first: what is left of a removal that is cut off is no render.
+  // Removes the manifest first, so that the rest of an interrupted removal is not a render.
   if (whole && ::unlink((job.folder / layout::kRenderJson).c_str()) != 0 && errno != ENOENT) {
     return write_error(job.folder / layout::kRenderJson, errno);
   }

@@ -11,7 +11,7 @@ constexpr std::size_t kPathPoints = 1000, kAllPathPoints = 20'000;
 constexpr std::uint64_t kMostStatistics = 50;  // sequences whose statistics are shown
 constexpr std::size_t kBatch = 256;            // pings whose lines are held at once
 
-// What is kept of one mask.
+// Values kept for one mask.
 struct MaskSum {
   std::uint16_t instance = 0;
   std::uint64_t pixels = 0;
@@ -107,8 +107,7 @@ class Surveyor {
     }
   }
 
-  // Ranges of all sequences share their steps. Of a longer record they grow to twice their length,
-  // two becoming one.
+  // All sequences share the range steps. For a longer record the steps double, merging pairs.
   void reach(double range_m) {
     if (!(range_end_m_ > 0)) range_end_m_ = range_m;
     for (; range_end_m_ < range_m; range_end_m_ *= 2) {
@@ -227,7 +226,7 @@ class Surveyor {
     return {};
   }
 
-  // Many sequences share what paths may take of the page.
+  // Paths of all sequences share a limited part of the page.
   void thin_paths() {
     if (survey_.sequences.empty()) return;
     const std::size_t share = kAllPathPoints / survey_.sequences.size();

@@ -1,7 +1,6 @@
-// What the tables of a data set add up to, over all of its pings, and which of them are shown.
-// Private to report/.
+// Totals over all pings of a data set, and the choice of shown pings. Private to report/.
 //
-//   spread           which of many are taken when few may be
+//   spread           an even selection of a few among many
 //   Survey  survey   totals, counts, ranges, paths; of the shown pings poses, boxes and masks
 #pragma once
 
@@ -63,7 +62,7 @@ struct Survey {
   std::vector<ShownPing> shown;          // in the order of the data set
 };
 
-// Reads every ping's line of the tables, few at a time.
+// Reads every ping's line of the tables, a few at a time.
 Result<Survey> survey(const StoredDataset& dataset, const ReportOptions& options,
                       const Workers& workers);
 

@@ -58,7 +58,7 @@ struct DensityGrid {
 using DensityField =
     std::variant<DensityEverywhere, DensityBox, std::shared_ptr<const DensityGrid>>;
 
-// Limits of a grid: 512^3 samples in bricks, 2048^3 samples in extent.
+// Limits of a grid: 2^28 cells in bricks, 2048^3 cells in extent.
 inline constexpr std::size_t kMaxTopCells = std::size_t{1} << 24;
 inline constexpr std::size_t kMaxBricks = std::size_t{1} << 19;
 
