@@ -1,10 +1,10 @@
-// How fast this machine is, stage by stage, each next to its plain reference, in one run. Whole
+// Measures the speed of this machine by stage, each next to its plain reference, in one run. Whole
 // data sets and their growth are measured by app/bench_data_sets and app/bench_growth, and reported
 // with them.
 //
-//   BenchCase  bench_cases   what is timed: fixed sonars over one fixed world that needs no file
+//   BenchCase  bench_cases   timed cases: fixed sonars over one fixed world without files
 //   make_bench_world         sea floor of 103,000 triangles with boxes, cylinders and spheres on it
-//   bench_pose               where the sonar is
+//   bench_pose               pose of the sonar
 //   BenchOptions  BenchReport  run_bench
 //   DataSetReport  GrowthReport  fitted_exponent
 //   bench_text               the table that people read
@@ -33,10 +33,10 @@ struct BenchCase {
 //   table1   the same with b = 2.95 kHz: Table 1 as printed
 //   reduced  512 beams x 11 rays, 10 m
 //   dense    512 beams x (912 x 8) rays, 60 m
-//   array    full, heard by 256 elements at half a wavelength and focused at every sample
+//   array    full, received by 256 elements at half a wavelength and focused at every sample
 std::vector<BenchCase> bench_cases();
 
-// Scaled to the range, so that hits lie in all of the record whatever the case.
+// Scaled to the range, so that in every case hits fill the record.
 World make_bench_world(double range_max_m);
 
 // Nose down by half a fan of 20 deg: the highest rays are level.
@@ -45,7 +45,7 @@ Pose bench_pose();
 struct BenchOptions {
   std::vector<BenchCase> cases = bench_cases();
   int threads = 0;             // 0: as many as the machine has
-  double seconds = 0.3;        // that each thing is repeated for; three times at least
+  double seconds = 0.3;        // repetition time of each measurement; at least three runs
   std::filesystem::path disk;  // where files are written; empty: the system's temporary folder
   bool gentle_peaks = false;   // machine peaks from small work: for tests
   std::function<void(const std::string&)> on_progress;
@@ -55,7 +55,7 @@ struct BenchOptions {
 struct Timing {
   std::string name;
   double ms = 0;
-  double part = 1;   // of the work that was timed; `ms` is scaled up to the whole
+  double part = 1;   // timed part of the work; `ms` is scaled to the whole
   double share = 0;  // of the machine's peak in the same run; 0: not meaningful
   std::string share_of = {};
 };
@@ -81,7 +81,7 @@ struct MachineReport {
   double disk_mb_s = 0;   // past the page cache, in one stream
   bool disk_is_memory = false;
   bool disk_is_direct =
-      true;  // false: the file system has no O_DIRECT, so written and synchronised
+      true;  // false: the file system has no O_DIRECT, so written and synchronized
 };
 
 // A data set with one choice of files, from the scene to the disk.

@@ -89,7 +89,7 @@ LabelledImage time_images(const Stages& stages, const ScattererList& list,
   return polar;
 }
 
-// The buffered file is written as data sets are: hashed, under a temporary name, then renamed.
+// Writes the buffered file as in data sets: hashed, under a temporary name, then renamed.
 Status time_writing(const Stages& stages, const std::string& bytes,
                     const std::filesystem::path& folder) {
   const MachineReport& machine = stages.bench.machine;

@@ -59,7 +59,7 @@ Status measure_disk(const fs::path& folder, std::size_t bytes, MachineReport& ma
   struct statfs system {};
   if (::statfs(folder.c_str(), &system) == 0) machine.disk_is_memory = system.f_type == TMPFS_MAGIC;
   const PageBuffer buffer(bytes);
-  // Some disks shorten zeros.
+  // Not zeros, since some disks compress them.
   for (std::size_t i = 0; i < bytes; ++i) {
     buffer.data()[i] = static_cast<char>((i * 0x9E3779B97F4A7C15u) >> 56);
   }

@@ -1,5 +1,4 @@
-// What the machine can do at best, to put the stages' speeds into proportion, and how often a thing
-// is run to say how long it takes: the median.
+// Peak speeds of the machine, with which stages are compared, and repeated timing by the median.
 //
 //   StopWatch  median  median_ms
 //   fma_gflops  copy_gb_s  measure_disk
@@ -37,8 +36,8 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-// Median of at least three runs and `seconds`; what runs shorter than that has a run before that
-// does not count. `after` cleans up behind each run and is not timed.
+// Median of at least three runs and `seconds`; shorter work has an extra first run that does not
+// count. `after` cleans up after each run and is not timed.
 template <class Body, class After>
 double median_ms(double seconds, Body&& body, After&& after) {
   constexpr std::size_t kFewest = 3, kMost = 1000;
@@ -64,16 +63,16 @@ double median_ms(double seconds, Body&& body) {
 double fma_gflops(const KernelTable& kernels, double seconds);
 double copy_gb_s(std::size_t bytes, double seconds);
 
-// Fills the disk's part. Error (io): the folder cannot be written.
+// Fills in the values of the disk. Error (io): the folder cannot be written.
 Status measure_disk(const std::filesystem::path& folder, std::size_t bytes, MachineReport& machine);
 
 // Writes a new file past the page cache where the file system allows that, and waits until the disk
 // has it. The bytes must begin on a 4096-byte boundary and have room up to a multiple of 4096.
-// `direct` says whether the page cache was passed. Error (io).
+// `direct` returns whether the page cache was bypassed. Error (io).
 Status write_to_disk(const std::filesystem::path& file, const char* bytes, std::size_t count,
                      bool& direct);
 
-// Memory as write_to_disk wants it.
+// Memory aligned for write_to_disk.
 class PageBuffer {
  public:
   explicit PageBuffer(std::size_t bytes);  // zero at first; throws std::bad_alloc
@@ -86,7 +85,7 @@ class PageBuffer {
   char* data_;
 };
 
-// A new folder in `parent`, gone with all that is in it when this is.
+// A new folder in `parent`, which the destructor removes with its content.
 class ScratchFolder {
  public:
   static Result<ScratchFolder> make(const std::filesystem::path& parent);

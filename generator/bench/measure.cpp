@@ -49,7 +49,7 @@ double one_ray_at_a_time_ms(const Bench& bench) {
   });
 }
 
-// From trace to series in memory, whole pings side by side on their own threads, as `generate`
+// From tracing to time series in memory, whole pings in parallel, one per thread, as `generate`
 // makes them.
 double pings_per_s(const Bench& bench, const Backend& backend, int threads, bool wants_clean) {
   constexpr int kPingsEach = 4;
@@ -77,7 +77,7 @@ MachineReport measure_machine(const BenchOptions& options, const Workers& worker
   return machine;
 }
 
-// What a ping costs on all threads, and what the plain methods make of it.
+// Rates on all threads, and those of the plain methods.
 void compare_whole_pings(const Bench& bench, const Backend& backend, const ScattererList& list,
                          const std::vector<std::complex<float>>& amplitude, const Workers& all,
                          CaseReport& report) {
@@ -90,7 +90,7 @@ void compare_whole_pings(const Bench& bench, const Backend& backend, const Scatt
   const bool is_array = bench.setup.sonar.array.has_value();
   const PlainTimes plain = is_array ? time_plain_array(bench, list, amplitude, all, nullptr)
                                     : time_plain_methods(bench, list, amplitude, all, nullptr);
-  // As if the scalar draws shared the threads perfectly.
+  // Assumes that the scalar draws scale perfectly with threads.
   const double before_ms = front.trace_ms + front.scatterers_ms + speckle_ms / all.threads();
   report.direct_pings_per_s = 1000 / (before_ms + plain.direct_ms);
   report.recurrence_pings_per_s = 1000 / (before_ms + plain.recurrence_ms);

@@ -1,4 +1,4 @@
-// What the backend is measured against: the series in double precision, and the plain methods.
+// References for the backend: the time series in double precision, and the plain methods.
 //
 //   exact_bins  exact_spectra  exact_series   term by term: the reference backend's sum over every
 //                     scatterer, bin and sector, fast enough for millions of scatterers because
@@ -107,7 +107,7 @@ class PlainMethod {
   void ray_sum(RaySum method, const ScattererList& list,
                std::span<const std::complex<float>> amplitude, std::span<const int> sectors,
                const Workers& workers);
-  // All sectors into all beams.
+  // Mixes all beam cells into all beams.
   void mix(const Workers& workers);
   // Spectra of the beams to series, [beams x samples].
   void transform(std::vector<std::complex<float>>& series, const Workers& workers);

@@ -6,6 +6,7 @@
 
 #include "bench/bench.h"
 #include "bench/report_whole.h"
+#include "core/counted.h"
 
 namespace ensonify {
 namespace {
@@ -137,18 +138,21 @@ std::string bench_json(const BenchReport& report) {
 std::string bench_text(const BenchReport& report) {
   const MachineReport& m = report.machine;
   std::string text = fmt::format(
-      "machine: {} threads, {}; one core: {:.0f} GFlop/s, copies {:.1f} GB/s; disk {:.0f} MB/s{}\n",
-      m.threads, m.simd, m.fma_gflops, m.copy_gb_s, m.disk_mb_s,
-      m.disk_is_memory   ? " (a file system in memory: give another folder by --disk)"
+      "machine: {}, {}; one core: {:.0f} GFlop/s, copies {:.1f} GB/s; disk {:.0f} MB/s{}\n",
+      counted(static_cast<std::uint64_t>(m.threads), "thread"), m.simd, m.fma_gflops, m.copy_gb_s,
+      m.disk_mb_s,
+      m.disk_is_memory   ? " (a file system in memory; name another folder with --disk)"
       : m.disk_is_direct ? ""
-                         : " (through the page cache, synchronised)");
+                         : " (through the page cache, synchronized)");
   for (const CaseReport& c : report.cases) text += case_text(c);
   text += data_sets_text(report.data_sets) + growth_text(report.growth);
   if (report.cases.empty()) return text;
   text +=
-      "\nMedians. Stages and references: one thread. direct, recurrence: sine and cosine for each "
-      "scatterer and bin, or one\nrotation; full product over beams; one transform a beam.\n"
-      "All give the series; with expected power is what a ping with pictures takes.\n";
+      "\nMedians. Stages and references run on one thread. direct, recurrence: a sine and cosine, "
+      "or "
+      "one rotation, for each\nscatterer and bin; full product over beams; one transform per "
+      "beam.\n"
+      "All compute the time series; pings with images also need the expected power.\n";
   return text;
 }
 

@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "core/counted.h"
+
 namespace ensonify {
 namespace {
 
@@ -43,10 +45,10 @@ struct StageColumn {
   const std::vector<Timing>* stages;
 };
 
-// Less is the time of looking at the clock.
+// Shorter times are dominated by reading the clock.
 constexpr double kLeastStageMs = 1e-3;
 
-// Stages that no column has are left out.
+// Omits stages that no column has.
 std::string stages_text(std::span<const StageColumn> columns) {
   std::string text = fmt::format("\n  {:<13}", "core ms/ping");
   for (const StageColumn& c : columns) text += fmt::format(" {:>15}", c.head);
@@ -111,10 +113,10 @@ Json data_sets_json(const std::vector<DataSetReport>& data_sets) {
 std::string data_sets_text(const std::vector<DataSetReport>& data_sets) {
   if (data_sets.empty()) return {};
   std::string text = fmt::format(
-      "\nwhole data sets; medians of {} runs\n  {:<16} {:<15} {:>15} {:>6} {:>8}  {:>15} {:>13} "
+      "\nwhole data sets; medians of {}\n  {:<16} {:<15} {:>15} {:>6} {:>8}  {:>15} {:>13} "
       "{:>9} {:>8}\n",
-      data_sets.front().runs, "data set", "files", "beams x samples", "pings", "pings/s",
-      "least to most", "core ms/ping", "MB/ping", "physics");
+      counted(static_cast<std::uint64_t>(data_sets.front().runs), "run"), "data set", "files",
+      "beams x samples", "pings", "pings/s", "min to max", "core ms/ping", "MB/ping", "physics");
   std::vector<StageColumn> columns;
   for (const DataSetReport& d : data_sets) {
     for (const FileKindReport& k : d.kinds) {
@@ -154,9 +156,10 @@ Json growth_json(const std::vector<GrowthReport>& growth) {
 std::string growth_text(const std::vector<GrowthReport>& growth) {
   if (growth.empty()) return {};
   std::string text = fmt::format(
-      "\ngrowth of whole data sets; medians of {} runs; exponent: slope of log time over log size\n"
+      "\ngrowth of whole data sets; medians of {}; exponent: slope of log time over log size\n"
       "  {:<10} {:>10} {:>6} {:>9} {:>13} {:>14}\n",
-      growth.front().runs, "size", "", "pings", "pings/s", "core ms/ping", "world, core ms");
+      counted(static_cast<std::uint64_t>(growth.front().runs), "run"), "size", "", "pings",
+      "pings/s", "core ms/ping", "world, core ms");
   for (const GrowthReport& g : growth) {
     for (const GrowthPoint& p : g.points) {
       text += fmt::format("  {:<10} {:>10.0f} {:>6} {:>9} {:>13} {:>14}\n", g.name, p.value,

@@ -54,7 +54,7 @@ struct PlainTimes {
 };
 
 // ray_sum_direct, ray_sum_recurrence, mixing_full and fft_rows, appended to `references` where it
-// is given. Where all scatterers at all bins take too long, evenly spread sectors stand for all.
+// is given. If all scatterers at all bins take too long, evenly spread beam cells represent all.
 PlainTimes time_plain_methods(const Bench& bench, const ScattererList& list,
                               const std::vector<std::complex<float>>& amplitude,
                               const Workers& workers, std::vector<Timing>* references);
@@ -76,7 +76,7 @@ SeriesError check_array(const Bench& bench, const ScattererList& list,
                         int beams, const Workers& workers);
 
 // Spectra of all elements by plain sums: a few elements are timed, over a few of the sectors, and
-// scaled. Their beams are taken to cost nothing.
+// scaled. The cost of their beams is neglected.
 PlainTimes time_plain_array(const Bench& bench, const ScattererList& list,
                             const std::vector<std::complex<float>>& amplitude,
                             const Workers& workers, CaseReport* report);

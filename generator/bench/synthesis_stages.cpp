@@ -12,8 +12,8 @@
 namespace ensonify {
 namespace {
 
-// The fast path's stages for the series alone. `plan` is none where the setup asks for an error
-// that only the path in double precision holds.
+// The fast path's stages for the series alone. `plan` is none if only the double-precision path
+// meets the setup's error.
 class BackendStages {
  public:
   explicit BackendStages(const SynthesisSetup& setup)
@@ -122,7 +122,7 @@ PlainTimes time_plain_methods(const Bench& bench, const ScattererList& list,
     if (references != nullptr) references->push_back(std::move(timing));
   };
   const auto time_sum = [&](RaySum method, const char* name) {
-    // One run over a few sectors says how many of them fit into the time for three runs.
+    // One run over a few beam cells estimates how many fit into the time of three runs.
     std::vector<int> sectors = every_nth_sector(beams, std::max(1, beams / 16));
     const StopWatch watch;
     plain.ray_sum(method, list, amplitude, sectors, workers);

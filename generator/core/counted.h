@@ -1,4 +1,4 @@
-// A number and its noun, as messages say them.
+// A number with its noun in the right form, for messages.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace ensonify {
 
-// "1 ping", "12 pings": for nouns that take an s.
+// "1 ping", "12 pings": for nouns whose plural ends in s.
 inline std::string counted(std::uint64_t number, std::string_view noun) {
   std::string text = std::to_string(number) + ' ';
   text += noun;

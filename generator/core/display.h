@@ -40,8 +40,8 @@ inline bool same_tvg(const Display& a, const Display& b) {
 // Pixels of polar images; Cartesian ones show the same.
 struct DisplayCounts {
   std::uint64_t all = 0;
-  std::uint64_t white = 0;  // that show 255
-  std::uint64_t echo = 0;   // that hold an echo: whose elevation is known
+  std::uint64_t white = 0;  // show 255
+  std::uint64_t echo = 0;   // hold an echo: their elevation is known
   std::uint64_t black = 0;  // ... and show 0
 
   DisplayCounts& operator+=(const DisplayCounts& more) {

@@ -15,20 +15,20 @@
 namespace ensonify {
 
 enum class ErrorKind {
-  bug,          // a broken promise of our own
-  damage,       // verify found a data set that is not whole
+  bug,          // a broken invariant of the program
+  damage,       // verify found a damaged or incomplete data set
   usage,        // wrong command line, scenario, or input file
   io,           // reading or writing failed
-  device,       // device or memory not to be had
-  interrupted,  // asked to stop; what is finished is kept
+  device,       // no device, or not enough memory
+  interrupted,  // stopped on request; finished files are kept
   incomplete,   // some parts of the work cannot be made; all others are done
-  redraw,       // a world as it was drawn cannot be built; another draw may do
+  redraw,       // the sampled world cannot be built; another sample may work
   final_usage,  // usage that ends the whole run, where usage costs one sequence
 };
 
 struct Error {
   ErrorKind kind = ErrorKind::bug;
-  std::string message;  // what is wrong, where, and what to do; one line a fault
+  std::string message;  // what is wrong, where, and what to do; one line per error
 };
 
 // 1 bug or damage, 2 usage, 3 incomplete, 4 reading or writing, 5 device or memory,
@@ -44,7 +44,7 @@ class [[nodiscard]] Result {
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  // Only after ok() said yes (no): anything else is a bug and throws.
+  // Values need ok(), error() needs !ok(): anything else is a bug and throws.
   T& operator*() { return std::get<0>(state_); }
   const T& operator*() const { return std::get<0>(state_); }
   T* operator->() { return &std::get<0>(state_); }
@@ -55,8 +55,8 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
-// Thrown where a device or a library behind a stage has no memory or cannot start, deep inside work
-// that has no way to hand a value back; the program's top turns it into ErrorKind::device.
+// Thrown where a device or a library behind a stage has no memory or cannot start, deep inside code
+// that cannot return an Error; the program's top level turns it into ErrorKind::device.
 class DeviceFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -75,8 +75,8 @@ class [[nodiscard]] Status {
   std::optional<Error> error_;
 };
 
-// Throws std::logic_error with the broken condition and its place; the program's top reports it as
-// a bug.
+// Throws std::logic_error with the broken condition and its place; the program's top level reports
+// it as a bug.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
 
 }  // namespace ensonify

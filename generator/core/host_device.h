@@ -1,5 +1,5 @@
-// Marks functions that are compiled for the host and, under nvcc, for the device as well, and loops
-// whose arrays shall stay in a device's registers.
+// Marks functions that are compiled for the host and, with nvcc, also for the device, and loops
+// whose arrays must stay in the device's registers.
 #pragma once
 
 #if defined(__CUDACC__)

@@ -1,5 +1,5 @@
-// The planes of a labelled image, one row each. Whatever copies, checks, writes or reads images
-// loops over this table: a new label is a member of ImagePlanes, a row here and its producer.
+// The planes of a labeled image, one row each. All code that copies, checks, writes or reads images
+// loops over this table: a new label needs a member of ImagePlanes, a row here and its producer.
 //
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
@@ -71,8 +71,8 @@ decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
                     plane.values);
 }
 
-// Each float plane is a channel of the image's EXR file; the level has a part of its own there, and
-// those of surfaces a file.
+// Each float plane is a channel of the image's EXR file. The level has its own part in it; the
+// planes of surfaces have their own file.
 constexpr bool is_float_plane(const ImagePlane& plane) {
   return std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
 }

@@ -8,7 +8,7 @@
 namespace ensonify {
 namespace {
 
-// A beam's part of a block: each realisation less the first one, so that small spreads on large
+// A beam's part of a block: each realization less the first one, so that small spreads on large
 // means keep their digits.
 struct Offsets {
   std::vector<double> re, im, power;  // [samples]
@@ -69,7 +69,7 @@ void add_offsets(const Offsets& here, const Offsets* next, BlockSums& sums) {
                sums.of(MomentRow::beams_re), sums.of(MomentRow::beams_im));
 }
 
-// Sums of all the block at a beam, and at the one behind it where there is one.
+// Sums over the block at a beam, and at the next beam if it exists.
 BlockSums sums_of(SeriesBlock block, int beam, bool has_next, int samples) {
   const auto count = static_cast<std::size_t>(samples);
   const std::size_t at = static_cast<std::size_t>(beam) * count;
@@ -83,7 +83,7 @@ BlockSums sums_of(SeriesBlock block, int beam, bool has_next, int samples) {
   return sums;
 }
 
-// From sums about the first realisation to means less it, and central sums.
+// Turns sums about the first realization into means relative to it, and central sums.
 void centre(double block_size, bool has_next, BlockSums& sums) {
   const std::size_t samples = sums.next_re.size();
   double* const re = sums.of(MomentRow::mean_re);
@@ -107,7 +107,7 @@ void centre(double block_size, bool has_next, BlockSums& sums) {
   }
 }
 
-// Means of a block less those that are there: what Chan's merge turns on.
+// Means of a block minus the previous means, which Chan's merge needs.
 struct Steps {
   std::vector<double> re, im, power;
 };
@@ -128,7 +128,7 @@ Steps steps_of(const BlockSums& sums, const double* re_sum, const double* im_sum
   return steps;
 }
 
-// row: a beam's moments, next: the steps of the beam behind it.
+// row: a beam's moments; next: the offsets of the next beam.
 void merge(const BlockSums& sums, const Steps& steps, const Steps* next, double share,
            double weight, double* row) {
   const std::size_t samples = sums.next_re.size();

@@ -1,9 +1,9 @@
-// Moments of the series over independent draws of one scene, pixel by pixel: what a speckle study
-// keeps in place of its pings. docs/physics/4_speckle.md has the formulas.
+// Moments of the time series over independent speckle draws of one scene, for each pixel: a speckle
+// study keeps these in place of its pings. docs/physics/4_speckle.md, has the formulas.
 //
-//   Moments          central sums of n realisations; memory does not grow with n
-//   add_block        n + (a block of realisations), rows of beams at a time
-//   Ratios           what is read off them at one pixel
+//   Moments          central sums of n realizations; memory does not grow with n
+//   add_block        n + (a block of realizations), rows of beams at a time
+//   Ratios           ratios of the moments at one pixel
 #pragma once
 
 #include <complex>
@@ -13,7 +13,7 @@
 
 namespace ensonify {
 
-// Realisations that are summed together before they are merged (Chan, Golub and LeVeque 1983). The
+// Realizations that are summed together before they are merged (Chan, Golub and LeVeque 1983). The
 // order of all sums follows from it, so it is part of a data set's bytes.
 inline constexpr std::uint32_t kMomentBlock = 8;
 
@@ -33,7 +33,7 @@ inline constexpr int kMoments = 9;
 
 struct Moments {
   int beams = 0, samples = 0;
-  std::uint64_t count = 0;     // realisations in them
+  std::uint64_t count = 0;     // realizations in them
   std::vector<double> values;  // [beams x kMoments x samples]
 
   Moments() = default;
@@ -47,15 +47,16 @@ struct Moments {
   }
 };
 
-// Series of some realisations, [beams x samples] each.
+// Series of some realizations, [beams x samples] each.
 using SeriesBlock = std::span<const std::vector<std::complex<float>>>;
 
-// Merges a block into beams [first, last) of moments that hold `count` realisations there and in
-// beam `last`. Beams must be gone through upwards; `Moments::count` is the caller's to raise. The
-// result depends on the block and on what was there alone. Needs series of beams x samples values.
+// Merges a block into beams [first, last) of moments that hold `count` realizations there and in
+// beam `last`. Beams must be processed in rising order; the caller increases `Moments::count`. The
+// result depends only on the block and on the previous moments. Needs series of beams x samples
+// values.
 void add_block(SeriesBlock block, std::uint64_t count, int first, int last, Moments& moments);
 
-// Of one pixel from n >= 2 realisations; NaN where a denominator is 0.
+// Of one pixel from n >= 2 realizations; NaN where a denominator is 0.
 struct Ratios {
   double power_variance = 0;  // of I, unbiased, Pa^4
   double contrast = 0;        // standard deviation of I / mean of I

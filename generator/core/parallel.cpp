@@ -31,8 +31,8 @@ int most_threads() { return std::max(256, 4 * thread_count(0)); }
 struct Workers::Impl {
   explicit Impl(int n)
       : threads(n),
-        // TBB grants no more threads than the machine has cores unless it is told to, and the least
-        // of all limits that are alive holds for all.
+        // By default TBB uses no more threads than the machine has cores, and the smallest of all
+        // live limits applies to all.
         limit(tbb::global_control::max_allowed_parallelism, most_threads()),
         arena(n) {}
   int threads;

@@ -1,4 +1,4 @@
-// The one door to threads: TBB where it is, std::thread elsewhere (a machine without TBB, or
+// The only source of threads: TBB if available, std::jthread otherwise (a machine without TBB, or
 // the thread sanitizer, which reports false races inside TBB).
 #pragma once
 
@@ -12,8 +12,8 @@ struct StageTimes;
 
 class Workers {
  public:
-  // threads = 0: as many as the machine has. `stage_times`: where the stages that these workers do
-  // add their processor time (stage_times.h).
+  // threads = 0: as many as the machine has. `stage_times`: receives the processor time of the
+  // stages that these workers run (stage_times.h).
   explicit Workers(int threads = 0, StageTimes* stage_times = nullptr);
   ~Workers();
   Workers(const Workers&) = delete;
@@ -22,9 +22,9 @@ class Workers {
   int threads() const;
   StageTimes* stage_times() const { return stage_times_; }
 
-  // Calls body(i) once for every i in [0, count), in any order, and returns when all are done.
-  // Each i must write only what it owns: then results cannot depend on the number of threads.
-  // An exception of a body is thrown on from here.
+  // Calls body(i) once for every i in [0, count), in any order, and returns when all are done. Each
+  // i must write only what it owns, so that results do not depend on the number of threads.
+  // Rethrows an exception of a body.
   void for_each(std::size_t count, const std::function<void(std::size_t)>& body) const;
 
  private:
@@ -33,7 +33,7 @@ class Workers {
   StageTimes* stage_times_;
 };
 
-// Whether Workers are TBB's. Where they are not, no library may start TBB's threads either.
+// Whether Workers use TBB. If not, no library may start TBB's threads either.
 bool workers_are_tbb();
 
 }  // namespace ensonify

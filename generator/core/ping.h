@@ -1,10 +1,10 @@
-// What one ping leaves behind, and what a sequence and a data set are: the records that the
-// pipeline fills and the writers of dataset/ put on disk.
+// The results of a ping and the properties of a sequence and a data set: records that the pipeline
+// fills and dataset/ writes to disk.
 //
-//   ImagePlanes  LabelledImage  ImageView   one picture and its labels
+//   ImagePlanes  LabelledImage  ImageView   one image and its labels
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   OutputSelection                        what is written
-//   Layer  LayerSeries                     what a series adds up from
+//   Layer  LayerSeries                     signal components of a time series
 //   PingResult                             everything of one ping
 //   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the
 //   pings of a sequence share
@@ -26,7 +26,7 @@
 
 namespace ensonify {
 
-// The most pings of a sequence: file names count them with six digits.
+// Largest number of pings of a sequence: file names have six digits for them.
 inline constexpr int kMaxPings = 1'000'000;
 
 // The values of an image's pixels, row-major; core/image_planes.h lists them by name.
@@ -39,10 +39,10 @@ struct ImagePlanes {
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
   std::vector<std::uint16_t> shadow;  // the instance that casts it; 0: none. Empty: not asked for
-  // The instance whose bounced echoes bring most, where these bring more than the direct ones do;
-  // 0: none. Empty: not asked for.
+  // The instance with the strongest multipath echoes, where these exceed the direct ones; 0: none.
+  // Empty: not requested.
   std::vector<std::uint16_t> multipath = {};
-  // Of the surfaces of the pixel's instance (labels/surfaces.h). Empty: not asked for.
+  // Surfaces of the pixel's instance (labels/surfaces.h). Empty: not requested.
   std::vector<float> surface_elevation_rad = {};  // at its strongest echo; NaN: none
   std::vector<float> surface_range_m = {};
   std::vector<float> surface_normal_x = {};  // unit length, sonar frame, towards the sonar
@@ -55,7 +55,7 @@ struct ImagePlanes {
   std::vector<float> surface_count = {};  // 0: none
 };
 
-// A picture with its ground truth, [rows x columns].
+// An image with its ground truth, [rows x columns].
 // Polar: rows are samples, nearest first; columns are beams, 0 first.
 // Cartesian: the fan seen from above, boresight up, port left.
 struct LabelledImage : ImagePlanes {
@@ -69,7 +69,7 @@ struct GreyImage {
   std::vector<std::uint8_t> pixels;
 };
 
-// Some pixels of a picture. COCO conventions: x, y, width, height in pixels; the counts of the
+// Some pixels of an image. COCO conventions: x, y, width, height in pixels; the counts of the
 // column-major run-length code, compressed as COCO's tools do.
 struct PixelMask {
   std::array<int, 4> box{};
@@ -77,29 +77,30 @@ struct PixelMask {
   std::string rle_counts;
 };
 
-// What a ping says of an instance, whichever the picture; NaN where there is no such number.
+// Measures of an instance in a ping, the same for all images; NaN if undefined.
 struct InstanceMeasures {
   double truncated = std::numeric_limits<double>::quiet_NaN();    // share of its surface
   double contrast_db = std::numeric_limits<double>::quiet_NaN();  // over the ground around it
 };
 
-// One instance in one picture.
+// One instance in one image.
 struct Annotation {
   std::uint16_t instance = 0;
   std::array<int, 4> box{};
   std::int64_t area = 0;
   std::string rle_counts;
-  // Where it would be were everything else transparent, its own pixels included; absent: not asked
-  // for. With it the share of its rays that meet something else first; NaN where no ray meets it.
+  // Where it would be if everything else were transparent, with its own pixels; absent: not
+  // requested. Then also the share of its rays that meet something else first; NaN if no ray meets
+  // it.
   std::optional<PixelMask> amodal = {};
   double occlusion = 0;
   InstanceMeasures measures = {};
 };
 
-// What a series adds up from. `target`: the instances that are chosen; `background`: all other
-// surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`: what comes
-// over mirrors, whoever throws it back, none of which is in the layers before; `quantisation`: what
-// the converter changes.
+// Signal components, whose sum is the time series. `target`: the chosen instances; `background`:
+// all other surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`:
+// all echoes over specular reflectors, none of which are in the components before; `quantisation`:
+// the ADC's rounding error.
 enum class Layer { noise, volume, target, background, multipath, quantisation };
 constexpr const char* layer_name(Layer layer) {
   constexpr const char* kNames[] = {"noise",      "volume",    "target",
@@ -127,23 +128,22 @@ struct PingResult {
   DisplayCounts grey_counts;  // of polar_grey
   std::vector<Annotation> polar_annotations;
   std::vector<Annotation> cartesian_annotations;
-  std::vector<Annotation> polar_hidden;  // instances that are seen nowhere: amodal masks alone
+  std::vector<Annotation> polar_hidden;  // fully hidden instances: only amodal masks
   std::vector<Annotation> cartesian_hidden;
   std::vector<float> first_return_m;            // [beams], NaN: none
   ScattererList scatterers;                     // with amplitudes as drawn, for the export
   std::vector<std::complex<float>> amplitudes;  // [scatterers]; empty: export not asked for
 };
 
-// A box around all of an instance: of an object in the object's own frame, of a volume in the
-// world.
+// A box around a whole instance: of an object in its own frame, of a volume in the world frame.
 struct OrientedBox {
-  Pose pose;    // of its centre
+  Pose pose;    // of its center
   Vec3 size_m;  // along its own axes
 };
 
 enum class InstanceKind { surface, point_target, volume };
 
-// A part of a surface with a material of its own, by the name that its file gives it.
+// A part of a surface that has its own material, by its name in the file.
 struct InstancePart {
   std::string name;
   std::string material;
@@ -162,10 +162,10 @@ struct Instance {
   double target_strength_db = 0;         // of a point target
   double volume_strength_db = 0;         // of a volume, dB re 1/m
   std::vector<InstancePart> parts = {};  // of a surface: what has another material
-  std::optional<OrientedBox> box = {};   // absent: a point, or without end
+  std::optional<OrientedBox> box = {};   // absent: a point, or infinite
 };
 
-// The Cartesian picture: pixel (row, column) has its centre at
+// The Cartesian image: pixel (row, column) has its center at
 // x = x_top_m - (row + 1/2) m_per_px, y = y_left_m - (column + 1/2) m_per_px in the sonar's plane.
 struct CartesianGrid {
   int height_px = 0, width_px = 0;
@@ -186,45 +186,45 @@ struct OutputSelection {
   bool png = true;
   bool scatterers = false;
   bool points = false;
-  bool shadow = true;      // beside polar and Cartesian pictures
-  bool amodal = true;      // in the annotations of all pictures
-  bool multipath = false;  // ghost masks beside polar and Cartesian pictures
+  bool shadow = true;      // beside polar and Cartesian images
+  bool amodal = true;      // in the annotations of all images
+  bool multipath = false;  // ghost masks beside polar and Cartesian images
   bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
   bool cartesian_exr = false;  // float planes of Cartesian images too; needs `cartesian`
-  bool channels = false;       // what each element of an array hears
-  bool packed = false;         // arrays of all pings in place of files of each
-  bool statistics = false;     // of all pings of a sequence, which then are draws of one scene
-  bool pings = true;           // without, no ping has a file, and all that it would take is off
+  bool channels = false;       // the signal of each array element
+  bool packed = false;         // arrays of all pings instead of files per ping
+  bool statistics = false;     // over all pings of a sequence, which then show one scene
+  bool pings = true;           // false: pings have no files
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
 
-// A value of the scenario that was drawn: its key path, with items of lists by name, and what came
-// out, as YAML. Of a choice among maps, lists or files: the path with `.choice` behind it and the
-// number of the alternative, from 0.
+// A sampled value of the scenario: its key path, with list items by name, and the value as YAML.
+// For a choice among maps, lists or files: the path with `.choice` appended and the number of the
+// alternative, from 0.
 struct DrawnValue {
   std::string path;  // objects.rock_3.pose.position_m.0
   std::string value;
   friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
 };
 
-// What placing objects at random made of a sequence. Sampling again keeps the sequences with few or
-// small objects: the counts tell by how much.
+// The outcome of placing objects at random in a sequence. Sampling again favors sequences with few
+// or small objects: the counts show by how much.
 struct PlacedClass {
   std::string class_name;
-  std::uint64_t first = 0;  // objects of the first draw that were to be placed
-  std::uint64_t kept = 0;   // ... of the draw that was kept, without those left out
+  std::uint64_t first = 0;  // objects to be placed in the first sample
+  std::uint64_t kept = 0;   // ... in the sample that was kept, without those left out
 };
 struct Placement {
-  std::uint32_t redraws = 0;  // before the draw that was kept
+  std::uint32_t redraws = 0;  // before the sample that was kept
   std::vector<PlacedClass> classes;
   std::vector<std::string> left_out;  // names of objects
 };
 
-// As COCO tells them apart: what can be counted, and what fills the image around it.
+// COCO's kinds: countable things, and the stuff around them.
 enum class ClassKind { thing, stuff };
 inline const char* name_of(ClassKind kind) { return kind == ClassKind::stuff ? "stuff" : "thing"; }
 

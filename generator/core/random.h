@@ -1,8 +1,8 @@
-// Random numbers without state: a number is a function of its key and counter, so that nothing
-// depends on the order of calls or on threads.
+// Random numbers without state: a number is a function of its key and counter, so that results do
+// not depend on the order of calls or on threads.
 //
 //   Stream          what a draw is for
-//   SequenceDraw    a sequence may be drawn several times
+//   SequenceDraw    a sequence may be sampled several times
 //   stream_key      64-bit key from (seed, stream, sequence)
 //   name_key        64-bit key from a name
 //   philox4x32_10   the generator
@@ -27,8 +27,8 @@ enum class Stream : std::uint32_t {
   volume = 4,   // echoes of volumes
   terrain = 5,  // procedural seabed
   motion = 6,   // wave motion of paths
-  world = 7,    // values of a scenario that are drawn
-  place = 8,    // where objects come to lie
+  world = 7,    // sampled values of a scenario
+  place = 8,    // positions of objects
   bubbles = 9,  // procedural volumes
   array = 12,   // errors of elements
   sweep = 13,   // random values of a sweep's axes
@@ -55,7 +55,7 @@ ENSONIFY_HD inline Philox4 philox4x32_10(Philox4 counter, std::uint64_t key) {
   return counter;
 }
 
-// Finaliser of splitmix64: a bijection of 64-bit words in which every input bit reaches every
+// Finalizer of splitmix64: a bijection of 64-bit words in which every input bit reaches every
 // output bit.
 ENSONIFY_HD inline std::uint64_t mix64(std::uint64_t z) {
   z += 0x9E3779B97F4A7C15u;
@@ -70,7 +70,7 @@ ENSONIFY_HD inline std::uint64_t stream_key(std::uint64_t seed, Stream stream,
   return mix64(mix64(seed) ^ mix64(~word));
 }
 
-// A draw of a sequence's world: redraw 0 is the first, and the next is made where the objects of one
+// A sample of a sequence's world: redraw 0 is the first; the next is made if the objects of one
 // find no place.
 struct SequenceDraw {
   constexpr SequenceDraw(std::uint32_t sequence_number = 0, std::uint32_t redraw_number = 0)

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kNames[] = {"sse4", "avx2", "avx512"};
 
-// The program, or the module of Python that this is linked into.
+// The program, or the Python module that contains this code.
 fs::path own_file() {
   std::error_code error;
   Dl_info info;
@@ -27,7 +27,8 @@ fs::path own_file() {
 std::filesystem::path companion_path(const char* name) {
   std::error_code error;
   const fs::path folder = own_file().parent_path();
-  // The own folder comes first, so that a build never takes what an older installation left.
+  // The program's own folder comes first, so that a build never uses files of an older
+  // installation.
   for (const char* place : {"", "../lib/ensonify", "../../../ensonify"}) {
     const fs::path file = (folder / place / name).lexically_normal();
     if (fs::exists(file, error)) return file;

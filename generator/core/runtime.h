@@ -1,4 +1,4 @@
-// What the program finds where it runs.
+// Files and processor features of the machine at run time.
 //
 //   companion_path    where a file is that the program starts or opens: the importer, the CUDA
 //                     module
@@ -13,9 +13,9 @@
 
 namespace ensonify {
 
-// The file of this name in the folder of the program, or of the Python module that this is part of,
-// as in a build tree; or where an installation puts it: ../lib/ensonify from the program's folder,
-// ../../../ensonify from the module's. Where none exists: the path in the own folder.
+// The file of this name in the folder of the program or of the Python module, as in a build tree,
+// or where an installation puts it: ../lib/ensonify from the program's folder, ../../../ensonify
+// from the module's. If none exists: the path in the first folder.
 std::filesystem::path companion_path(const char* name);
 
 enum class SimdLevel { sse4, avx2, avx512 };  // avx2 with fma; avx512 with f, bw, dq and vl

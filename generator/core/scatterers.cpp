@@ -8,7 +8,7 @@
 namespace ensonify {
 namespace {
 
-// From here on a bucket for every key is cheaper than comparing.
+// From this number on, one bucket per key is faster than comparing.
 constexpr std::size_t kFewKeys = 16;
 
 bool before(const SortKey& a, const SortKey& b) {
@@ -32,10 +32,10 @@ void sort_keys(std::vector<SortKey>& keys) {
                           [](const SortKey& a, const SortKey& b) { return a.delay_s < b.delay_s; });
   if (keys.size() < kFewKeys) return std::sort(keys.begin(), keys.end(), before);
   const double span_s = last->delay_s - first->delay_s;
-  // All the same, or nothing that could be divided.
+  // All delays are equal, or the span cannot be divided.
   if (!(span_s > 1e-300 && span_s < 1e300)) return std::sort(keys.begin(), keys.end(), before);
-  // Into as many buckets of equal breadth as there are keys, then each in itself. Where the delays
-  // crowd into a few buckets these are long, and sorted as fast as all would be.
+  // One bucket of equal width per key, then each bucket is sorted. If the delays crowd into a few
+  // buckets, sorting these takes no longer than sorting all.
   const double earliest = first->delay_s;
   const double per_second = static_cast<double>(keys.size() - 1) / span_s;
   const auto bucket = [&](const SortKey& k) {
@@ -90,7 +90,7 @@ ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int be
 void append(std::span<std::vector<Scatterer>> parts, std::vector<Scatterer>& all) {
   std::size_t count = 0;
   for (const auto& part : parts) count += part.size();
-  // Growth that is asked for again and again must stay geometric.
+  // Repeated growth must stay geometric, so only the first call reserves.
   if (all.empty()) all.reserve(count);
   for (auto& part : parts) {
     all.insert(all.end(), part.begin(), part.end());

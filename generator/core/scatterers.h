@@ -1,12 +1,12 @@
-// The record between tracing and synthesis: what one ping hears, and what surfaces keep from it.
+// The record between tracing and synthesis: the echoes of one ping, and those that surfaces hide.
 //
-// Made once per ping, read by every backend and by the labels. No ray grid is left in it: an echo
-// from a refracted ray, a bounce or a fixed surface scatterer is one more entry.
+// Made once per ping, read by every backend and by the labels. It has no ray grid: an echo from a
+// refracted ray, a bounce or a fixed surface scatterer is one more entry.
 //
 //   Scatterer  ScattererList
 //   sorted_by_beam_and_delay  append  with_more  sort_keys
-//   VolumeEcho  total_energy   what a volume of water throws back: too many scatterers to list
-//   HiddenEchoes               what nobody hears, for shadows and amodal masks
+//   VolumeEcho  total_energy   echoes of a volume of water, which has too many scatterers to list
+//   HiddenEchoes               hidden echoes, for shadows and amodal masks
 #pragma once
 
 #include <array>
@@ -46,15 +46,15 @@ struct Scatterer {
   float standard_deviation = 0;
   float cos_incidence = 0;
   float doppler = 0;  // relative frequency shift; 0 at rest
-  // Identity for random draws, the same for any thread or order. The two ways round a bounced path
-  // share it, and so the draw; no others do.
+  // Identity for random draws, independent of threads and order. Only the two directions around a
+  // bounced path share it, and thus the draw.
   std::uint64_t key = 0;
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
   std::uint16_t path = 0;  // 0 direct; others as SequenceInfo::paths
   // With `bounces`: the instances of the path's other surfaces, in the order of the sound; 0: no more.
   std::array<std::uint16_t, kMostBounces> via{};
-  // Of the received path: the sound comes in as if from received_path_m along `arrival`.
+  // Length of the received path: the sound arrives as if from received_path_m along `arrival`.
   float received_path_m = 0;
 };
 
@@ -68,19 +68,19 @@ struct ScattererList {
   std::size_t size() const { return items.size(); }
 };
 
-// Sorts scatterers into a list. Throws away none; every beam must be below `beams`.
+// Sorts scatterers into a list. Keeps all; every beam must be below `beams`.
 ScattererList sorted_by_beam_and_delay(std::vector<Scatterer> scatterers, int beams);
 ScattererList sorted_by_beam_and_delay(std::span<const Scatterer> scatterers, int beams,
                                        const Workers& workers);
 
-// Puts all parts behind `all`, one after another, and gives back the memory of each on the way.
+// Appends all parts to `all` and frees the memory of each.
 void append(std::span<std::vector<Scatterer>> parts, std::vector<Scatterer>& all);
 
-// A list with more scatterers put where they belong.
+// Merges more scatterers into a sorted list.
 ScattererList with_more(ScattererList list, std::span<const Scatterer> more,
                         const Workers& workers);
 
-// What one sector's scatterers are sorted by, and where they are: moving these is cheaper.
+// Sort keys of one beam cell's scatterers and their indices, which are cheaper to move.
 struct SortKey {
   double delay_s = 0;
   std::uint64_t key = 0;
@@ -106,10 +106,10 @@ inline double total_energy(std::span<const VolumeEcho> volumes, std::size_t cell
 }
 
 struct HiddenEchoes {
-  ScattererList list;                   // as they would be heard were nothing before them
-  std::vector<std::uint32_t> occluder;  // one each: the instance that alone hides it; 0: several do
-  // By instance id: of the rays (point targets, fish) that meet it, the share that meets another
-  // instance first. NaN: none meets it.
+  ScattererList list;                   // echoes as if nothing were in front of them
+  std::vector<std::uint32_t> occluder;  // for each: the only instance that hides it; 0: several do
+  // By instance id: share of the rays (point targets, fish) to it that meet another instance first.
+  // NaN: none reaches it.
   std::vector<double> occlusion;
 };
 

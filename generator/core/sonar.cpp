@@ -7,7 +7,8 @@
 namespace ensonify {
 namespace {
 
-// Room for the pulse's tails, so that an echo in the last sample does not come back in the first.
+// Room for the pulse's tails, so that an echo in the last sample does not wrap around into the
+// first.
 constexpr int kPaddingSamples = 64;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the stages know of the instrument, the water and the record: plain numbers, SI, radians.
+// The instrument, the water and the record as plain numbers, in SI units and radians.
 //
 //   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc   parts of it   name_of: their
 //   words in scenarios and files
@@ -31,7 +31,7 @@ struct Pulse {
   std::vector<PulseTableRow> table;  // of table, by rising frequency
 };
 
-// What the receiver multiplies the spectrum by, over the band.
+// Spectral window of the receiver over the band.
 enum class Window { none, hann, hamming, blackman };
 
 // How the receiving array's elements are weighted; the beam keeps its -3 dB width.
@@ -51,10 +51,10 @@ struct ShadedLine {
   double sigma_squared = 0;  // of taylor
 };
 
-// dynamic: at each sample on the point of the beam from which an echo arrives just then, in the
-// plane of elevation 0. none: on infinity.
+// dynamic: each sample is focused on the point of the beam from which its echo arrives, in the
+// plane of elevation 0. none: focus at infinity.
 enum class Focus { none, dynamic };
-// How beams are turned to their azimuth: by a delay of the whole signal, or by the carrier's phase.
+// How beams are steered to their azimuth: by delaying the whole signal, or by the carrier's phase.
 enum class Steering { true_delay, phase };
 
 // A line of elements along the sonar's y axis, about its origin: element n at
@@ -62,15 +62,15 @@ enum class Steering { true_delay, phase };
 struct ArrayReceiver {
   int elements = 0;
   double spacing_m = 0;
-  double element_width_m = 0;  // of each one's aperture along the line; 0: it hears all directions
+  double element_width_m = 0;  // aperture of each along the line; 0: omnidirectional
   BeamShading shading;         // weights of the elements, their sum 1; the width follows
   Focus focus = Focus::dynamic;
   Steering steering = Steering::true_delay;
-  // What each makes of the sound: gain and phase errors, 0 where it is dead. [elements]
+  // Response of each element: gain and phase errors, 0 if dead. [elements]
   std::vector<std::complex<double>> response;
 };
 
-// Quantises real and imaginary part of every sample to 2^bits steps over +- full scale.
+// Quantizes real and imaginary part of every sample to 2^bits steps over +- full scale.
 struct Adc {
   int bits = 16;
   double full_scale_db = 0;  // dB re 1 uPa: the largest |re p| and |im p|
@@ -79,7 +79,7 @@ struct Adc {
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
 enum class Normalization { calibrated, mean_square };
 
-// per_ping: fresh draws each ping. per_ray: one pattern, frozen in the sonar's frame. surface: the
+// per_ping: fresh draws in each ping. per_ray: one pattern, fixed in the sonar's frame. surface:
 // scatterers are fixed on the surfaces (trace/surface_points.h).
 enum class SpeckleMode { per_ping, per_ray, surface };
 
@@ -97,11 +97,11 @@ struct Sonar {
   BeamShading shading;
   double transmit_width_rad = 0;  // -3 dB, in azimuth about the boresight; 0: uniform
   double elevation_width_rad = 0;  // -3 dB, two-way
-  ShadedLine elevation_line;       // of that width; uniform: its aperture is not looked at
+  ShadedLine elevation_line;       // of that width; uniform: its aperture is ignored
   double elevation_fan_rad = 0;    // rays span [-fan/2, fan/2]
   int rays_elevation = 0;        // rays per sector
   int rays_azimuth = 1;
-  int rays_per_cell = 0;  // scatterers that a resolution cell gets at least; 0: as the fan has it
+  int rays_per_cell = 0;  // least number of scatterers in a resolution cell; 0: no refinement
   Normalization normalization = Normalization::calibrated;
   std::optional<ArrayReceiver> array;  // absent: ideal sectors, mixed by the beam's pattern
   std::optional<Adc> adc;
@@ -115,12 +115,12 @@ struct SoundProfile {
 };
 
 struct Water {
-  double sound_speed_m_s = 1500;             // what the instrument takes it to be
+  double sound_speed_m_s = 1500;             // as the instrument assumes it
   double absorption_db_m = 0;                // at the carrier
-  std::optional<SoundProfile> profile = {};  // absent: that speed everywhere
+  std::optional<SoundProfile> profile = {};  // absent: the same speed everywhere
 };
 
-// As scenarios and sequence.json spell them.
+// The words that scenarios and sequence.json use.
 const char* name_of(PulseShape shape);
 const char* name_of(Window window);
 const char* name_of(Shading shading);
@@ -135,7 +135,7 @@ struct Record {
   double sample_interval_s = 0;
 };
 
-// The same start of the fan for everyone: theta_j = (j - (count-1)/2) spacing; beam 0 starboard.
+// Azimuth of a beam: theta_j = (j - (count-1)/2) spacing; beam 0 starboard.
 double beam_azimuth_rad(const Sonar& sonar, int beam);
 std::vector<double> beam_azimuths_rad(const Sonar& sonar);
 

@@ -38,15 +38,15 @@ inline constexpr int kStageCount = 18;
 
 const char* stage_name(Stage stage);
 
-// Whether the paper's model is what the stage works out.
+// Whether the stage computes the paper's model.
 bool is_physics(Stage stage);
 
 struct StageTimes {
   std::array<std::atomic<std::int64_t>, kStageCount> ns{};
 };
 
-// From its construction to its end, processor time of this thread; nothing where the workers count
-// none. Threads that help with the stage are not counted: give each ping one thread.
+// Counts the processor time of this thread in its scope; nothing if the workers do not count. Other
+// threads that help with the stage are not counted: give each ping one thread.
 class StageTimer {
  public:
   StageTimer(const Workers& workers, Stage stage);
@@ -59,7 +59,7 @@ class StageTimer {
   std::int64_t start_ns_ = 0;
 };
 
-// What `work` gives.
+// Returns what `work` returns.
 template <class Work>
 decltype(auto) timed(const Workers& workers, Stage stage, Work&& work) {
   const StageTimer timer(workers, stage);

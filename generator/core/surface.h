@@ -1,8 +1,8 @@
-// What surfaces do to sound: the parameters, without the formulas (acoustics/scattering.h).
+// Parameters of how surfaces scatter and reflect sound; acoustics/scattering.h has the formulas.
 //
 //   ScatteringLaw  CoherentModel  BackscatterTable   name_of: their words in files
-//   Material  PartMaterials     how a surface throws sound back
-//   FlatSurface  Multipath      which flat surfaces sound comes over, and how many bounces
+//   Material  PartMaterials     how a surface scatters
+//   FlatSurface  Multipath      which flat surfaces reflect sound, and how many bounces
 //   SoundPath                   one path out and back
 #pragma once
 
@@ -16,7 +16,7 @@ namespace ensonify {
 enum class ScatteringLaw { lambert, lommel_seeliger, table };
 enum class CoherentModel { none, rician, kirchhoff };
 
-// As scenarios and sequence.json spell them.
+// The words that scenarios and sequence.json use.
 constexpr const char* name_of(ScatteringLaw law) {
   constexpr const char* kNames[] = {"lambert", "lommel_seeliger", "table"};
   return kNames[static_cast<int>(law)];
@@ -43,13 +43,13 @@ struct Material {
   double roughness_rms_m = 0;  // h of kirchhoff
 };
 
-// Parts of a mesh that scatter in another way than the rest of their object.
+// Parts of a mesh whose material differs from that of their object.
 struct PartMaterials {
   std::vector<std::uint16_t> of_part;  // by Mesh::part: 0 the object's own, k: materials[k - 1]
   std::vector<Material> materials;     // both empty: the object's own everywhere
 };
 
-// Horizontal and without end.
+// Horizontal and infinite.
 struct FlatSurface {
   double z_m = 0;  // in the world
   double reflection = 0;
@@ -66,7 +66,7 @@ struct Multipath {
 inline constexpr int kMaxBounces = 4;
 // Of `bounces`: surfaces beyond the first one on a path.
 inline constexpr int kMostBounces = 3;
-// How many ways a sequence may have: each is tried for every echo.
+// Largest number of paths in a sequence: each is tried for every echo.
 inline constexpr std::size_t kMaxSoundPaths = 4096;
 
 // By the names of what it bounces off, in the order of the sound: surface, bottom, OBJECT.z of a

@@ -2,7 +2,7 @@
 //
 //   kPi  radians  degrees
 //   level_db  mean_square_pa2
-//   image_level_db   level_db in single precision, in a form that vectorises
+//   image_level_db   level_db in single precision, in a form that vectorizes
 #pragma once
 
 #include <cmath>
@@ -37,8 +37,8 @@ ENSONIFY_HD inline double mean_square_pa2(double level_db) {
 // steps are 0.016 dB and more above 16 dB. Infinity has 505 dB, the most that a float can.
 // With x = 2^e m, m in [sqrt(1/2), sqrt(2)), and s = (m - 1) / (m + 1):
 //   10 lg x = 10 lg 2 e + 20 / ln 10 (s + s^3 / 3 + s^5 / 5 + ...),
-// and the terms left out are below 6e-6 dB. It takes the same steps for every x, with a mask of
-// bits for a choice, since compilers make a branch of anything else and then do not vectorise.
+// and the omitted terms are below 6e-6 dB. All x take the same steps, and a bit mask makes the
+// choice, since compilers turn anything else into a branch and then do not vectorize.
 // __builtin_bit_cast, since CUDA refuses the host's std::bit_cast on the device.
 ENSONIFY_HD inline float image_level_db(float mean_square_pa2) {
   constexpr std::uint32_t kSqrtHalfBits = 0x3f3504f3;

@@ -17,7 +17,7 @@ Quat slerp(Quat a, Quat b, double u) {
   }
   double wa = 1 - u;
   double wb = u;
-  // Below this angle sin(angle) loses digits while the chord is the arc to 1e-12.
+  // Below this angle sin(angle) loses digits, while the chord equals the arc to 1e-12.
   if (cosine < 1 - 1e-12) {
     const double angle = std::acos(cosine);
     wa = std::sin((1 - u) * angle) / std::sin(angle);

@@ -1,6 +1,6 @@
 // ENSONIFY_VECTOR_CLONES: a function compiled once for each width of vectors, chosen when the
 // program starts. Operations are not fused (-ffp-contract=off), so that all clones give the same
-// bits. Sanitized programs, built by clang, have the plain function alone.
+// bits. Sanitized programs, built by clang, have only the plain function.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)

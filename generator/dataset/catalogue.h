@@ -1,9 +1,9 @@
-// The files of a data set and the planes of its images, one row each. Whatever writes, packs,
+// The files of a data set and the planes of its images, one row each. All code that writes, packs,
 // checks, lists, estimates, describes or reads files loops over these rows.
 //
 //   FileScope  FileGrid  FileCodec     where a file lies, what its cells are, how they are stored
 //   CatalogueRow  catalogue            the rows, in the order of the data card
-//   FileSelection  selection_of        what decides which of them there are
+//   FileSelection  selection_of        what decides which of them exist
 //   is_wanted  is_ping_file  is_array
 //   find_file  find_array  arrays_of   rows by name
 //   plane_row  grey_row  picture_row   ... or by what it shows
@@ -27,7 +27,7 @@
 
 namespace ensonify {
 
-// Once a data set, once a sequence, once a ping.
+// Once per data set, sequence or ping.
 enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [pings, beams], [beams, samples], [elements, samples], [samples, beams],
@@ -57,8 +57,8 @@ struct FileSelection {
   bool bounces = false;
 };
 
-// Packed sequences have `array`, one file of all pings, in place of `file` of each; rows without an
-// array are not in packed sequences, but lists, which stay a file of each ping.
+// Packed sequences have `array`, one file of all pings, instead of a `file` per ping. Packed
+// sequences lack rows without an array, except lists, which stay one file per ping.
 struct CatalogueRow {
   using Cells = std::variant<std::span<const float>, std::span<const std::uint16_t>,
                              std::span<const std::uint8_t>, std::span<const std::complex<float>>>;
@@ -71,19 +71,19 @@ struct CatalogueRow {
   std::string type = {};                      // of a cell in `array` or NPY (npy.h); empty: none
   double file_bytes = 0;                      // of a cell in `file`, as typical images have them
   bool (*wanted)(const FileSelection&) = {};  // null: always
-  std::string card = {};                      // the line of README.md; empty: a row before has it
+  std::string card = {};                      // the line of README.md; empty: in an earlier row
   std::string packed_card = {};               // the line of packed sequences
-  const char* maker = "";                     // the keys of a scenario that ask for it
+  const char* maker = "";                     // the keys of a scenario that enable it
   std::function<Cells(const PingResult&)> cells = {};  // null: no cells of fixed number
   std::optional<ImageView> view = {};                  // of an image
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
   bool shares_file = false;                            // with a row before: planes of one EXR
   std::optional<Layer> layer = {};
-  int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbours
+  int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbors
 };
 
 std::span<const CatalogueRow> catalogue();
-// Makes them, for catalogue() alone.
+// Makes the rows; only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
 
 FileSelection selection_of(const SequenceInfo& info);
@@ -92,7 +92,7 @@ bool is_wanted(const CatalogueRow& row, const FileSelection& selection);
 bool is_ping_file(const CatalogueRow& row, const FileSelection& selection);
 bool is_array(const CatalogueRow& row, const FileSelection& selection);
 
-// Null where no data set has a file or array of this name.
+// Null if no data set has a file or array of this name.
 const CatalogueRow* find_file(FileScope scope, std::string_view file);
 const CatalogueRow* find_array(std::string_view array);
 // The arrays of a packed sequence, in the order in which they lie in a ping's piece.
@@ -100,8 +100,8 @@ std::vector<const CatalogueRow*> arrays_of(const FileSelection& selection);
 
 const CatalogueRow& plane_row(ImageView view, std::string_view plane);
 const CatalogueRow& grey_row(ImageView view);
-// The image that a detector trains on: the grey one or, where there is none, the level; null where
-// there is neither.
+// The image for training a detector: the 8-bit one or, if missing, the level; null if both are
+// missing.
 const CatalogueRow* picture_row(ImageView view, const FileSelection& selection);
 
 struct GridSizes {
@@ -111,9 +111,9 @@ struct GridSizes {
   std::uint64_t pings = 0;
 };
 GridSizes sizes_of(const SequenceInfo& info);
-// {0} of a list, which stands for any length.
+// {0} for a list, which means any length.
 NpyShape grid_shape(const CatalogueRow& row, const GridSizes& sizes);
-// `array`'s: the pings before those of one.
+// Shape of `array`: pings first.
 NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes);
 std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes);
 // Of one ping in `array`.

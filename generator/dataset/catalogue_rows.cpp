@@ -28,21 +28,22 @@ constexpr FixedFile kDatasetFiles[] = {
     {"README.md", FileCodec::text, ""},
     {layout::kDatasetSha256, FileCodec::text, ""},
     {layout::kDatasetJson, FileCodec::json,
-     "| `dataset.json` | manifest with the SHA-256 of the files; its own is in `dataset.sha256` |"},
+     "| `dataset.json` | manifest with the SHA-256 of all files; its own hash is in "
+     "`dataset.sha256` |"},
     {layout::kWorkJson, FileCodec::json,
-     "| `work.json` | what was generated: scenario, seed, program and numerics |"},
+     "| `work.json` | what was generated: scenario, seed, program and instruction sets |"},
     {"scenario.yaml", FileCodec::text,
-     "| `scenario.yaml`, `assets/` | the scenario as resolved and the input files it names; "
+     "| `scenario.yaml`, `assets/` | the resolved scenario and its input files; "
      "running it again gives the same bytes |"},
     {"index.csv", FileCodec::csv,
-     "| `index.csv` | one row a ping: sequence, ping, time_s, split, stem |"},
+     "| `index.csv` | one row per ping: sequence, ping, time_s, split, stem |"},
     {"splits/train.txt", FileCodec::text,
-     "| `splits/*.txt` | the stems (`sequence/ping`) of each split, whole sequences together |"},
+     "| `splits/*.txt` | the stems (`sequence/ping`) of each split; a sequence is in one split |"},
     {"splits/val.txt", FileCodec::text, ""},
     {"splits/test.txt", FileCodec::text, ""},
     {"coco.json", FileCodec::json,
-     "| `coco.json` | boxes and masks (compressed RLE) of every instance in every picture; with "
-     "`amodal_segmentation` also of what is hidden of it, and `occlusion`, the share that is |"},
+     "| `coco.json` | boxes and masks (compressed RLE) of every instance in every image; with "
+     "`amodal_segmentation` also its hidden part, and `occlusion`, the share that is hidden |"},
     {layout::kProvenanceJson, FileCodec::json,
      "| `provenance.json` | host, wall time, threads: not part of the data |"},
 };
@@ -50,7 +51,7 @@ constexpr FixedFile kDatasetFiles[] = {
 // {voxel_m} stands for the number.
 constexpr FixedFile kSequenceFiles[] = {
     {layout::kSequenceJson, FileCodec::json,
-     "| `sequence.json` | the sequence as drawn: sonar, water, instances, model, every file with "
+     "| `sequence.json` | the sampled sequence: sonar, water, instances, model, every file with "
      "its SHA-256 |"},
     {"azimuth_rad.npy", FileCodec::npy, "| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |",
      FileGrid::beams, kNpyFloat64},
@@ -69,7 +70,7 @@ constexpr FixedFile kSequenceFiles[] = {
      "| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |"},
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
-     "metres, voxels of {voxel_m} m, world coordinates |"},
+     "meters, voxels of {voxel_m} m, world coordinates |"},
     {layout::kCartesianMap, FileCodec::npy,
      "| `cartesian_map.npy` | int32 [rows, columns], for each Cartesian pixel the index of its "
      "polar pixel, sample × beams + beam; −1 outside the fan |",
@@ -108,8 +109,8 @@ void add_statistics(Rows& rows) {
   }
   rows[first].card = rows[first].packed_card =
       "| `statistics/*.npy` | float64 or complex128 [samples, beams]: mean, variance, "
-      "contrast, fourth moment and covariance of neighbours over all pings, which are draws "
-      "of one scene; `statistics` in `sequence.json` says each |";
+      "contrast, fourth moment and covariance of neighbors over all pings, which show one scene "
+      "with fresh speckle; `statistics` in `sequence.json` describes each |";
 }
 
 CatalogueRow series_row(std::string file, std::string array, FileCodec codec = FileCodec::npy) {
@@ -132,7 +133,7 @@ void add_series(Rows& rows) {
   rows.push_back(series_row(layout::kTimeseriesExr, "", FileCodec::series_exr));
   rows.back().wanted = [](const FileSelection& s) { return s.output.timeseries_exr; };
   rows.back().card =
-      "| `timeseries/PPPPPP.exr` | the series as a picture: rows samples, columns beams, "
+      "| `timeseries/PPPPPP.exr` | the time series as an image: rows samples, columns beams, "
       "float channels `p.re` and `p.im`, Pa |";
   rows.back().maker = "`output.timeseries: exr`";
 
@@ -141,11 +142,11 @@ void add_series(Rows& rows) {
   rows.back().wanted = [](const FileSelection& s) { return s.output.channels; };
   rows.back().cells = [](const PingResult& r) -> Cells { return std::span(r.channels); };
   rows.back().card =
-      "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: what each element of the "
-      "array hears |";
+      "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: the signal of each element of "
+      "the array |";
   rows.back().packed_card =
-      "| `channels.npy` | complex64 [pings, elements, samples], Pa: what each element of the "
-      "array hears |";
+      "| `channels.npy` | complex64 [pings, elements, samples], Pa: the signal of each element of "
+      "the array |";
   rows.back().maker = "`output.channels: true`";
 }
 
@@ -166,15 +167,15 @@ void add_layers(Rows& rows) {
     };
   }
   rows[first].card =
-      "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {layers}, as far as "
-      "there are any; their sum is the series |";
+      "| `layers/PPPPPP_*.npy` | complex64 [beams, samples], Pa: {layers}, where "
+      "present; their sum is the time series |";
   rows[first].packed_card =
-      "| `layers_*.npy` | the same of {layers}, as far as there are any; their sum is "
-      "the series |";
+      "| `layers_*.npy` | the same of {layers}, where present; their sum is "
+      "the time series |";
 }
 
-// What the data card says about a plane of polar images, and its bytes of a pixel on disk: levels
-// are stored as they are, other planes are deflated.
+// The data card's text about a plane of polar images, and its bytes per pixel on disk: levels are
+// stored uncompressed, other planes are deflated.
 struct PlaneFile {
   std::string_view plane;
   double file_bytes;
@@ -186,31 +187,32 @@ struct PlaneFile {
 constexpr PlaneFile kPlaneFiles[] = {
     {"level_db", 2, "", "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: {meanings} |",
      "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise {arrays} |"},
-    {"clean_db", 0.25, "clean level"},
-    {"elevation_rad", 0.25, "elevation and its spread"},
+    {"clean_db", 0.25, "expected level without speckle"},
+    {"elevation_rad", 0.25, "elevation and its standard deviation"},
     {"elevation_std_rad", 0.25},
-    {"instance_fraction", 0.125, "share of the winning instance"},
+    {"instance_fraction", 0.125, "share of the strongest instance"},
     {"instance", 0.0625, "",
      "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
-     "16 and 8 bit, 0: none |",
+     "16-bit and 8-bit, 0: none |",
      "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |"},
     {"semantic", 0.0625},
     {"shadow", 0.02, "",
-     "| `polar/PPPPPP_shadow.png` | 16 bit, the instance in whose shadow the pixel lies, "
+     "| `polar/PPPPPP_shadow.png` | 16-bit, the instance in whose shadow the pixel lies, "
      "0: none |",
      "| `polar_shadow.npy` | uint16, the instance in whose shadow the pixel lies, 0: none |"},
     {"multipath", 0.02, "",
-     "| `polar/PPPPPP_multipath.png` | 16 bit, the instance whose echoes over mirrors are "
-     "heard there, where they are more than the direct ones, 0: none; no other mask counts "
-     "such echoes |",
-     "| `polar_multipath.npy` | uint16, the instance whose echoes over mirrors are more "
-     "than the direct ones, 0: none; no other mask counts such echoes |"},
+     "| `polar/PPPPPP_multipath.png` | 16-bit, the instance whose multipath echoes are "
+     "stronger there than the direct echoes, 0: none; no other mask counts multipath "
+     "echoes |",
+     "| `polar_multipath.npy` | uint16, the instance whose multipath echoes are stronger "
+     "than the direct echoes, 0: none; no other mask counts multipath echoes |"},
     {"surface_elevation_rad", 0.4, "",
-     "| `polar/PPPPPP_surfaces.exr` | float channels, of the surfaces of the pixel's instance: "
+     "| `polar/PPPPPP_surfaces.exr` | float channels about the surfaces of the pixel's instance: "
      "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
      "lowest and at the highest, and the number of surfaces |",
      "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy` | float32 [pings, "
-     "samples, beams], of the surfaces of the pixel's instance: elevation, range and normal (sonar "
+     "samples, beams], about the surfaces of the pixel's instance: elevation, range and normal "
+     "(sonar "
      "frame) at the strongest echo, elevation and range at the lowest and at the highest, and the "
      "number of surfaces |"},
     {"surface_range_m", 0.4},
@@ -250,8 +252,8 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
   return view == ImageView::polar ? r.polar : r.cartesian;
 }
 
-// Floats are stored as halves, all in one picture, but those of surfaces, which have a picture of
-// floats of their own; ids in a picture of each plane.
+// Floats are stored as halves, all in one image, but those of surfaces, which have an image of
+// floats of their own; ids in an image of each plane.
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
   const bool is_float = is_float_plane(plane);
@@ -303,14 +305,14 @@ void add_images(Rows& rows, ImageView view) {
       row.card = with_label_names(file_of(plane)->card);
       row.packed_card = with_label_names(file_of(plane)->packed_card);
     } else if (is_level_plane(plane)) {
-      row.card = "| `cartesian/PPPPPP.exr` | channels as those of `polar`, seen from above |";
+      row.card = "| `cartesian/PPPPPP.exr` | the channels of `polar`, seen from above |";
       row.packed_card =
           "| `cartesian_*_db.npy`, `cartesian_*_rad.npy`, `cartesian_instance_fraction.npy` | "
-          "levels and labels as those of `polar`, [pings, rows, columns], seen from above |";
+          "levels and labels of `polar`, [pings, rows, columns], seen from above |";
     } else if (std::string_view(plane.name) == "instance") {
-      row.card = "| `cartesian/PPPPPP_*.png` | ids as those of `polar`, seen from above |";
+      row.card = "| `cartesian/PPPPPP_*.png` | the ids of `polar`, seen from above |";
       row.packed_card =
-          "| other `cartesian_*.npy` | ids as those of `polar`, [pings, rows, columns], seen from "
+          "| other `cartesian_*.npy` | the ids of `polar`, [pings, rows, columns], seen from "
           "above |";
     }
     rows.push_back(std::move(row));
@@ -335,8 +337,9 @@ void add_greys(Rows& rows) {
   };
   add(ImageView::polar, layout::kPolarGrey, FileGrid::polar);
   rows.back().wanted = [](const FileSelection& s) { return s.output.png; };
-  rows.back().card = "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit grey |";
-  rows.back().packed_card = "| `polar_grey.npy`, `cartesian_grey.npy` | uint8 grey |";
+  rows.back().card =
+      "| `png/PPPPPP_polar.png`, `png/PPPPPP_cartesian.png` | 8-bit display images |";
+  rows.back().packed_card = "| `polar_grey.npy`, `cartesian_grey.npy` | uint8, display images |";
   rows.back().maker = "`output.png: true`";
   add(ImageView::cartesian, layout::kCartesianGrey, FileGrid::cartesian);
   rows.back().wanted = [](const FileSelection& s) { return s.output.png && s.output.cartesian; };
@@ -355,7 +358,7 @@ void add_lists(Rows& rows) {
   rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers; };
   rows.back().card =
       "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
-      "with `model` in `sequence.json` it gives the series again |";
+      "with `model` in `sequence.json`, the time series follows from it |";
   rows.back().packed_card =
       "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |";
   rows.back().maker = "--export-scatterers";
@@ -377,7 +380,7 @@ void add_lists(Rows& rows) {
                   .grid = FileGrid::list,
                   .file_bytes = kPointBytes});
   rows.back().wanted = [](const FileSelection& s) { return s.output.points; };
-  rows.back().card = "| `points/PPPPPP.ply` | the same as a point cloud in the world |";
+  rows.back().card = "| `points/PPPPPP.ply` | the scatterers as a point cloud in the world frame |";
   rows.back().packed_card = rows.back().card;
   rows.back().maker = "`output.points: true`";
 }

@@ -1,7 +1,7 @@
-// Boxes and masks: annotations.jsonl of a sequence, and coco.json made from those of all of them
-// without holding more than one line in memory. All but CocoFile is private to dataset/.
+// Boxes and masks: annotations.jsonl of a sequence, and coco.json, which is made from all of these
+// with only one line in memory. All except CocoFile is private to dataset/.
 //
-// annotations.jsonl has one line a ping:
+// annotations.jsonl has one line per ping:
 //   {"ping", "time_s", "images": [{"view": polar | cartesian, "file", "width", "height",
 //    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts", "truncated",
 //    "contrast_db", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden":
@@ -32,8 +32,8 @@ namespace ensonify {
 
 std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 
-// Calls use(ping, time_s) for the lines of a sequence's annotations.jsonl, in order.
-// Error (io): it cannot be read; (damage): a line is not what stands above.
+// Calls use(ping, time_s) for the lines of a sequence's annotations.jsonl, in order. Error (io): it
+// cannot be read; (damage): a line does not have the form above.
 Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t sequence,
                                const std::function<void(std::uint32_t, double)>& use);
 
@@ -41,17 +41,16 @@ Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t s
 Json categories_json(const std::vector<std::string>& classes, const std::vector<ClassKind>& kinds);
 
 // Writes coco.json, of the masks with an image. Images are numbered from 1 in the order sequence,
-// ping, polar before Cartesian; annotations from 1 in the order of their images. Instances that are
-// seen nowhere in an image stand in a list of their own, `hidden`: readers of COCO expect masks
-// with pixels.
-// All sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
+// ping, polar before Cartesian; annotations from 1 in the order of their images. Fully hidden
+// instances are in a separate list, `hidden`: readers of COCO expect masks with pixels. All
+// sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences, const Json& categories);
 
 // How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);
 
-// One image of a ping, and those of its annotations that are wanted.
+// One image of a ping, with the selected annotations.
 struct CocoImage {
   std::string view;  // polar or cartesian
   std::string file_name;

@@ -1,9 +1,9 @@
-// The sequences of a data set that cannot be made, whatever is tried: each has a record in .work
-// until dataset.json lists it.
+// Sequences of a data set that cannot be made: each has a record in .work until dataset.json lists
+// it.
 //
 //   Failures  failures_in
 //   record_failure
-//   sequence_numbers   of the sequences that a folder has anything of
+//   sequence_numbers   of the sequences of which a folder has any file
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ namespace ensonify {
 
 using Failures = std::map<std::uint32_t, std::string>;  // the error of each
 
-// Those that dataset.json lists, and those recorded since. One that cannot be read is none: its
-// sequence is tried again.
+// Failures in dataset.json, and those recorded since. Ignores unreadable records: these sequences
+// are tried again.
 Failures failures_in(const std::filesystem::path& dir);
 
 // Error (io): it cannot be written.

@@ -1,5 +1,5 @@
-// The finishing steps: a sequence once all its pings are there, the data set once all its
-// sequences are. Both may be cut off anywhere and called again, also by two processes at once.
+// Finishes a sequence once all its pings exist, and the data set once all its sequences do. Both
+// steps may be interrupted anywhere and called again, also by two processes at once.
 //
 //   sequence_is_finished  finished_pings  SequenceParts  finish_sequence
 //   Asset  DatasetInfo  data_card  finish_dataset
@@ -20,13 +20,13 @@
 
 namespace ensonify {
 
-// Whether the sequence has its sequence.json and every file it lists is there with its size.
+// Whether the sequence has its sequence.json and every listed file exists with its size.
 bool sequence_is_finished(const std::filesystem::path& dir, std::uint32_t sequence);
-// How many pings it has; nothing where it is not finished.
+// The number of its pings; none if it is not finished.
 std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
                                             std::uint32_t sequence);
 
-// What a sequence has that is not in the records of its pings.
+// Parts of a sequence that are not in the records of its pings.
 struct SequenceParts {
   std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
   const Moments* moments = nullptr;  // of all its pings, where info.output.statistics asks
@@ -53,11 +53,11 @@ struct DatasetInfo {
   SequenceInfo first;                    // sequence 0, which the data card describes
   std::vector<std::uint32_t> sequences;  // those that are finished, ascending
   std::vector<SequenceFailure> failed;   // those that cannot be made, ascending
-  std::uint64_t sequences_in_all = 0;    // of the scenario; more than those are others' to make
+  std::uint64_t sequences_in_all = 0;    // of the scenario; other processes make the rest
   std::vector<std::string> classes;      // class id k is classes[k - 1]
   std::vector<ClassKind> class_kinds;    // of each
   std::vector<Asset> assets;
-  // What differs from run to run: goes to provenance.json, the only file that is never hashed.
+  // What differs between runs; goes to provenance.json, the only file that is never hashed.
   std::string host;
   double wall_seconds = 0;
   int threads = 0;
@@ -66,12 +66,12 @@ struct DatasetInfo {
 // README.md: what the data set is and how to read it. `pings`: of all its sequences.
 std::string data_card(const DatasetInfo& info, std::uint64_t pings);
 
-// Writes the top-level files, dataset.json and at last dataset.sha256, and removes .work; while
-// sequences are missing only what it holds of those that are there, since other processes may be at
-// work on the rest. Renews them if `sequences` grew; files of sequences are only read, one after
-// the other. The value is what dataset.json holds then. Error (usage): a sequence is not finished,
-// the folder holds other work, or an input file has changed since it was hashed. Error (io): as it
-// says.
+// Writes the top-level files, dataset.json and finally dataset.sha256, and removes .work; while
+// sequences are missing, it removes only the parts of finished ones, since other processes may be
+// making the rest. Renews the files if `sequences` grew; reads the files of sequences one after
+// another. Returns the content of dataset.json. Error (usage): a sequence is not finished, the
+// folder holds the data set of another run, or an input file has changed since it was hashed. Error
+// (io): as it says.
 Result<DatasetManifest> finish_dataset(const std::filesystem::path& dir, const DatasetInfo& info);
 
 }  // namespace ensonify

@@ -46,16 +46,16 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
     copy.append(got);
   }
   if (source.bad()) return read_error(asset.source, EIO);
-  // Checked before the copy gets its name: what stands under a hash has that hash.
+  // Checked before the copy gets its name, so that a file named by a hash has that hash.
   if (hash.finish() != asset.sha256) {
     return Error{ErrorKind::usage, asset.source.string() +
-                                       " has changed since this work began; put the old file back "
+                                       " has changed since this run began; restore the old file "
                                        "or generate into another folder"};
   }
   return copy.commit();
 }
 
-// What dataset.json says of all sequences.
+// What dataset.json holds about all sequences.
 struct SequenceSums {
   std::optional<PlacementTotals> placement;
   std::optional<std::array<double, 2>> limits_db;  // of the 8-bit images
@@ -87,14 +87,16 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
   const SequenceInfo& own = manifest->info;
   const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
   if (own.classes != info.classes || split == std::end(kSplits)) {
-    return damaged(dir / relative, "has other classes than the data set, or an unknown split");
+    return damaged(dir / relative,
+                   "does not have the classes of the data set, or has an unknown split");
   }
   if (own.placement) {
     if (!totals.placement) totals.placement.emplace();
     add(*own.placement, *totals.placement);
   }
   if (!add_images(own, totals)) {
-    return damaged(dir / relative, "has other limits of 8-bit images than sequences before it");
+    return damaged(dir / relative,
+                   "its limits of 8-bit images differ from those of the sequences before it");
   }
   return SequenceEntry{sequence,        own.first_ping, own.last_ping,
                        own.seed,        own.split,      manifest->bytes + *own_bytes,
@@ -106,7 +108,8 @@ Status check_inputs(const fs::path& dir, const DatasetInfo& info) {
   const auto work = read_file(dir / layout::kWorkJson);
   if (!work) return work.error();
   if (*work == to_json(info.identity)) return {};
-  return Error{ErrorKind::usage, dir.string() + ": holds other work by now; name another folder"};
+  return Error{ErrorKind::usage,
+               dir.string() + ": now holds the data set of another run; name another folder"};
 }
 
 // index.csv and splits/*.txt, line by line from the sequences' own files.
@@ -198,7 +201,7 @@ std::size_t listed(const Dataset& dataset) {
   return dataset.sequences.size() + dataset.failed.size();
 }
 
-// While top-level files are renewed for more sequences, the old seal must not vouch for them.
+// While top-level files are renewed for more sequences, the old dataset.sha256 must not exist.
 Status break_outgrown_seal(const fs::path& dir, const DatasetInfo& info) {
   if (!listed_file_size(dir, layout::kDatasetJson)) return {};
   const auto old = manifest_in(dir);
@@ -217,8 +220,7 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
   return written ? Status() : Status(written.error());
 }
 
-// A finished data set of the same work that has all of these sequences, and more: this one is
-// older.
+// A finished data set of the same run with all of these sequences and more is newer than this one.
 std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInfo& info) {
   if (!is_sealed(dir)) return std::nullopt;
   auto manifest = manifest_in(dir);
@@ -231,7 +233,7 @@ std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInf
   return has_all ? std::move(manifest) : std::nullopt;
 }
 
-// Another process may have begun more sequences of this work: those stay.
+// Another process may have started more sequences of this run: those stay.
 void remove_own_work(const fs::path& dir, const DatasetInfo& info) {
   std::vector<std::uint32_t> numbers = info.sequences;
   for (const SequenceFailure& failure : info.failed) numbers.push_back(failure.sequence);
@@ -263,7 +265,7 @@ Result<DatasetManifest> write_dataset(const fs::path& dir, const DatasetInfo& in
     auto entry = read_sequence(dir, sequence, info, totals);
     if (!entry) return entry.error();
     sequences.push_back(std::move(*entry));
-    // Those of a finishing that was cut off.
+    // Temporary files of an interrupted finishing step.
     remove_pieces(dir, sequence);
   }
   std::vector<std::string> assets;

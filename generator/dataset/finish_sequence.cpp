@@ -21,7 +21,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// What the pings of a sequence have in common and add up to.
+// Common files and sums of a sequence's pings.
 struct Totals {
   std::vector<std::string> each_ping;  // templates
   std::uint64_t bytes = 0;
@@ -43,7 +43,7 @@ std::vector<std::string> templates_of(const PingRecord& record) {
   return templates;
 }
 
-// Hands every record to `use`, in the order of the pings.
+// Calls use(record) for all pings in order.
 template <class Use>
 Status for_each_record(const fs::path& dir, const SequenceInfo& info, Use use) {
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
@@ -150,8 +150,9 @@ Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
     const auto templates = templates_of(record);
     if (record.ping == info.first_ping) totals.each_ping = templates;
     if (templates != totals.each_ping) {
-      return Error{ErrorKind::bug, fmt::format("sequence {}: ping {} has other files than ping {}",
-                                               info.sequence, record.ping, info.first_ping)};
+      return Error{ErrorKind::bug,
+                   fmt::format("sequence {}: the files of ping {} differ from those of ping {}",
+                               info.sequence, record.ping, info.first_ping)};
     }
     totals.grey_counts += record.grey_counts;
     for (const FileEntry& entry : record.files) {
@@ -249,7 +250,7 @@ Status finish_sequence(const fs::path& dir, const SequenceInfo& info, const Sequ
   return without_exceptions(fmt::format("finishing sequence {}", info.sequence), [&]() -> Status {
     Status written;
     if (!sequence_is_finished(dir, info.sequence)) written = write_sequence(dir, info, parts);
-    // Another copy of the same work may have finished it, and taken the records away, meanwhile.
+    // Another process with the same work may have finished it and removed the records meanwhile.
     if (!written && !sequence_is_finished(dir, info.sequence)) return written;
     remove_pieces(dir, info.sequence);
     remove_moments(dir, info.sequence);

@@ -1,14 +1,14 @@
-// Locks of folders. Where the file system has none they do nothing.
+// Locks of folders. They do nothing on file systems without locks.
 //
 //   FolderLock   two processes do not open or finish one folder at the same time
-//   FolderUse    nobody empties a folder in which another is at work
+//   FolderUse    no process empties a folder in which another one works
 #pragma once
 
 #include <filesystem>
 
 namespace ensonify {
 
-// Waits for whoever holds it. The folder should be there.
+// Waits until the lock is free. The folder must exist.
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& dir);
@@ -20,8 +20,8 @@ class FolderLock {
   int descriptor_;
 };
 
-// Of any number of processes, as long as they work in the folder: a shared lock of its work.json,
-// which is of one inode as long as the work is the same.
+// Held by any number of processes while they work in the folder: a shared lock on its work.json,
+// whose inode stays the same as long as the work does.
 class FolderUse {
  public:
   FolderUse() = default;
@@ -30,7 +30,8 @@ class FolderUse {
   FolderUse(FolderUse&& other) noexcept;
   FolderUse& operator=(FolderUse&& other) noexcept;
 
-  // Whether another has one. Under a FolderLock, so that nobody begins meanwhile.
+  // Whether another process holds one. Call it under a FolderLock, so that no process starts
+  // meanwhile.
   static bool is_used(const std::filesystem::path& dir);
 
  private:

@@ -30,7 +30,7 @@ std::uint64_t fixed_bytes(const CatalogueRow& row, const GridSizes& sizes) {
 
 Result<PingBytes> ping_bytes(const SequenceInfo& info, const EncodedPing& encoded) {
   const auto record = parse_ping_record(encoded.record);
-  if (!record) return Error{ErrorKind::bug, "the record of a ping does not read back"};
+  if (!record) return Error{ErrorKind::bug, "the record of a ping cannot be read back"};
   PingBytes bytes;
   bytes.record = encoded.record.size();
   for (const FileEntry& entry : record->files) {

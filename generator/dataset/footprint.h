@@ -1,7 +1,7 @@
-// How many bytes a data set will have, from pings that are encoded and not written.
+// Estimates the bytes of a data set from pings that are encoded but not written.
 //
 //   PingBytes  ping_bytes     what a ping adds
-//   sequence_bytes            what a sequence has whatever the number of its pings
+//   sequence_bytes            what a sequence takes apart from its pings
 #pragma once
 
 #include <cstdint>

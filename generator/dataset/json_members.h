@@ -1,16 +1,16 @@
-// Members of a JSON object, written and read by the same list: a template that names them in their
-// order takes either class.
+// Members of a JSON object, written and read by the same list: a template that lists them in order
+// takes either class.
 //
 //   MemberWriter  MemberReader   io("key", value)   numbers, texts, lists, pairs of pings
 //                                io.word            an enumeration by name_of
-//                                io.said            what follows from other members: only written
+//                                io.said            what follows from other members; only written
 //                                io.group           an object
 //                                io.group_if        ... or null where there is none
 //                                io.optional  io.maybe   ... of an optional; else null, or no
 //                                member io.list            objects, one for each element
 //
-// The reader never throws. A member that is absent or null leaves its value as it was, and so does
-// one of the wrong kind, which fault() names. Private to dataset/.
+// The reader never throws. A member that is absent, null or of the wrong kind leaves its value
+// unchanged; fault() names the first of the wrong kind. Private to dataset/.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ Json value_json(const std::optional<T>& value) {
   return value ? value_json(*value) : Json(nullptr);
 }
 
-// Whether the JSON is of the value's kind; else the value stays.
+// Whether the JSON has the value's kind; otherwise the value is unchanged.
 inline bool take_value(const Json& json, bool& value) {
   if (json.is_boolean()) value = json.get<bool>();
   return json.is_boolean();

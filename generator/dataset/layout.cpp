@@ -61,7 +61,7 @@ std::optional<PingFile> parse_ping_file(std::string_view name) {
   const auto at = marked.find(kPingMark);
   if (at == std::string::npos) return std::nullopt;
   PingFile file{marked, 0};
-  // What stands before the mark has no digits replaced, so the place is the same in the name.
+  // No digits are replaced before the mark, so its position in the name is the same.
   std::from_chars(name.data() + at, name.data() + name.size(), file.ping);
   if (ping_file(file.name_template, file.ping) != name) return std::nullopt;
   return file;

@@ -1,9 +1,9 @@
-// Where the files of a data set stand, relative to its folder and with '/' between the parts;
-// catalogue.h lists them all.
+// Paths of the files of a data set, relative to its folder, with '/' between the parts; catalogue.h
+// lists them all.
 //
 //   sequence_folder  ping_stem  index_stem      sequences/000000   000003   000000/000003
 //   ping_file        parse_ping_file            a template such as timeseries/{ping}.npy and back
-//   record_path  plan_path  failure_path        what .work holds of a sequence
+//   record_path  plan_path  failure_path        files of a sequence in .work
 //   is_layout_name                              could ensonify write a file of this name?
 #pragma once
 
@@ -25,14 +25,14 @@ inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kSdf[] = "sdf.vdb";                     // where it is asked for
 inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian images
 inline constexpr char kAnnotations[] = "annotations.jsonl";
-// What statistics are made from while pings are missing; in .work.
+// Moments for the statistics while pings are missing; in .work.
 inline constexpr char kMoments[] = "moments.bin";
 inline constexpr char kWorkFolder[] = ".work";
 inline constexpr char kRenders[] = "renders";  // of `ensonify render`, a folder each
 inline constexpr char kRenderJson[] = "render.json";
 using ensonify::kTemporaryFolder;
 
-// Files of a ping that have a name in the code; catalogue.h has all. {ping} stands for its stem.
+// Files of a ping that the code refers to; catalogue.h has all. {ping} stands for the ping's stem.
 inline constexpr char kTimeseries[] = "timeseries/{ping}.npy";
 inline constexpr char kTimeseriesExr[] = "timeseries/{ping}.exr";
 inline constexpr char kPolarExr[] = "polar/{ping}.exr";
@@ -54,7 +54,7 @@ std::string index_stem(std::uint32_t sequence, std::uint32_t ping);
 
 // The name of a ping's file inside its sequence's folder.
 std::string ping_file(std::string_view name_template, std::uint32_t ping);
-// The opposite; none if the name is not of a ping.
+// The inverse; none if the name is not that of a ping's file.
 struct PingFile {
   std::string name_template;
   std::uint32_t ping = 0;
@@ -62,13 +62,13 @@ struct PingFile {
 std::optional<PingFile> parse_ping_file(std::string_view name);
 
 std::string record_path(std::uint32_t sequence, std::uint32_t ping);
-// What the sequence (the finishing step) is about to write; see overwrite.h.
+// Files that the sequence (the finishing step) will write; see overwrite.h.
 std::string plan_path(std::uint32_t sequence);
 // Why the sequence cannot be made; see failures.h.
 std::string failure_path(std::uint32_t sequence);
 std::string top_plan_path();
 
-// Whether a data set may hold a file or folder of this name: then it must not be a stranger's.
+// Whether a data set may hold a file or folder of this name, so that no foreign file may have it.
 bool is_layout_name(std::string_view relative);
 
 }  // namespace ensonify::layout

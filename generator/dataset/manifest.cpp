@@ -36,7 +36,7 @@ void noise_members(Io& io, Info& info) {
   io("power_pa2", info.noise_power_pa2);
 }
 
-// All that makes the image's grey of the level Y in the EXR file.
+// Everything that turns the level Y of the EXR file into the 8-bit value.
 template <class Io, class Info>
 void png_members(Io& io, Info& info) {
   display_members(io, info.png, info.png_counts, info.water.absorption_db_m);
@@ -63,8 +63,8 @@ void sdf_members(Io& io, Value& sdf) {
   io.said("grid", "sdf");
   io("voxel_m", sdf.voxel_m);
   io("band_voxels", sdf.band_voxels);
-  io.said("frame", "world, at the first ping; voxel i has its middle at i voxel_m; metres");
-  io.said("sign", "negative in what is solid; beyond the band +- band_voxels voxel_m");
+  io.said("frame", "world, at the first ping; the center of voxel i is at i voxel_m; meters");
+  io.said("sign", "negative inside solids; beyond the band +- band_voxels voxel_m");
 }
 
 template <class Io, class Value>
@@ -87,7 +87,7 @@ void path_members(Io& io, Value& path) {
   io("back", path.back);
 }
 
-// Null without layers; else what each one holds.
+// Null without layers; otherwise the content of each.
 void write_layers(const SequenceInfo& info, MemberWriter& io) {
   io.group_if("layers", info.output.layers, [&](MemberWriter& layers) {
     for (const Layer layer : info.layers) {
@@ -118,7 +118,7 @@ void placement_members(Io& io, Value& placement) {
   io("left_out", placement.left_out);
 }
 
-// Numbers as numbers, everything else as it stands in YAML.
+// Numbers as numbers, everything else as YAML text.
 Json draws_json(const std::vector<DrawnValue>& draws) {
   Json json = Json::object();
   for (const DrawnValue& draw : draws) {
@@ -148,7 +148,7 @@ Json arrays_json(const SequenceInfo& info) {
   return json;
 }
 
-// What stands between the numbers of the sequence and its instances.
+// Members between the numbers of the sequence and its instances.
 template <class Io, class Info>
 void number_members(Io& io, Info& info) {
   io("sequence", info.sequence);

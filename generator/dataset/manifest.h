@@ -14,8 +14,8 @@
 
 namespace ensonify {
 
-// Of `info` a reader fills what the file has: of `output` it has png, layers, channels, packed and
-// statistics.
+// A reader fills the parts of `info` that the file has: of `output` these are png, layers,
+// channels, packed and statistics.
 struct SequenceManifest {
   SequenceInfo info;
   std::vector<std::string> each_ping;  // templates of a ping's files (layout.h)
@@ -26,7 +26,7 @@ struct SequenceManifest {
   std::string fault;                   // when read: the first member of a wrong kind; empty: none
 };
 
-// What made a data set.
+// The scenario and program that made a data set.
 struct WorkIdentity {
   std::string name;             // of the scenario
   std::string scenario_sha256;  // of the resolved scenario without `sequences`, which may grow
@@ -47,7 +47,7 @@ struct SequenceEntry {
   std::uint64_t pings() const { return std::uint64_t{last_ping} - first_ping; }
 };
 
-// A sequence that the scenario has and that cannot be made.
+// A sequence of the scenario that cannot be made.
 struct SequenceFailure {
   std::uint32_t sequence = 0;
   std::string error;  // without places, the same on every machine

@@ -24,13 +24,13 @@ namespace ensonify {
 // `each_ping`: templates of a ping's files (layout.h); `bytes`: of all files together.
 Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& each_ping,
                    std::uint64_t bytes);
-// None if it is no sequence.json.
+// None if it is not a sequence.json.
 std::optional<SequenceManifest> read_sequence_head(const Json& head);
 std::optional<SequenceManifest> read_sequence_manifest(const std::filesystem::path& dir,
                                                        std::uint32_t sequence);
 
 Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>& files);
-// None if it is no dataset.json.
+// None if it is not a dataset.json.
 std::optional<DatasetManifest> read_dataset_head(const Json& head);
 
 Json work_json(const WorkIdentity& identity);
@@ -40,7 +40,7 @@ std::string files_opening(const Json& head);
 std::string file_line(const FileEntry& entry, bool first);
 std::string files_closing();
 
-// Whether the sequence has a sequence.json and every file in it is there with its size.
+// Whether the sequence has a sequence.json and every listed file exists with its size.
 bool sequence_is_whole(const std::filesystem::path& dir, std::uint32_t sequence);
 
 }  // namespace ensonify

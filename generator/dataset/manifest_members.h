@@ -1,13 +1,12 @@
-// Members of the manifests that are listed apart, and what sequence.json says in words and
-// formulas. Every symbol in them is a number of sequence.json or a field of scatterers/*.npy.
-// Private to dataset/.
+// Lists of members that manifests share, and the words and formulas of sequence.json. Every symbol
+// in them is a number of sequence.json or a field of scatterers/*.npy. Private to dataset/.
 //
 //   sonar_members  instance_members   in the order of the file, for a writer and for a reader
 //   placed_class_members
 //   model_json                        the beam model, or that of an element-level array
 //   axes_json                         rows and columns, units and frames
 //   display_members  is_plain         of 8-bit images
-//   grey_formula                      how these are made of levels
+//   grey_formula                      how they follow from levels
 #pragma once
 
 #include <optional>
@@ -37,9 +36,9 @@ void placed_class_members(Io& io, Value& placed) {
 Json model_json(const SequenceInfo& info);
 Json axes_json(const OutputSelection& output);
 
-// The settings of a display and the counts of its pixels; those of a plain one, whose gray levels
-// are those of the levels themselves without gain, are scale, limits and counts alone. With
-// `absorption_db_m`, of a sequence, tvg has that in place of whether there is any.
+// The settings of a display and the counts of its pixels. A plain display, without gains, has only
+// scale, limits and counts. With `absorption_db_m`, of a sequence, tvg holds this number instead of
+// a truth value.
 void display_members(MemberWriter& io, const Display& display, const DisplayCounts& counts,
                      std::optional<double> absorption_db_m = {});
 void display_members(MemberReader& io, Display& display, DisplayCounts& counts,

@@ -32,7 +32,7 @@ class Edges {
     }
   }
 
-  // Every loop, in the order of its first corner, rows first; edges are used up.
+  // Returns every loop, in the order of its first corner, rows first; consumes the edges.
   std::vector<std::vector<Corner>> loops() {
     std::vector<std::vector<Corner>> loops;
     for (int y = 0; y < rows_; ++y) {
@@ -52,8 +52,8 @@ class Edges {
     at(corner) = static_cast<std::uint8_t>(at(corner) & ~(1 << direction));
     return direction;
   }
-  // To the right before straight on before to the left: where two pixels touch at a corner only,
-  // the loop stays with its own.
+  // Prefers right, then straight on, then left: where two pixels touch only at a corner, the loop
+  // stays with its pixel.
   int leave(Corner corner, int direction) {
     for (const int turn : {1, 0, 3}) {
       const int next = (direction + turn) % 4;

@@ -1,4 +1,4 @@
-// One instance in one picture: as outlines and boxes want it, and as COCO compresses it.
+// The mask of one instance in one image, as pixels, outlines and COCO's compressed text.
 //
 //   mask_of     the pixels, cut to their box
 //   rings_of    the closed polygons around these pixels and their holes
@@ -16,16 +16,16 @@
 namespace ensonify {
 
 struct Mask {
-  int left = 0, top = 0, width = 0, height = 0;  // the box, in pixels of the picture
+  int left = 0, top = 0, width = 0, height = 0;  // the box, in pixels of the image
   std::int64_t area = 0;
   std::vector<std::uint8_t> pixels;  // 0 or 1, row-major [height x width]
 };
 
-// From runs down the columns of a picture of `picture_height` rows. An empty mask has no box.
+// From runs down the columns of an image of `picture_height` rows. An empty mask has no box.
 Mask mask_of(std::span<const std::int64_t> runs, std::int64_t picture_height);
 
 struct Corner {
-  int x = 0, y = 0;  // of pixels, in the picture: (0, 0) is its upper left corner
+  int x = 0, y = 0;  // of pixels, in the image: (0, 0) is its upper left corner
   friend bool operator==(const Corner&, const Corner&) = default;
 };
 
@@ -38,7 +38,7 @@ std::vector<std::vector<Corner>> rings_of(const Mask& mask);
 // there and back, so that the even-odd rule gives the mask back, pixel by pixel.
 std::vector<Corner> outline_of(const Mask& mask);
 
-// None where the text is not such a code, or its runs do not add to `pixels`.
+// None if the text is not such a code, or its runs do not sum to `pixels`.
 std::optional<std::vector<std::int64_t>> run_lengths(std::string_view counts, std::int64_t pixels);
 
 struct MaskExtent {
@@ -46,7 +46,7 @@ struct MaskExtent {
   std::int64_t area = 0;
 };
 
-// What the pixels of a mask of rows x columns add up to; none where the text is no code of such a
+// Sums over the pixels of a mask of rows x columns; none if the text is not the code of such a
 // mask.
 std::optional<MaskExtent> mask_extent(std::string_view counts, std::int64_t rows,
                                       std::int64_t columns);

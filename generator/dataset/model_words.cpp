@@ -78,7 +78,7 @@ std::string series_formula(const ArrayReceiver& array) {
              "s(t - tau_i - delta_ni) of element n, plus the echoes of instances of kind volume, "
              "plus noise where `noise` is not null; p_j(t_k) = sum_n weight_n exp(i 2 pi f_c ") +
          (focused ? "(D_nj + F_njk)) p_n(" : "D_nj) p_n(") + (delayed ? "t_k + D_nj)" : "t_k)") +
-         "; then quantised where sonar.adc is not null";
+         "; then quantized where sonar.adc is not null";
 }
 
 void set_array_model(const SequenceInfo& info, Json& model) {
@@ -95,7 +95,8 @@ void set_array_model(const SequenceInfo& info, Json& model) {
   symbols["x_i"] =
       "q_i (cos el cos az, cos el sin az, sin el), az and el being scatterers azimuth_rad and "
       "elevation_rad; q_i is the length of the received path: the distance of scatterers x, y, z "
-      "from the sonar, for path > 0 that of their image in the mirrors of paths[path].back; with "
+      "from the sonar, for path > 0 that of their image in the reflectors of paths[path].back; "
+      "with "
       "water.profile their horizontal distance over the cosine of the arrival's elevation above "
       "the horizontal";
   symbols["delta_ni"] = "(|x_i - (0, y_n, 0)| - |x_i|) / c";
@@ -115,10 +116,12 @@ void set_array_model(const SequenceInfo& info, Json& model) {
 }
 
 constexpr const char* kMotion =
-    "poses are those of transmission; the sonar hears scatterer i where it is tau_i later, and "
-    "what moves throws its sound back where it is then. With eta_i = scatterers doppler, in place "
-    "of s(t - tau_i) stands the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
-    "f_c)/(1 + eta_i), scaled as s is; P is the sent pulse, R the receiver's window and band";
+    "poses are those at transmission; the sonar receives scatterer i where it is tau_i later, and "
+    "moving objects scatter sound where they are then. With eta_i = scatterers doppler, s(t - "
+    "tau_i) "
+    "is replaced by the pulse of the spectrum P(d') R(d) / (1 + eta_i), d' = (d - eta_i "
+    "f_c)/(1 + eta_i), scaled as s is; P is the transmitted pulse, R the receiver's window and "
+    "band";
 
 }  // namespace
 
@@ -129,7 +132,7 @@ Json model_json(const SequenceInfo& info) {
       {"series",
        "p_j(t_n) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) "
        "s(t_n - tau_i); plus the echoes of instances of kind volume; plus noise where `noise` is "
-       "not null; then quantised where sonar.adc is not null"},
+       "not null; then quantized where sonar.adc is not null"},
       {"symbols",
        {{"S0", "sonar.source_pressure_pa_m"},
         {"f_c", "sonar.frequency_hz"},
@@ -164,7 +167,7 @@ Json model_json(const SequenceInfo& info) {
 Json axes_json(const OutputSelection& output) {
   Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
                {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
-               {"cartesian", "the fan from above: boresight up, port left; nearest neighbour"},
+               {"cartesian", "the fan from above: boresight up, port left; nearest neighbor"},
                {"first_return_m", "float32 [pings, beams], NaN: none"},
                {"level", "20 log10|p| + 120, dB re 1 uPa; -99 where there is no energy"},
                {"frames",
@@ -176,7 +179,7 @@ Json axes_json(const OutputSelection& output) {
   if (output.channels) {
     axes["channels"] =
         "complex64 [elements, samples], Pa (rms): p_n(t) of model.series, noise included, before "
-        "any converter; elements by rising y";
+        "any ADC; elements by rising y";
   }
   if (output.timeseries_exr) {
     axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
@@ -187,14 +190,14 @@ Json axes_json(const OutputSelection& output) {
 std::string grey_formula(const Display& display, const char* absorption) {
   std::string text = "shown = Y + tvg.spreading log10(r)";
   if (display.absorption) text += std::string(" + 2 ") + absorption + " r";
-  text += " + gain_db, r the sample's range in meters, of sample 0 that of sample 1";
+  text += " + gain_db, r the sample's range in meters, for sample 0 that of sample 1";
   if (display.automatic_gain) {
     text +=
         ", plus the gain that puts the level at rank 0.995 (n - 1), rounded down, of the ping's "
         "n pixels with energy on db[1] where gain_db is 0";
   }
-  text += display.scale == GreyScale::db ? "; grey = 255 (shown - db[0]) / (db[1] - db[0])"
-                                         : "; grey = 255 10^(gamma (shown - db[1]) / 20)";
+  text += display.scale == GreyScale::db ? "; gray = 255 (shown - db[0]) / (db[1] - db[0])"
+                                         : "; gray = 255 10^(gamma (shown - db[1]) / 20)";
   return text +
          ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel";
 }

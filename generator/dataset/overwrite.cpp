@@ -22,7 +22,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// More than these are not named in a message.
+// The most names in a message.
 constexpr std::size_t kNamesInMessage = 3;
 
 // What an unfinished sequence may have written.
@@ -63,7 +63,7 @@ class Listing {
   std::optional<std::string> unsafe_;
 };
 
-// The manifest's text if it is a file of its own, not a link to somewhere.
+// The manifest's text if it is a regular file, not a link.
 std::optional<std::string> manifest_text(const fs::path& dir, const std::string& relative) {
   if (!listed_file_size(dir, relative)) return std::nullopt;
   auto text = read_file(dir / relative);
@@ -126,7 +126,7 @@ void list_sequences(const fs::path& dir, Listing& listing) {
   }
 }
 
-// The images of renders that are whole.
+// The images of complete renders.
 void list_renders(const fs::path& dir, Listing& listing) {
   for (const std::string& name : render_names(dir)) {
     const std::string folder = render_folder(name) + "/";
@@ -153,8 +153,8 @@ void list_top_level(const fs::path& dir, Listing& listing) {
   }
 }
 
-// Manifests go after what they list, so that a removal that was cut off can be taken up again; the
-// seal goes first, so that the rest never passes for a whole data set.
+// Manifests are removed after the files they list, so that an interrupted removal can resume;
+// dataset.sha256 is removed first, so that the rest never passes as a finished data set.
 int removal_rank(const std::string& path) {
   if (path == layout::kDatasetSha256) return 0;
   if (path == layout::kDatasetJson) return 4;
@@ -201,7 +201,7 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   list_sequences(dir, listing);
   list_renders(dir, listing);
   if (listing.unsafe()) {
-    return refusal(dir, fmt::format("a manifest lists '{}', which is no path inside the folder",
+    return refusal(dir, fmt::format("a manifest lists '{}', which is not a path inside the folder",
                                     *listing.unsafe()));
   }
   const auto found = files_below(dir);
@@ -210,7 +210,7 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   Inventory inventory;
   std::vector<std::string> in_the_way;
   for (const std::string& path : *found) {
-    // What .work holds by way of records and temporary files is sorted out by remove_work_folder.
+    // remove_work_folder handles records and temporary files in .work.
     if (path.starts_with(std::string(layout::kWorkFolder) + "/")) continue;
     if (listing.holds(path) && listed_file_size(dir, path)) {
       inventory.listed.push_back(path);
@@ -222,10 +222,11 @@ Result<Inventory> take_inventory(const fs::path& dir) {
   if (!in_the_way.empty()) {
     const std::size_t more = in_the_way.size() - std::min(in_the_way.size(), kNamesInMessage);
     in_the_way.resize(in_the_way.size() - more);
-    return refusal(dir, fmt::format("no manifest lists {}{}, and a data set could put its own file "
-                                    "there; move it away",
-                                    fmt::join(in_the_way, ", "),
-                                    more > 0 ? fmt::format(" and {} more", more) : ""));
+    return refusal(dir,
+                   fmt::format("no manifest lists {}{}, and a data set could write files of that "
+                               "name; move them away",
+                               fmt::join(in_the_way, ", "),
+                               more > 0 ? fmt::format(" and {} more", more) : ""));
   }
   std::stable_sort(
       inventory.listed.begin(), inventory.listed.end(),

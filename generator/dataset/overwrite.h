@@ -1,9 +1,8 @@
-// What in a folder is ensonify's, so that --overwrite removes that and nothing else. Private to
+// Finds the files of ensonify in a folder, so that --overwrite removes only these. Private to
 // dataset/.
 //
-// A file is ours if a manifest lists it: dataset.json, a sequence.json, or, for work that was cut
-// off before those were written, a plan in .work, which says beforehand what is about to be
-// written.
+// A file is ours if a manifest lists it: dataset.json, a sequence.json or, for work interrupted
+// before those were written, a plan in .work, which lists files before they are written.
 //
 //   plan_sequence  plan_top_level
 //   take_inventory  remove_listed
@@ -27,18 +26,18 @@ Status plan_sequence(const std::filesystem::path& dir, const SequenceInfo& info,
 Status plan_top_level(const std::filesystem::path& dir, const std::vector<std::string>& files);
 
 struct Inventory {
-  std::vector<std::string> listed;     // ours and there, in an order that is safe to remove them in
-  std::vector<std::string> strangers;  // nobody's
+  std::vector<std::string> listed;     // our existing files, in a safe order of removal
+  std::vector<std::string> strangers;  // in no manifest
 };
 
-// Looks through a folder that has a valid work.json or dataset.json; changes nothing.
-// Error (usage): a manifest names a path that leaves the folder, or a stranger's file stands where
-// a data set could put one of its own. Error (io): the folder cannot be read.
+// Searches a folder that has a valid work.json or dataset.json; changes nothing. Error (usage): a
+// manifest names a path outside the folder, or a foreign file has a name that a data set could use.
+// Error (io): the folder cannot be read.
 Result<Inventory> take_inventory(const std::filesystem::path& dir);
 
-// Removes what is listed but for work.json, and .work, and the folders that are empty then. The old
-// work.json stays until a new one takes its name, so that a removal that was cut off can be taken
-// up again. Error (io): a file cannot be removed.
+// Removes the listed files except work.json, then .work and empty folders. The old work.json stays
+// until a new one replaces it, so that an interrupted removal can resume. Error (io): a file cannot
+// be removed.
 Status remove_listed(const std::filesystem::path& dir, const Inventory& inventory);
 
 }  // namespace ensonify

@@ -16,7 +16,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Puts a ping's part of an array behind what stands in `piece`.
+// Appends a ping's part of an array to `piece`.
 void append_cells(const CatalogueRow& row, const PingResult& result, std::string& piece) {
   const auto append = [&](const auto& values) {
     const std::size_t bytes = values.size() * sizeof values[0];
@@ -31,7 +31,7 @@ void append_cells(const CatalogueRow& row, const PingResult& result, std::string
   append(halves);
 }
 
-// Reads a piece from its front to its end.
+// Reads a piece from start to end.
 class PieceReader {
  public:
   explicit PieceReader(fs::path path)

@@ -1,6 +1,6 @@
 // Arrays of all pings of a sequence, with `output.one_file_per: sequence`. While pings are made,
-// each has a piece: its part of every array, one behind the other. Finishing the sequence strings
-// them together; catalogue.h says which there are. Private to dataset/.
+// each has a piece: its parts of all arrays, one after another. Finishing the sequence joins the
+// pieces; catalogue.h lists the arrays. Private to dataset/.
 //
 //   encode_piece                      a ping's parts
 //   write_arrays  remove_pieces       pieces -> arrays
@@ -25,7 +25,7 @@ std::string encode_piece(const SequenceInfo& info, const PingResult& result);
 Result<std::vector<FileEntry>> write_arrays(const std::filesystem::path& dir,
                                             const SequenceInfo& info);
 
-// The pieces, and their folder if nothing else is in it. Nothing happens where there are none.
+// Removes the pieces, and their folder if it is then empty. Does nothing if there are none.
 void remove_pieces(const std::filesystem::path& dir, std::uint32_t sequence);
 
 }  // namespace ensonify

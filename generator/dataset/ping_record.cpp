@@ -27,7 +27,7 @@ void add_amodal(Json& json, const Annotation& annotation) {
   json["amodal_counts"] = annotation.amodal->rle_counts;
 }
 
-// Further digits of a level mean nothing, and differ between processors.
+// Further digits of a level are not significant and differ between processors.
 double in_hundredths(double value) { return std::round(100 * value) / 100; }
 
 // COCO's flat rings x, y, x, y, ... in pixels.
@@ -57,15 +57,15 @@ Json json_of(const Annotation& annotation) {
   return json;
 }
 
-// An instance that is seen nowhere in the picture.
+// A fully hidden instance.
 Json hidden_json(const Annotation& annotation) {
   Json json = {{"instance", annotation.instance}};
   add_amodal(json, annotation);
   return json;
 }
 
-// The file of the image that a detector trains on, or, of packed pings, the array that it is in and
-// its place there; empty where there are masks alone, none where there is neither.
+// The file of the image for training a detector or, for packed pings, its array and index; empty if
+// there are only masks, none without masks.
 std::optional<Json> picture_of(const SequenceInfo& info, std::uint32_t ping, ImageView view) {
   const FileSelection selection = selection_of(info);
   const CatalogueRow* row = picture_row(view, selection);

@@ -1,5 +1,5 @@
-// The record of a finished ping in .work: all that the finishing step needs to know of it, so that
-// it never opens the ping's own files. Private to dataset/.
+// The record of a finished ping in .work: everything that the finishing step needs, so that it
+// never opens the ping's files. Private to dataset/.
 //
 //   record_of  to_text  parse_ping_record  read_ping_record  files_are_there
 #pragma once
@@ -31,12 +31,12 @@ struct PingRecord {
 PingRecord record_of(const SequenceInfo& info, const PingResult& result,
                      std::vector<FileEntry> files);
 
-// The content of its file: a line of JSON with all but the annotations, their line as it stands, so
-// that finishing copies it without parsing, and the hash of both, so that no damage to them comes
-// into the data set.
+// The content of its file: a line of JSON without the annotations, the line of annotations, which
+// finishing copies without parsing, and the hash of both, so that damage to them does not reach the
+// data set.
 std::string to_text(const PingRecord& record);
 
-// The opposite; none if the text is not that of a record, or not whole.
+// The inverse; none if the text is not a complete record.
 std::optional<PingRecord> parse_ping_record(std::string_view text);
 
 // Error (io): it cannot be read; (damage): it is not a record of that ping, or
@@ -44,7 +44,7 @@ std::optional<PingRecord> parse_ping_record(std::string_view text);
 Result<PingRecord> read_ping_record(const std::filesystem::path& dir, std::uint32_t sequence,
                                     std::uint32_t ping);
 
-// Whether every file of the record is there with the size it had.
+// Whether every file of the record exists with its size.
 bool files_are_there(const std::filesystem::path& dir, std::uint32_t sequence,
                      const PingRecord& record);
 

@@ -13,7 +13,7 @@ namespace ensonify {
 namespace {
 
 constexpr char kOpening[] =
-    "ply\nformat binary_little_endian 1.0\ncomment metres in the world frame, z up\n"
+    "ply\nformat binary_little_endian 1.0\ncomment meters in the world frame, z up\n"
     "element vertex ";
 constexpr char kProperties[] =
     "property double x\nproperty double y\nproperty double z\n"
@@ -61,17 +61,19 @@ std::string ply_fault(const std::filesystem::path& path) {
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(file.gcount()));
   const std::string_view opening = kOpening;
-  if (!start.starts_with(opening)) return "is not a PLY file of ensonify's form";
+  if (!start.starts_with(opening)) return "is not a PLY file as ensonify writes it";
   std::uint64_t points = 0;
   const char* const from = start.data() + opening.size();
   const auto [end, error] = std::from_chars(from, start.data() + start.size(), points);
   const std::string header = fmt::format("{}{}\n{}", kOpening, points, kProperties);
   if (error != std::errc() || !start.starts_with(header)) {
-    return "is not a PLY file of ensonify's form";
+    return "is not a PLY file as ensonify writes it";
   }
   std::error_code unread;
   const std::uint64_t size = std::filesystem::file_size(path, unread);
-  return size == header.size() + points * kPointBytes ? "" : "is not as long as its header says";
+  return size == header.size() + points * kPointBytes
+             ? ""
+             : "does not have the length that its header gives";
 }
 
 }  // namespace ensonify

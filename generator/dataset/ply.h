@@ -1,4 +1,4 @@
-// PLY point clouds of what a ping hears, binary little-endian. Private to dataset/.
+// PLY point clouds of a ping's scatterers, binary little-endian. Private to dataset/.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_
                           double source_pressure_pa_m,
                           std::span<const std::uint8_t> class_of_instance);
 
-// What is wrong with such a file; empty if nothing is: header and length.
+// Checks header and length of such a file; returns what is wrong, or an empty text.
 std::string ply_fault(const std::filesystem::path& path);
 
 }  // namespace ensonify

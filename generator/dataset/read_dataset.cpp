@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kSplits[] = {"train", "val", "test"};
 
-// What is larger is taken for damage before memory is asked for.
+// Larger files count as damaged, before memory is allocated.
 constexpr std::uint64_t kMaxSide = 1'000'000;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 31;
 
@@ -24,12 +24,12 @@ Error usage(const fs::path& dir, const std::string& what) {
 
 Result<std::string> text_of(const fs::path& dir, const std::string& relative) {
   if (!listed_file_size(dir, relative)) {
-    return damaged(dir / relative, "is missing, or is no file of this folder");
+    return damaged(dir / relative, "is missing, or is not a file of this folder");
   }
   return read_file(dir / relative);
 }
 
-// A manifest whose list of files stays inside the folder.
+// A manifest whose files are all inside the folder.
 Result<Json> manifest_of(const fs::path& path, std::string_view text) {
   std::optional<std::string> outside;
   const auto json = parse_manifest(text, [&](const FileEntry& entry) {
@@ -40,7 +40,7 @@ Result<Json> manifest_of(const fs::path& path, std::string_view text) {
   return *json;
 }
 
-// Whether they are those of their places in the list, and of the data set's classes.
+// Whether the ids match the positions in the list and the data set's classes.
 bool are_numbered(const std::vector<Instance>& instances, std::size_t classes) {
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const Instance& instance = instances[i];
@@ -80,7 +80,7 @@ bool is_plausible(const StoredSequence& s) {
          s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
-// Masks are as large as the picture that is claimed, so that it is held against its files: deflate
+// Masks have the claimed size of the image, so it is compared with the size of its files: deflate
 // packs at most 1,032 bytes into one.
 bool files_hold_pixels(const StoredDataset& dataset, const StoredSequence& s) {
   const std::uint64_t pixels =
@@ -169,16 +169,16 @@ GridSizes StoredSequence::sizes() const {
   return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
 }
 
-// Of a folder that lacks what a finished data set has.
+// Why a folder is not a finished data set.
 static std::string why_unreadable(const fs::path& dir) {
   if (listed_file_size(dir, layout::kWorkJson)) {
-    return "the data set is not finished; give its generate command again, then this";
+    return "the data set is not finished; run its generate command again, then this one";
   }
   if (listed_file_size(dir, "plan.jsonl")) {
-    return "a sweep; accepted is one of its runs, a folder of " + (dir / "runs").string() +
+    return "a sweep; expected one of its runs, a folder of " + (dir / "runs").string() +
            " (index.json lists them)";
   }
-  return "not a data set of ensonify; accepted is a folder that `ensonify generate` has finished";
+  return "not a data set of ensonify; expected a folder that `ensonify generate` has finished";
 }
 
 Result<StoredDataset> open_dataset(const fs::path& dir) {
@@ -198,26 +198,26 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
     return usage(dir, "not a data set of ensonify");
   }
   if (*seal != sha256_hex(*text) + "  " + layout::kDatasetJson + "\n") {
-    return damaged(path, "does not have the hash that dataset.sha256 tells");
+    return damaged(path, "does not have the hash given in dataset.sha256");
   }
   if (!json) return json.error();
   if (count_at(*json, "ensonify_dataset") != 1) {
-    return usage(dir, "was written by a newer ensonify; use that one");
+    return usage(dir, "was written by a newer ensonify; use that version");
   }
   auto manifest = read_dataset_head(*json);
   const auto lacks = [&](const char* key) { return member(*json, key) == nullptr; };
   if (!manifest || manifest->identity.name.empty() || lacks("classes") || lacks("sequences")) {
-    return damaged(path, "lacks its name, classes or sequences");
+    return damaged(path, "has no name, classes or sequences");
   }
   std::optional<std::uint32_t> before;
   for (const SequenceEntry& row : manifest->sequences) {
     const bool is_split =
         std::find(std::begin(kSplits), std::end(kSplits), row.split) != std::end(kSplits);
     if (!manifest->fault.empty() || !is_split || row.sha256.empty()) {
-      return damaged(path, "lists a sequence without number, pings, split or hash");
+      return damaged(path, "lists a sequence without a number, pings, split or hash");
     }
     if (before && row.sequence <= *before) {
-      return damaged(path, "lists its sequences twice, or not in their order");
+      return damaged(path, "lists a sequence twice, or not in order");
     }
     before = row.sequence;
   }
@@ -235,7 +235,7 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
   const auto text = text_of(dataset.dir, relative);
   if (!text) return text.error();
   if (sha256_hex(*text) != row.sha256) {
-    return damaged(path, "does not have the hash that dataset.json tells");
+    return damaged(path, "does not have the hash given in dataset.json");
   }
   const auto head = manifest_of(path, *text);
   if (!head) return head.error();
@@ -244,14 +244,14 @@ Result<StoredSequence> read_sequence(const StoredDataset& dataset, const StoredS
       member(*head, "instances") != nullptr && member(*head, "each_ping") != nullptr;
   if (!manifest || !manifest->fault.empty() || !has_lists ||
       manifest->info.sequence != row.sequence) {
-    return damaged(path, "lacks its geometry, instances or files");
+    return damaged(path, "has no geometry, instances or files");
   }
   StoredSequence sequence = stored_sequence(row, std::move(*manifest));
   if (!is_plausible(sequence) || !are_numbered(sequence.instances, dataset.classes.size())) {
-    return damaged(path, "lacks its geometry, instances or files");
+    return damaged(path, "has no geometry, instances or files");
   }
   if (!files_hold_pixels(dataset, sequence)) {
-    return damaged(path, "claims more pixels than its pictures have");
+    return damaged(path, "gives more pixels than its images have");
   }
   return sequence;
 }
@@ -281,7 +281,7 @@ Result<fs::path> stored_file(const StoredDataset& dataset, std::uint32_t sequenc
                              std::string_view name) {
   const std::string relative = layout::in_sequence(sequence, name);
   if (!listed_file_size(dataset.dir, relative)) {
-    return damaged(dataset.dir / relative, "is missing, or is no file of this folder");
+    return damaged(dataset.dir / relative, "is missing, or is not a file of this folder");
   }
   return dataset.dir / relative;
 }

@@ -1,11 +1,11 @@
-// A finished data set, read again: the manifest, then one sequence and one ping at a time, so that
-// memory does not grow with the data set. Nothing outside its folder is ever opened: names come
-// from layout.h, numbers from the manifest, and links are not followed.
+// Reads a finished data set: the manifest, then one sequence and one ping at a time, so that memory
+// does not grow with the data set. It opens no file outside the folder: names come from layout.h,
+// numbers from the manifest, and links are not followed.
 //
 //   open_dataset     which classes and sequences there are
 //   read_sequence    geometry, instances and kinds of files of one
 //   for_each_ping    times, poses and masks, ping by ping
-//   pictures_of      masks of a ping's pictures
+//   pictures_of      masks of a ping's images
 //   stored_file      path of a sequence's file that is there
 //   ping_file        ... of a ping's file
 //
@@ -16,8 +16,8 @@
 //   boxes_of             the 3-D boxes of some pings
 //   read_statistics      an array of statistics/, with its real numbers
 //
-// Errors: (usage) not a data set of ensonify, or not finished; (io) a file is missing, cannot be
-// read or is not as the manifests say.
+// Errors: (usage) not a data set of ensonify, or not finished; (io) a file is missing, unreadable,
+// or does not match the manifests.
 #pragma once
 
 #include <cstdint>
@@ -82,7 +82,7 @@ struct StoredPing {
   std::uint32_t ping = 0;
   double time_s = 0;
   Pose sonar_in_world;
-  std::vector<StoredObjectPose> objects;  // those with a place of their own
+  std::vector<StoredObjectPose> objects;  // objects with a pose
   std::string annotation_line;            // of annotations.jsonl; see pictures_of
 };
 
@@ -97,7 +97,7 @@ struct StoredPicture {
   std::string view;  // polar or cartesian
   std::uint64_t width = 0, height = 0;
   std::vector<StoredAnnotation> annotations;
-  std::vector<std::uint16_t> hidden;  // instances that others hide wholly
+  std::vector<std::uint16_t> hidden;  // fully hidden instances
 };
 
 Result<StoredDataset> open_dataset(const std::filesystem::path& dir);
@@ -129,14 +129,14 @@ struct DatasetFacts {
 struct InstanceFacts {
   std::string kind;  // surface, point_target or volume
   std::optional<Vec3> size_m;
-  bool rough = false;  // a surface, no part of which throws anything back coherently
+  bool rough = false;  // a surface without coherent parts
 };
 
 struct SequenceFacts {
   std::vector<double> azimuth_rad;                         // of the beams
   double noise_power_pa2 = 0;                              // 0: none
-  bool fresh_speckle = true;                               // each ping has draws of its own
-  std::optional<std::pair<double, double>> grey_db;        // black and white of its grey pictures
+  bool fresh_speckle = true;                               // each ping has its own draws
+  std::optional<std::pair<double, double>> grey_db;        // black and white of its gray images
   std::vector<std::pair<std::string, double>> numbers;     // of sonar, water and noise, by name
   std::vector<std::pair<std::string, std::string>> draws;  // key path and value
   std::vector<InstanceFacts> instances;                    // by id - 1
@@ -147,7 +147,7 @@ struct StoredBox {
   std::uint32_t ping = 0;
   std::uint16_t instance = 0;
   Vec3 size_m;
-  Pose in_world;  // of its centre
+  Pose in_world;  // of its center
 };
 
 Result<DatasetFacts> read_facts(const StoredDataset& dataset);

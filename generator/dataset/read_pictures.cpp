@@ -54,7 +54,7 @@ std::string through_map(std::span<const std::int32_t> map, std::string_view pola
   return bytes_of_values(values);
 }
 
-// The stored plane that a plane of the other view is made from; null where it is none of those.
+// The stored plane from which a plane of the other view is made; null if it is not derived.
 const CatalogueRow* polar_source(const StoredSequence& sequence, const CatalogueRow& row) {
   if (row.view != ImageView::cartesian || row.plane == nullptr || !is_float_plane(*row.plane)) {
     return nullptr;
@@ -103,9 +103,10 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
     return read_exr_plane(row, *path, read_surfaces_exr, surfaces_);
   }
   std::error_code error;
-  // Levels and series are stored as they are: a shorter file is not worth asking for memory.
+  // Levels and time series are uncompressed, so a shorter file is rejected before allocating
+  // memory.
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
-    return damaged(*path, "is cut short");
+    return damaged(*path, "is cut off");
   }
   if (row.codec == FileCodec::exr) return read_exr_plane(row, *path, read_exr_halves, images_);
   if (row.codec == FileCodec::series_exr) {
@@ -163,7 +164,7 @@ Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& datase
   const bool fits = std::all_of(map.begin(), map.end(), [&](std::int32_t from) {
     return from < 0 || static_cast<std::uint64_t>(from) < pixels;
   });
-  if (!fits) return damaged(*path, "names pixels that the polar image does not have");
+  if (!fits) return damaged(*path, "refers to pixels that the polar image does not have");
   return map;
 }
 

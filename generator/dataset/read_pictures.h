@@ -1,5 +1,5 @@
-// Images and series of a finished data set, read again, from files of a ping or from packed arrays.
-// Float planes of Cartesian images that are not stored are those of the polar image through the
+// Reads images and time series of a finished data set, from files of a ping or from packed arrays.
+// Float planes of Cartesian images that are not stored follow from the polar image through the
 // sequence's map, bit for bit.
 //
 //   read_cartesian_map            which polar pixel a Cartesian one shows
@@ -30,10 +30,10 @@ using StoredView = ImageView;
 Result<std::vector<std::int32_t>> read_cartesian_map(const StoredDataset& dataset,
                                                      const StoredSequence& sequence);
 
-// Whether they are stored, or follow from a polar image.
+// Whether the cells are stored or follow from a polar image.
 bool can_read(const StoredSequence& sequence, const CatalogueRow& row);
 
-// Of one ping of the sequence. It keeps the images and the map that it has read, for other planes.
+// Reads one ping of the sequence. It caches images and the map for other planes.
 class CellReader {
  public:
   // The data set and the sequence must outlive it.
@@ -62,7 +62,7 @@ class CellReader {
 using PlaneNames = std::set<std::string_view>;
 PlaneNames stored_planes(const StoredSequence& sequence, ImageView view);
 
-// Row 0 on top. What was not asked for, or what the data set has not got, is empty.
+// Row 0 on top. Planes that were not requested or that the data set lacks are empty.
 struct StoredPixels : ImagePlanes {
   std::uint64_t rows = 0, columns = 0;
 };

@@ -22,7 +22,7 @@ namespace {
 
 Pose pose_from(std::span<const double> v) { return {{v[0], v[1], v[2]}, {v[3], v[4], v[5], v[6]}}; }
 
-// A table of nine numbers a row, one row ahead.
+// A table with nine numbers per row, read one row ahead.
 class Table {
  public:
   explicit Table(fs::path path) : path_(std::move(path)), file_(path_, std::ios::binary) {}
@@ -30,17 +30,18 @@ class Table {
   Status begin(std::string_view header) {
     std::string line;
     if (!std::getline(file_, line) || line + "\n" != header) {
-      return damaged(path_, "does not begin with its header");
+      return damaged(path_, "does not begin with the expected header");
     }
     return advance();
   }
   Status advance() {
     std::string line;
     there_ = static_cast<bool>(std::getline(file_, line));
-    if (there_ && !read_numbers(line, values_)) return damaged(path_, "has a wrong row: " + line);
+    if (there_ && !read_numbers(line, values_))
+      return damaged(path_, "has an invalid row: " + line);
     return {};
   }
-  // Whether there is a row, and of this ping.
+  // Whether the current row exists and is of this ping.
   bool is_of(std::uint32_t ping) const { return there_ && values_[0] == ping; }
   bool there() const { return there_; }
   std::span<const double> values() const { return values_; }
@@ -57,7 +58,7 @@ Status read_objects(Table& objects, std::size_t instances, StoredPing& ping) {
   while (objects.is_of(ping.ping)) {
     const auto values = objects.values();
     if (!(values[1] >= 1) || !(values[1] <= static_cast<double>(instances))) {
-      return damaged(objects.path(), fmt::format("tells of an instance {}", values[1]));
+      return damaged(objects.path(), fmt::format("refers to an unknown instance {}", values[1]));
     }
     ping.objects.push_back({static_cast<std::uint32_t>(values[1]), pose_from(values.subspan(2))});
     if (const Status read = objects.advance(); !read) return read;
@@ -70,7 +71,7 @@ Status visit_pings(const StoredSequence& sequence, Table& poses, Table& objects,
                    const std::function<Status(const StoredPing&)>& use) {
   std::ifstream lines(annotations, std::ios::binary);
   for (std::uint32_t p = sequence.row.first_ping; p < sequence.row.last_ping; ++p) {
-    if (!poses.is_of(p)) return damaged(poses.path(), fmt::format("has no row of ping {}", p));
+    if (!poses.is_of(p)) return damaged(poses.path(), fmt::format("has no row for ping {}", p));
     StoredPing ping;
     ping.ping = p;
     ping.time_s = poses.values()[1];
@@ -80,12 +81,13 @@ Status visit_pings(const StoredSequence& sequence, Table& poses, Table& objects,
       return read;
     }
     if (!std::getline(lines, ping.annotation_line)) {
-      return damaged(annotations, fmt::format("has no line of ping {}", p));
+      return damaged(annotations, fmt::format("has no line for ping {}", p));
     }
     if (const Status used = use(ping); !used) return used;
   }
   if (poses.there()) return damaged(poses.path(), "has more rows than the sequence has pings");
-  if (objects.there()) return damaged(objects.path(), "has rows of no ping of the sequence");
+  if (objects.there())
+    return damaged(objects.path(), "has rows for pings that the sequence does not have");
   return {};
 }
 
@@ -162,7 +164,7 @@ std::optional<std::uint32_t> ping_of_row(const std::string& line) {
 Result<DatasetFacts> read_facts(const StoredDataset& dataset) {
   const WorkIdentity& identity = dataset.manifest.identity;
   if (!listed_file_size(dataset.dir, "scenario.yaml")) {
-    return damaged(dataset.dir / "scenario.yaml", "is missing, or is no file of this folder");
+    return damaged(dataset.dir / "scenario.yaml", "is missing, or is not a file of this folder");
   }
   auto scenario = read_file(dataset.dir / "scenario.yaml");
   if (!scenario) return scenario.error();
@@ -177,7 +179,7 @@ Result<SequenceFacts> read_sequence_facts(const StoredDataset& dataset,
   SequenceFacts facts;
   facts.noise_power_pa2 = info.noise_power_pa2;
   facts.fresh_speckle = info.speckle == SpeckleMode::per_ping;
-  // Limits of plain levels: with a gain they are none of these.
+  // Limits of levels without gain; displays with gain have none of these.
   if (info.output.png && is_plain(info.png)) {
     facts.grey_db = {info.png.limits_db[0], info.png.limits_db[1]};
   }
@@ -187,7 +189,7 @@ Result<SequenceFacts> read_sequence_facts(const StoredDataset& dataset,
   facts.realisations = sequence.manifest.realisations;
   if (!(sequence.range_step_m > 0)) {
     return damaged(dataset.dir / layout::in_sequence(info.sequence, layout::kSequenceJson),
-                   "lacks its range step");
+                   "has no range step");
   }
   const auto azimuths = stored_file(dataset, sequence.row.sequence, "azimuth_rad.npy");
   if (!azimuths) return azimuths.error();
@@ -205,18 +207,18 @@ Result<std::vector<StoredBox>> boxes_of(const StoredDataset& dataset,
   std::ifstream file(*path, std::ios::binary);
   std::string line;
   if (!std::getline(file, line) || line + "\n" != kBoxesHeader) {
-    return damaged(*path, "does not begin with its header");
+    return damaged(*path, "does not begin with the expected header");
   }
   std::vector<StoredBox> boxes;
   std::array<double, kBoxNumbers> v{};
   while (!pings.empty() && std::getline(file, line)) {
     const auto ping = ping_of_row(line);
-    if (!ping) return damaged(*path, "has a wrong row: " + line);
+    if (!ping) return damaged(*path, "has an invalid row: " + line);
     if (*ping > pings.back()) break;  // rows follow the pings
     if (!std::binary_search(pings.begin(), pings.end(), *ping)) continue;
     if (!read_numbers(line, v) || !(v[1] >= 1) ||
         !(v[1] <= static_cast<double>(sequence.instances.size()))) {
-      return damaged(*path, "has a wrong row: " + line);
+      return damaged(*path, "has an invalid row: " + line);
     }
     boxes.push_back({*ping,
                      static_cast<std::uint16_t>(v[1]),

@@ -106,14 +106,15 @@ Result<RenderManifest> read_render(const StoredDataset& dataset, const std::stri
   if (!is_render_name(name) || !listed_file_size(dataset.dir, relative)) {
     const std::vector<std::string> names = render_names(dataset.dir);
     return usage(fmt::format("has no render '{}'; {}", name,
-                             names.empty() ? "ensonify render makes one"
-                                           : fmt::format("there are {}", fmt::join(names, ", "))));
+                             names.empty()
+                                 ? "`ensonify render` makes one"
+                                 : fmt::format("expected one of {}", fmt::join(names, ", "))));
   }
   const fs::path path = dataset.dir / relative;
   const auto head = parse_manifest_file(path, [](const FileEntry&) {});
   auto manifest = head ? read_render_head(*head) : std::nullopt;
   if (!manifest || !manifest->fault.empty()) return damaged(path, "is not a render's manifest");
-  if (manifest->version != 1) return usage("was rendered by a newer ensonify; use that one");
+  if (manifest->version != 1) return usage("was rendered by a newer ensonify; use that version");
   for (const RenderedSequence& rendered : manifest->sequences) {
     const bool same = std::any_of(
         dataset.sequences.begin(), dataset.sequences.end(), [&](const StoredSequenceRow& row) {
@@ -121,7 +122,7 @@ Result<RenderManifest> read_render(const StoredDataset& dataset, const std::stri
         });
     if (!same) {
       return usage(
-          fmt::format("render '{}' was made of another sequence {} than there is; make it "
+          fmt::format("render '{}' was made from another version of sequence {}; make it "
                       "again with --overwrite",
                       name, rendered.sequence));
     }

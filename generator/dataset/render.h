@@ -1,10 +1,10 @@
-// Renders of a data set: 8-bit images that `ensonify render` has made again of its levels, in
-// renders/NAME with a manifest of their own, which no other manifest lists.
+// Renders of a data set: 8-bit images that `ensonify render` made from its levels, in renders/NAME,
+// with their own manifest, which no other manifest lists.
 //
 //   RenderedSequence  RenderManifest   render.json without its list of files
 //   render_json  read_render_head      ... as JSON
 //   render_folder  render_file  is_render_name
-//   render_names                       those that are there
+//   render_names                       existing renders
 //   read_render                        one of a finished data set
 #pragma once
 
@@ -42,21 +42,21 @@ struct RenderManifest {
 };
 
 Json render_json(const RenderManifest& manifest, const std::vector<FileEntry>& files);
-// None if it is no render.json.
+// None if it is not a render.json.
 std::optional<RenderManifest> read_render_head(const Json& head);
 
-// Letters, digits, `-`, `_` and `.`, which does not come first; at most 64.
+// At most 64 letters, digits, `-`, `_` and `.`, not starting with `.`.
 bool is_render_name(std::string_view name);
 // renders/NAME, relative to the data set.
 std::string render_folder(std::string_view name);
 // sequences/000000/000003_polar.png, relative to the render's folder.
 std::string render_file(ImageView view, std::uint32_t sequence, std::uint32_t ping);
 
-// Folders in renders/, whole or not, sorted; links are left out.
+// Sorted folders in renders/, complete or not; without links.
 std::vector<std::string> render_names(const std::filesystem::path& dir);
 
-// Errors (usage): there is none of this name, or it was cut off, or the data set has no longer the
-// sequences it was made of; (io) its manifest is damaged.
+// Errors (usage): no render has this name, it is incomplete, or the data set no longer has the
+// sequences from which it was made; (io) its manifest is damaged.
 Result<RenderManifest> read_render(const StoredDataset& dataset, const std::string& name);
 
 }  // namespace ensonify

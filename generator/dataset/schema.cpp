@@ -15,6 +15,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/counted.h"
 #include "core/error.h"
 #include "dataset/schema_files.h"
 #include "formats/csv.h"
@@ -23,7 +24,7 @@
 namespace ensonify {
 namespace {
 
-// Valijson knows nlohmann::json only, whose keys are sorted.
+// Valijson supports only nlohmann::json, whose keys are sorted.
 using SortedJson = nlohmann::json;
 using Adapter = valijson::adapters::NlohmannJsonAdapter;
 using SchemaError = valijson::ValidationResults::Error;
@@ -31,13 +32,13 @@ using SchemaError = valijson::ValidationResults::Error;
 constexpr std::size_t kMaxFaults = 3;
 constexpr std::size_t kMaxShown = 60;
 
-// What follows from a fault further down.
+// An error that only follows from a nested one.
 bool is_consequence(const SchemaError& error) {
   return error.description.starts_with("Failed to validate") ||
          error.description.starts_with("Cannot validate");
 }
 
-// Of the value that an error's context leads to: its parts are <root>, then [key] or [index].
+// Pointer to the value of an error's context, whose parts are <root>, then [key] or [index].
 std::string pointer_of(const SchemaError& error) {
   std::string pointer;
   for (std::size_t i = 1; i < error.context.size(); ++i) {
@@ -81,18 +82,18 @@ std::string in_words(const SchemaError& error, const SortedJson& value) {
     return "has the unknown key " + quoted_in(text);
   }
   if (text.starts_with("Value type not permitted")) {
-    return fmt::format("is {}, which is of the wrong type", shown(value));
+    return fmt::format("is {}, which has the wrong type", shown(value));
   }
   if (text.starts_with("Failed to match")) {
-    return fmt::format("is {}, which is not accepted here", shown(value));
+    return fmt::format("is {}, which is not allowed here", shown(value));
   }
   if (text.starts_with("Expected number")) {
-    return fmt::format("is {}, accepted is {}", shown(value), limit_in_words(text));
+    return fmt::format("is {}; expected {}", shown(value), limit_in_words(text));
   }
   return fmt::format("is {}: {}", shown(value), text);
 }
 
-// Valijson takes what does not fit a signed integer for a negative number.
+// Valijson treats numbers beyond signed integers as negative.
 SortedJson sorted_copy(const Json& value) {
   if (value.is_object()) {
     SortedJson copy = SortedJson::object();
@@ -155,7 +156,7 @@ std::string SchemaCheck::fault(const Json& value, const std::string& at) const {
       faults.push_back(std::move(text));
     }
   }
-  if (faults.empty()) return fmt::format("#{} is not as its schema says", at);
+  if (faults.empty()) return fmt::format("#{} does not match its schema", at);
   if (faults.size() > kMaxFaults) faults.resize(kMaxFaults);
   return fmt::format("{}", fmt::join(faults, "; "));
 }
@@ -188,11 +189,11 @@ std::string cell_fault(const Column& column, std::string_view cell) {
   if (column.type == ColumnType::text) {
     const auto& words = column.words;
     if (words.empty() || std::find(words.begin(), words.end(), cell) != words.end()) return {};
-    return fmt::format("is none of {}", fmt::join(words, ", "));
+    return fmt::format("is not one of {}", fmt::join(words, ", "));
   }
-  if (column.type == ColumnType::integer && !read<std::int64_t>(cell)) return "is no integer";
+  if (column.type == ColumnType::integer && !read<std::int64_t>(cell)) return "is not an integer";
   const auto number = read<double>(cell);
-  if (!number) return "is no number";
+  if (!number) return "is not a number";
   if (column.minimum && *number < *column.minimum) {
     return fmt::format("is below {}", *column.minimum);
   }
@@ -219,7 +220,7 @@ std::string header_fault(const TableSchema& table, std::string_view line) {
 std::string row_fault(const TableSchema& table, std::string_view line) {
   const auto cells = columns_of(line, ',');
   if (cells.size() != table.size()) {
-    return fmt::format("has {} columns, not {}", cells.size(), table.size());
+    return fmt::format("has {}, not {}", counted(cells.size(), "column"), table.size());
   }
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::string fault = cell_fault(table[i], cells[i]);

@@ -1,5 +1,5 @@
-// JSON and the CSV tables against the schemas of output_schema, which are built into the program.
-// Private to dataset/.
+// Checks JSON and CSV tables against the schemas of output_schema, which are built into the
+// program. Private to dataset/.
 //
 //   schema_text                the text of a schema or of tables.json
 //   SchemaCheck                a schema, or a part of one, made once and used for many values
@@ -28,9 +28,8 @@ class SchemaCheck {
   SchemaCheck(const SchemaCheck&) = delete;
   SchemaCheck& operator=(const SchemaCheck&) = delete;
 
-  // "#/sonar/beams lacks the key count": JSON pointers and what is wrong there, the first few;
-  // empty where nothing is. `at` is the pointer of the value itself. Not for several threads at
-  // once.
+  // "#/sonar/beams lacks the key count": the first few JSON pointers with what is wrong there;
+  // empty if nothing is. `at` is the pointer of the value itself. Not thread-safe.
   std::string fault(const Json& value, const std::string& at = {}) const;
 
  private:
@@ -44,7 +43,7 @@ struct Column {
   std::string name;
   ColumnType type = ColumnType::text;
   std::optional<double> minimum;
-  std::vector<std::string> words;  // accepted ones; empty: any text
+  std::vector<std::string> words;  // allowed words; empty: any text
 };
 
 using TableSchema = std::vector<Column>;
@@ -52,7 +51,7 @@ using TableSchema = std::vector<Column>;
 // None where tables.json does not describe it.
 std::optional<TableSchema> table_schema(std::string_view file_name);
 
-// Empty where the line is as it should be, else what is wrong.
+// Empty if the line is valid, otherwise what is wrong.
 std::string header_fault(const TableSchema& table, std::string_view line);
 std::string row_fault(const TableSchema& table, std::string_view line);
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <limits>
 
+#include "core/counted.h"
 #include "dataset/layout.h"
 #include "formats/npy.h"
 
@@ -63,7 +64,7 @@ void for_each_array(Use use) {
                       "variance of I, unbiased"},
       [](const Pixel& p) { return p.all().power_variance; });
   use(StatisticsArray{"statistics/contrast.npy", kNpyFloat64, "1",
-                      "standard deviation of I over its mean; NaN without energy"},
+                      "standard deviation of I divided by its mean; NaN without energy"},
       [](const Pixel& p) { return p.all().contrast; });
   use(StatisticsArray{"statistics/fourth_moment.npy", kNpyFloat64, "1",
                       "<|p|^4> / <|p|^2>^2; NaN without energy"},
@@ -73,7 +74,7 @@ void for_each_array(Use use) {
                       0},
       [](const Pixel& p) { return covariance(p.at(MomentRow::bins_re, MomentRow::bins_im), p); });
   use(StatisticsArray{"statistics/bin_coherence.npy", kNpyComplex128, "1",
-                      "the same over the root of both variances; NaN where one is 0", 1, 0},
+                      "the same divided by the root of both variances; NaN where one is 0", 1, 0},
       [](const Pixel& p) {
         return coherence(p.at(MomentRow::bins_re, MomentRow::bins_im), p, next_bin(p));
       });
@@ -82,7 +83,7 @@ void for_each_array(Use use) {
                       1},
       [](const Pixel& p) { return covariance(p.at(MomentRow::beams_re, MomentRow::beams_im), p); });
   use(StatisticsArray{"statistics/beam_coherence.npy", kNpyComplex128, "1",
-                      "the same over the root of both variances; NaN where one is 0", 0, 1},
+                      "the same divided by the root of both variances; NaN where one is 0", 0, 1},
       [](const Pixel& p) {
         return coherence(p.at(MomentRow::beams_re, MomentRow::beams_im), p, next_beam(p));
       });
@@ -116,7 +117,7 @@ std::string checkpoint_path(std::uint32_t sequence) {
   return fmt::format("{}/sequences/{:06}/{}", layout::kWorkFolder, sequence, layout::kMoments);
 }
 
-// Tells a checkpoint of another sequence, or of another block, from ours.
+// Distinguishes checkpoints of other sequences or block sizes.
 std::string checkpoint_head(const SequenceInfo& info, std::uint64_t count) {
   return fmt::format("ensonify moments 1 block {} first {} beams {} samples {} count {:020}\n",
                      kMomentBlock, info.first_ping, info.sonar.beam_count, info.record.samples,
@@ -125,7 +126,7 @@ std::string checkpoint_head(const SequenceInfo& info, std::uint64_t count) {
 
 constexpr std::uint64_t kCheckStart = 0xcbf29ce484222325;
 
-// Of words in a row: any one that changes, or goes elsewhere, changes the sum.
+// Checksum of a sequence of words: changes if any word changes or moves.
 std::uint64_t check_of(std::span<const double> values, std::uint64_t check) {
   for (const double value : values) {
     check = std::rotl(check ^ std::bit_cast<std::uint64_t>(value), 23) * 0x9E3779B97F4A7C15;
@@ -159,7 +160,7 @@ Json statistics_json(const SequenceInfo& info) {
   return {{"realisations", count},
           {"axes", "rows: samples, nearest first; columns: beams, 0 first"},
           {"standard_error",
-           {{"of", "one pixel of fully developed speckle; the first two over the mean"},
+           {{"of", "one pixel of fully developed speckle; the first two relative to the mean"},
             {"mean_intensity", 1 / std::sqrt(n)},
             {"intensity_variance", std::sqrt(8 / n)},
             {"contrast", 1 / std::sqrt(n)},
@@ -171,9 +172,10 @@ Json statistics_json(const SequenceInfo& info) {
 Result<std::vector<FileEntry>> write_statistics(const fs::path& dir, const SequenceInfo& info,
                                                 const Moments& moments) {
   if (moments.count != info.last_ping - info.first_ping) {
-    return Error{ErrorKind::bug,
-                 fmt::format("sequence {}: statistics of {} pings, not {}; please report this",
-                             info.sequence, moments.count, info.last_ping - info.first_ping)};
+    return Error{
+        ErrorKind::bug,
+        fmt::format("sequence {}: statistics of {}, not {}; please report this", info.sequence,
+                    counted(moments.count, "ping"), info.last_ping - info.first_ping)};
   }
   std::vector<FileEntry> entries;
   Status written;

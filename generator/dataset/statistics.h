@@ -1,7 +1,7 @@
-// Statistics of a sequence on disk: the arrays, and the moments of a run that was cut off.
+// Statistics of a sequence on disk: the arrays, and the moments of an interrupted run.
 //
-//   statistics_arrays                    what there is; catalogue.h lists them too
-//   statistics_json                      what sequence.json says of them
+//   statistics_arrays                    the arrays, which catalogue.h also lists
+//   statistics_json                      their description in sequence.json
 //   write_statistics                     moments -> arrays
 //   MomentsFile  load_moments  remove_moments   a checkpoint in .work
 #pragma once
@@ -21,7 +21,7 @@
 
 namespace ensonify {
 
-// Samples and beams are the polar picture's rows and columns; a covariance of neighbours has one
+// Samples and beams are the polar image's rows and columns; a covariance of neighbors has one
 // row or one column less.
 struct StatisticsArray {
   const char* name;   // statistics/contrast.npy
@@ -38,7 +38,7 @@ Json statistics_json(const SequenceInfo& info);
 Result<std::vector<FileEntry>> write_statistics(const std::filesystem::path& dir,
                                                 const SequenceInfo& info, const Moments& moments);
 
-// Moments written row by row while others go on with the rows that are done.
+// Moments written row by row while other threads use the finished rows.
 class MomentsFile {
  public:
   MomentsFile(const std::filesystem::path& dir, const SequenceInfo& info, std::uint64_t count);
@@ -51,7 +51,7 @@ class MomentsFile {
   std::uint64_t check_;
 };
 
-// None if there is no checkpoint of this sequence, or it is damaged: then it is done again.
+// None if there is no checkpoint of this sequence or it is damaged; then the work is repeated.
 std::optional<Moments> load_moments(const std::filesystem::path& dir, const SequenceInfo& info);
 void remove_moments(const std::filesystem::path& dir, std::uint32_t sequence);
 

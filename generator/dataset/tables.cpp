@@ -43,7 +43,7 @@ std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
   std::string rows;
   for (const Instance& instance : instances) {
     if (!instance.box) continue;
-    // Volumes come last and have no pose of their own.
+    // Volumes come last and have no pose.
     const std::size_t i = instance.id - std::size_t{1};
     const Pose frame = i < object_in_world.size() ? object_in_world[i] : Pose{};
     const Pose in_world = compose(frame, instance.box->pose);

@@ -2,7 +2,7 @@
 // Private to dataset/.
 //
 //   poses.csv  poses.tum  objects.csv  boxes.csv  index.csv
-//   table_rows    what a ping adds to the tables of its sequence
+//   table_rows    rows that a ping adds to the tables of its sequence
 #pragma once
 
 #include <array>
@@ -28,10 +28,10 @@ std::string poses_row(std::uint32_t ping, double time_s, const Pose& sonar_in_wo
 // TUM's own order: time x y z qx qy qz qw, with blanks.
 std::string tum_row(double time_s, const Pose& sonar_in_world);
 
-// One row an instance, ids 1, 2, ...
+// One row per instance, ids 1, 2, ...
 std::string objects_rows(std::uint32_t ping, const std::vector<Pose>& object_in_world);
 
-// One row for each instance that has a box: its size, and its centre's pose in the world and in the
+// One row for each instance that has a box: its size, and its center's pose in the world and in the
 // sonar's frame.
 std::string boxes_rows(std::uint32_t ping, const Pose& sonar_in_world,
                        const std::vector<Pose>& object_in_world,

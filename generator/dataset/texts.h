@@ -1,4 +1,4 @@
-// What the files of a data set would say of a ping that has none.
+// Texts of a data set's files for a ping without files.
 //
 //   sequence_text     sequence.json without its list of files
 //   annotations_text  the ping's line of annotations.jsonl

@@ -79,7 +79,7 @@ std::optional<SequenceShape> shape_of(const std::optional<SequenceManifest>& man
 
 constexpr std::size_t kLongestTemplate = 64;
 
-// Names a sequence has to list, with the template of each.
+// File names that a sequence must list, with the template of each.
 std::vector<std::pair<std::string, std::string>> expected_files(const SequenceManifest& manifest) {
   const SequenceInfo& info = manifest.info;
   std::vector<std::pair<std::string, std::string>> names;
@@ -89,7 +89,7 @@ std::vector<std::pair<std::string, std::string>> expected_files(const SequenceMa
   }
   for (const std::string& name : manifest.arrays) names.emplace_back(name, name);
   for (const std::string& name_template : manifest.each_ping) {
-    // None of ours, and as many copies of it as pings are a way to fill the memory.
+    // Not one of our templates; copies of it for every ping could fill the memory.
     if (name_template.size() > kLongestTemplate) continue;
     for (auto ping = info.first_ping; ping < info.last_ping; ++ping) {
       names.emplace_back(layout::ping_file(name_template, ping), name_template);
@@ -102,10 +102,10 @@ void check_listed_files(Verification& v, const SequenceShape& shape,
                         const SequenceManifest& manifest, const std::vector<FileEntry>& entries) {
   const std::string folder = layout::sequence_folder(shape.sequence) + "/";
   if (manifest.info.output.packed != manifest.has_arrays) {
-    v.fault(folder + layout::kSequenceJson, "its keys pack and arrays contradict each other");
+    v.fault(folder + layout::kSequenceJson, "its members pack and arrays contradict each other");
   }
   if (manifest.info.output.statistics && manifest.realisations != shape.pings()) {
-    v.fault(folder + layout::kSequenceJson, "its statistics are not of all its pings");
+    v.fault(folder + layout::kSequenceJson, "its statistics do not cover all its pings");
   }
   if (shape.pings() * manifest.each_ping.size() > entries.size()) {
     // Also keeps a manifest that claims billions of pings from filling the memory.
@@ -137,7 +137,7 @@ void check_listed_files(Verification& v, const SequenceShape& shape,
     v.fault(folder + name, "belongs to this sequence, but sequence.json does not list it");
   }
   if (manifest.bytes != bytes) {
-    v.fault(folder + layout::kSequenceJson, "its number of bytes is not the sum over its files");
+    v.fault(folder + layout::kSequenceJson, "its number of bytes is not the sum of its files");
   }
   v.report.files += entries.size();
   v.report.bytes += bytes;
@@ -145,7 +145,7 @@ void check_listed_files(Verification& v, const SequenceShape& shape,
 
 void check_sequence(Verification& v, const SequenceEntry& row) {
   if (row.sha256.empty()) {
-    return v.fault(layout::kDatasetJson, "a sequence lacks its number or hash");
+    return v.fault(layout::kDatasetJson, "a sequence has no number or hash");
   }
   const std::uint32_t sequence = row.sequence;
   const std::string path = layout::in_sequence(sequence, layout::kSequenceJson);
@@ -162,17 +162,17 @@ void check_sequence(Verification& v, const SequenceEntry& row) {
   v.fault(path, manifest->schema_fault);
   const auto head = read_sequence_head(manifest->head);
   const auto shape = shape_of(head);
-  if (!shape) return v.fault(path, "lacks its pings, beams, samples, split or instances");
+  if (!shape) return v.fault(path, "has no pings, beams, samples, split or instances");
   const SequenceInfo& info = head->info;
   if (info.sequence != sequence || info.first_ping != row.first_ping ||
       info.last_ping != row.last_ping || row.split != info.split || row.seed != info.seed) {
-    return v.fault(path, "says something else than dataset.json");
+    return v.fault(path, "differs from dataset.json");
   }
   v.shapes.push_back(*shape);
   if (info.output.png) {
     v.images += info.png_counts;
     if (v.limits_db.value_or(info.png.limits_db) != info.png.limits_db) {
-      v.fault(path, "has other limits of 8-bit images than sequences before it");
+      v.fault(path, "its limits of 8-bit images differ from those of the sequences before it");
     }
     v.limits_db = info.png.limits_db;
   }
@@ -202,7 +202,7 @@ void check_top_level_files(Verification& v, const std::vector<FileEntry>& entrie
       v.fault(entry.path, "is listed, but not a file of a data set");
     }
     if (asset && !entry.path.starts_with("assets/" + entry.sha256)) {
-      v.fault(entry.path, "does not bear the hash it is listed with");
+      v.fault(entry.path, "does not have the listed hash");
     }
     v.known.insert(entry.path);
     ++v.report.files;
@@ -244,7 +244,7 @@ void check_tables(Verification& v, const Json& manifest) {
       const Json* here = member(*work, key);
       const Json* there = member(manifest, key);
       if (here == nullptr || there == nullptr || *here != *there) {
-        return fmt::format("says something else than dataset.json of {}", key);
+        return fmt::format("differs from dataset.json in {}", key);
       }
     }
     return {};
@@ -259,13 +259,13 @@ void check_unlisted(Verification& v) {
     if (path.starts_with(std::string(layout::kWorkFolder) + "/")) {
       work = true;
     } else if (!v.known.contains(path)) {
-      v.fault(path, "no manifest lists it");
+      v.fault(path, "is not listed in any manifest");
     }
   }
   if (work) {
     v.fault(layout::kWorkFolder,
-            "is still there: something was cut off, or is being written; give "
-            "the generate command again");
+            "is still there: a run was interrupted or is still writing; run the "
+            "generate command again");
   }
 }
 
@@ -281,8 +281,7 @@ void check_all_renders(Verification& v, std::span<const SequenceEntry> entries) 
 void check_images(Verification& v, const DatasetManifest& manifest) {
   if (!manifest.png) return;
   if (v.images != manifest.png_counts) {
-    v.fault(layout::kDatasetJson,
-            "its counts of pixels in png are not the sums over its sequences");
+    v.fault(layout::kDatasetJson, "its counts of pixels in png are not the sums of its sequences");
   }
   if (v.limits_db != manifest.png->limits_db) {
     v.fault(layout::kDatasetJson, "its limits in png are not those of its sequences");
@@ -292,7 +291,7 @@ void check_images(Verification& v, const DatasetManifest& manifest) {
 void check_manifest(Verification& v) {
   if (!listed_file_size(v.dir, layout::kDatasetJson)) {
     return v.fault(layout::kDatasetJson,
-                   "is missing: the data set is not finished; give the generate command again");
+                   "is missing: the data set is not finished; run the generate command again");
   }
   const auto text = read_file(v.dir / layout::kDatasetJson, kMaxManifestBytes);
   if (!text) return v.fault(layout::kDatasetJson, text.error().message);
@@ -320,8 +319,7 @@ void check_manifest(Verification& v) {
   check_unlisted(v);
 }
 
-// Whether anything here bears ensonify's mark; one flipped bit must not make it a stranger's
-// folder.
+// Whether any file here is marked by ensonify; one flipped bit must not make the folder foreign.
 bool is_ours(const fs::path& dir) {
   const std::pair<const char*, const char*> marks[] = {{layout::kWorkJson, "ensonify_work"},
                                                        {layout::kDatasetJson, "ensonify_dataset"}};

@@ -1,4 +1,4 @@
-// Is a data set whole?
+// Checks a finished data set.
 //
 //   verify_dataset
 #pragma once
@@ -15,18 +15,18 @@
 namespace ensonify {
 
 struct VerifyReport {
-  std::vector<std::string> faults;  // one line each, in a fixed order; empty: all is whole
-  std::size_t files = 0;            // that were looked at
+  std::vector<std::string> faults;  // one line each, in a fixed order; empty: none
+  std::size_t files = 0;            // that were checked
   std::uint64_t bytes = 0;
   std::size_t sequences = 0;            // that dataset.json lists
-  std::vector<SequenceFailure> failed;  // ... and those that could not be made, which is no fault
+  std::vector<SequenceFailure> failed;  // ... and those that could not be made, not an error
 };
 
-// Checks dataset.sha256, then every file that a manifest lists: there, of its size, hash, and shape
-// and format as sequence.json says; the manifests' own form; tables and coco.json against the
-// pings; and that no file is there which no manifest lists. Paths that leave the folder are faults
-// and are not followed, and neither are links. provenance.json is not looked at. Error (io): the
-// folder cannot be read; (usage): ensonify did not make it.
+// Checks dataset.sha256, then for every listed file its presence, size and hash, and its shape and
+// format against sequence.json; the form of the manifests; tables and coco.json against the pings;
+// and that manifests list every file. Paths out of the folder and links are faults and are not
+// followed. Ignores provenance.json. Error (io): the folder cannot be read; (usage): ensonify did
+// not make it.
 Result<VerifyReport> verify_dataset(const std::filesystem::path& dir, const Workers& workers);
 
 }  // namespace ensonify

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "core/counted.h"
 #include "dataset/layout.h"
 #include "dataset/ply.h"
 #include "dataset/schema.h"
@@ -19,7 +20,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Holds every header that is looked at.
+// Large enough for every checked header.
 constexpr std::size_t kNpyHeaderBytes = 4096;
 
 std::string start_of(const fs::path& path) {
@@ -30,10 +31,10 @@ std::string start_of(const fs::path& path) {
   return bytes;
 }
 
-// A shape of one element that is 0 stands for any length.
+// The shape {0} stands for any length.
 std::string npy_fault(const fs::path& path, std::string_view descr, const NpyShape& shape) {
   const auto header = parse_npy_header(start_of(path));
-  if (!header) return "is not an NPY file of ensonify's form";
+  if (!header) return "is not an NPY file as ensonify writes it";
   if (header->descr != descr) return fmt::format("has dtype {}, not {}", header->descr, descr);
   const bool any_length = shape == NpyShape{0} && header->shape.size() == 1;
   if (header->fortran_order || (!any_length && header->shape != shape)) {
@@ -44,7 +45,7 @@ std::string npy_fault(const fs::path& path, std::string_view descr, const NpySha
   for (const std::uint64_t n : header->shape) size *= n;
   std::error_code error;
   if (fs::file_size(path, error) != header->data_offset + size) {
-    return "is not as long as its header says";
+    return "does not have the length that its header gives";
   }
   return {};
 }
@@ -54,7 +55,7 @@ std::string map_fault(const fs::path& path, const NpyShape& shape, std::uint64_t
   if (!map) return map.error().message;
   for (const auto from : values_in<std::int32_t>(map->data())) {
     if (from >= -1 && (from < 0 || static_cast<std::uint64_t>(from) < polar_pixels)) continue;
-    return fmt::format("names the polar pixel {}; expected -1 or a number from 0 to {}", from,
+    return fmt::format("refers to the polar pixel {}; expected -1 or a number from 0 to {}", from,
                        polar_pixels - 1);
   }
   return {};
@@ -67,8 +68,8 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
       header->color_type == 0) {
     return {};
   }
-  return fmt::format("is {} x {} pixels of {} bits, not {} x {} grey ones of {}", header->width,
-                     header->height, header->bit_depth, columns, rows, bits);
+  return fmt::format("has {} x {} pixels of {} bits, not {} x {} grayscale pixels of {}",
+                     header->width, header->height, header->bit_depth, columns, rows, bits);
 }
 
 std::string exr_fault(const fs::path& path, const NpyShape& shape) {
@@ -86,30 +87,30 @@ std::string exr_fault(const fs::path& path, const NpyShape& shape) {
   }
   for (const ExrPart& part : *parts) {
     if (std::cmp_not_equal(part.height, shape[0]) || std::cmp_not_equal(part.width, shape[1])) {
-      return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, shape[1],
+      return fmt::format("has {} x {} pixels, not {} x {}", part.width, part.height, shape[1],
                          shape[0]);
     }
   }
   return {};
 }
 
-// Of one part, with these float channels.
+// A file with one part and these float channels.
 std::string floats_exr_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns,
                              const std::vector<std::string>& channels) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
-  if (parts->size() != 1) return fmt::format("has {} parts, not one", parts->size());
+  if (parts->size() != 1) return fmt::format("has {} parts, not 1", parts->size());
   const ExrPart& part = parts->front();
   if (part.float_channels != channels || !part.half_channels.empty() ||
       !part.other_channels.empty()) {
-    return fmt::format("does not have the float channels {} alone", fmt::join(channels, ", "));
+    return fmt::format("does not have exactly the float channels {}", fmt::join(channels, ", "));
   }
   if (std::cmp_equal(part.height, rows) && std::cmp_equal(part.width, columns)) return {};
-  return fmt::format("is {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
+  return fmt::format("has {} x {} pixels, not {} x {}", part.width, part.height, columns, rows);
 }
 
-// Calls use(row) for every line after the header; the fault is a header or row that is not as
-// tables.json says, a row that `use` refuses, or another number of rows.
+// Calls use(row) for every line after the header; a fault is a header or row that does not match
+// tables.json, a row that `use` refuses, or another number of rows.
 template <class Use>
 std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
   const auto table = table_schema(path.filename().string());
@@ -124,9 +125,9 @@ std::string rows_fault(const fs::path& path, std::uint64_t expected, Use use) {
     if (++rows > expected) continue;
     const std::string fault = table ? row_fault(*table, line) : "";
     if (!fault.empty()) return fmt::format("row {}: {}", rows, fault);
-    if (!use(line)) return fmt::format("has a wrong row: {}", line);
+    if (!use(line)) return fmt::format("has an invalid row: {}", line);
   }
-  if (rows != expected) return fmt::format("has {} rows, not {}", rows, expected);
+  if (rows != expected) return fmt::format("has {}, not {}", counted(rows, "row"), expected);
   return {};
 }
 
@@ -153,8 +154,8 @@ std::string objects_fault(const fs::path& path, const SequenceShape& shape) {
   for (std::string line; std::getline(file, line);) ++lines;
   const std::uint64_t rows = lines > 0 ? lines - 1 : 0;
   if (rows > shape.pings() * shape.instances || (shape.pings() > 0 && rows % shape.pings() != 0)) {
-    return fmt::format("has {} rows for {} pings and {} instances", rows, shape.pings(),
-                       shape.instances);
+    return fmt::format("has {} for {} and {}", counted(rows, "row"), counted(shape.pings(), "ping"),
+                       counted(shape.instances, "instance"));
   }
   return rows_fault(path, rows, [](const std::string&) { return true; });
 }
@@ -175,7 +176,7 @@ std::string annotations_fault(const fs::path& path, const SequenceShape& shape) 
     if (count_at(*json, "ping") != ping) break;
   }
   if (file.eof() && ping == shape.last_ping) return {};
-  return "does not have one line for every ping, in order";
+  return "does not have one line per ping, in order";
 }
 
 // The head of an OpenVDB file, its random tag set to zeros.
@@ -184,7 +185,7 @@ std::string vdb_fault(const fs::path& path) {
   const std::string head = start_of(path);
   if (!head.starts_with(kMagic)) return "is not an OpenVDB file";
   if (head.find("00000000-0000-0000-0000-000000000000") != 21) {
-    return "is not an OpenVDB file of ensonify's form";
+    return "is not an OpenVDB file as ensonify writes it";
   }
   return {};
 }
@@ -230,17 +231,17 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
 std::string content_fault(const fs::path& dir, const std::string& relative, std::uint64_t bytes,
                           const std::string& sha256) {
   if (!is_safe_relative_path(relative))
-    return "is listed, and no path inside the folder; not followed";
+    return "is listed, but is not a path inside the folder; not followed";
   const auto size = listed_file_size(dir, relative);
   if (!size) {
     std::error_code error;
     const bool there = fs::exists(fs::symlink_status(dir / relative, error));
     return there ? "is a link or not a file; not followed" : "is missing";
   }
-  if (*size != bytes) return fmt::format("has {} bytes, not {}", *size, bytes);
+  if (*size != bytes) return fmt::format("has {}, not {}", counted(*size, "byte"), bytes);
   const auto hash = sha256_of_file(dir / relative);
   if (!hash) return hash.error().message;
-  return *hash == sha256 ? "" : "has another SHA-256 than listed";
+  return *hash == sha256 ? "" : "does not have the listed SHA-256";
 }
 
 std::string format_fault(const fs::path& dir, const SequenceShape& shape, const std::string& name,

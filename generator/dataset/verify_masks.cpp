@@ -32,7 +32,7 @@ std::optional<Box> box_at(const Json& json, const char* key) {
   return numbers;
 }
 
-// Whether area and box are those of the run lengths, and not empty.
+// Whether area and box match the run lengths and are not empty.
 bool is_whole(const Json& json, const char* area, const char* box,
               const std::optional<std::string>& counts, const Size& size) {
   if (!counts) return false;
@@ -66,8 +66,8 @@ bool amodal_holds_visible(const Json& json) {
          holds(*box_at(json, "amodal_bbox"), *box_at(json, "bbox"));
 }
 
-// Twice the area of a ring of x, y, x, y, ..., positive clockwise with rows downwards; none where
-// it is no such ring.
+// Twice the area of a ring of x, y, x, y, ..., positive clockwise with rows downwards; none if it
+// is not such a ring.
 std::optional<std::int64_t> twice_area(const Json& ring) {
   if (!ring.is_array() || ring.size() < 8 || ring.size() % 2 != 0) return std::nullopt;
   for (const Json& number : ring) {
@@ -125,24 +125,24 @@ struct CocoReader {
       hidden_schema{"coco", "hidden"};
 
   void image(const Json& image) {
-    // Of packed pings an array, and the place in it.
+    // Packed pings have an array and an index instead of a file name.
     const auto file = text_at(image, member(image, "array") != nullptr ? "array" : "file_name");
     const auto rows = count_at(image, "height"), columns = count_at(image, "width");
     images.push_back({rows.value_or(0), columns.value_or(0)});
     if (count_at(image, "id") != images.size()) {
-      fault = fmt::format("image {} lacks its id", images.size());
+      fault = fmt::format("image {} has no id or a wrong id", images.size());
     } else if (!file || !known.contains(*file)) {
-      fault = fmt::format("image {} names a file that is not of the data set", images.size());
+      fault = fmt::format("image {} refers to a file that is not in the data set", images.size());
     }
   }
 
-  // Whether nothing has been wrong so far and this element is as its schema says.
+  // Whether there is no fault so far and this element matches its schema.
   bool fits(const SchemaCheck& schema, std::size_t index, const Json& element) {
     if (fault.empty()) fault = schema.fault(element, fmt::format("/{}/{}", array, index));
     return fault.empty();
   }
 
-  // The size of the picture that it is of; none where picture or class do not exist.
+  // The size of its image; none if the image or class does not exist.
   std::optional<Size> size_of(const Json& annotation) const {
     const auto category = count_at(annotation, "category_id").value_or(0);
     const auto image_id = count_at(annotation, "image_id").value_or(0);
@@ -177,12 +177,12 @@ struct CocoReader {
     } else if (array == "annotations") {
       const bool fitting = fits(annotation_schema, annotations++, parsed);
       if (fitting && !visible_is_whole(parsed)) {
-        fault = fmt::format("annotation {} is not whole", annotations);
+        fault = fmt::format("annotation {} is inconsistent", annotations);
       }
     } else if (array == "hidden") {
       const bool fitting = fits(hidden_schema, hidden++, parsed);
       if (fitting && !hidden_is_whole(parsed)) {
-        fault = fmt::format("entry {} of the hidden is not whole", hidden);
+        fault = fmt::format("entry {} of `hidden` is inconsistent", hidden);
       }
     } else {
       return true;
@@ -207,8 +207,8 @@ std::string line_masks_fault(const Json& line) {
         });
     if (!whole) {
       return fmt::format(
-          "a mask of ping {} is not whole: area or box are not those of its run "
-          "lengths",
+          "a mask of ping {} is inconsistent: its area or box differ from those of its "
+          "run lengths",
           count_at(line, "ping").value_or(0));
     }
   }

@@ -1,8 +1,8 @@
-// Checks of one file at a time for verify.cpp. Private to dataset/. Each gives the faults it finds
-// as text without the file's name; an empty text is no fault.
+// Checks of one file at a time for verify.cpp. Private to dataset/. Each returns the faults as text
+// without the file's name; an empty text means none.
 //
 //   SequenceShape
-//   content_fault                   there, size and hash
+//   content_fault                   presence, size and hash
 //   format_fault                    a sequence's file against the sequence's shape
 //   index_fault  split_fault        top-level tables against the pings
 //   line_masks_fault  coco_fault    masks against their run lengths
@@ -27,7 +27,7 @@
 
 namespace ensonify {
 
-// What sequence.json and dataset.json say of a sequence, as far as files depend on it.
+// Properties of a sequence, from sequence.json and dataset.json, on which its files depend.
 struct SequenceShape {
   std::uint32_t sequence = 0;
   std::string split;
@@ -41,8 +41,8 @@ struct SequenceShape {
 std::string content_fault(const std::filesystem::path& dir, const std::string& relative,
                           std::uint64_t bytes, const std::string& sha256);
 
-// `name` inside the sequence's folder, `name_template` the same with {ping} (layout.h). A file that
-// ensonify does not know is no fault here.
+// `name` inside the sequence's folder, `name_template` the same with {ping} (layout.h). An unknown
+// file is not a fault here.
 std::string format_fault(const std::filesystem::path& dir, const SequenceShape& shape,
                          const std::string& name, const std::string& name_template);
 
@@ -55,7 +55,8 @@ std::string split_fault(const std::filesystem::path& path, const std::string& sp
 // Area and box of every mask against its run lengths; no amodal mask smaller than the visible one.
 std::string line_masks_fault(const Json& line);
 
-// The same of coco.json, and its lists against each other. `known`: the files that manifests list.
+// The same for coco.json, with its lists against each other. `known`: the files that manifests
+// list.
 std::string coco_fault(const std::filesystem::path& path, const std::set<std::string>& known,
                        std::uint64_t classes);
 
@@ -65,7 +66,7 @@ struct RenderFindings {
   std::vector<std::string> files;                           // that a render lists, or is listed by
   std::uint64_t bytes = 0;
 
-  // Nothing where `fault` is empty.
+  // Does nothing if `fault` is empty.
   void add(const std::string& path, const std::string& fault);
 };
 

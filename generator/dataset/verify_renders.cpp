@@ -19,7 +19,7 @@ struct Image {
   std::uint64_t rows = 0, columns = 0;
 };
 
-// Those that the render has to list, by their paths.
+// Images that the render must list, by path.
 std::map<std::string, Image> expected_images(const RenderManifest& render,
                                              std::span<const SequenceShape> shapes) {
   std::map<std::string, Image> images;
@@ -48,7 +48,7 @@ std::string image_fault(const fs::path& path, const Image& image, bool in_color)
   constexpr int kGray = 0, kPalette = 3;
   if (header->height != image.rows || header->width != image.columns || header->bit_depth != 8 ||
       header->color_type != (in_color ? kPalette : kGray)) {
-    return "is not an image of the size and kind that the manifests say";
+    return "is not an image of the size and kind given in the manifests";
   }
   return {};
 }
@@ -60,8 +60,7 @@ std::string sequences_fault(const RenderManifest& render, std::span<const Sequen
              entry.first_ping == rendered.first_ping && entry.last_ping == rendered.last_ping;
     });
     if (!same) {
-      return fmt::format("was made of another sequence {} than the data set has",
-                         rendered.sequence);
+      return fmt::format("was made from another version of sequence {}", rendered.sequence);
     }
   }
   return {};
@@ -112,7 +111,7 @@ void check_files(const RenderParts& parts, const RenderManifest& render, const s
   }
   if (bytes != render.bytes) {
     found.add(folder + "/" + layout::kRenderJson,
-              "its number of bytes is not the sum over its files");
+              "its number of bytes is not the sum of its files");
   }
   found.bytes += bytes;
 }
@@ -123,7 +122,7 @@ void check_render(const RenderParts& parts, const std::string& name, RenderFindi
   const auto size = listed_file_size(parts.dir, path);
   if (!size) {
     return found.add(folder,
-                     "is not whole: its render was cut off; give the same `ensonify render` "
+                     "is incomplete: its render was interrupted; run the same `ensonify render` "
                      "command again, or remove the folder");
   }
   found.files.push_back(path);
@@ -142,7 +141,7 @@ void check_render(const RenderParts& parts, const std::string& name, RenderFindi
   if (!render) return found.add(path, "is not a render's manifest");
   std::string fault = SchemaCheck("render").fault(*head);
   if (fault.empty()) fault = entry_fault;
-  if (fault.empty() && render->name != name) fault = "bears another name than its folder";
+  if (fault.empty() && render->name != name) fault = "does not have the name of its folder";
   if (fault.empty()) fault = sequences_fault(*render, parts.entries);
   found.add(path, fault);
   if (fault.empty()) check_files(parts, *render, folder, files, found);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/counted.h"
 #include "dataset/failures.h"
 #include "dataset/folder_lock.h"
 #include "dataset/layout.h"
@@ -24,7 +25,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// What stands in a folder, as far as it decides whose it is.
+// The parts of a folder's content that show to which run it belongs.
 struct Folder {
   bool empty = true;  // but for temporary files of a start that was cut off
   std::optional<std::string> work_text;
@@ -41,8 +42,8 @@ std::optional<std::string> text_of(const fs::path& dir, const char* name) {
   return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-// A link in the place of one of our folders, down to those of a sequence; empty: none. Files need
-// no look: what we write replaces a link, and what we remove is the link.
+// A link in place of one of our folders, down to those of a sequence; empty: none. Files need no
+// check: writing replaces a link, and removing removes the link.
 std::string link_among(const fs::path& dir, const std::string& relative, int levels) {
   std::error_code error;
   for (fs::directory_iterator entry(dir / relative, error), end; !error && entry != end;
@@ -69,13 +70,13 @@ std::string link_among_folders(const fs::path& dir) {
   return {};
 }
 
-// The highest number of a sequence that was begun, plus one.
+// The highest number of a started sequence, plus one.
 std::uint64_t begun_sequences(const fs::path& dir) {
   const std::vector<std::uint32_t> numbers = sequence_numbers(dir);
   return numbers.empty() ? 0 : std::uint64_t{numbers.back()} + 1;
 }
 
-// No file at all but what a start that was cut off may have left in .work/tmp.
+// Whether the folder holds no files, except leftovers of an interrupted start in .work/tmp.
 bool holds_nothing(const fs::path& dir, std::error_code& error) {
   for (fs::recursive_directory_iterator entry(dir, error), end; !error && entry != end;
        entry.increment(error)) {
@@ -141,13 +142,13 @@ Error refused(const fs::path& dir, const std::string& why, bool ours) {
 
 Error refused_other_work(const fs::path& dir, const Folder& folder, const std::string& asked) {
   if (!folder.work) {
-    return refused(dir, "holds a data set of ensonify without a readable work.json", true);
+    return refused(dir, "holds a data set of ensonify, but no readable work.json", true);
   }
   const auto list = differences(*folder.work, *parse_json(asked));
   return refused(dir,
-                 list.empty()
-                     ? std::string("holds other work")
-                     : fmt::format("holds other work: it differs in {}", fmt::join(list, ", ")),
+                 list.empty() ? std::string("holds the data set of another run")
+                              : fmt::format("holds the data set of another run: it differs in {}",
+                                            fmt::join(list, ", ")),
                  true);
 }
 
@@ -161,8 +162,8 @@ Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work
   if (FolderUse::is_used(dir)) {
     return Error{ErrorKind::usage,
                  dir.string() +
-                     ": another process is at work in it; end that one first, or name "
-                     "another folder"};
+                     ": another process is writing to it; end that process first, or "
+                     "name another folder"};
   }
   const auto inventory = take_inventory(dir);
   if (!inventory) return inventory.error();
@@ -171,7 +172,7 @@ Result<FolderState> empty_and_start(const fs::path& dir, const std::string& work
 }
 
 // A sequence.json that lists files which are gone (an --overwrite was cut off, or somebody cleaned
-// up) would pass for a finished sequence: takes it away, so that the sequence is made again.
+// up) would pass as a finished sequence: removes it, so that the sequence is made again.
 Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   for (std::uint64_t number = 0; number < begun; ++number) {
     const auto sequence = static_cast<std::uint32_t>(number);
@@ -183,7 +184,7 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   return {};
 }
 
-// Without what a second copy of the work may have left when it was cut off.
+// Removes what another, interrupted process with the same work may have left.
 FolderState complete(const fs::path& dir) {
   for (const std::uint32_t sequence : sequence_numbers(dir)) remove_pieces(dir, sequence);
   remove_work_folder(dir);
@@ -193,8 +194,9 @@ FolderState complete(const fs::path& dir) {
 Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identity,
                                 std::uint32_t sequences, bool overwrite, bool keep_sealed) {
   if (const std::string link = link_among_folders(dir); !link.empty()) {
-    return refused(dir, fmt::format("`{}` in it is a link, and what it leads to is not ours", link),
-                   false);
+    return refused(
+        dir, fmt::format("`{}` in it is a link to something that ensonify did not make", link),
+        false);
   }
   const auto folder = look_at(dir);
   if (!folder) return folder.error();
@@ -202,7 +204,7 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
   const std::string asked = to_json(identity);
   if (folder->empty) return start(dir, asked);
   if (!folder->work && !folder->dataset) {
-    return refused(dir, "is not empty, and ensonify did not make what it holds", false);
+    return refused(dir, "is not empty, and ensonify did not make its contents", false);
   }
   if (folder->work_text != asked) {
     if (overwrite) return empty_and_start(dir, asked);
@@ -211,9 +213,9 @@ Result<FolderState> open_folder(const fs::path& dir, const WorkIdentity& identit
   if (folder->sequences_begun > sequences) {
     if (overwrite) return empty_and_start(dir, asked);
     return refused(dir,
-                   fmt::format("holds {} sequences of this work and {} are asked for; their number "
-                               "may grow, not shrink",
-                               folder->sequences_begun, sequences),
+                   fmt::format("holds {} of this run, more than the requested {}; their number may "
+                               "grow, not shrink",
+                               counted(folder->sequences_begun, "sequence"), sequences),
                    true);
   }
   if (!folder->sealed || folder->sequences_sealed < sequences) {

@@ -16,8 +16,8 @@ bool is_record(const std::string& name) {
   return name.ends_with(".json") || name.ends_with(layout::kMoments);
 }
 
-// Those of the folder and below that are ours, by relative name; as they are met, since very many
-// pings have very many records.
+// Calls back for our files in the folder and below, by relative name, as they are found, since many
+// pings have many records.
 template <class Ours>
 void remove_files(const fs::path& folder, Ours ours) {
   std::error_code error;
@@ -37,8 +37,8 @@ void remove_work_folder(const fs::path& dir) {
   const fs::path work = dir / layout::kWorkFolder;
   std::error_code error;
   if (!fs::is_directory(fs::symlink_status(work, error))) return;
-  // A second copy of the same work may still put files there: a few more turns catch most of them,
-  // the rest goes when that copy ends or the folder is opened again.
+  // Another process with the same work may still write files there: a few more passes catch most of
+  // them; the rest is removed when that process ends or the folder is opened again.
   for (int attempt = 0; attempt < 3 && fs::exists(work, error); ++attempt) {
     remove_files(work, [](const std::string& name) {
       const bool record = name.starts_with("sequences/") && is_record(name);
@@ -63,7 +63,7 @@ void remove_work_of(const fs::path& dir, std::span<const std::uint32_t> sequence
     if (!fs::is_directory(fs::symlink_status(folder, error))) continue;
     remove_files(folder, is_record);
   }
-  // What is empty goes, which is all where nobody else is at work.
+  // Removes empty folders, which are all unless another process works here.
   ::unlink((dir / layout::top_plan_path()).c_str());
   remove_empty_folders(dir / layout::kWorkFolder);
 }

@@ -24,7 +24,7 @@
 namespace ensonify {
 namespace {
 
-// One file: where it goes and how its bytes come about.
+// One file: its path and how to encode it.
 struct FileJob {
   std::string name_template;
   Stage stage;
@@ -39,7 +39,7 @@ Stage stage_of(FileCodec codec) {
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
 }
 
-// Whether the cells of a row are there, and in an image of its size.
+// Whether the cells of a row exist, with the size of its image.
 bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& result) {
   const GridSizes sizes = sizes_of(info);
   const auto count = std::visit([](const auto& cells) { return cells.size(); }, row.cells(result));
@@ -54,7 +54,7 @@ bool fits(const CatalogueRow& row, const SequenceInfo& info, const PingResult& r
                               : has_shape(polar ? result.polar_grey : result.cartesian_grey);
 }
 
-// What of the result does not fit the sequence; empty if all does.
+// The part of the result that does not match the sequence; empty if all does.
 std::string misfit(const SequenceInfo& info, const PingResult& result) {
   const FileSelection selection = selection_of(info);
   for (const CatalogueRow& row : catalogue()) {
@@ -73,7 +73,7 @@ std::string misfit(const SequenceInfo& info, const PingResult& result) {
 
 ExrAttributes polar_attributes(const SequenceInfo& info) {
   return {{{"axes", "rows: samples, nearest first; columns: beams, 0 first"},
-           {"beam_order", "beam 0 is to starboard, azimuth grows to port"}},
+           {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
           {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
            {"beam_spacing_rad", info.sonar.beam_spacing_rad},
            {"range_step_m", sample_range_m(info.sonar, info.water, 1)}}};
@@ -89,7 +89,7 @@ ExrAttributes series_attributes(const SequenceInfo& info) {
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
-  return {{{"axes", "the fan from above, boresight up, port left; nearest neighbour"},
+  return {{{"axes", "the fan from above, boresight up, port left; nearest neighbor"},
            {"beam_order", "beam 0 is to starboard, on the right"}},
           {{"metres_per_pixel", grid.m_per_px},
            {"x_top_m", grid.x_top_m},
@@ -145,7 +145,8 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
   }
 }
 
-// Files that take long to encode come first, so that no worker starts one when the others are done.
+// Files that take long to encode come first, so that no worker starts one after all others are
+// done.
 int encoding_rank(const CatalogueRow& row) {
   if (row.plane != nullptr) return 0;
   if (row.grid == FileGrid::list) return 3;
@@ -233,8 +234,8 @@ bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, 
 Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
                                 const Workers& workers) {
   if (const std::string what = misfit(info, result); !what.empty()) {
-    return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not fit what the "
-                                             "sequence says of it; please report this",
+    return Error{ErrorKind::bug, fmt::format("sequence {}, ping {}: {} does not match the "
+                                             "sequence; please report this",
                                              info.sequence, result.ping, what)};
   }
   return without_exceptions(

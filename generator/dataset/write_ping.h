@@ -1,7 +1,7 @@
-// One ping on disk: its pictures, arrays and labels, then the record that says it is done.
+// One ping on disk: its images, arrays and labels, then the record that says it is done.
 //
 //   ping_is_finished
-//   encode_ping  store_ping   the work of the processor and that of the disk
+//   encode_ping  store_ping   processor work and disk work
 //   write_ping                both
 #pragma once
 
@@ -17,9 +17,9 @@
 
 namespace ensonify {
 
-// Whether the ping's record is there and every file it lists has the size it had; or the whole
-// sequence has its sequence.json, which comes after all of its pings (open_work has made sure that
-// no file of it is missing).
+// Whether the ping's record exists and every file it lists has its size, or the sequence has its
+// sequence.json, which is written after all pings (open_work made sure that none of its files is
+// missing).
 bool ping_is_finished(const std::filesystem::path& dir, std::uint32_t sequence, std::uint32_t ping,
                       const SequenceInfo& info);
 
@@ -29,22 +29,21 @@ struct EncodedFile {
   std::string bytes;
 };
 
-// All that goes to the disk of one ping, hashed.
+// All files of one ping, hashed.
 struct EncodedPing {
   std::uint32_t ping = 0;
   std::vector<EncodedFile> files;
   std::string record;
 };
 
-// Which files: `info.output` says it for timeseries, polar, cartesian and scatterers; with
-// `info.output.png` the grey pictures that `result` holds. A result that lacks what it says, or
-// whose sizes do not fit `info`, is an Error (bug).
+// `info.output` selects the files; with `info.output.png` also the 8-bit images in `result`. A
+// result that lacks a selected part, or whose sizes do not match `info`, is an Error (bug).
 Result<EncodedPing> encode_ping(const SequenceInfo& info, const PingResult& result,
                                 const Workers& workers);
 
-// Writes the files, each under a temporary name first, and the record last. Does nothing if the
-// ping is finished: another copy of the same work was faster. May be called for several pings at
-// once. Error (io): a file cannot be written; what stands under a final name is whole.
+// Writes the files, each under a temporary name first, and the record last. Does nothing if another
+// process with the same work has finished the ping. May be called for several pings at once. Error
+// (io): a file cannot be written; files with final names are complete.
 Status store_ping(const std::filesystem::path& dir, const SequenceInfo& info,
                   const EncodedPing& encoded);
 

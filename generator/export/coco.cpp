@@ -1,4 +1,4 @@
-// COCO as detectors load it: images/SPLIT/*.png of one view, and their boxes and masks in
+// The COCO layout that detectors load: images/SPLIT/*.png of one view, and their boxes and masks in
 // annotations/instances_SPLIT.json. Category ids are the class ids of the data set.
 #include "dataset/coco.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using CocoFiles = std::map<std::string, CocoFile>;  // by split
 
-// Those of the classes that are written.
+// Categories of the classes that are written.
 Json written_categories(const ExportJob& job) {
   const Json all = categories_json(job.dataset.classes, job.dataset.class_kinds);
   Json written = Json::array();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kDefaultMarginPx = 8;
 
-// A folder for each class, by class id - 1. Those whose names become alike have their id behind it.
+// A folder for each class, by class id - 1. Folder names that would be equal end with the class id.
 std::vector<std::string> class_folders(const std::vector<std::string>& classes) {
   std::vector<std::string> names;
   for (const std::string& name : classes) {
@@ -32,7 +32,7 @@ std::vector<std::string> class_folders(const std::vector<std::string>& classes) 
   return folders;
 }
 
-// The pixels of the box and of so many around it, as far as the image has them.
+// The box with a margin, clipped to the image.
 Result<std::string> crop_png(const std::vector<std::uint8_t>& grey, const StoredPicture& picture,
                              const Mask& mask, int margin_px) {
   const int width = static_cast<int>(picture.width), height = static_cast<int>(picture.height);
@@ -76,7 +76,7 @@ Status write_crops_of(const ExportJob& job, const std::vector<std::string>& fold
 
 Status write_crops(const ExportJob& job, const fs::path& target) {
   const std::vector<std::string> folders = class_folders(job.dataset.classes);
-  // ImageFolder numbers classes by the folders that it finds: all splits must have the same.
+  // ImageFolder numbers classes by the folders that it finds, so all splits need the same folders.
   for (const std::string& split : splits_of(job)) {
     for (std::size_t k = 0; k < folders.size(); ++k) {
       if (!job.objects.classes[k]) continue;

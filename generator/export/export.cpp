@@ -18,17 +18,17 @@ constexpr ExportFormat kFormats[] = {
      "--view, --labels, --render", write_yolo},
     {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, "--view, --render",
      write_voc},
-    {"crops", "an image of each object, in folders by split and class", true, true,
+    {"crops", "one image per object, in folders by split and class", true, true,
      "--view, --margin-px, --render", write_crops},
     {"index_mask", "images with class and instance masks, in train, val and test", true, false,
      "--view, --render", write_index_mask},
-    {"tum", "a TUM trajectory of the sonar and of each object", true, false, "", write_tum},
-    {"hdf5", "one HDF5 file: arrays stacked over pings, a group a sequence", false, false,
+    {"tum", "TUM trajectories of the sonar and of each object", true, false, "", write_tum},
+    {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", false, false,
      "--stack, --pad", write_hdf5},
-    {"webdataset", "tar shards of images, masks, series and labels", true, true,
+    {"webdataset", "tar shards of images, masks, time series and labels", true, true,
      "--view, --shard-size-mb, --render", write_webdataset},
-    {"ply", "a point cloud of each ping, from scatterers/", true, false, "", write_ply},
-    {"mcap", "an MCAP file a sequence, with ROS 2 messages: sonar image and pose", true, false,
+    {"ply", "one point cloud per ping, from scatterers/", true, false, "", write_ply},
+    {"mcap", "one MCAP file per sequence, with ROS 2 messages: sonar image and pose", true, false,
      "--render", write_mcap},
 };
 
@@ -69,23 +69,23 @@ Status check_options(const ExportFormat& format, const ExportOptions& options) {
                              *format.options != '\0' ? ", which takes " : "", format.options)};
   }
   if (options.pad && !options.stack) {
-    return Error{ErrorKind::usage, "--pad: has a meaning with --stack only"};
+    return Error{ErrorKind::usage, "--pad: works only with --stack"};
   }
   return {};
 }
 
-// Leaves the sequences of the split that is asked for.
+// Keeps only the sequences of the requested split.
 Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
   if (!options.split) return {};
   std::erase_if(dataset.sequences,
                 [&](const StoredSequenceRow& row) { return row.split != *options.split; });
   if (!dataset.sequences.empty()) return {};
-  return Error{ErrorKind::usage, fmt::format("--split {}: no sequence of {} is in it",
+  return Error{ErrorKind::usage, fmt::format("--split {}: {} has no sequence in this split",
                                              *options.split, options.dataset.string())};
 }
 
-// The render whose images are exported, which has to have them all, pixel by pixel those of the
-// masks; absent where none is asked for.
+// The render whose images are exported; it must have them all, and their pixels must match the
+// masks. Absent if not requested.
 Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
                                                 const StoredDataset& dataset,
                                                 const ExportOptions& options) {
@@ -97,7 +97,7 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
     return Error{ErrorKind::usage, fmt::format("--render {}: {}", *options.render, what)};
   };
   if (render->display.flip != Flip::none) {
-    return refused("its images are flipped, and masks and boxes are not; render without --flip");
+    return refused("its images are flipped, but masks and boxes are not; render without --flip");
   }
   const bool is_mcap = format.write == write_mcap;
   const std::string view =
@@ -106,7 +106,7 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
     return refused(fmt::format("has no {} images; render without --view", view));
   }
   if (is_mcap && !render->display.color_map.empty()) {
-    return refused("has colors, and the message holds gray levels; render without --colour-map");
+    return refused("is in color, but the message holds 8-bit levels; render without --colour-map");
   }
   if (render->sequences.size() != dataset.sequences.size()) {
     return refused("lacks sequences of the data set; render without --sequences");

@@ -1,4 +1,4 @@
-// A finished data set in another format.
+// Exports a finished data set to another format.
 //
 //   export_formats      name, description and options of each
 //   find_export_format  by name
@@ -25,25 +25,25 @@ namespace ensonify {
 using PictureView = ImageView;
 enum class YoloLabels { segments, boxes };
 
-// What is not given has the default that docs/export.md states. An option that a format does not
-// take is an error.
+// Absent options have the defaults in docs/export.md. An option that a format does not take is an
+// error.
 struct ExportOptions {
   std::filesystem::path dataset;
   std::filesystem::path output;
-  std::optional<PictureView> view;             // which picture of a ping
+  std::optional<PictureView> view;             // which image of a ping
   std::optional<YoloLabels> labels;            // of yolo
   bool stack = false;                          // hdf5: all sequences in one array
   bool pad = false;                            // ... of the size of the largest
   std::optional<std::uint64_t> shard_size_mb;  // of webdataset, 10^6 bytes
   std::optional<int> margin_px;                // of crops: around the box, on each side
   std::optional<std::string> split;            // train, val or test; absent: all
-  // Which objects get a box: those of these classes; absent: of all that are things.
+  // Classes whose objects get a box; absent: all of kind thing.
   std::optional<std::vector<std::string>> classes;
   std::vector<std::string> exclude;         // ... but not of these
   std::optional<std::uint64_t> min_pixels;  // of the mask
   std::optional<double> min_visible;        // least share of the amodal mask, 0 to 1
-  std::optional<std::string> render;           // 8-bit images of this one in place of png/
-  // Asked between pings; true ends the work with ErrorKind::interrupted and leaves nothing behind.
+  std::optional<std::string> render;        // 8-bit images of this render instead of png/
+  // Called between pings; true ends the export with ErrorKind::interrupted and leaves no files.
   std::function<bool()> stop;
 };
 
@@ -53,13 +53,13 @@ struct ExportFormat {
   const char* name;
   const char* what;
   bool is_folder;       // what OUT becomes
-  bool lists_objects;   // and takes the options that choose among them
-  const char* options;  // the others that it takes, as on the command line
+  bool lists_objects;   // and takes the options that select objects
+  const char* options;  // other options that it takes, as on the command line
   Status (*write)(const ExportJob& job, const std::filesystem::path& target);
 };
 
 std::span<const ExportFormat> export_formats();
-// Null where there is none.
+// Null if there is none.
 const ExportFormat* find_export_format(std::string_view name);
 
 struct ExportReport {

@@ -1,5 +1,5 @@
-// One file: a group a sequence with its arrays stacked over pings, or, with --stack, the arrays of
-// all sequences at the root, stacked over all pings, beside the groups.
+// One file: one group per sequence with its arrays stacked over pings or, with --stack, also the
+// arrays of all sequences at the root, stacked over all pings.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/counted.h"
 #include "dataset/read_pictures.h"
 #include "export/hdf5_file.h"
 #include "export/job.h"
@@ -42,7 +43,8 @@ Extents larger(const Extents& a, const Extents& b) {
           std::max(a.instances, b.instances)};
 }
 
-// Cells of each ping but lists, whose length differs, and series as pictures, which come as arrays.
+// Cells of each ping, except lists, whose length varies, and time series as EXR, which are exported
+// as arrays.
 bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty(); }
 
 // timeseries, channels, layers/noise, polar/level_db, polar/grey
@@ -87,7 +89,7 @@ std::string group_of(const StoredSequenceRow& row) {
 // The arrays of one or all sequences, below `base`, with one row a ping.
 class Stack {
  public:
-  // Axes are named where all rows have the same.
+  // Axes have names if all rows share them.
   Stack(Hdf5File& file, std::string base, std::uint64_t rows, const Extents& extents, bool has_axes)
       : file_(file), base_(std::move(base)), rows_(rows), extents_(extents), has_axes_(has_axes) {}
 
@@ -195,7 +197,7 @@ Status write_axis(const ExportJob& job, Hdf5File& file, const StoredSequence& se
   return {};
 }
 
-// What a sequence has once, whether its pings are stacked with others or not.
+// Arrays that a sequence has once, whether or not its pings are stacked with others.
 Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSequence& sequence) {
   const std::string group = group_of(sequence.row);
   file.set_number(group, "sequence", std::uint64_t{sequence.row.sequence});
@@ -232,8 +234,9 @@ struct StackPlan {
 };
 
 std::string in_words(const Extents& e) {
-  return fmt::format("{} beams, {} samples, {} x {} Cartesian pixels, {} instances", e.beams,
-                     e.samples, e.cartesian_width, e.cartesian_height, e.instances);
+  return fmt::format("{}, {}, {} x {} Cartesian pixels, {}", counted(e.beams, "beam"),
+                     counted(e.samples, "sample"), e.cartesian_width, e.cartesian_height,
+                     counted(e.instances, "instance"));
 }
 
 Result<StackPlan> plan_stack(const ExportJob& job) {
@@ -242,17 +245,18 @@ Result<StackPlan> plan_stack(const ExportJob& job) {
   const Status read = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
     const Extents extents = extents_of(sequence);
     if (first && sequence.each_ping != first->each_ping) {
-      return Error{ErrorKind::usage,
-                   fmt::format("sequences {} and {} have other kinds of files: --stack cannot put "
-                               "them into one array; give the command without it",
-                               first->row.sequence, sequence.row.sequence)};
+      return Error{
+          ErrorKind::usage,
+          fmt::format("sequences {} and {} have different kinds of files: --stack cannot put "
+                      "them into one array; run the command without it",
+                      first->row.sequence, sequence.row.sequence)};
     }
     if (first && !job.options.pad && extents != extents_of(*first)) {
       return Error{
           ErrorKind::usage,
           fmt::format("sequence {} has {}, sequence {} has {}: --stack cannot put them into one "
-                      "array; add --pad, which fills up to the largest, or leave --stack away, "
-                      "which gives each sequence its own arrays",
+                      "array; add --pad, which pads to the largest, or omit --stack to give "
+                      "each sequence its own arrays",
                       first->row.sequence, in_words(extents_of(*first)), sequence.row.sequence,
                       in_words(extents))};
     }

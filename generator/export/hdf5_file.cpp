@@ -13,7 +13,7 @@
 
 namespace ensonify {
 
-// A handle that is closed when it goes.
+// A handle that its destructor closes.
 class Hdf5Handle {
  public:
   Hdf5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -34,7 +34,7 @@ class Hdf5Handle {
 
 namespace {
 
-// IEEE half precision, which the library has no name for.
+// IEEE half precision, for which the library has no name.
 Hdf5Handle half_type() {
   Hdf5Handle type(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
   H5Tset_fields(type.get(), 15, 10, 5, 0, 10);
@@ -102,7 +102,7 @@ Hdf5Handle creation(const Hdf5ArraySpec& spec) {
   return list;
 }
 
-// Rows are written once and whole: keeping their chunks would only take memory.
+// Rows are written once and whole, so caching their chunks would only take memory.
 Hdf5Handle uncached() {
   Hdf5Handle list(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_chunk_cache(list.get(), 1, 0, 1);
@@ -138,7 +138,7 @@ struct Hdf5File::Impl {
         H5Acreate2(object, key.c_str(), type, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(attribute.ok() && H5Awrite(attribute.get(), type, value) >= 0, "attribute " + key);
   }
-  // Makes the group where it is not there yet.
+  // Creates the group if it does not exist.
   Hdf5Handle group(const std::string& name) {
     const bool there = name == "/" || H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
     if (there) return Hdf5Handle(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose);
@@ -148,7 +148,7 @@ struct Hdf5File::Impl {
     return Hdf5Handle(H5Gcreate2(file, name.c_str(), parents.get(), list.get(), H5P_DEFAULT),
                       H5Gclose);
   }
-  // Every group on the way is made by group(): those that come by themselves bear times.
+  // Creates every parent with group(), since groups created automatically have time stamps.
   void make_groups_of(const std::string& array) {
     for (auto slash = array.find('/', 1); slash != std::string::npos && !failed();
          slash = array.find('/', slash + 1)) {
@@ -285,7 +285,7 @@ void Hdf5File::set_number(const std::string& group, const std::string& key, doub
 Status Hdf5File::close() {
   impl_->arrays.clear();
   const hid_t file = std::exchange(impl_->file, -1);
-  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the file's end");
+  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the end of the file");
   if (!impl_->failed()) return {};
   return Error{ErrorKind::io, impl_->path.string() + ": HDF5 cannot write " + impl_->failure +
                                   "; is the disk full?"};

@@ -1,10 +1,10 @@
-// HDF5 through its C API, as far as the export needs it. Private to export/, and the only door to
-// the library.
+// The parts of HDF5 that the export needs, through its C API. Private to export/; no other code
+// uses the library.
 //
 //   Hdf5File          groups, attributes and small arrays at once
-//   Hdf5Array         a stacked array that grows row by row: one chunk a row, one row a ping
+//   Hdf5Array         a stacked array that grows by rows: one chunk per row, one row per ping
 //
-// No time stamps are written. After a failure nothing more is written, and status() tells of it.
+// Writes no time stamps. After a failure nothing more is written, and status() returns the error.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace ensonify {
 
 enum class Hdf5Type { u8, u16, u32, u64, f16, f32, f64, complex64 };
 
-// What pads a row that is smaller than the array, and so what was never written.
+// Fill value for rows smaller than the array and for unwritten cells.
 enum class Hdf5Fill { zero, no_energy, nan };
 
 struct Hdf5Text {
@@ -39,7 +39,7 @@ struct Hdf5ArraySpec {
 
 class Hdf5File {
  public:
-  // `path` must not be there.
+  // `path` must not exist.
   explicit Hdf5File(std::filesystem::path path);
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;
@@ -52,7 +52,7 @@ class Hdf5File {
                  const std::vector<std::uint64_t>& shape);
   // The whole of an array.
   void write_all(const std::string& path, const void* data);
-  // Lets go of the arrays that are there: no row can be written to them any more.
+  // Closes the existing arrays: no more rows can be written to them.
   void release_arrays();
   // One-dimensional texts of fixed length, padded with zeros.
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
@@ -61,7 +61,7 @@ class Hdf5File {
   void set_number(const std::string& group, const std::string& key, std::uint64_t value);
   void set_number(const std::string& group, const std::string& key, double value);
 
-  // Ends the writing. Error (io): what went wrong first.
+  // Closes the file. Error (io): the first failure.
   Status close();
 
  private:

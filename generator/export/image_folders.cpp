@@ -2,9 +2,9 @@
 //
 //   yolo        Ultralytics: images/SPLIT/*.png, labels/SPLIT/*.txt, data.yaml. A label line is
 //               `class x y x y ...` (an outline) or `class x y width height` (a box and its
-//               centre), in parts of the picture's width and height; classes count from 0.
+//               center), in parts of the image's width and height; classes count from 0.
 //   voc         Annotations/*.xml, JPEGImages/*.png, ImageSets/{Main,Segmentation}/SPLIT.txt, and
-//               SegmentationClass and SegmentationObject as indexed PNG in PASCAL VOC's colours.
+//               SegmentationClass and SegmentationObject as indexed PNG in PASCAL VOC's colors.
 //               Boxes are VOC's: the first pixel is 1, and the last one belongs to the box.
 //   index_mask  SPLIT/images, SPLIT/masks (class ids, 8 bits) and SPLIT/instances (16 bits), with
 //               the same names, and classes.txt, whose line k + 1 is class id k.
@@ -93,7 +93,7 @@ Status write_yolo(const ExportJob& job, const fs::path& target) {
 
 namespace {
 
-// 255 stands for pixels that nobody labelled.
+// 255 marks unlabeled pixels.
 constexpr std::size_t kMostIndices = 254;
 
 // Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.
@@ -167,7 +167,7 @@ Result<LabelPicture> label_picture(const ExportJob& job, const StoredSequence& s
   if (picture->annotations.size() > kMostIndices) {
     return Error{
         ErrorKind::usage,
-        fmt::format("sequence {}, ping {}: {} instances in a picture, VOC has indices for "
+        fmt::format("sequence {}, ping {}: {} instances in an image, but VOC has indices for only "
                     "{}; use --format index_mask",
                     sequence.row.sequence, ping.ping, picture->annotations.size(), kMostIndices)};
   }
@@ -208,7 +208,7 @@ Status write_voc_ping(const ExportJob& job, const fs::path& target, const Stored
   return done;
 }
 
-// The same lists for boxes and for masks: every picture has both.
+// The same lists for boxes and for masks: every image has both.
 class ImageSets {
  public:
   explicit ImageSets(const fs::path& target) {
@@ -240,7 +240,7 @@ class ImageSets {
 Status write_voc(const ExportJob& job, const fs::path& target) {
   if (job.dataset.classes.size() > kMostIndices) {
     return Error{ErrorKind::usage,
-                 fmt::format("{} classes, VOC has indices for {}; use --format index_mask",
+                 fmt::format("{} classes, but VOC has indices for only {}; use --format index_mask",
                              job.dataset.classes.size(), kMostIndices)};
   }
   ImageSets sets(target);

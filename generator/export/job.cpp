@@ -17,8 +17,8 @@ Status for_each_sequence(const ExportJob& job,
     if (sequence->packed) {
       return Error{ErrorKind::usage,
                    job.dataset.dir.string() +
-                       ": its pings are packed into arrays of each sequence; accepted are data "
-                       "sets of output.one_file_per: ping"};
+                       ": its pings are packed into arrays of each sequence; expected a data "
+                       "set with output.one_file_per: ping"};
     }
     if (const Status used = use(*sequence); !used) return used;
   }
@@ -29,7 +29,7 @@ Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequen
                               const std::function<Status(const StoredPing&)>& use) {
   return for_each_ping(job.dataset, sequence, [&](const StoredPing& ping) -> Status {
     if (job.options.stop && job.options.stop()) {
-      return Error{ErrorKind::interrupted, "interrupted; nothing was left behind"};
+      return Error{ErrorKind::interrupted, "interrupted; no files were left"};
     }
     return use(ping);
   });
@@ -57,7 +57,7 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
   const std::string relative = render_folder(job.render->name) + "/" +
                                render_file(*row.view, sequence.row.sequence, ping.ping);
   if (!listed_file_size(job.dataset.dir, relative)) {
-    return damaged(job.dataset.dir / relative, "is missing, or is no file of this folder");
+    return damaged(job.dataset.dir / relative, "is missing, or is not a file of this folder");
   }
   return job.dataset.dir / relative;
 }
@@ -163,7 +163,7 @@ Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence
     return std::move(picture);
   }
   return damaged(job.dataset.dir / layout::in_sequence(sequence.row.sequence, layout::kAnnotations),
-                 fmt::format("has no {} picture of ping {}", view_name(view), ping.ping));
+                 fmt::format("has no {} image of ping {}", view_name(view), ping.ping));
 }
 
 }  // namespace ensonify

@@ -1,13 +1,13 @@
-// What exporters share. Private to export/.
+// Common parts of the exporters. Private to export/.
 //
 //   ObjectFilter  object_filter   which annotations are written
-//   ExportJob            the data set and the wishes of the user
+//   ExportJob            the data set and the user's options
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
 //   item_name            000000_000003, for flat folders
 //   plain_name           part of a file's name
 //   splits_of            one, or all
-//   need                 the Error for a kind of file that the data set has not
-//   grey_of  mask_of_view   rows of the catalogue of the view that the user wants
+//   need                 the Error for a kind of file that the data set lacks
+//   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
 #pragma once
 
@@ -29,7 +29,7 @@ struct ObjectFilter {
   double min_visible = 0;
 };
 
-// Errors (usage): a name that is no class of the data set.
+// Errors (usage): a name that is not a class of the data set.
 Result<ObjectFilter> object_filter(const StoredDataset& dataset, const ExportOptions& options);
 
 struct ExportJob {
@@ -49,15 +49,14 @@ Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequen
 
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
-// The first `most` bytes as any file system takes them: the others than letters, digits, -, _ and .
-// become _.
+// The first `most` bytes, with _ in place of characters other than letters, digits, -, _ and .
 std::string plain_name(std::string_view text, std::size_t most);
 
-// Those that are exported, in the order train, val, test.
+// The exported splits, in the order train, val, test.
 std::vector<std::string> splits_of(const ExportJob& job);
 
-// No error where every ping of the sequence has this file; else usage, with the key of the scenario
-// that makes it.
+// No error if every ping of the sequence has this file; otherwise usage, with the key of the
+// scenario that enables it.
 Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row);
 
 Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
@@ -69,8 +68,8 @@ const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 // Whether the row is that of 8-bit images which come from the render.
 bool is_rendered(const ExportJob& job, const CatalogueRow& row);
 
-// The annotations of this ping's picture of the view that the filter keeps; their masks are not
-// empty. Error (usage): the least visible share is asked for without amodal masks.
+// The image of this ping and view, with the annotations that the filter keeps; their masks are not
+// empty. Error (usage): a least visible share without amodal masks.
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, PictureView view);
 

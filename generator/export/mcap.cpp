@@ -1,5 +1,5 @@
-// SEQUENCE.mcap: the polar picture of each ping as marine_acoustic_msgs/ProjectedSonarImage on
-// /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. A file a
+// SEQUENCE.mcap: the polar image of each ping as marine_acoustic_msgs/ProjectedSonarImage on
+// /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. One file per
 // sequence, because the times of sequences overlap.
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr char kWorldFrame[] = "world";
 constexpr char kFanFrame[] = "sonar_fan";
 
-// builtin_interfaces/Time counts seconds with 31 bits.
+// builtin_interfaces/Time has 31 bits for seconds.
 constexpr double kMostSeconds = 2147483647;
 
 Result<std::vector<double>> axis(const ExportJob& job, const StoredSequence& sequence,
@@ -58,8 +58,8 @@ Result<std::uint64_t> nanoseconds(const StoredSequence& sequence, const StoredPi
     return static_cast<std::uint64_t>(std::llround(ping.time_s * 1e9));
   }
   return Error{ErrorKind::usage,
-               fmt::format("sequence {}, ping {}: its time is {} s; MCAP and ROS count from 0 to "
-                           "2147483647 s: shift the trajectory's stamps, or use another format",
+               fmt::format("sequence {}, ping {}: its time is {} s; MCAP and ROS need 0 to "
+                           "2147483647 s: shift the trajectory's times, or use another format",
                            sequence.row.sequence, ping.ping, ping.time_s)};
 }
 
@@ -83,7 +83,7 @@ Status write_sequence(const ExportJob& job, const fs::path& path, const StoredSe
     if (*time_ns < std::exchange(last_ns, *time_ns)) {
       return damaged(
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
-          fmt::format("the time of ping {} lies before that of the one before", ping.ping));
+          fmt::format("the time of ping {} is earlier than that of the ping before it", ping.ping));
     }
     const auto grey = path_of(job, sequence, ping, grey_row(ImageView::polar));
     if (!grey) return grey.error();

@@ -1,5 +1,5 @@
-// An MCAP file (https://mcap.dev/spec), written in one go: messages in uncompressed chunks with an
-// index each, then a summary, with every checksum that the format has. Private to export/.
+// An MCAP file (https://mcap.dev/spec), written in one pass: messages in uncompressed chunks, each
+// with an index, then a summary, with all checksums of the format. Private to export/.
 //
 //   McapFile       add_schema add_channel write close
 #pragma once
@@ -26,7 +26,7 @@ class McapFile {
   std::uint16_t add_channel(std::uint16_t schema, std::string_view topic,
                             std::string_view message_encoding,
                             const std::map<std::string, std::string>& metadata);
-  // Times must not fall; `sequence` counts the messages of a channel.
+  // Times must not decrease; `sequence` counts the messages of a channel.
   void write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
              std::string_view data);
   // Error (io): the file cannot be written.

@@ -20,7 +20,7 @@ constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 5
 constexpr char kPlyHeader[] =
     "ply\n"
     "format binary_little_endian 1.0\n"
-    "comment ensonify, sequence {} ping {}; metres, world: x east, y north, z up\n"
+    "comment ensonify, sequence {} ping {}; meters, world: x east, y north, z up\n"
     "comment intensity: |amplitude gain|^2, the squared pressure of the echo for a source of 1 Pa "
     "m\n"
     "element vertex {}\n"
@@ -53,7 +53,7 @@ Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSeq
   for (; !rest.empty(); rest.remove_prefix(kScattererBytes)) {
     const auto instance = value_at<std::uint32_t>(rest, kInstance);
     if (instance > sequence.instances.size()) {
-      return damaged(*path, fmt::format("tells of an instance {}", instance));
+      return damaged(*path, fmt::format("refers to an unknown instance {}", instance));
     }
     char vertex[33];
     const float intensity = intensity_of(rest);

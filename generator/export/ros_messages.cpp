@@ -79,8 +79,8 @@ namespace {
 
 constexpr std::uint64_t kSecondNs = 1'000'000'000;
 
-// Plain CDR, little-endian. Each number stands at a multiple of its size, counted from behind the
-// four bytes that say so.
+// Plain CDR, little-endian. Each number is aligned to its size, counted from after the four header
+// bytes.
 class Cdr {
  public:
   template <class T>

@@ -1,4 +1,4 @@
-// A folder a sequence: sonar.txt, and objects/ID_NAME.txt for each object with a place of its own.
+// One folder per sequence: sonar.txt, and objects/ID_NAME.txt for each object with a pose.
 #include <fmt/format.h>
 
 #include <map>
@@ -10,7 +10,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Trajectories of many objects grow at once: they are kept until they are this long together.
+// Trajectories of many objects grow at the same time: they are buffered up to this total size.
 constexpr std::size_t kHeldBytes = std::size_t{1} << 22;
 
 std::string tum_line(double time_s, const Pose& pose) {

@@ -1,5 +1,5 @@
 // Tar shards SPLIT-000000.tar with KEY.png, KEY.instance.png, KEY.semantic.png, KEY.npy and
-// KEY.json for every ping that KEY, 000000_000003, names. A ping is never cut between shards.
+// KEY.json for every ping, with KEYs such as 000000_000003. A ping is never split between shards.
 #include <archive.h>
 #include <archive_entry.h>
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ struct Member {
   std::string bytes;
 };
 
-// One shard at a time, a new one where the next ping would make it too long.
+// One shard at a time; starts a new one if the next ping would make it too long.
 class Shards {
  public:
   Shards(fs::path folder, std::string split, std::uint64_t most_bytes)

@@ -1,4 +1,4 @@
-// Frames one after another into a file that moves.
+// Writes frames to an animated file.
 //
 //   AnimationSink    takes frames
 //   open_webp        animated WebP
@@ -24,12 +24,12 @@ struct AnimationFormat {
   double fps = 0;
 };
 
-// Held in memory, a few hundred kB a frame, until it is finished.
+// Held in memory until finished, a few hundred kB per frame.
 Result<std::unique_ptr<AnimationSink>> open_webp(const std::filesystem::path& path,
                                                  const AnimationFormat& format);
 
-// Frames go to ffmpeg as they come. Needs even width and height. Errors: (usage) ffmpeg is not on
-// PATH; (io) it failed, with what it said.
+// Passes each frame to ffmpeg. Needs even width and height. Errors: (usage) ffmpeg is not on PATH;
+// (io) it failed, with what it said.
 Result<std::unique_ptr<AnimationSink>> open_mp4(const std::filesystem::path& path,
                                                 const AnimationFormat& format);
 

@@ -11,10 +11,11 @@ namespace ensonify {
 namespace {
 
 constexpr Rgb kInk{0x22, 0x22, 0x22};
-// Of a sans-serif letter, in sizes of text; wide rather than narrow, so that nothing overlaps.
+// Width of a sans-serif letter relative to the text size; rather too wide, so that nothing
+// overlaps.
 constexpr double kLetter = 0.6;
 constexpr double kLegendSize = 0.9, kLegendRow = 1.35, kSwatch = 0.85;
-// Spokes are drawn where the fan is wide enough for them.
+// Spokes are drawn only if the fan is wide enough.
 constexpr double kMinSpokedFan = 20;
 
 std::size_t letters(const std::string& text) {
@@ -23,7 +24,7 @@ std::size_t letters(const std::string& text) {
   }));
 }
 
-// At most `most` letters, the last of them an ellipsis where something is left out.
+// At most `most` letters, with an ellipsis at the end if the text is longer.
 std::string cut(const std::string& text, std::size_t most) {
   if (letters(text) <= most) return text;
   std::size_t end = 0;
@@ -67,7 +68,7 @@ class Composer {
   double bottom() const { return l_.top + l_.picture_height; }
   double hair() const { return std::max(1.0, l_.em / 18); }
 
-  // Place on the figure of values of the axes.
+  // Position in the figure of axis values.
   double x_of(double value) const {
     const Extent& e = l_.extent;
     return l_.left + (value - e.left) / (e.right - e.left) * l_.picture_width;
@@ -96,7 +97,7 @@ class Composer {
     return points;
   }
 
-  // White over dark under it, so that they are seen on any colour.
+  // White on a dark edge, to be visible on any color.
   void grid_line(const std::vector<PlotPoint>& points) {
     line(points, Rgb{}, 2 * hair(), 0.15);
     line(points, kWhite, hair(), 0.45);
@@ -111,14 +112,14 @@ class Composer {
     }
   }
 
-  // Names of spokes stand outside of the fan's arc.
+  // Labels of spokes are outside the fan's arc.
   void draw_spokes() {
     const double low = degrees(around_.fan.min_azimuth_rad());
     const double high = degrees(around_.fan.max_azimuth_rad());
     if (high - low < kMinSpokedFan) return;
     const double step = high - low > 100 ? 30 : high - low > 50 ? 15 : 10;
     const double far = around_.fan.max_range_m();
-    // Not at the edges of the fan, where they would stand on axis and colour bar.
+    // Not at the edges of the fan, where they would overlap the axis and color bar.
     for (const double azimuth : ticks_in(low + 2, high - 2, step)) {
       if (std::abs(azimuth) > 179) continue;
       const double angle = radians(azimuth);
@@ -254,7 +255,7 @@ Layout layout_of(const Surroundings& around, int width_px) {
   const double span = std::abs(l.extent.right - l.extent.left);
   const double rise = std::abs(l.extent.top - l.extent.bottom);
   const double aspect = polar ? 0.8 : rise / span;
-  // A narrow fan is tall: the figure grows no higher than it is wide, nearly.
+  // A narrow fan is tall: limits the height to about the width.
   const double height = std::min(space * aspect, 0.95 * l.width);
   l.picture_height = std::max(2, static_cast<int>(std::lround(height)));
   l.picture_width = std::max(2, static_cast<int>(std::lround(height / aspect)));

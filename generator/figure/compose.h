@@ -1,7 +1,7 @@
-// An image with its axes, rings, title, colour bar and legend.
+// An image with its axes, rings, title, color bar and legend.
 //
-//   Layout     where things stand; the same for all frames of an animation
-//   layout_of  from the width and what is to be shown
+//   Layout     positions of all parts; the same for all frames of an animation
+//   layout_of  from the width and the content
 //   compose    one frame
 //   tick_step  ticks_in  tick_text   round numbers along an axis
 #pragma once
@@ -27,13 +27,13 @@ struct ColourBar {
   std::array<double, 2> limits{};
 };
 
-// What stands around every frame.
+// The parts around every frame.
 struct Surroundings {
   StoredView view = StoredView::cartesian;
   PolarFan fan;
   bool has_title = true;
   std::optional<ColourBar> bar;
-  std::vector<LegendEntry> legend;  // beside the picture, or under it where there is a bar
+  std::vector<LegendEntry> legend;  // beside the image, or under it where there is a bar
 };
 
 struct Layout {
@@ -50,7 +50,7 @@ inline constexpr int kMaxLegend = 24;  // entries; what is over is counted
 // Width and height are even, as videos want them. Needs width_px >= 200.
 Layout layout_of(const Surroundings& around, int width_px);
 
-// `image` has the size of the layout's picture.
+// `image` has the size of the layout's image.
 Drawing compose(const Layout& layout, const Surroundings& around, RgbImage image,
                 const std::string& title);
 

@@ -1,9 +1,9 @@
-// Colours, and a figure before it is pixels or SVG: boxes, lines, texts and images in the order in
-// which they are painted. Lengths are pixels, x to the right and y down.
+// Colors, and figures independent of pixels and SVG: boxes, lines, texts and images in painting
+// order. Lengths are pixels, x to the right and y down.
 //
 //   colour_maps  find_colour_map   maps of even lightness, dark to light
-//   colour_at                      colour of a value between 0 and 1
-//   id_colour                      colour of an instance or class
+//   colour_at                      color of a value between 0 and 1
+//   id_colour                      color of an instance or class
 //   RgbImage   Drawing and its items
 //   draw_raster   encode_png       pixels
 //   encode_svg                     text stays text, images are embedded
@@ -35,13 +35,13 @@ struct ColourMap {
 };
 
 std::span<const ColourMap> colour_maps();
-// Null where there is none.
+// Null if there is none.
 const ColourMap* find_colour_map(std::string_view name);
 
-// Below 0 and above 1 the map's ends.
+// Values are clamped to 0 and 1.
 Rgb colour_at(const ColourMap& map, double value);
 
-// The same for the same id always; 0 is kNoIdColour.
+// Always the same for an id; 0 has kNoIdColour.
 Rgb id_colour(std::uint32_t id);
 
 struct RgbImage {
@@ -80,7 +80,7 @@ struct DrawnText {
   Rgb colour;
 };
 
-// One pixel of the picture is one of the drawing.
+// One pixel of the image is one of the drawing.
 struct DrawnPicture {
   int x = 0, y = 0;
   RgbImage image;

@@ -29,7 +29,7 @@ Status animate(const FrameMaker& maker, const FigureJob& job, const FigureOption
   if (!sink) return sink.error();
   for (std::uint32_t ping = job.first_ping; ping < job.last_ping; ++ping) {
     if (options.stop != nullptr && options.stop()) {
-      return Error{ErrorKind::interrupted, "interrupted; nothing was left behind"};
+      return Error{ErrorKind::interrupted, "interrupted; no files were left"};
     }
     const auto drawing = maker.frame(ping);
     if (!drawing) return drawing.error();
@@ -64,26 +64,28 @@ std::optional<FigureFormat> format_of(const std::filesystem::path& output) {
 // Options that contradict each other, whatever the data set is.
 Status check_options(const FigureOptions& o, FigureFormat format) {
   const bool animated = is_animated(format);
-  if (animated && o.ping) return usage("--ping is of PNG and SVG; an animation takes --pings A:B");
-  if (!animated && o.pings) return usage("--pings is of .webp and .mp4; a still takes --ping P");
-  if (!animated && o.fps) return usage("--fps is of .webp and .mp4");
+  if (animated && o.ping)
+    return usage("--ping is for .png and .svg; an animation takes --pings A:B");
+  if (!animated && o.pings)
+    return usage("--pings is for .webp and .mp4; a still image takes --ping P");
+  if (!animated && o.fps) return usage("--fps is for .webp and .mp4");
   if (o.fps && !(*o.fps >= 0.1 && *o.fps <= 60)) {
-    return usage(fmt::format("--fps {}: accepted is 0.1 to 60 frames a second", *o.fps));
+    return usage(fmt::format("--fps {}: expected 0.1 to 60 frames per second", *o.fps));
   }
-  if (o.db && !is_level(o.quantity)) return usage("--db is of the quantities level and clean");
+  if (o.db && !is_level(o.quantity)) return usage("--db is for the quantities level and clean");
   if (o.db &&
       !(std::isfinite((*o.db)[0]) && std::isfinite((*o.db)[1]) && (*o.db)[0] < (*o.db)[1])) {
-    return usage(fmt::format("--db {}:{}: accepted is MIN:MAX in dB, the lower one first",
+    return usage(fmt::format("--db {}:{}: the lower limit comes first; expected MIN:MAX in dB",
                              (*o.db)[0], (*o.db)[1]));
   }
   if (o.bilinear && !is_level(o.quantity)) {
-    return usage("--interpolation bilinear is of the quantities level and clean");
+    return usage("--interpolation bilinear is for the quantities level and clean");
   }
   if (is_mask(o.quantity) && !o.colour_map.empty()) {
-    return usage("--colour-map is of level, clean and elevation; ids have colours of their own");
+    return usage("--colour-map is for level, clean and elevation; masks have their own colors");
   }
   if (is_mask(o.quantity) && o.outlines) {
-    return usage("--outlines is of level, clean and elevation; a mask shows the same");
+    return usage("--outlines is for level, clean and elevation; a mask shows the same outlines");
   }
   const bool by_instance =
       o.outlines || (is_mask(o.quantity) && o.quantity != FigureQuantity::semantic);
@@ -91,8 +93,7 @@ Status check_options(const FigureOptions& o, FigureFormat format) {
     return usage("--instances needs --outlines, or --quantity instance, shadow or multipath");
   }
   if (o.width_px != 0 && (o.width_px < kMinWidth || o.width_px > kMaxWidth)) {
-    return usage(
-        fmt::format("--width-px {}: accepted is {} to {}", o.width_px, kMinWidth, kMaxWidth));
+    return usage(fmt::format("--width-px {}: expected {} to {}", o.width_px, kMinWidth, kMaxWidth));
   }
   return {};
 }
@@ -106,7 +107,7 @@ Result<StoredSequenceRow> row_of(const FigureOptions& o, const StoredDataset& da
   const std::uint32_t first = dataset.sequences.front().sequence;
   const std::uint32_t last = dataset.sequences.back().sequence;
   return usage(fmt::format("--sequence {}: {} has {}", *o.sequence, o.dataset.string(),
-                           first == last ? fmt::format("sequence {} alone", first)
+                           first == last ? fmt::format("only sequence {}", first)
                                          : fmt::format("sequences {} to {}", first, last)));
 }
 
@@ -128,8 +129,8 @@ Status choose_pings(const FigureOptions& o, FigureJob& job) {
     const auto [first, last] = *o.pings;
     if (first < row.first_ping || last > row.last_ping || first >= last) {
       return usage(
-          fmt::format("--pings {}:{}: {}; accepted is A:B, the first and the one after "
-                      "the last",
+          fmt::format("--pings {}:{}: {}; expected A:B, the first ping and the one "
+                      "after the last",
                       first, last, there));
     }
     job.first_ping = first;
@@ -138,14 +139,15 @@ Status choose_pings(const FigureOptions& o, FigureJob& job) {
   return {};
 }
 
-// What is read of each picture; the clean levels and elevations of a level tell its limits.
+// Planes to read of each image; levels also need the expected levels and elevations for their
+// limits.
 Status choose_planes(const FigureOptions& o, FigureJob& job) {
   const PlaneNames there = stored_planes(job.sequence, ImageView::polar);
   if (!there.contains("level_db")) {
-    return usage(fmt::format(
-        "{}: sequence {} has no polar pictures of its pings, which figures are drawn from; "
-        "generate the data set with `output.polar: true` and `output.pings: true`",
-        o.dataset.string(), job.sequence.row.sequence));
+    return usage(
+        fmt::format("{}: sequence {} has no polar images of its pings, which figures need; "
+                    "generate the data set with `output.polar: true` and `output.pings: true`",
+                    o.dataset.string(), job.sequence.row.sequence));
   }
   const std::string_view plane = plane_of(o.quantity);
   if (!there.contains(plane)) {
@@ -173,8 +175,8 @@ Status choose_instances(const FigureOptions& o, FigureJob& job) {
       for (std::size_t i = 0; i < all.size() && i < 20; ++i) {
         names += fmt::format("{}{}", i > 0 ? ", " : "", all[i].name);
       }
-      return usage(fmt::format("--instances {}: no such instance; there are {}{}", name, names,
-                               all.size() > 20 ? ", ..." : ""));
+      return usage(fmt::format("--instances {}: no such instance; expected one of {}{}", name,
+                               names, all.size() > 20 ? ", ..." : ""));
     }
     job.chosen[found->id] = true;
   }
@@ -227,7 +229,8 @@ Result<FigureJob> choose(const FigureOptions& o) {
   FigureJob job;
   const auto format = format_of(o.output);
   if (!format) {
-    return usage(o.output.string() + ": accepted is a name that ends in .png, .svg, .webp or .mp4");
+    return usage(o.output.string() +
+                 ": unknown format; expected a name that ends in .png, .svg, .webp or .mp4");
   }
   job.format = *format;
   if (const Status fits = check_options(o, *format); !fits) return fits.error();
@@ -236,7 +239,7 @@ Result<FigureJob> choose(const FigureOptions& o) {
     job.map = find_colour_map(o.colour_map.empty() ? own : o.colour_map);
     if (job.map == nullptr) {
       return usage(
-          fmt::format("--colour-map {}: unknown; accepted is {}", o.colour_map, colour_map_list()));
+          fmt::format("--colour-map {}: unknown; expected {}", o.colour_map, colour_map_list()));
     }
   }
   auto dataset = open_dataset(o.dataset);

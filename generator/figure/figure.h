@@ -1,7 +1,7 @@
 // Pings as figures with axes: PNG, SVG, or animated.
 //
 //   FigureOptions   write_figure
-//   colour_map_list   names of the colour maps, for messages
+//   colour_map_list   names of the color maps, for messages
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace ensonify {
 enum class FigureView { cartesian, polar };
 enum class FigureQuantity { level, clean, elevation, instance, semantic, shadow, multipath };
 
-// What is not given has the default that docs/figures.md states.
+// Absent options have the defaults in docs/figures.md.
 struct FigureOptions {
   std::filesystem::path dataset;
   std::filesystem::path output;  // its extension names the format: png, svg, webp, mp4
@@ -33,23 +33,23 @@ struct FigureOptions {
   std::string colour_map;                   // empty: the quantity's own
   bool bilinear = false;                    // of level and clean
   bool outlines = false;                    // over level, clean and elevation
-  std::vector<std::string> instances;       // these alone are outlined or have a mask
+  std::vector<std::string> instances;       // only these are outlined or have a mask
   std::optional<std::string> title;         // UTF-8; "": none
   int width_px = 0;                         // 0: 1200, animated 800
   bool overwrite = false;
-  bool (*stop)() = nullptr;  // asked between pings
+  bool (*stop)() = nullptr;  // called between pings
 };
 
 struct FigureReport {
   std::uint64_t frames = 0;
-  std::optional<std::array<double, 2>> limits;  // of the colour bar
+  std::optional<std::array<double, 2>> limits;  // of the color bar
 };
 
 std::string colour_map_list();
 
-// Errors: (usage) no finished data set, an option that does not fit it, ffmpeg missing; (io)
-// something cannot be read or written, or ffmpeg failed; (interrupted). The output appears whole
-// or not at all.
+// Errors: (usage) not a finished data set, an option that does not fit it, or no ffmpeg; (io)
+// reading or writing failed, or ffmpeg failed; (interrupted). The output appears whole or not at
+// all.
 Result<FigureReport> write_figure(const FigureOptions& options);
 
 }  // namespace ensonify

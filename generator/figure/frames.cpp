@@ -32,7 +32,7 @@ Result<Axis> read_axis(const FigureJob& job, const std::string& file, std::uint6
   std::memcpy(&last, array->data().data() + (count - 1) * sizeof last, sizeof last);
   const Axis axis{first, count > 1 ? (last - first) / static_cast<double>(count - 1) : step_of_one};
   if (!std::isfinite(first) || !std::isfinite(axis.step) || axis.step <= 0) {
-    return damaged(*path, "does not rise");
+    return damaged(*path, "does not increase");
   }
   return axis;
 }
@@ -105,7 +105,7 @@ void FrameMaker::set_scale(const StoredPixels& first) {
   around_.bar = bar;
 }
 
-// An outline of the seabed or of the tank would cover what stands before it.
+// An outline of the seabed or of the tank would cover objects in front of it.
 void FrameMaker::leave_out_wide(const StoredPixels& first) {
   if (!options_.outlines || !options_.instances.empty()) return;
   std::vector<std::uint64_t> beams(drawn_.size(), 0), last_beam(drawn_.size(), 0);
@@ -122,7 +122,7 @@ void FrameMaker::leave_out_wide(const StoredPixels& first) {
   }
 }
 
-// Of a still those that are in it, of an animation all that could come.
+// For a still image the instances in it, for an animation all possible ones.
 void FrameMaker::set_legend(const StoredPixels& first) {
   const bool animated = is_animated(job_.format);
   const auto add = [&](const auto& ids, std::size_t id, const std::string& name) {

@@ -1,6 +1,6 @@
 // Frames of a figure, ping by ping.
 //
-//   FigureJob  choose         what is to be drawn: options held against the data set
+//   FigureJob  choose         what to draw: options checked against the data set
 //   is_animated  plane_of  is_mask
 //   FrameMaker                draws the frames
 #pragma once
@@ -30,11 +30,11 @@ struct FigureJob {
 };
 
 bool is_animated(FigureFormat format);
-// The plane that it shows (core/image_planes.h).
+// The plane that a quantity shows (core/image_planes.h).
 std::string_view plane_of(FigureQuantity quantity);
 bool is_mask(FigureQuantity quantity);
 
-// Error (usage): not a finished data set, or it has not got what was asked for; (io) it is damaged.
+// Error (usage): not a finished data set, or it lacks the requested data; (io) it is damaged.
 Result<FigureJob> choose(const FigureOptions& options);
 
 // Limits, legend and layout come from the first ping, so that all frames are alike.

@@ -1,5 +1,5 @@
-// MP4 by the program ffmpeg, which takes the frames from its standard input. It is started without
-// a shell, and names never stand where it looks for options or protocols.
+// MP4 by the program ffmpeg, which reads the frames from its standard input. It is started without
+// a shell, and file names never appear where it expects options or protocols.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -24,7 +24,7 @@ namespace {
 
 std::string system_reason(int number) { return std::generic_category().message(number); }
 
-// The first that can be run on PATH; empty where there is none.
+// The first executable on PATH; empty if there is none.
 std::string find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::string folders = path != nullptr ? path : "/usr/bin:/bin";
@@ -64,7 +64,8 @@ class Mp4Sink : public AnimationSink {
 
   Status start(const std::string& program, const fs::path& path, const AnimationFormat& format) {
     messages_.reset(std::tmpfile());
-    // A socket, because writing to one whose reader is gone can be an error instead of a signal.
+    // A socket, because writing to one without a reader can return an error instead of raising a
+    // signal.
     std::array<int, 2> ends{};
     if (!messages_ || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
       return Error{ErrorKind::io, "starting ffmpeg: " + system_reason(errno)};
@@ -98,7 +99,7 @@ class Mp4Sink : public AnimationSink {
       if (count < 0 && errno == EINTR) continue;
       if (count <= 0) {
         const Status ended = finish();
-        return ended ? Status(Error{ErrorKind::io, "ffmpeg took no more frames"}) : ended;
+        return ended ? Status(Error{ErrorKind::io, "ffmpeg stopped reading frames"}) : ended;
       }
       sent += static_cast<std::size_t>(count);
     }
@@ -109,18 +110,18 @@ class Mp4Sink : public AnimationSink {
     if (to_child_ >= 0) ::close(std::exchange(to_child_, -1));
     int status = 0;
     const pid_t child = std::exchange(child_, -1);
-    if (child < 0) return Error{ErrorKind::io, "ffmpeg has ended"};
+    if (child < 0) return Error{ErrorKind::io, "ffmpeg has exited"};
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
     const std::string how = WIFEXITED(status)
-                                ? fmt::format("ended with status {}", WEXITSTATUS(status))
+                                ? fmt::format("exited with status {}", WEXITSTATUS(status))
                                 : fmt::format("was ended by signal {}", WTERMSIG(status));
     return Error{ErrorKind::io, fmt::format("ffmpeg {}{}", how, said())};
   }
 
  private:
-  // The beginning of what the child wrote, which names the cause, on one line.
+  // The start of the child's output, which names the cause, on one line.
   std::string said() {
     std::array<char, 600> bytes{};
     std::rewind(messages_.get());
@@ -152,8 +153,8 @@ Result<std::unique_ptr<AnimationSink>> open_mp4(const fs::path& path,
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
     return Error{ErrorKind::usage,
-                 "MP4 is written by the program ffmpeg, which is not on PATH; install it (Debian: "
-                 "apt install ffmpeg), or name an output that ends in .webp"};
+                 "MP4 needs the program ffmpeg, which is not on PATH; install it (Debian: apt "
+                 "install ffmpeg), or name an output that ends in .webp"};
   }
   auto sink = std::make_unique<Mp4Sink>();
   if (const Status started = sink->start(program, path, format); !started) return started.error();

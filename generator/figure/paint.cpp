@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-// Half a cell beyond the outer centres belongs to the outer cells.
+// Half a cell beyond the outer centers belongs to the outer cells.
 Cell cell_at(const PolarFan& fan, double row, double column) {
   const auto rows = static_cast<double>(fan.samples), columns = static_cast<double>(fan.beams);
   if (!(row >= -0.5 && row < rows - 0.5 && column >= -0.5 && column < columns - 0.5)) return {};

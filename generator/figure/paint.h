@@ -1,10 +1,10 @@
-// Polar images in colours, at the pixels of a figure.
+// Polar images in colors, at the pixels of a figure.
 //
 //   PolarFan          azimuths and ranges of a polar image
-//   Extent            what a figure shows, in metres or in degrees and metres
+//   Extent            what a figure shows, in meters or in degrees and meters
 //   cartesian_extent  polar_extent
-//   Cell  cartesian_cells  polar_cells   the place in the polar image of every pixel
-//   paint_values      levels and angles, by a colour map
+//   Cell  cartesian_cells  polar_cells   position of every pixel in the polar image
+//   paint_values      levels and angles, by a color map
 //   paint_ids         masks
 //   outline           the edges of masks, over an image
 #pragma once
@@ -34,8 +34,8 @@ struct PolarFan {
   }
 };
 
-// Values at the left, right, lower and upper edge: of a Cartesian picture metres to port (larger
-// on the left) and ahead, of a polar one degrees of azimuth (larger on the right) and metres of
+// Values at the left, right, lower and upper edge: of a Cartesian image meters to port (larger
+// on the left) and ahead, of a polar one degrees of azimuth (larger on the right) and meters of
 // range (larger below).
 struct Extent {
   double left = 0, right = 0, bottom = 0, top = 0;
@@ -45,7 +45,7 @@ struct Extent {
 Extent cartesian_extent(const PolarFan& fan);
 Extent polar_extent(const PolarFan& fan);
 
-// Row (sample) and column (beam), whole numbers at the centres of cells; outside of the fan both
+// Row (sample) and column (beam), whole numbers at the centers of cells; outside of the fan both
 // are negative.
 struct Cell {
   float row = -1, column = -1;
@@ -53,30 +53,30 @@ struct Cell {
   std::uint64_t nearest(std::uint64_t columns) const;  // index of its cell
 };
 
-// Row-major, [height x width], of the pixels' centres.
+// Row-major, [height x width], of the pixels' centers.
 std::vector<Cell> cartesian_cells(const PolarFan& fan, const Extent& extent, int width, int height);
 std::vector<Cell> polar_cells(const PolarFan& fan, int width, int height);
 
 enum class Sampling { nearest, bilinear };
 
-// [rows x columns], of the polar picture.
+// [rows x columns], of the polar image.
 struct ValueScale {
   const ColourMap* map = nullptr;
   std::array<double, 2> limits{};  // of the map's ends, in the values' unit
   Rgb none{};                      // of NaN
 };
 
-// Outside of the fan white. Bilinear mixes amplitudes, 10^(dB/20): for levels alone.
+// White outside the fan. Bilinear mixes amplitudes, 10^(dB/20): only for levels.
 RgbImage paint_values(std::span<const Cell> cells, int width, int height,
                       std::span<const float> values, std::uint64_t columns, const ValueScale& scale,
                       Sampling sampling);
 
-// Ids by the nearest cell, always: between two ids there is none.
+// Ids are always those of the nearest cell, since ids cannot be interpolated.
 RgbImage paint_ids(std::span<const Cell> cells, int width, int height,
                    std::span<const std::uint16_t> ids, std::uint64_t columns);
 
-// Colours the pixels around each mask, up to `thickness` pixels away: what is in it stays seen. One
-// black pixel beyond parts it from a picture of its own colour.
+// Colors the pixels around each mask, up to `thickness` pixels away: the mask's interior stays
+// visible. One black pixel outside separates it from image parts of the same color.
 void outline(RgbImage& image, std::span<const Cell> cells, std::span<const std::uint16_t> ids,
              std::uint64_t columns, int thickness);
 

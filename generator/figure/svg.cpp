@@ -14,13 +14,13 @@ constexpr const char* kAnchors[] = {"start", "middle", "end"};
 
 std::string hex(Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
 
-// Hundredths of a pixel, without zeros that say nothing.
+// Hundredths of a pixel, without trailing zeros.
 std::string number(double value) {
   const double rounded = std::round(value * 100) / 100;
   return fmt::format("{}", rounded == 0 ? 0.0 : rounded);
 }
 
-// Names come from strangers' files.
+// Names come from untrusted files.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {

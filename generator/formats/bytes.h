@@ -1,8 +1,8 @@
-// Values in bytes, little-endian and without padding, as all formats here but PNG pack them.
+// Values in bytes, little-endian and without padding, as all formats here except PNG pack them.
 //
-//   put_value              behind the bytes, or where a pointer stands, which it moves on
-//   value_at  values_in    out of them
-//   base64  base64_bytes   as text (RFC 4648), and how long that is
+//   put_value              appends to the bytes, or writes at a pointer and advances it
+//   value_at  values_in    read them
+//   base64  base64_bytes   as text (RFC 4648), and its length
 #pragma once
 
 #include <bit>
@@ -30,7 +30,7 @@ void put_value(char*& at, T value) {
   at += sizeof value;
 }
 
-// Needs them to lie within the bytes.
+// Needs the value to lie within the bytes.
 template <class T>
 T value_at(std::string_view bytes, std::size_t offset) {
   T value;

@@ -1,7 +1,7 @@
-// Tables as text, a row a line, without quotes around numbers.
+// Tables as text, one row per line, without quotes around numbers.
 //
 //   columns_of                   the cells of a row
-//   parse_number  read_numbers   a number that is all of a text; a row of them
+//   parse_number  read_numbers   a text that is a number; a row of numbers
 //   csv_cell                     a text as a cell (RFC 4180)
 #pragma once
 
@@ -33,7 +33,8 @@ std::optional<Number> parse_number(std::string_view text) {
   return value;
 }
 
-// Fills all of `values` from comma-separated numbers; false where there are others, or more.
+// Fills all of `values` from comma-separated numbers; false if their count differs or one is not a
+// number.
 inline bool read_numbers(std::string_view line, std::span<double> values) {
   const std::vector<std::string_view> cells = columns_of(line, ',');
   if (cells.size() != values.size()) return false;

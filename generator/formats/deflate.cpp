@@ -13,8 +13,8 @@
 namespace ensonify {
 namespace {
 
-// Level 1 with its second smallest buffer: on masks, labels and speckle the higher levels take two
-// to seven times as long and save nothing.
+// Level 1 with its second smallest buffer: for masks, labels and speckle, higher levels take two to
+// seven times as long and save nothing.
 struct Compressor {
   isal_zstream stream;
   std::array<std::uint8_t, ISAL_DEF_LVL1_SMALL> buffer;
@@ -26,17 +26,17 @@ void clear(Compressor& compressor) {
   compressor.buffer.fill(0);
 }
 
-// Flushed by itself, ahead of the rest. The loop for long inputs of ISA-L up to 2.30 hashes the
+// Flushed on its own, before the rest. The loop for long inputs of ISA-L up to 2.30 hashes the
 // address of the stream in place of the second byte (.write_first_byte of igzip_icf_body_h1_gr_bt),
 // so that the same bytes gave different streams from one thread or process to the next. Inputs as
 // short as this do not enter that loop, and what follows them does not begin a stream.
 constexpr std::size_t kFirstBytes = 8;
 
-// A block of deflate stores at most 65,535 bytes as they are, behind 5 bytes.
+// A deflate block stores at most 65,535 uncompressed bytes after a header of 5 bytes.
 std::size_t largest_size(std::size_t count) { return count + 5 * (count / 0xffff + 1) + 128; }
 
 void feed(std::span<const std::uint8_t> bytes, isal_zstream& stream) {
-  // It reads through a pointer that is not const.
+  // ISA-L reads through a non-const pointer.
   stream.next_in = const_cast<std::uint8_t*>(bytes.data());
   stream.avail_in = static_cast<std::uint32_t>(bytes.size());
   ENSONIFY_ASSERT(stream.avail_in == bytes.size());

@@ -1,4 +1,4 @@
-// DEFLATE as images want it: fast, by ISA-L.
+// Fast DEFLATE for images, by ISA-L.
 //
 //   append_zlib   a whole stream in zlib's format (RFC 1950), which any inflate reads
 //   crc32_of      the checksum of PNG and MCAP
@@ -15,7 +15,7 @@ namespace ensonify {
 // std::bad_alloc.
 void append_zlib(std::span<const std::uint8_t> bytes, std::string& out);
 
-// Goes on from the checksum of the bytes before; 0: there are none.
+// Continues the checksum of the bytes before; 0: there are none.
 std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace ensonify

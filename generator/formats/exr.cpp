@@ -1,7 +1,7 @@
-// OpenEXR writes series and all headers. The chunks of an image are put together here: deflating is
-// most of the work, and OpenEXR leaves it to zlib, which it does not tell to look for runs only.
-// 2392 x 512 pixels take 11.6 ms of a core here, 25 ms by OpenEXR at zlib's fastest level and 40 ms
-// at its usual one; the files have 2.67, 2.71 and 2.64 MB (OpenEXR 3.1.5).
+// OpenEXR writes time series and all headers. The chunks of an image are assembled here: deflating
+// is most of the work, and OpenEXR leaves it to zlib without restricting it to runs. 2392 x 512
+// pixels take 11.6 ms of one core here, 25 ms in OpenEXR at zlib's fastest level and 40 ms at its
+// default level; the files have 2.67, 2.71 and 2.64 MB (OpenEXR 3.1.5).
 #include "formats/exr.h"
 
 #include <ImfChannelList.h>
@@ -65,7 +65,7 @@ struct Part {
   Imf::PixelType type = Imf::HALF;
 };
 
-// Those of the part `labels` or `surfaces`, sorted by name, as the file holds its channels.
+// Planes of the part `labels` or `surfaces`, sorted by name, as in the file.
 std::vector<ImagePlane> planes_of(ExrPlanes which) {
   std::vector<ImagePlane> planes;
   std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
@@ -88,7 +88,7 @@ std::vector<Channel> channels_of(const LabelledImage& image, ExrPlanes which) {
   return channels;
 }
 
-// "a, b: rad; c: 1", neighbours of one unit together.
+// "a, b: rad; c: 1", neighbors of one unit together.
 std::string units_of(ExrPlanes which) {
   std::string text;
   std::string_view unit;
@@ -112,7 +112,7 @@ void check_size(const Part& part, const LabelledImage& image) {
   }
 }
 
-// Longer ones need another flag in the file's version.
+// Longer names need another flag in the file's version.
 constexpr std::size_t kMaxNameLength = 31;
 
 // Rows that stand together in one chunk, as the format says.
@@ -148,14 +148,15 @@ Imf::Header part_header(const Part& part, const LabelledImage& image,
   return header;
 }
 
-// What ZIP makes of a chunk before it is deflated: bytes of even places, then those of odd ones,
-// each as its difference from the one before. Floats come as the two halves of their bytes.
+// ZIP's filter before deflating: bytes at even positions, then those at odd ones, each as the
+// difference from the byte before.
 void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& planes,
              std::vector<std::uint8_t>& differences) {
   const std::size_t n = halves.size();
   planes.resize(2 * n);
   differences.resize(2 * n);
-  // Bytes may alias a vector's own pointers, which then would be read again for each.
+  // Local copies, since bytes may alias the vector's own pointers, which would then be read again
+  // each time.
   const std::uint16_t* const from = halves.data();
   std::uint8_t *const plane = planes.data(), *const difference = differences.data();
   for (std::size_t i = 0; i < n; ++i) plane[i] = static_cast<std::uint8_t>(from[i]);
@@ -170,8 +171,8 @@ class ChunkWriter {
  public:
   ChunkWriter(const LabelledImage& image, std::string& bytes) : image_(image), bytes_(bytes) {}
 
-  // The chunks of a part, and where each begins into the table at `offsets`. `number`: its place
-  // among several; none where it is alone.
+  // Appends the chunks of a part and writes their offsets to the table at `offsets`. `number`:
+  // index of the part; none if it is the only one.
   void write_part(const Part& part, std::optional<std::int32_t> number, std::size_t offsets) {
     for (int row = 0; row < image_.rows; row += chunk_rows(part), offsets += 8) {
       const std::uint64_t here = bytes_.size();
@@ -216,7 +217,7 @@ class ChunkWriter {
         return;
       }
     }
-    // Readers tell by its size that a chunk is not compressed.
+    // Readers recognize an uncompressed chunk by its size.
     bytes_.resize(start + plain_size);
     std::memcpy(bytes_.data() + start, halves_.data(), plain_size);
   }
@@ -253,7 +254,7 @@ void write_series(std::span<const std::complex<float>> series, int samples, int 
       std::memcpy(block.data() + j * kBeam, &series[j * std::size_t(samples) + std::size_t(begin)],
                   kSample * std::size_t(rows));
     }
-    // Rows are counted from the picture's first.
+    // Rows are counted from the image's first.
     char* const first = block.data() - kSample * std::size_t(begin);
     Imf::FrameBuffer buffer;
     buffer.insert("p.re", Imf::Slice(Imf::FLOAT, first, kBeam, kSample));
@@ -269,7 +270,7 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
                                       int beams, const ExrAttributes& attributes) {
   ENSONIFY_ASSERT(samples > 0 && beams > 0);
   ENSONIFY_ASSERT(series.size() == std::size_t(samples) * std::size_t(beams));
-  return without_exceptions("encoding a series as EXR", [&]() -> Result<std::string> {
+  return without_exceptions("encoding a time series as EXR", [&]() -> Result<std::string> {
     std::string bytes;
     bytes.reserve(series.size_bytes() + 16 * std::size_t(samples) + 4096);
     write_series(series, samples, beams, series_header(samples, beams, attributes), bytes);
@@ -288,7 +289,7 @@ Result<std::string> encode_surfaces_exr(const LabelledImage& image,
   const Part part{"surfaces", units_of(ExrPlanes::surfaces),
                   channels_of(image, ExrPlanes::surfaces), Imf::ZIP_COMPRESSION, Imf::FLOAT};
   check_size(part, image);
-  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
     std::string bytes;
@@ -310,7 +311,7 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
        Imf::ZIP_COMPRESSION}};
   for (const Part& part : parts) check_size(part, image);
 
-  return without_exceptions("encoding an EXR picture", [&]() -> Result<std::string> {
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
     std::string bytes;

@@ -1,15 +1,15 @@
-// OpenEXR pictures of two parts, in memory:
+// OpenEXR images of two parts, in memory:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
 //   `labels`  a channel for each other float plane of kImagePlanes but those of surfaces, by its
 //             name, half, ZIP
-// No date, host or path is in the headers: equal pictures give equal bytes.
+// No date, host or path is in the headers: equal images give equal bytes.
 //
-// The planes of surfaces are a picture of one part, each a channel by its name, float, ZIP.
+// The planes of surfaces are an image of one part, each a channel by its name, float, ZIP.
 //
-// A time series is a picture of one part:
+// A time series is an image of one part:
 //   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
 //
-//   encode_exr         a labelled image with its header attributes
+//   encode_exr         a labeled image with its header attributes
 //   encode_surfaces_exr  its planes of surfaces
 //   ExrPlanes  exr_channels   the names of the channels of `labels` or `surfaces`
 //   encode_series_exr  a time series
@@ -34,7 +34,7 @@
 
 namespace ensonify {
 
-// Stands in the headers of both parts, beside `units` and `no_energy`.
+// In the headers of both parts, with `units` and `no_energy`.
 struct ExrAttributes {
   std::vector<std::pair<std::string, std::string>> texts;
   std::vector<std::pair<std::string, double>> numbers;
@@ -55,8 +55,8 @@ Result<std::string> encode_surfaces_exr(const LabelledImage& image,
 enum class ExrPlanes { labels, surfaces };
 std::vector<std::string> exr_channels(ExrPlanes which);
 
-// Rows are samples, columns beams, as in the polar picture: `series` [beams x samples], Pa, is
-// turned. Needs series.size() == samples * beams, both positive.
+// Rows are samples, columns beams, as in the polar image: `series` [beams x samples], Pa, is
+// transposed. Needs series.size() == samples * beams, both positive.
 Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
                                       int beams, const ExrAttributes& attributes);
 
@@ -68,16 +68,16 @@ struct ExrPart {
   std::vector<std::string> other_channels;  // of another pixel type
 };
 
-// Error (damage): not an EXR file, or cut short before its pixels, which are not read.
+// Reads no pixels. Error (damage): not an EXR file, or cut off in its headers.
 Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
 
 // IEEE half-precision bits of each float plane by the plane's name, row-major, row 0 on top.
 using ExrHalves = std::map<std::string_view, std::vector<std::uint16_t>>;
 
-// Error (io): not a picture of encode_exr with rows x columns, or damaged.
+// Error (io): not an image of encode_exr with rows x columns, or damaged.
 Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
 
-// Each plane by its name, likewise. Error (io): not a picture of encode_surfaces_exr of this size,
+// Each plane by its name, likewise. Error (io): not an image of encode_surfaces_exr of this size,
 // or damaged.
 using ExrFloats = std::map<std::string_view, std::vector<float>>;
 Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns);

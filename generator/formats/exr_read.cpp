@@ -1,4 +1,4 @@
-// What OpenEXR reads of the files that exr.cpp writes.
+// Reads the files that exr.cpp writes, with OpenEXR.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -15,7 +15,7 @@ namespace ensonify {
 namespace {
 
 Error broken(const std::filesystem::path& path, const std::string& what) {
-  return {ErrorKind::io, path.string() + ": not a readable EXR picture: " + what};
+  return {ErrorKind::io, path.string() + ": not a readable EXR image: " + what};
 }
 
 // Where the pixels of a channel go.
@@ -26,14 +26,14 @@ struct Slot {
   std::size_t column_bytes, row_bytes;  // from one pixel to the next
 };
 
-// Reads the pixels of a part; what is wrong with it, or nothing.
+// Reads the pixels of a part; returns what is wrong with it, or nothing.
 std::string read_part(Imf::MultiPartInputFile& file, int part, int rows, int columns,
                       const std::vector<Slot>& slots) {
   const Imf::Header& header = file.header(part);
   const auto window = header.dataWindow();
   if (window.min.x != 0 || window.min.y != 0 || window.max.x != columns - 1 ||
       window.max.y != rows - 1) {
-    return "it is not of the size that sequence.json tells";
+    return "its size is not the one in sequence.json";
   }
   Imf::FrameBuffer buffer;
   for (const Slot& slot : slots) {
@@ -41,7 +41,7 @@ std::string read_part(Imf::MultiPartInputFile& file, int part, int rows, int col
     if (channel == nullptr || channel->type != slot.type || channel->xSampling != 1 ||
         channel->ySampling != 1) {
       const std::string type = slot.type == Imf::HALF ? "half" : "float";
-      return "it lacks the " + type + " channel " + slot.name;
+      return "it has no " + type + " channel " + slot.name;
     }
     buffer.insert(slot.name, Imf::Slice(slot.type, static_cast<char*>(slot.base), slot.column_bytes,
                                         slot.row_bytes));
@@ -58,7 +58,8 @@ Status read_pixels(const std::filesystem::path& path, int rows, int columns,
   try {
     Imf::MultiPartInputFile file(path.c_str(), 0, false);
     if (std::cmp_not_equal(file.parts(), parts.size())) {
-      return broken(path, parts.size() == 1 ? "it has not one part" : "it has not two parts");
+      return broken(path,
+                    parts.size() == 1 ? "it does not have one part" : "it does not have two parts");
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::string fault = read_part(file, static_cast<int>(i), rows, columns, parts[i]);
@@ -140,7 +141,7 @@ Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::
   const std::size_t beam = static_cast<std::size_t>(samples) * kPixel;
   std::vector<std::complex<float>> series(static_cast<std::size_t>(samples) *
                                           static_cast<std::size_t>(beams));
-  // The picture's columns are the rows of the series.
+  // The image's columns are the rows of the series.
   char* const base = static_cast<char*>(static_cast<void*>(series.data()));
   const Status read = read_pixels(path, samples, beams,
                                   {{{"p.re", Imf::FLOAT, base, beam, kPixel},

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 
-// How often .work may be taken away under our feet before that counts as a failure.
+// How often another process may remove .work before that counts as a failure.
 constexpr int kAttempts = 20;
 
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
@@ -30,7 +30,7 @@ std::string advice(int error_number) {
   switch (error_number) {
     case ENOSPC:
     case EDQUOT:
-      return "; make room and give the same command again: what is finished is kept";
+      return "; free some space and run the same command again: finished files are kept";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -38,10 +38,10 @@ std::string advice(int error_number) {
     case ENOTDIR:
     case EISDIR:
     case EEXIST:
-      return "; something else stands in its place: move it or name another folder";
+      return "; something else has its name: move it or name another folder";
     case EMFILE:
     case ENFILE:
-      return "; allow more open files (ulimit -n)";
+      return "; raise the limit of open files (ulimit -n)";
     default:
       return "";
   }
@@ -53,8 +53,8 @@ std::string number_of_nobody_else() {
   return fmt::format("{}-{:016x}", ::getpid(), high | random());
 }
 
-// From this size on a piece is written past the page cache, which takes new files at a fraction of
-// the disk's speed.
+// Pieces from this size on bypass the page cache, which accepts new files at a fraction of the
+// disk's speed.
 constexpr std::size_t kDirectBytes = 1 << 20;
 constexpr std::size_t kBlock = 4096;
 constexpr std::size_t kPiece = 1 << 20;
@@ -75,12 +75,12 @@ bool write_fully(int descriptor, std::string_view bytes) {
 }
 
 struct DirectWrite {
-  std::size_t written = 0;  // from the front of `bytes`; the rest is for the usual way
-  int error_number = 0;     // 0, or why a write failed that the usual way would not save
+  std::size_t written = 0;  // from the front of `bytes`; the rest is written normally
+  int error_number = 0;     // 0, or why a write failed that would also fail normally
 };
 
 DirectWrite write_blocks(int descriptor, std::string_view bytes) {
-  // The kernel takes whole blocks from aligned memory only.
+  // The kernel accepts only whole blocks from aligned memory.
   const std::unique_ptr<char, Free> piece(static_cast<char*>(std::aligned_alloc(kBlock, kPiece)));
   DirectWrite done;
   const std::size_t end = bytes.size() / kBlock * kBlock;
@@ -88,7 +88,7 @@ DirectWrite write_blocks(int descriptor, std::string_view bytes) {
     const std::size_t size = std::min(kPiece, end - done.written);
     std::memcpy(piece.get(), bytes.data() + done.written, size);
     if (!write_fully(descriptor, {piece.get(), size})) {
-      // A file system may take the flag and refuse the write: the usual way goes on from here.
+      // A file system may accept the flag and refuse the write: normal writing continues from here.
       if (errno != EINVAL) done.error_number = errno;
       break;
     }
@@ -97,9 +97,9 @@ DirectWrite write_blocks(int descriptor, std::string_view bytes) {
   return done;
 }
 
-// Writes what fills whole blocks straight to the disk, from the descriptor's offset on, which must
-// be a multiple of 4096. Nothing where the file system cannot do that. Leaves the descriptor's
-// flags as they were.
+// Writes whole blocks directly to the disk, from the descriptor's offset on, which must be a
+// multiple of 4096. Writes nothing if the file system does not support this. Leaves the
+// descriptor's flags unchanged.
 DirectWrite write_past_cache(int descriptor, std::string_view bytes) {
   const int flags = ::fcntl(descriptor, F_GETFL);
   if (flags < 0 || ::fcntl(descriptor, F_SETFL, flags | O_DIRECT) != 0) return {};
@@ -109,7 +109,7 @@ DirectWrite write_past_cache(int descriptor, std::string_view bytes) {
     done = write_blocks(descriptor, bytes);
   }
   ::fcntl(descriptor, F_SETFL, flags);
-  // A piece that was cut short by a refusal is written again, as a whole.
+  // A piece whose write was refused halfway is written again as a whole.
   if (start >= 0) ::lseek(descriptor, start + static_cast<off_t>(done.written), SEEK_SET);
   return done;
 }
@@ -135,7 +135,7 @@ Error write_error(const fs::path& path, int error_number) {
 
 Error damaged(const fs::path& path, const std::string& what) {
   return {ErrorKind::io,
-          fmt::format("{}: {}; `ensonify verify` tells what else is damaged", path.string(), what)};
+          fmt::format("{}: {}; `ensonify verify` lists all damaged files", path.string(), what)};
 }
 
 fs::path temporary_beside(const fs::path& path) {
@@ -236,8 +236,8 @@ bool StreamedFile::rename_to_final() {
   return false;
 }
 
-// Another copy of the same work has removed .work with our temporary file in it. The bytes live on
-// behind the open descriptor: copies them to a new temporary file.
+// Another process with the same work removed .work with our temporary file in it. The open
+// descriptor still has the bytes: copies them to a new temporary file.
 bool StreamedFile::recover_vanished(int source) {
   if (!open_temporary()) return false;
   std::string piece(kBufferBytes, '\0');
@@ -257,8 +257,8 @@ Result<FileEntry> StreamedFile::commit() {
   const auto failed = [&] { return write_error(path_, error_number_); };
   if (error_number_ != 0 || !write_all(buffer_)) return failed();
 
-  // Network file systems report a full disk when a descriptor is closed; the second one keeps the
-  // bytes within reach should the file vanish.
+  // Network file systems report a full disk when a descriptor is closed; the second descriptor
+  // keeps the bytes accessible if the file vanishes.
   const int spare = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (spare < 0) {
     error_number_ = errno;
@@ -294,7 +294,7 @@ Status write_hashed_file(const fs::path& dir, const std::string& relative, std::
 }
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t most_bytes) {
-  // Not to wait for whoever might write into a pipe.
+  // Does not wait for a writer if the file is a pipe.
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return read_error(path, errno);
   const auto refused = [&](const std::string& why) {
@@ -303,10 +303,10 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t most_bytes) {
   };
   struct stat info {};
   if (::fstat(file, &info) != 0) return refused(reason(errno));
-  if (!S_ISREG(info.st_mode)) return refused("no regular file");
+  if (!S_ISREG(info.st_mode)) return refused("not a regular file");
   const auto size = static_cast<std::uint64_t>(info.st_size);
   if (size > most_bytes) return refused(fmt::format("larger than {} bytes", most_bytes));
-  // A byte more shows the end; files of the kernel's own have no size.
+  // One byte more detects the end; files in /proc report no size.
   std::string bytes;
   for (std::size_t room = size + 1;; room = kBufferBytes) {
     const std::size_t before = bytes.size();
@@ -352,7 +352,8 @@ Result<std::vector<std::string>> files_below(const fs::path& dir) {
   if (error) return read_error(dir, error.value());
   while (entry != fs::recursive_directory_iterator()) {
     const auto status = entry->symlink_status(error);
-    // A file that went away meanwhile is no fault; the iterator itself tells of unreadable folders.
+    // A file that was removed meanwhile is not an error; the iterator itself reports unreadable
+    // folders.
     if (!error && !fs::is_directory(status)) {
       files.push_back(entry->path().lexically_relative(dir).generic_string());
     }

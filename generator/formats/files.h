@@ -1,16 +1,15 @@
-// Files that appear whole or not at all, and the folder they stand in.
+// Files that appear whole or not at all, and their folders.
 //
 //   write_file_atomically  write_hashed_file  StreamedFile   temporary name, then a rename
 //   temporary_beside                      such a name
 //   read_file                             a whole file
-//   is_safe_relative_path                 stays inside the folder, as written
-//   listed_file_size                      ... and as found on disk: no link on the way
+//   is_safe_relative_path                 whether it stays inside the folder, as written
+//   listed_file_size                      ... and on disk, without links
 //   files_below                           everything in a folder that is not a folder
 //   remove_empty_folders                  folders without a file
 //   read_error  write_error  damaged      Error values that name the file and what to do
 //
-// Nothing is flushed to the disk itself: after a loss of power a file may be short, and then its
-// size gives it away.
+// Files are not flushed to the disk: after a power loss a file may be short, which its size shows.
 #pragma once
 
 #include <cstdint>
@@ -36,19 +35,19 @@ struct FileEntry {
 
 Error read_error(const std::filesystem::path& path, int error_number);
 Error write_error(const std::filesystem::path& path, int error_number);
-// Of a file of a data set that is not as it should be.
+// Error for a damaged file of a data set.
 Error damaged(const std::filesystem::path& path, const std::string& what);
 
-// In the folder of a data set: the place of files that are not whole.
+// Folder in a data set for unfinished files.
 inline constexpr char kTemporaryFolder[] = ".work/tmp";
 
-// Writes DIR/relative, making missing folders. The final name appears by rename, so that nobody
-// ever sees a part of it, and two processes that write the same bytes do not disturb each other;
-// .work may vanish meanwhile. Error (io): the file and the system's reason; nothing is left behind.
+// Writes DIR/relative and creates missing folders. The final name appears by rename, so that no
+// reader sees a partial file and two processes that write the same bytes do not conflict; .work may
+// vanish meanwhile. Error (io): the file and the system's reason; no file is left.
 Result<FileEntry> write_file_atomically(const std::filesystem::path& dir,
                                         const std::string& relative, std::string_view bytes);
 
-// The same where size and hash of the bytes are known already.
+// The same if size and hash of the bytes are already known.
 Status write_hashed_file(const std::filesystem::path& dir, const std::string& relative,
                          std::string_view bytes);
 
@@ -58,18 +57,18 @@ class StreamedFile {
   // DIR/relative, of a data set: the temporary file is in DIR/.work/tmp. With `hashed` false
   // commit() gives no hash.
   StreamedFile(const std::filesystem::path& dir, std::string relative, bool hashed = true);
-  // Any other file: the temporary file is beside it, and there is no hash.
+  // Any other file: the temporary file is next to it, and there is no hash.
   explicit StreamedFile(std::filesystem::path path);
   ~StreamedFile();  // drops what was not committed
   StreamedFile(const StreamedFile&) = delete;
   StreamedFile& operator=(const StreamedFile&) = delete;
 
-  // A failure is kept and comes out of commit().
+  // Keeps a failure, which commit() returns.
   void append(std::string_view bytes);
-  // What another one holds that is not committed; its failure is kept as well.
+  // Appends the content of another uncommitted file; keeps its failure too.
   void append_all_of(StreamedFile& other);
   std::uint64_t bytes() const { return bytes_; }
-  // Gives the file its name. One of the two, once only.
+  // Gives the file its name. Call one of the two, once.
   Result<FileEntry> commit();
   Status close();
 
@@ -91,29 +90,29 @@ class StreamedFile {
   Sha256 hash_;
 };
 
-// A name beside the path, hidden, which nothing else has.
+// A unique hidden name next to the path.
 std::filesystem::path temporary_beside(const std::filesystem::path& path);
 
 // Error (io): cannot be read, is no regular file (a pipe would never end), or is larger than that.
 Result<std::string> read_file(const std::filesystem::path& path,
                               std::uint64_t most_bytes = UINT64_MAX);
 
-// The most that is read of dataset.json and other top-level manifests: room for 1,000,000
-// sequences, which is all that a scenario may ask for.
+// Size limit of dataset.json and other top-level manifests: room for 1,000,000 sequences, the limit
+// of a scenario.
 inline constexpr std::uint64_t kMaxManifestBytes = std::uint64_t{512} << 20;
 
 // Not empty, not absolute, and no part of it empty, "." or "..".
 bool is_safe_relative_path(std::string_view path);
 
-// Size of the regular file DIR/relative; none if it is missing, something else than a file, or
-// reached through a link, which could lead out of DIR.
+// Size of the regular file DIR/relative; none if it is missing, not a regular file, or reached
+// through a link, which could lead out of DIR.
 std::optional<std::uint64_t> listed_file_size(const std::filesystem::path& dir,
                                               const std::string& relative);
 
-// Relative paths of all that is not a folder, sorted; links are listed and not followed.
+// Sorted relative paths of everything except folders; links are listed, not followed.
 Result<std::vector<std::string>> files_below(const std::filesystem::path& dir);
 
-// Removes `folder` and the folders in it where nothing else is left. Does not follow links.
+// Removes `folder` and the folders in it if they hold no files. Does not follow links.
 void remove_empty_folders(const std::filesystem::path& folder);
 
 // Runs a body that returns a Result or Status and turns exceptions of libraries into Errors.

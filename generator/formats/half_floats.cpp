@@ -40,7 +40,7 @@ float from_half(std::uint16_t half) {
 }
 
 #if defined(__x86_64__)
-// to_half by the processor's own conversion, eight at once; how many were converted.
+// to_half by the processor's conversion, eight at once; returns how many were converted.
 __attribute__((target("avx,f16c"))) std::size_t convert_eights(const float* values,
                                                                std::uint16_t* halves,
                                                                std::size_t count) {
@@ -60,7 +60,7 @@ __attribute__((target("avx,f16c"))) std::size_t convert_eights(const float* valu
   return done;
 }
 
-// clang's __builtin_cpu_supports has no word for it; `avx` says that the system saves the
+// clang's __builtin_cpu_supports has no name for it; `avx` shows that the system saves the
 // registers.
 bool has_f16c() noexcept {
   unsigned a = 0, b = 0, c = 0, d = 0;
@@ -69,8 +69,8 @@ bool has_f16c() noexcept {
          (c & bit_F16C) != 0;
 }
 
-// Asked once, when the program starts: a virtual machine leaves the program at every cpuid, which
-// takes longer than it takes to convert a row.
+// Queried once at start: in a virtual machine, each cpuid traps, which takes longer than converting
+// a row.
 const bool kHasF16c = has_f16c();
 #endif
 

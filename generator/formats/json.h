@@ -1,11 +1,11 @@
-// JSON of the data set: keys in the order in which they are put in, numbers in a form that reads
-// back to the same double, not-a-number as null.
+// JSON of the data set: keys in insertion order, numbers that read back to the same double, NaN as
+// null.
 //
 //   json_text  json_line  quoted_text   pretty with a newline at the end; on one line; a text
-//   parse_json                          none where it is not JSON, or nested too deep
-//   parse_shallow                       discarded where parse_json gives none, of any input
+//   parse_json                          none if it is not JSON or nested too deeply
+//   parse_shallow                       any input; discarded where parse_json gives none
 //   parse_shallow_with                  ... with a parser callback of nlohmann::json
-//   parse_manifest                      the same, its long list of files handed out one by one
+//   parse_manifest                      the same, with a callback for each entry of `files`
 //   parse_manifest_entries              ... as they stand
 //   parse_manifest_file                 ... of a file that need not be held
 //   text_at  count_at  ...              a member of the wanted kind, or none
@@ -32,15 +32,15 @@ std::string json_line(const Json& json);
 // Between double quotes, as JSON and YAML both read it.
 std::string quoted_text(std::string_view text);
 
-// Null where the number is not finite: JSON has no other word for it.
+// Null if the number is not finite, which JSON cannot express otherwise.
 Json number_or_null(double value);
 
 Json json_of(const Vec3& v);     // [x, y, z]
 Json json_of(const Pose& pose);  // {position_m: [x, y, z], quaternion_wxyz: [w, x, y, z]}
 Json json_of(const FileEntry& entry);
 
-// As far as JSON may be nested. The library's parser goes as deep as the text does; copies and
-// dumps of what it made call themselves, and 100 kB of brackets would overflow the stack.
+// Limit for the nesting of JSON. The library's parser has none, but copying and dumping are
+// recursive, and 100 kB of brackets would overflow the stack.
 inline constexpr int kMaxJsonDepth = 64;
 
 // `keep` is a reference that is called for every value.
@@ -64,8 +64,8 @@ Json parse_shallow(Input&&... input) {
 
 std::optional<Json> parse_json(std::string_view text);
 
-// Reads a manifest without keeping its top-level array `files`, which is what makes it long. An
-// entry that lacks a member comes with an empty path.
+// Reads a manifest without keeping its long top-level array `files`. An entry that lacks a member
+// has an empty path.
 std::optional<Json> parse_manifest(std::string_view text,
                                    const std::function<void(FileEntry)>& on_file);
 
@@ -73,8 +73,8 @@ std::optional<Json> parse_manifest(std::string_view text,
 std::optional<Json> parse_manifest_entries(std::string_view text,
                                            const std::function<void(const Json&)>& on_entry);
 
-// Of a file, read piece by piece: sequences of very many pings have manifests to match. None where
-// it cannot be read.
+// Reads the file piece by piece, since sequences with many pings have large manifests. None if it
+// cannot be read.
 std::optional<Json> parse_manifest_file(const std::filesystem::path& path,
                                         const std::function<void(FileEntry)>& on_file);
 

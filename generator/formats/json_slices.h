@@ -1,5 +1,5 @@
-// JSON text taken apart where it lies, for long lines of our own files whose values are passed on
-// as they stand. Nothing is copied, and numbers and strings are not looked into.
+// Splits JSON text in place, for long lines of our own files whose values are passed on unchanged.
+// Copies nothing and does not parse numbers and strings.
 //
 //   json_members   {"key": value, ...} to keys and texts of values
 //   json_elements  [value, ...] to texts of values
@@ -16,12 +16,12 @@ namespace ensonify {
 struct JsonMembers {
   std::vector<std::pair<std::string_view, std::string_view>> all;
 
-  // Empty where there is no member of that key.
+  // Empty if there is no member with that key.
   std::string_view at(std::string_view key) const;
 };
 
-// Keys without their quotes, as they are written. None where the text is not an object whose
-// brackets and quotes balance and that ends with the text.
+// Keys without their quotes, as they are written. None if the text is not exactly one object with
+// balanced brackets and quotes.
 std::optional<JsonMembers> json_members(std::string_view object);
 
 // The same of an array.

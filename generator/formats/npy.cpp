@@ -136,7 +136,7 @@ bool is_of(const Result<NpyHeader>& header, std::string_view descr) {
 }  // namespace
 
 std::string npy_header(std::string_view descr, const NpyShape& shape) {
-  // Python writes a tuple of one with a comma behind it.
+  // Python writes a one-element tuple with a trailing comma.
   const std::string tuple =
       fmt::format("({}{})", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
   std::string dictionary =
@@ -211,20 +211,20 @@ std::string encode_via(const ScattererList& scatterers) {
 Result<NpyHeader> parse_npy_header(std::string_view bytes) {
   const auto wrong = [](const std::string& why) { return Error{ErrorKind::usage, why}; };
   if (bytes.size() < 12 || !bytes.starts_with(kMagic)) {
-    return wrong("is no NPY file: it does not begin like one");
+    return wrong("is not an NPY file: it does not begin like one");
   }
   const int version = static_cast<unsigned char>(bytes[kMagic.size()]);
   if (version < 1 || version > 3) {
-    return wrong(fmt::format("is of NPY version {}, accepted are 1 to 3", version));
+    return wrong(fmt::format("has NPY version {}; expected 1 to 3", version));
   }
   const std::size_t start = version == 1 ? kPrefixBytes : 12;
   const std::size_t length =
       version == 1 ? value_at<std::uint16_t>(bytes, 8) : value_at<std::uint32_t>(bytes, 8);
   if (length > kMostHeaderBytes || length > bytes.size() - start) {
-    return wrong("is no NPY file: its header is cut off or too long");
+    return wrong("is not an NPY file: its header is cut off or too long");
   }
   auto header = parse_dictionary(bytes.substr(start, length));
-  if (!header) return wrong("is no NPY file of plain numbers: its header is not understood");
+  if (!header) return wrong("is not an NPY file of plain numbers: its header cannot be read");
   header->data_offset = start + length;
   return *std::move(header);
 }
@@ -249,13 +249,13 @@ Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view de
   if (!bytes) return bytes.error();
   const auto header = parse_npy_header(*bytes);
   if (!is_of(header, descr)) {
-    return damaged(path, "is not an NPY file of the type that it should be");
+    return damaged(path, "is not an NPY file of the expected type");
   }
   const bool any_length = shape == NpyShape{0} && header->shape.size() == 1;
   if (!any_length && header->shape != shape) {
-    return damaged(path, "is not of the shape that sequence.json tells");
+    return damaged(path, "does not have the shape given in sequence.json");
   }
-  // Divided, because a product of wrong numbers could come round to a right one.
+  // Division, because the product of wrong numbers could overflow to the right one.
   std::uint64_t rest = bytes->size() - header->data_offset;
   const std::uint64_t item = npy_item_bytes(descr).value_or(1);
   bool fits = rest % item == 0;
@@ -264,7 +264,7 @@ Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view de
     fits = fits && (n == 0 ? rest == 0 : rest % n == 0);
     rest = n == 0 ? 1 : rest / n;
   }
-  if (!fits || rest != 1) return damaged(path, "is not as long as its header tells");
+  if (!fits || rest != 1) return damaged(path, "does not have the length that its header gives");
   return NpyArray{header->shape, std::move(*bytes), static_cast<std::size_t>(header->data_offset)};
 }
 
@@ -276,7 +276,7 @@ Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   const auto header = parse_npy_header(bytes);
   if (!is_of(header, descr) || header->shape != shape || shape.empty() || row >= shape[0]) {
-    return damaged(path, "is not of the type and shape that sequence.json tells");
+    return damaged(path, "does not have the type and shape given in sequence.json");
   }
   std::uint64_t size = npy_item_bytes(descr).value_or(0);
   for (std::size_t i = 1; i < shape.size(); ++i) size *= shape[i];
@@ -284,12 +284,12 @@ Result<std::string> read_npy_row(const std::filesystem::path& path, std::string_
   file.seekg(0, std::ios::end);
   const auto end = static_cast<std::uint64_t>(std::max<std::streamoff>(file.tellg(), 0));
   if (size == 0 || end < header->data_offset || (end - header->data_offset) / size <= row) {
-    return damaged(path, "is cut short");
+    return damaged(path, "is cut off");
   }
   bytes.assign(size, '\0');
   file.seekg(static_cast<std::streamoff>(header->data_offset + row * size));
   file.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (std::cmp_not_equal(file.gcount(), size)) return damaged(path, "is cut short");
+  if (std::cmp_not_equal(file.gcount(), size)) return damaged(path, "is cut off");
   return bytes;
 }
 

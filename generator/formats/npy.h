@@ -51,7 +51,7 @@ std::string encode_npy(std::span<const float> data, const NpyShape& shape);
 std::string encode_npy(std::span<const double> data, const NpyShape& shape);
 std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape& shape);
 
-// Amplitudes as drawn stand beside the list, one each; positions go to the world by the pose.
+// `amplitudes` are the drawn ones, one per scatterer; the pose transforms positions to the world.
 // Needs amplitudes.size() == scatterers.size(). Order is kept.
 std::string encode_scatterers(const ScattererList& scatterers,
                               std::span<const std::complex<float>> amplitudes,
@@ -67,8 +67,8 @@ struct NpyHeader {
   std::uint64_t data_offset = 0;
 };
 
-// Reads the header at the start of a file's bytes. Error (usage), without the file's name: no NPY
-// file of versions 1 to 3, or a header that is not understood.
+// Reads the header at the start of a file's bytes. Error (usage), without the file's name: not an
+// NPY file of versions 1 to 3, or an unreadable header.
 Result<NpyHeader> parse_npy_header(std::string_view bytes);
 
 // Bytes of one element of the dtypes above; none for others.
@@ -82,8 +82,7 @@ struct NpyArray {
   std::string_view data() const { return std::string_view(file).substr(offset); }
 };
 
-// A shape of one element that is 0 stands for any length. Error (io): another type or shape, or cut
-// short.
+// The shape {0} stands for any length. Error (io): another type or shape, or cut off.
 Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,
                           const NpyShape& shape);
 

@@ -41,18 +41,18 @@ Result<OutputPlace> OutputPlace::open(const fs::path& given, bool is_folder,
   fs::path out = given.empty() ? given : fs::absolute(given).lexically_normal();
   if (!given.empty() && !out.has_filename()) out = out.parent_path();
   if (!out.has_filename()) {
-    return refused(given, "accepted is the name of a file or folder to write");
+    return refused(given, "not a name; expected a file or folder to write");
   }
-  if (lies_in(out, dataset)) return refused(out, "lies in the data set; name another place");
+  if (lies_in(out, dataset)) return refused(out, "lies in the data set; name a place outside it");
   std::error_code error;
   const auto there = fs::symlink_status(out, error);
   if (fs::exists(there)) {
     const bool empty_folder = fs::is_directory(there) && fs::is_empty(out, error) && !error;
     if (!is_folder && !replace) {
-      return refused(out, "is there already; remove it or name another file");
+      return refused(out, "already exists; remove it or name another file");
     }
     if (!is_folder && !fs::is_regular_file(there)) {
-      return refused(out, "is there already and no file; name another");
+      return refused(out, "already exists and is not a file; name another file");
     }
     if (is_folder && !empty_folder) {
       return refused(out, "is not empty; empty it or name another folder");

@@ -1,10 +1,10 @@
-// What is made from a data set and written elsewhere.
+// Output that is made from a data set and written elsewhere.
 //
-//   OutputPlace             OUT under a temporary name beside it, until it is whole
+//   OutputPlace             OUT under a temporary name next to it until it is complete
 //   write_whole  copy_whole  a file at once; piece by piece: StreamedFile of files.h
 //   lies_in                 ... whether one place is in another
 //
-// Errors: (usage) OUT holds something already; (io) it cannot be written.
+// Errors: (usage) OUT already holds something; (io) it cannot be written.
 #pragma once
 
 #include <filesystem>
@@ -14,21 +14,20 @@
 
 namespace ensonify {
 
-// Links resolved as far as there is something; a place lies in itself.
+// Resolves links as far as the path exists; a place lies in itself.
 bool lies_in(const std::filesystem::path& inner, const std::filesystem::path& outer);
 
 class OutputPlace {
  public:
-  // OUT must not be there, or, where a folder is to be written, be an empty one; with `replace` it
-  // may be a file. It must not lie in the data set, which would no longer be whole. Folders above
-  // it are made.
+  // OUT must not exist, or must be an empty folder if a folder is written; with `replace` it may be
+  // a file. It must not lie in the data set, which would no longer verify. Creates parent folders.
   static Result<OutputPlace> open(const std::filesystem::path& out, bool is_folder,
                                   const std::filesystem::path& dataset, bool replace = false);
   ~OutputPlace();  // removes what was not committed
   OutputPlace(OutputPlace&& other) noexcept;
   OutputPlace& operator=(OutputPlace&&) = delete;
 
-  // Where to write: a folder that is there, or the name of a file that is not.
+  // Where to write: an existing folder, or the name of a new file.
   const std::filesystem::path& temporary() const { return temporary_; }
   Status commit();
 
@@ -38,7 +37,7 @@ class OutputPlace {
   std::filesystem::path out_, temporary_;
 };
 
-// Of a file that is written at once; makes the folders above it.
+// Writes a file at once and creates its parent folders.
 Status write_whole(const std::filesystem::path& path, std::string_view bytes);
 Status copy_whole(const std::filesystem::path& from, const std::filesystem::path& to);
 

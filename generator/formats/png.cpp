@@ -25,7 +25,7 @@ void end_chunk(std::string& bytes, std::size_t start) {
   std::string length;
   put_big_endian(length, static_cast<std::uint32_t>(size));
   bytes.replace(start, 4, length);
-  // Over type and content.
+  // The checksum covers type and content.
   put_big_endian(bytes, crc32_of(std::string_view(bytes).substr(start + 4)));
 }
 
@@ -46,8 +46,8 @@ void put_row(std::span<const std::uint16_t> row, std::uint8_t* out) {
   }
 }
 
-// Rows without a filter: speckle gains nothing by one, and in masks a change of value would be
-// written twice.
+// Rows have no filter: speckle gains nothing from one, and masks would store each change of value
+// twice.
 template <class Pixel>
 std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t columns) {
   const std::size_t rows = pixels.size() / columns;
@@ -66,7 +66,7 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
   ENSONIFY_ASSERT(rows > 0 && columns > 0);
   ENSONIFY_ASSERT(pixels.size() ==
                   static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns));
-  return without_exceptions("encoding a PNG picture", [&]() -> Result<std::string> {
+  return without_exceptions("encoding a PNG image", [&]() -> Result<std::string> {
     std::string bytes(kStart.substr(0, 8));
     std::size_t chunk = begin_chunk(bytes, "IHDR");
     put_big_endian(bytes, static_cast<std::uint32_t>(columns));
@@ -95,8 +95,8 @@ std::uint32_t big_endian(std::string_view bytes) {
   return value;
 }
 
-// libpng's own way out is a long jump, which must not pass over objects of C++; with these it
-// throws instead.
+// By default libpng reports errors with longjmp, which must not skip C++ destructors; these
+// handlers throw instead.
 [[noreturn]] void fail(png_structp, png_const_charp message) { throw std::runtime_error(message); }
 void ignore(png_structp, png_const_charp) {}
 
@@ -143,11 +143,11 @@ GreyPng read_image(std::string_view bytes) {
   image.columns = png_get_image_width(reader.png, reader.info);
   const std::size_t bits = png_get_bit_depth(reader.png, reader.info);
   if (png_get_color_type(reader.png, reader.info) != PNG_COLOR_TYPE_GRAY || bits < 8) {
-    throw std::runtime_error("it is not grey of 8 or 16 bits");
+    throw std::runtime_error("it is not a grayscale image of 8 or 16 bits");
   }
   // Deflate packs at most 1,032 bytes into one.
   if (std::uint64_t{image.rows} * image.columns / 1032 > bytes.size()) {
-    throw std::runtime_error("it claims more pixels than it has");
+    throw std::runtime_error("its header gives more pixels than it holds");
   }
   if (bits == 8) {
     image.grey8 = read_pixels<std::uint8_t>(reader, image.rows, image.columns);
@@ -157,7 +157,7 @@ GreyPng read_image(std::string_view bytes) {
   return image;
 }
 
-// Moves the pixels of one depth out of a file of a data set.
+// Takes the pixels of one depth from a file of a data set.
 template <class Pixel>
 Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uint64_t rows,
                                      std::uint64_t columns, std::vector<Pixel> GreyPng::*pixels) {
@@ -166,7 +166,7 @@ Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uin
   const auto header = parse_png_header(*bytes);
   if (header && (header->height != rows || header->width != columns ||
                  header->bit_depth != 8 * sizeof(Pixel) || header->color_type != 0)) {
-    return damaged(path, "is not of the size and depth that sequence.json tells");
+    return damaged(path, "does not have the size and bit depth given in sequence.json");
   }
   auto image = parse_grey_png(*bytes);
   if (!image) return damaged(path, image.error().message);
@@ -200,7 +200,7 @@ Result<GreyPng> parse_grey_png(std::string_view bytes) {
   try {
     return read_image(bytes);
   } catch (const std::runtime_error& error) {
-    return Error{ErrorKind::usage, std::string("is no PNG file that can be read: ") + error.what()};
+    return Error{ErrorKind::usage, std::string("is not a readable PNG file: ") + error.what()};
   }
 }
 

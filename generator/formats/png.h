@@ -1,9 +1,9 @@
 // PNG files without time stamps or other extras.
 //
-//   encode_png               a grey image of 8 or 16 bits a pixel
-//   encode_palette_png       an image of 8-bit indices, with its colours
+//   encode_png               a grayscale image with 8 or 16 bits per pixel
+//   encode_palette_png       an image of 8-bit indices, with its colors
 //   parse_png_header         size and kind, from a file's first bytes
-//   parse_grey_png           a grey image of any size, from a file's bytes
+//   parse_grey_png           a grayscale image of any size, from a file's bytes
 //   read_grey8  read_grey16  a file of a data set, whose size is known
 #pragma once
 
@@ -33,10 +33,10 @@ Result<std::string> encode_palette_png(std::span<const std::uint8_t> indices, in
 struct PngHeader {
   std::uint32_t width = 0, height = 0;
   int bit_depth = 0;
-  int color_type = 0;  // 0: grey
+  int color_type = 0;  // 0: grayscale
 };
 
-// From the first 33 bytes of a file; none if they are not those of a PNG file.
+// From the first 33 bytes of a file; none if it is not a PNG file.
 std::optional<PngHeader> parse_png_header(std::string_view bytes);
 
 // One of the two vectors is filled, row-major; gamma is ignored.
@@ -46,11 +46,11 @@ struct GreyPng {
   std::vector<std::uint16_t> grey16;
 };
 
-// Takes memory for no more pixels than the bytes can hold. Error (usage), without the file's name:
-// what libpng finds wrong, or an image that is not grey of 8 or 16 bits.
+// Allocates no more pixels than the bytes can hold. Error (usage), without the file's name:
+// libpng's error, or not a grayscale image of 8 or 16 bits.
 Result<GreyPng> parse_grey_png(std::string_view bytes);
 
-// Row-major. Error (io): not a grey PNG of this size and depth, or damaged.
+// Row-major. Error (io): not a grayscale PNG of this size and depth, or damaged.
 Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, std::uint64_t rows,
                                              std::uint64_t columns);
 Result<std::vector<std::uint16_t>> read_grey16(const std::filesystem::path& path,

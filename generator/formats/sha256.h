@@ -2,7 +2,7 @@
 //
 //   sha256_hex      of bytes in memory
 //   sha256_of_file  of a file, read in pieces
-//   Sha256          of bytes that come one after another
+//   Sha256          of bytes in pieces
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ class Sha256 {
   Sha256& operator=(Sha256&&) noexcept;
 
   void update(std::string_view bytes);
-  // The hash of all that came so far; afterwards only destruction is allowed.
+  // The hash of all bytes so far; afterwards only destruction is allowed.
   std::string finish();
 
  private:

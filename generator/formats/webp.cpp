@@ -13,7 +13,8 @@
 namespace ensonify {
 namespace {
 
-// Of 0 (fast) to 6 (small): higher ones take twice the time and more for 2 to 5% of the bytes.
+// From 0 (fast) to 6 (small): higher ones take at least twice the time to save 2 to 5% of the
+// bytes.
 constexpr int kLossyMethod = 2, kLosslessMethod = 1;
 constexpr float kAnimationQuality = 85;
 
@@ -44,7 +45,7 @@ std::string text_of(const void* bytes, std::size_t size) {
 Result<std::string> encoded(const WebPConfig& config, Picture& picture) {
   if (!WebPEncode(&config, &picture.webp)) {
     if (picture.webp.error_code == VP8_ENC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-    return Error{ErrorKind::bug, "WebP refuses a picture: error " +
+    return Error{ErrorKind::bug, "WebP cannot encode an image: error " +
                                      std::to_string(static_cast<int>(picture.webp.error_code))};
   }
   return text_of(picture.memory.mem, picture.memory.size);
@@ -54,7 +55,7 @@ void allocate(Picture& picture) {
   if (!WebPPictureAlloc(&picture.webp)) throw std::bad_alloc();
 }
 
-// Luma of a grey, in the limited range that WebP's decoders take it for.
+// Luma of a gray value, in the limited range that WebP decoders expect.
 constexpr std::array<std::uint8_t, 256> kLuma = [] {
   std::array<std::uint8_t, 256> luma{};
   for (int v = 0; v < 256; ++v) luma[v] = static_cast<std::uint8_t>(16 + (v * 219 + 127) / 255);
@@ -63,7 +64,8 @@ constexpr std::array<std::uint8_t, 256> kLuma = [] {
 
 Result<std::string> lossless(std::span<const std::uint32_t> argb, int width, int height) {
   WebPConfig config;
-  if (!WebPConfigInit(&config)) return Error{ErrorKind::bug, "another version of libwebp"};
+  if (!WebPConfigInit(&config))
+    return Error{ErrorKind::bug, "libwebp has another version than its headers"};
   config.lossless = 1;
   config.method = kLosslessMethod;
   config.quality = 40;
@@ -83,7 +85,8 @@ Result<std::string> lossless(std::span<const std::uint32_t> argb, int width, int
 Result<std::string> lossy_grey(std::span<const std::uint8_t> grey, int width, int height,
                                int quality) {
   WebPConfig config;
-  if (!WebPConfigInit(&config)) return Error{ErrorKind::bug, "another version of libwebp"};
+  if (!WebPConfigInit(&config))
+    return Error{ErrorKind::bug, "libwebp has another version than its headers"};
   config.quality = static_cast<float>(quality);
   config.method = kLossyMethod;
   config.filter_strength = 0;  // smoothing takes the speckle away
@@ -132,7 +135,7 @@ struct WebpAnimation::Encoder {
   Encoder& operator=(const Encoder&) = delete;
 
   Error failed() const {
-    const char* why = webp ? WebPAnimEncoderGetError(webp) : "cannot begin";
+    const char* why = webp ? WebPAnimEncoderGetError(webp) : "cannot start";
     return {ErrorKind::bug, std::string("encoding an animated WebP: ") + why};
   }
 
@@ -169,7 +172,7 @@ Status WebpAnimation::add(std::span<const std::uint8_t> rgb) {
 Result<std::string> WebpAnimation::finish() {
   WebPData data;
   WebPDataInit(&data);
-  // A frame that is none tells when the last one ends.
+  // An empty frame gives the end of the last one.
   if (!encoder_->webp || !WebPAnimEncoderAdd(encoder_->webp, nullptr, time_ms(), nullptr) ||
       !WebPAnimEncoderAssemble(encoder_->webp, &data)) {
     return encoder_->failed();

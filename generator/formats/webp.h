@@ -1,8 +1,8 @@
-// WebP pictures in memory.
+// WebP images in memory.
 //
-//   lossy_grey     speckle and the like; decoders give the codes back roughly
+//   lossy_grey     for speckle and the like; decoding changes the values slightly
 //   lossless_grey  lossless_rgb
-//   WebpAnimation   frames one after another
+//   WebpAnimation   a sequence of frames
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 
 namespace ensonify {
 
-// The longest side that the format has.
+// The longest side that the format allows.
 inline constexpr std::uint64_t kWebpMostPixels = 16383;
 
-// Row-major [height x width]; quality 0 to 100. Grey 0 to 255 as a browser shows it.
+// Row-major [height x width]; quality 0 to 100. Gray 0 to 255 as a browser shows it.
 Result<std::string> lossy_grey(std::span<const std::uint8_t> grey, int width, int height,
                                int quality);
 
@@ -26,7 +26,7 @@ Result<std::string> lossless_grey(std::span<const std::uint8_t> grey, int width,
 // 0x00RRGGBB each.
 Result<std::string> lossless_rgb(std::span<const std::uint32_t> pixels, int width, int height);
 
-// Held in memory, a few hundred kB a frame, until it is finished. For texts and thin lines.
+// Held in memory until finished, a few hundred kB per frame. For text and thin lines.
 class WebpAnimation {
  public:
   WebpAnimation(int width, int height, double fps);
@@ -34,7 +34,7 @@ class WebpAnimation {
 
   // Row-major, red, green and blue of each pixel.
   Status add(std::span<const std::uint8_t> rgb);
-  // The file, once only. Error (bug): no frame, or what libwebp says.
+  // Returns the file; call it once. Error (bug): no frame, or libwebp's error.
   Result<std::string> finish();
 
  private:

@@ -23,7 +23,7 @@ GreyImage flipped(const GreyImage& image, Flip flip) {
   GreyImage turned = image;
   const auto columns = static_cast<std::ptrdiff_t>(image.columns);
   auto& pixels = turned.pixels;
-  // Both at once is the whole image from its end.
+  // Flipping both reverses the whole image.
   if (flip == Flip::both) std::reverse(pixels.begin(), pixels.end());
   for (std::ptrdiff_t row = 0; flip == Flip::horizontal && row < image.rows; ++row) {
     std::reverse(pixels.begin() + row * columns, pixels.begin() + (row + 1) * columns);

@@ -12,7 +12,7 @@
 
 namespace ensonify {
 
-// Columns, rows or both the other way round.
+// Reverses columns, rows or both.
 GreyImage flipped(const GreyImage& image, Flip flip);
 
 // The image seen through a sequence's map, sample * beams + beam or -1 for each of its pixels

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a data set whose own limits do not serve, so many sequences are looked at.
+// Number of sequences that determine the limits if those of the data set do not apply.
 constexpr std::size_t kLimitSequences = 4;
 
 struct Job {
@@ -38,7 +38,7 @@ struct Job {
   }
 };
 
-// What a lane leaves behind of a sequence, in the order of its pings.
+// A lane's results for a sequence, in the order of its pings.
 struct Rendered {
   Status status;
   std::vector<FileEntry> files;
@@ -52,20 +52,19 @@ Error usage(const RenderOptions& options, const std::string& what) {
 Status check_options(const RenderOptions& options) {
   const Display& display = options.display;
   if (!is_render_name(options.name)) {
-    return Error{
-        ErrorKind::usage,
-        fmt::format("--name {}: accepted are letters, digits, '-', '_' and '.', which does "
-                    "not come first, at most 64",
-                    options.name)};
+    return Error{ErrorKind::usage,
+                 fmt::format("--name {}: expected at most 64 letters, digits, '-', '_' and '.', "
+                             "not starting with '.'",
+                             options.name)};
   }
   if (options.limits_db && !((*options.limits_db)[0] < (*options.limits_db)[1])) {
     return Error{ErrorKind::usage,
-                 fmt::format("--db {:g}:{:g}: accepted is MIN:MAX in dB, the lower one first",
+                 fmt::format("--db {:g}:{:g}: the lower limit comes first; expected MIN:MAX in dB",
                              (*options.limits_db)[0], (*options.limits_db)[1])};
   }
   if (display.gamma != 1 && display.scale == GreyScale::db) {
     return Error{ErrorKind::usage,
-                 "--gamma: is a power of the amplitude; accepted with --scale amplitude"};
+                 "--gamma: is a power of the amplitude; use it with --scale amplitude"};
   }
   if (!display.color_map.empty() && find_colour_map(display.color_map) == nullptr) {
     return Error{ErrorKind::usage, fmt::format("--colour-map {}: unknown", display.color_map)};
@@ -85,19 +84,18 @@ Result<std::vector<StoredSequenceRow>> rows_of(const RenderOptions& options,
   return rows;
 }
 
-// Those of the first sequence; all have the same.
+// Views of the first sequence; all have the same.
 Result<std::vector<ImageView>> views_of(const RenderOptions& options,
                                         const StoredSequence& sequence) {
   const CatalogueRow& level = plane_row(ImageView::polar, "level_db");
   if (!sequence.has(level)) {
-    return usage(options,
-                 fmt::format("its pings have no polar levels ({}), of which images are rendered; "
-                             "generate it with {}",
-                             level.file, level.maker));
+    return usage(options, fmt::format("its pings have no polar levels ({}), which rendering needs; "
+                                      "generate the data set with {}",
+                                      level.file, level.maker));
   }
   const bool has_map = sequence.cartesian_height > 0;
   if (options.view == ImageView::cartesian && !has_map) {
-    return usage(options, "has no Cartesian grid; accepted is --view polar");
+    return usage(options, "has no Cartesian grid; use --view polar");
   }
   std::vector<ImageView> views;
   if (options.view != ImageView::cartesian) views.push_back(ImageView::polar);
@@ -144,7 +142,7 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Display
                    std::span<const std::int32_t> map, std::uint32_t ping,
                    std::span<FileEntry> files, DisplayCounts& counts) {
   if (job.options.stop && job.options.stop()) {
-    return Error{ErrorKind::interrupted, "interrupted; the same command begins anew"};
+    return Error{ErrorKind::interrupted, "interrupted; run the same command to start again"};
   }
   const auto pixels =
       read_picture(job.dataset, sequence, ImageView::polar, ping, {"level_db", "elevation_rad"});
@@ -152,7 +150,7 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Display
   const std::uint64_t count = sequence.samples * sequence.beams;
   if (pixels->level_db.size() != count || pixels->elevation_rad.size() != count) {
     return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
-                   "has no polar levels, which other sequences have");
+                   "has no polar levels, but other sequences have them");
   }
   const DisplayedImage polar =
       displayed(table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
@@ -204,33 +202,33 @@ bool is_render_file(const std::string& path) {
   if (path == layout::kRenderJson) return true;
   constexpr std::string_view kStart = "sequences/", kEnds[] = {"_polar.png", "_cartesian.png"};
   if (!path.starts_with(kStart)) return false;
-  // Of a write that was cut off: hidden, beside its file.
+  // A hidden temporary file of an interrupted write, next to its file.
   if (path.find("/.") != std::string::npos || path.starts_with(".")) return true;
   return std::any_of(std::begin(kEnds), std::end(kEnds),
                      [&](std::string_view end) { return path.ends_with(end); });
 }
 
-// The folder of the render, without what an earlier one has left there.
+// Removes what an earlier render left in the folder.
 Status clear_folder(const Job& job) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(job.folder, error))) return {};
   if (!fs::is_directory(fs::symlink_status(job.folder, error))) {
-    return Error{ErrorKind::usage, job.folder.string() + ": is there already and no folder"};
+    return Error{ErrorKind::usage, job.folder.string() + ": already exists and is not a folder"};
   }
   const bool whole = listed_file_size(job.folder, layout::kRenderJson).has_value();
   if (whole && !job.options.overwrite) {
     return Error{ErrorKind::usage,
-                 job.folder.string() + ": is there already; take another --name, or --overwrite"};
+                 job.folder.string() + ": already exists; give another --name, or --overwrite"};
   }
   const auto files = files_below(job.folder);
   if (!files) return files.error();
   for (const std::string& file : *files) {
     if (!is_render_file(file)) {
       return Error{ErrorKind::usage,
-                   (job.folder / file).string() + ": no file of a render; move it away"};
+                   (job.folder / file).string() + ": is not a file of a render; move it away"};
     }
   }
-  // The manifest first: what is left of a removal that is cut off is no render.
+  // Removes the manifest first, so that the rest of an interrupted removal is not a render.
   if (whole && ::unlink((job.folder / layout::kRenderJson).c_str()) != 0 && errno != ENOENT) {
     return write_error(job.folder / layout::kRenderJson, errno);
   }

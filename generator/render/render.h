@@ -1,9 +1,9 @@
-// 8-bit images made again of a finished data set, with another display.
+// Makes 8-bit images of a finished data set again, with another display.
 //
 //   RenderOptions  RenderReport  render_dataset
 //
-// Sequences and pings are worked on side by side; the bytes do not depend on how many threads there
-// are. The files of the data set itself are only read.
+// Processes sequences and pings in parallel; the bytes do not depend on the number of threads. Only
+// reads the files of the data set itself.
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ struct RenderOptions {
   // default_limits_db (labels/display.h) of the first pings of the first few rendered sequences.
   std::optional<std::array<double, 2>> limits_db;
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last); absent: all
-  bool overwrite = false;  // a render of this name that is whole
+  bool overwrite = false;  // replaces a finished render of this name
   int threads = 0;         // 0: all that the machine has
   std::string program_version, program_commit;
-  // Asked between pings; true ends the work with ErrorKind::interrupted. What is rendered by then
-  // is no render yet: the same call begins anew.
+  // Called between pings; true ends the work with ErrorKind::interrupted. The images so far are not
+  // a render: the same call starts again.
   std::function<bool()> stop;
 };
 
@@ -45,9 +45,8 @@ struct RenderReport {
 };
 
 // Writes renders/NAME of the data set: an image of every view and ping, then render.json. Errors:
-// (usage) not a finished data set, no levels or grid, a bad name or display, a render of this name
-// or a file that is none of ours in its place; (io) a damaged file, or reading or writing failed;
-// (interrupted).
+// (usage) not a finished data set, no levels or grid, a bad name or display, an existing render, or
+// a foreign file in its place; (io) a damaged file, or reading or writing failed; (interrupted).
 Result<RenderReport> render_dataset(const RenderOptions& options);
 
 }  // namespace ensonify

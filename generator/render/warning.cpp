@@ -19,7 +19,7 @@ std::string display_warning(const Display& display, const DisplayCounts& counts,
   if (shares.empty()) return {};
   return fmt::format(
       "8-bit images: {} with limits of {:g} and {:g} dB; `ensonify render {} --name NAME --db "
-      "MIN:MAX` makes the images again with others",
+      "MIN:MAX` makes the images again with other limits",
       shares, display.limits_db[0], display.limits_db[1], dataset);
 }
 

@@ -58,7 +58,7 @@ PingLook look_at_ping(const StoredPixels& pixels, const ShownSequence& sequence)
   return look;
 }
 
-// The level below which that share of all pixels lies.
+// The level below which this share of all pixels lies.
 double level_at(const std::array<std::uint64_t, kLevels>& levels, double share) {
   std::uint64_t all = 0, below = 0;
   for (const std::uint64_t n : levels) all += n;
@@ -69,7 +69,7 @@ double level_at(const std::array<std::uint64_t, kLevels>& levels, double share) 
   return kLeastDb + i;
 }
 
-// Of the grey pictures, which a person may have chosen; else what the levels suggest.
+// Limits of the 8-bit images, which the user may have chosen; otherwise from the levels.
 void choose_view(const Survey& survey, const std::array<std::uint64_t, kLevels>& levels,
                  PictureScale& scale) {
   const auto& grey = survey.sequences.front().facts.grey_db;
@@ -94,7 +94,7 @@ std::vector<bool> rough_instances(const SequenceFacts& facts) {
   return rough;
 }
 
-// Rows that side lobes of something steady may reach.
+// Rows that the side lobes of coherent echoes may reach.
 std::vector<bool> spoilt_rows(const StoredPixels& pixels, const SequenceFacts& facts) {
   const auto rows = static_cast<std::size_t>(pixels.rows);
   const auto columns = static_cast<std::size_t>(pixels.columns);
@@ -194,7 +194,7 @@ Status for_each_picture(const PictureJob& job, std::size_t count,
   for (const Status& state : states) {
     if (!state) return state;
   }
-  if (stopped) return Error{ErrorKind::interrupted, "interrupted; the page is not written"};
+  if (stopped) return Error{ErrorKind::interrupted, "interrupted; the page was not written"};
   return {};
 }
 
@@ -267,7 +267,7 @@ PingSpeckle speckle_of(const StoredPixels& pixels, const ShownSequence& sequence
 std::optional<Speckle> speckle_from(const Survey& survey, std::span<const PingSpeckle> pings) {
   Speckle speckle;
   speckle.counts.resize(kSpeckleSteps);
-  // Draws that are the same in every ping of a sequence count as one.
+  // Draws that are the same in all pings of a sequence count once.
   std::map<std::pair<std::size_t, std::size_t>, SpeckleSum> steady;
   std::vector<SpeckleSum> groups;
   for (std::size_t p = 0; p < pings.size(); ++p) {

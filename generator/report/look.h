@@ -1,17 +1,17 @@
-// What a first pass over the pictures of the shown pings finds out. Private to report/.
+// Results of a first pass over the images of the shown pings. Private to report/.
 //
 //   PictureJob  pixels_of  for_each_picture
-//   PictureScale  grey_code        what the codes of pictures stand for
+//   PictureScale  grey_code        meaning of the codes of images
 //   PingSpeckle  speckle_of        sums over one ping's pixels
 //   Speckle  speckle_from          histogram, mean and contrast of all: whether the speckle of a
 //                                  data set has the statistics that theory gives it
 //   Look  look_at
 //
-// x = I / <I> of a pixel: its intensity over the expected one (clean level and noise). Amplitudes
-// of rough surfaces are complex normal, sums of them too, so that x is exponential, exp(-x), with
-// mean and contrast 1. That holds of pixels which
-//   - are labelled with a surface that throws nothing back coherently,
-//   - lie in no row (nor two next to it) where a point target or a coherent surface is labelled,
+// x = I / <I> of a pixel: its intensity relative to the expected one (expected level and noise).
+// Amplitudes of rough surfaces are complex normal, sums of them too, so that x is exponential,
+// exp(-x), with mean and contrast 1. That holds of pixels which
+//   - are labeled with a surface without a coherent part,
+//   - lie in no row (nor two next to it) where a point target or a coherent surface is labeled,
 //     whose side lobes reach along the row,
 //   - expect 15 dB more than the noise, and no less than 40 dB under the ping's highest level.
 // Where there are no masks, all pixels are used if all instances are such surfaces, else none.
@@ -41,14 +41,14 @@ struct PingSpeckle {
   std::vector<SpeckleSum> groups;     // of beams far enough apart to be independent
 };
 
-// Empty where a picture, the clean level or a fit pixel is missing.
+// Empty where an image, the clean level or a fit pixel is missing.
 PingSpeckle speckle_of(const StoredPixels& pixels, const ShownSequence& sequence);
 
 struct Speckle {
   std::vector<std::uint64_t> counts;
   std::uint64_t over = 0, pixels = 0, pings = 0;
   double mean = 0, contrast = 0;
-  // By leaving out one group after another (jackknife): neighbours in a picture are correlated.
+  // Jackknife over groups of beams, since neighboring pixels are correlated.
   double contrast_standard_error = 0;
 };
 
@@ -61,7 +61,7 @@ struct PictureScale {
   std::optional<double> min_rad, max_rad;   // of elevations; absent: there is none
 };
 
-// 0 for nothing (not a number), 1 to 255 for values from low to high.
+// 0 for NaN, 1 to 255 for values from low to high.
 std::uint8_t grey_code(double value, double low, double high);
 
 struct Look {
@@ -69,7 +69,7 @@ struct Look {
   std::optional<Speckle> speckle;
 };
 
-// What is shared by all that read pictures.
+// Inputs shared by all code that reads images.
 struct PictureJob {
   const StoredDataset& dataset;
   const Survey& survey;
@@ -77,12 +77,13 @@ struct PictureJob {
   bool (*stop)() = nullptr;
 };
 
-// The polar picture; where there is none, levels of the series.
+// The polar image; where there is none, levels of the series.
 Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping);
 
 Result<Look> look_at(const PictureJob& job);
 
-// use(i) for all i below `count`, side by side; the first Error by i, or that the user stopped it.
+// Calls use(i) for all i below `count` in parallel; returns the Error of the lowest i, or that the
+// user stopped it.
 Status for_each_picture(const PictureJob& job, std::size_t count,
                         const std::function<Status(std::size_t)>& use);
 

@@ -20,7 +20,7 @@ std::string_view text_of(std::string_view name) {
   return {};
 }
 
-// All files of order.txt that end like this, one behind the other.
+// All files of order.txt with this ending, one after another.
 std::string files_with(std::string_view extension) {
   std::istringstream order{std::string(text_of("order"))};
   std::string all;
@@ -36,7 +36,7 @@ struct Cut {
   std::string_view before, after;
 };
 
-// At the line that holds nothing but the mark.
+// At the line that holds only the mark.
 Cut cut_at(std::string_view text, std::string_view mark) {
   const auto at = text.find(mark);
   ENSONIFY_ASSERT(at != std::string_view::npos);
@@ -45,10 +45,10 @@ Cut cut_at(std::string_view text, std::string_view mark) {
 
 using Json = nlohmann::ordered_json;
 
-// A hostile data set has no more to say than what fits.
+// Limits texts of a hostile data set.
 constexpr std::size_t kScenarioBytes = std::size_t{1} << 20;
 
-// Digits beyond what a page shows would be a tenth of it.
+// Digits that the page does not show would take a tenth of it.
 Json short_number(double value, int digits) {
   if (!std::isfinite(value)) return nullptr;
   const double scale = std::pow(10.0, digits);
@@ -194,9 +194,9 @@ Json speckle_json(const PageContents& page) {
           {"contrast", speckle.contrast},
           {"contrast_standard_error", speckle.contrast_standard_error},
           {"what",
-           "intensity over what the clean level and the noise let expect, of the shown pings: "
-           "pixels of surfaces without a coherent part, in no row where something steady may have "
-           "a side lobe, 15 dB above the noise and at most 40 dB under the ping's strongest"}};
+           "intensity relative to the expected level with noise, of the shown pings: pixels of "
+           "surfaces without a coherent part, in rows without side lobes of coherent echoes, at "
+           "least 15 dB above the noise and at most 40 dB below the strongest level of the ping"}};
 }
 
 Json statistics_json(const PageContents& page) {
@@ -260,7 +260,7 @@ Json head_json(const PageContents& page) {
           {"ranges", ranges_json(page)}};
 }
 
-// A preview's pings have numbers of their own in its data set; people know those of the scenario.
+// A preview's data set numbers its pings from 0; the page shows the numbers of the scenario.
 void number_as_in_sequence(const PreviewOf& preview, Json& json) {
   Json& pings = json["pings"];
   if (json["sequences"].empty() || pings.size() != preview.pings.size()) return;
@@ -316,7 +316,7 @@ std::string page_json(const PageContents& page) {
   if (page.preview != nullptr) number_as_in_sequence(*page.preview, json);
   json["speckle"] = speckle_json(page);
   json["statistics"] = statistics_json(page);
-  // What is not UTF-8 is replaced: names are not ours.
+  // Replaces invalid UTF-8, since names are untrusted.
   return without_angles(json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 

@@ -1,7 +1,7 @@
 // The texts that a page consists of. Private to report/.
 //
 //   PageFile  page_files     the files of report/page as the build embeds them
-//   PageFrame  page_frame    what stands before and behind the data
+//   PageFrame  page_frame    the page before and after the data
 //   PageContents  page_json  the data, ready for a <script>, which no text of a data set ends
 #pragma once
 
@@ -23,7 +23,7 @@ struct PageFile {
 // Sorted by name. Defined in a source that scripts/cmake/EmbedFiles.cmake writes.
 std::span<const PageFile> page_files();
 
-// First line of every page: what tells it from any other file.
+// First line of every page, which identifies it.
 inline constexpr std::string_view kPageMark = "<!-- a page of ensonify report -->\n";
 
 struct PageFrame {

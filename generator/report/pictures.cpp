@@ -39,7 +39,7 @@ struct PingBytes {
   }
 };
 
-// Every so manieth row and column of a picture, no more of them than an image may have.
+// Every n-th row and column of an image, so that it has at most the allowed size.
 class Grid {
  public:
   Grid(std::uint64_t rows, std::uint64_t columns, std::size_t step) : all_(rows), across_(columns) {
@@ -51,13 +51,13 @@ class Grid {
   int width() const { return static_cast<int>(columns_); }
   int height() const { return static_cast<int>(rows_); }
 
-  // code(i) of the pixels that stay, i their places in the picture.
+  // code(i) of the kept pixels, where i is the index in the image.
   template <class Code, class Make>
   std::vector<Code> codes(Make code) const {
     std::vector<Code> made(rows_ * columns_);
     for (std::size_t row = 0; row < rows_; ++row) {
       for (std::size_t column = 0; column < columns_; ++column) {
-        // The middle one of those that it stands for.
+        // The middle one of the pixels that it represents.
         const std::size_t r = std::min(row * step_ + step_ / 2, all_ - 1);
         const std::size_t c = std::min(column * step_ + step_ / 2, across_ - 1);
         made[row * columns_ + column] = code(r * across_ + c);
@@ -67,7 +67,7 @@ class Grid {
   }
 
  private:
-  std::size_t all_, across_;  // rows and columns of the picture
+  std::size_t all_, across_;  // rows and columns of the image
   std::size_t rows_ = 0, columns_ = 0, step_ = 1;
 };
 
@@ -92,7 +92,7 @@ Status encode_elevation(const StoredPixels& pixels, const PictureScale& scale, i
                         std::string& bytes) {
   if (pixels.elevation_rad.empty() || !scale.min_rad) return {};
   const Grid grid(pixels.rows, pixels.columns, static_cast<std::size_t>(step));
-  // Fewer codes take fewer bytes; they lie among the 255 so that first and last stay.
+  // Fewer codes take fewer bytes; they are spread over the 255 so that the first and last stay.
   constexpr double kStep = 254.0 / kElevationCodes;
   const auto grey = grid.codes<std::uint8_t>([&](std::size_t i) -> std::uint8_t {
     const int code = grey_code(pixels.elevation_rad[i], *scale.min_rad, *scale.max_rad);
@@ -127,8 +127,8 @@ Status encode_ids(const StoredPixels& pixels, PingBytes& ping) {
   return done;
 }
 
-// Of the seen instance with fewest pixels its strongest expected echo; without masks the strongest
-// of all.
+// The strongest expected echo of the visible instance with the fewest pixels; without masks the
+// strongest of all.
 std::size_t telling_beam(const StoredPixels& pixels) {
   const auto& level_db = pixels.clean_db.empty() ? pixels.level_db : pixels.clean_db;
   std::vector<std::uint64_t> sizes;
@@ -186,7 +186,7 @@ Result<PingBytes> encode_ping_pictures(const StoredPixels& pixels, const Picture
   return ping;
 }
 
-// Bytes of all pings, from some of them, which are held.
+// Estimates the bytes of all pings from a held sample.
 class Trial {
  public:
   Trial(const PictureJob& job, const PictureScale& scale) : job_(job), scale_(scale) {}
@@ -229,7 +229,7 @@ class Trial {
       return encode_levels(pixels, scale_, quality, ping);
     });
   }
-  // What has no quality.
+  // Parts without a quality setting.
   Result<double> others() const {
     return bytes([&](const StoredPixels& pixels, PingBytes& ping) {
       ping.beam_level = beam_levels(pixels, pixels.level_db, 0);
@@ -324,8 +324,9 @@ Result<CodedArray> contrast_of(const PictureJob& job, const StoredSequence& sequ
                                Chunks& chunks) {
   const auto values = read_statistics(job.dataset, sequence, "contrast");
   if (!values) return values.error();
-  return code_of({"contrast", "", "standard deviation of the intensity over its mean", 0, 2, 0},
-                 *values, sequence, chunks);
+  return code_of(
+      {"contrast", "", "standard deviation of the intensity divided by its mean", 0, 2, 0}, *values,
+      sequence, chunks);
 }
 
 Result<CodedArray> level_of(const PictureJob& job, const StoredSequence& sequence, Chunks& chunks) {
@@ -354,7 +355,7 @@ Result<PictureBook> encode_pictures(const PictureJob& job, const PictureScale& s
   if (!pings) return pings.error();
   std::uint64_t sum = 0;
   for (const PingBytes& ping : *pings) sum += ping.bytes();
-  // Where the pings that were tried are smaller than the others.
+  // The tried pings may be smaller than the others.
   if (static_cast<double>(sum) > kSlack * left && quality->lossy > kLeastQuality) {
     quality = choose_quality(job, scale, left * left / static_cast<double>(sum));
     if (!quality) return quality.error();

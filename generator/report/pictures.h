@@ -17,17 +17,17 @@ namespace ensonify {
 struct CodedPing {
   // Numbers of chunks.
   std::optional<std::size_t> level, clean, elevation, labels, shadow, multipath;
-  std::size_t beam = 0;  // the one whose levels are told exactly
+  std::size_t beam = 0;  // the beam whose levels are exact
   std::optional<std::size_t> beam_level, beam_clean;
 };
 
 struct PictureBook {
   std::vector<CodedPing> pings;  // as Survey::shown
-  int quality = 0;               // of lossy pictures
-  int elevation_step = 1;        // every so manieth row and column of elevations is kept
+  int quality = 0;               // of lossy images
+  int elevation_step = 1;        // every n-th row and column of elevations is kept
 };
 
-// As good as `budget` bytes, in base64, allow.
+// The best quality within `budget` bytes, in base64.
 Result<PictureBook> encode_pictures(const PictureJob& job, const PictureScale& scale,
                                     std::uint64_t budget, Chunks& chunks);
 

@@ -12,14 +12,14 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of pictures are made to fit
+constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of images are made to fit
 constexpr std::uint64_t kLeastPictureBytes = 4'000'000;
 
 Error refused(const fs::path& path, const std::string& what) {
   return {ErrorKind::usage, path.string() + ": " + what};
 }
 
-// The folder as it was called, unless that says nothing: then by its own name.
+// The folder's name as given or, if that has none, its real name.
 fs::path named(const fs::path& folder) {
   fs::path plain = folder.lexically_normal();
   if (!plain.has_filename()) plain = plain.parent_path();
@@ -34,9 +34,9 @@ bool is_page(const fs::path& path) {
   return file.gcount() == static_cast<std::streamsize>(head.size()) && head == kPageMark;
 }
 
-// Where the page goes. `output` empty: DIR_report.html beside the data set. A page of ours is
-// replaced, another file only with `overwrite`. Error (usage): another file stands there, or the
-// place would damage the data set.
+// The path of the page. `output` empty: DIR_report.html next to the data set. Replaces a page of
+// ensonify, other files only with `overwrite`. Error (usage): another file exists there, or the
+// path would damage the data set.
 Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool overwrite) {
   const fs::path folder = named(dataset);
   const fs::path path = output.empty()
@@ -47,22 +47,23 @@ Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool
     return refused(path, "is a folder; name the file to write");
   }
   if (lies_in(path, folder)) {
-    return refused(path,
-                   "lies in the data set, where `ensonify verify` would find a file that no "
-                   "manifest lists; name a place outside of it");
+    return refused(
+        path,
+        "lies in the data set, where `ensonify verify` would report it as a file that no "
+        "manifest lists; name a place outside it");
   }
   const auto there = fs::status(path, error);
   if (fs::exists(there) && !overwrite) {
     if (!fs::is_regular_file(there) || !is_page(path)) {
       return refused(path,
-                     "is there already and no page of ensonify; name another file, or give "
+                     "already exists and is not a report of ensonify; name another file, or give "
                      "--overwrite to replace it");
     }
   }
   return path;
 }
 
-// JSON and the page's own files, roughly.
+// Approximate size of JSON and the page's own files.
 std::uint64_t other_bytes(const Survey& survey, const DatasetFacts& facts, const PageFrame& frame) {
   constexpr std::uint64_t kHead = 20'000, kPing = 900, kRow = 90, kNumber = 11;
   std::uint64_t sum = kHead + frame.before.size() + frame.after.size() + facts.scenario.size();

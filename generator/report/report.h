@@ -1,6 +1,6 @@
 // A data set as one self-contained page of HTML.
 //
-//   PreviewOf      what a data set of a few pings is taken from
+//   PreviewOf      the sequence from which a preview takes its pings
 //   write_report   the page of a finished data set
 #pragma once
 
@@ -22,12 +22,12 @@ struct PreviewOf {
 
 struct ReportOptions {
   std::filesystem::path dataset;
-  std::filesystem::path output;  // empty: beside the data set, DIR_report.html
-  int max_pings = 200;           // of more, this many are shown, spread evenly
+  std::filesystem::path output;  // empty: next to the data set, DIR_report.html
+  int max_pings = 200;           // larger data sets show this many, spread evenly
   int threads = 0;
-  bool overwrite = false;    // another file than a page of ours may be replaced
+  bool overwrite = false;    // may replace files other than pages of ensonify
   bool preview = false;      // the page says that it shows a preview
-  PreviewOf preview_of;      // looked at for a preview alone
+  PreviewOf preview_of;      // used only for a preview
   bool (*stop)() = nullptr;  // asked between pings
 };
 
@@ -37,7 +37,7 @@ struct ReportSummary {
   std::uint64_t bytes = 0;
 };
 
-// Error kinds: usage (no finished data set; the output is not ours to replace), io, interrupted.
+// Error kinds: usage (not a finished data set, or the output may not be replaced), io, interrupted.
 Result<ReportSummary> write_report(const ReportOptions& options);
 
 }  // namespace ensonify

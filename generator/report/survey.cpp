@@ -11,7 +11,7 @@ constexpr std::size_t kPathPoints = 1000, kAllPathPoints = 20'000;
 constexpr std::uint64_t kMostStatistics = 50;  // sequences whose statistics are shown
 constexpr std::size_t kBatch = 256;            // pings whose lines are held at once
 
-// What is kept of one mask.
+// Values kept for one mask.
 struct MaskSum {
   std::uint16_t instance = 0;
   std::uint64_t pixels = 0;
@@ -48,7 +48,7 @@ MaskSum sum_of(const StoredAnnotation& annotation, std::uint64_t height) {
   return sum;
 }
 
-// The polar picture's masks where it has any, else the other's.
+// The polar image's masks where it has any, else the other's.
 PingSums sums_of(const StoredDataset& dataset, const StoredSequence& sequence,
                  const StoredPing& ping) {
   PingSums sums;
@@ -107,8 +107,7 @@ class Surveyor {
     }
   }
 
-  // Ranges of all sequences share their steps. Of a longer record they grow to twice their length,
-  // two becoming one.
+  // All sequences share the range steps. For a longer record the steps double, merging pairs.
   void reach(double range_m) {
     if (!(range_end_m_ > 0)) range_end_m_ = range_m;
     for (; range_end_m_ < range_m; range_end_m_ *= 2) {
@@ -227,7 +226,7 @@ class Surveyor {
     return {};
   }
 
-  // Many sequences share what paths may take of the page.
+  // Paths of all sequences share a limited part of the page.
   void thin_paths() {
     if (survey_.sequences.empty()) return;
     const std::size_t share = kAllPathPoints / survey_.sequences.size();
@@ -242,7 +241,7 @@ class Surveyor {
   }
 
   bool stopped() const { return options_.stop != nullptr && options_.stop(); }
-  static Error stop() { return {ErrorKind::interrupted, "interrupted; the page is not written"}; }
+  static Error stop() { return {ErrorKind::interrupted, "interrupted; the page was not written"}; }
 
   const StoredDataset& dataset_;
   const ReportOptions& options_;

@@ -1,7 +1,6 @@
-// What the tables of a data set add up to, over all of its pings, and which of them are shown.
-// Private to report/.
+// Totals over all pings of a data set, and the choice of shown pings. Private to report/.
 //
-//   spread           which of many are taken when few may be
+//   spread           an even selection of a few among many
 //   Survey  survey   totals, counts, ranges, paths; of the shown pings poses, boxes and masks
 #pragma once
 
@@ -45,7 +44,7 @@ struct ClassCount {
   std::uint64_t instances = 0;  // in the worlds of all sequences, seen or not
   std::uint64_t pictures = 0;   // that show one or more of them
   std::uint64_t pixels = 0, hidden = 0;
-  std::vector<std::uint64_t> ranges;  // of mask centres, by the steps of Survey::range_edges_m
+  std::vector<std::uint64_t> ranges;  // of mask centers, by the steps of Survey::range_edges_m
 };
 
 struct SplitCount {
@@ -63,7 +62,7 @@ struct Survey {
   std::vector<ShownPing> shown;          // in the order of the data set
 };
 
-// Reads every ping's line of the tables, few at a time.
+// Reads every ping's line of the tables, a few at a time.
 Result<Survey> survey(const StoredDataset& dataset, const ReportOptions& options,
                       const Workers& workers);
 

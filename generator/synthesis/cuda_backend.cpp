@@ -24,14 +24,13 @@ Error missing(const std::string& trouble) { return {ErrorKind::device, "CUDA: " 
 Result<const CudaModuleApi*> open_module() {
   const std::filesystem::path path = module_path();
   if (!std::filesystem::exists(path)) {
-    return missing(
-        "there is no " + path.string() +
-        "; the program was built without a CUDA compiler, or its module was left behind");
+    return missing("there is no " + path.string() +
+                   "; the program was built without a CUDA compiler, or its module is missing");
   }
   void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (module == nullptr) return missing(dlerror());
   void* entry = dlsym(module, kCudaModuleEntry);
-  if (entry == nullptr) return missing(path.string() + " is no module of this program");
+  if (entry == nullptr) return missing(path.string() + " is not a module of this program");
   const CudaModuleApi* api = reinterpret_cast<CudaModuleEntry>(entry)();
   if (std::strcmp(api->built_from, cuda_module_identity()) != 0) {
     return missing(path.string() + " was built from another version (" + api->built_from +
@@ -62,7 +61,7 @@ Result<std::vector<CudaDeviceInfo>> cuda_devices() {
   char words[512] = "";
   const int count = (*module)->devices(found.data(), kMostDevices, words, sizeof words);
   if (count < 0) return missing(words);
-  if (count == 0) return missing("the driver knows no device");
+  if (count == 0) return missing("the driver reports no device");
   std::vector<CudaDeviceInfo> devices;
   for (int i = 0; i < count; ++i) {
     devices.push_back({found[i].index, found[i].name, found[i].memory_bytes});

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "acoustics/scattering.h"
+#include "core/counted.h"
 
 namespace ensonify {
 namespace {
@@ -177,18 +178,20 @@ Result<BouncePlan> make_bounce_plan(const Scenario& scenario) {
   add_mirrors(scenario, plan);
   if (plan.mirrors.empty()) {
     return Error{ErrorKind::usage,
-                 "multipath.objects: no object is a mirror, accepted is a plane or box of a "
-                 "kirchhoff material among the objects, or a surface or bottom"};
+                 "multipath.objects: no object is a specular reflector; expected a plane or box of "
+                 "a kirchhoff material among the objects, or a surface or bottom"};
   }
   if (add_legs(scenario, plan) &&
       add_paths(static_cast<std::size_t>(scenario.multipath->bounces), plan)) {
     return plan;
   }
-  return Error{ErrorKind::usage,
-               fmt::format("multipath.bounces: {} mirrors and {} bounces give more than {} paths, "
-                           "accepted are fewer bounces, or fewer planes and boxes of kirchhoff "
-                           "materials",
-                           plan.mirrors.size(), scenario.multipath->bounces, kMaxSoundPaths)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format("multipath.bounces: {} and {} give more than {} paths; expected fewer "
+                  "bounces, or fewer planes and boxes of kirchhoff materials",
+                  counted(plan.mirrors.size(), "specular reflector"),
+                  counted(static_cast<std::uint64_t>(scenario.multipath->bounces), "bounce"),
+                  kMaxSoundPaths)};
 }
 
 std::vector<PlacedMirror> place_mirrors(const BouncePlan& plan, const World& world,

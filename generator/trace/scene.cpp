@@ -132,7 +132,7 @@ RTCBounds bounds_of(const Scene& scene, const PlacedObject& placed) {
 
 RTCScene new_scene(RTCDevice device) {
   RTCScene made = rtcNewScene(device);
-  if (made == nullptr) throw DeviceFailure("Embree could not make a scene: not enough memory?");
+  if (made == nullptr) throw DeviceFailure("Embree cannot create a scene; is there enough memory?");
   rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
   return made;
 }
@@ -142,7 +142,7 @@ RTCScene new_scene(RTCDevice device) {
 void commit(RTCDevice device, RTCScene part) {
   Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
   if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-    throw DeviceFailure("Embree could not build its scene: not enough memory?");
+    throw DeviceFailure("Embree cannot build its scene; is there enough memory?");
   }
 }
 
@@ -165,7 +165,7 @@ std::shared_ptr<const MeshHierarchies> build_hierarchies(const World& world) {
   auto meshes = std::make_shared<MeshHierarchies>();
   // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
   meshes->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
-  if (meshes->device == nullptr) throw DeviceFailure("Embree could not start");
+  if (meshes->device == nullptr) throw DeviceFailure("Embree cannot start");
   for (const WorldObject& object : world.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr || meshes->scenes.contains(shape->mesh.get())) continue;

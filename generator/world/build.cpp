@@ -24,16 +24,16 @@ namespace {
 using Scale = std::array<double, 3>;
 using MeshKey = std::tuple<std::string, Scale, bool, bool>;
 
-// Of one world, which tells the warnings of a mesh once.
+// Meshes of one world, which reports the warnings of a mesh once.
 struct MeshCache {
   MeshLibrary* library = nullptr;  // of files, for this world and others; null: there is none
   std::map<MeshKey, std::shared_ptr<const Mesh>> meshes = {};
 };
 
-// Everything that is wrong with the input files, one line a fault, each behind its key.
+// All errors of the input files, one line each, with its key.
 struct WorldFaults {
   std::string lines;
-  bool usage = false;  // one of them at least is no failure of reading
+  bool usage = false;  // at least one of them is not a reading error
 
   void add(const std::string& key, const Error& error) {
     std::istringstream message(error.message);
@@ -46,8 +46,7 @@ struct WorldFaults {
 
 Normals normals_of(bool smooth) { return smooth ? Normals::smooth : Normals::face; }
 
-// The mesh of that key, loaded by load() where it is not there. `warnings`: of a mesh that was not
-// met before.
+// The mesh with that key, loaded by load() if missing. `warnings`: those of a new mesh.
 template <class Load>
 Result<Shape> mesh_shape(const MeshKey& key, MeshCache& cache, std::vector<std::string>& warnings,
                          Load load) {
@@ -108,7 +107,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
     });
   }
   if (const auto* model = std::get_if<ModelSpec>(&spec)) {
-    // No file is called so: mesh files have an ending.
+    // No file has this name, since mesh files have an extension.
     const MeshKey key{std::string(word_of(model->kind)), {model->size_m}, false, false};
     return mesh_shape(key, meshes, warnings,
                       [&] { return shared(model_mesh(model->kind, model->size_m)); });
@@ -116,10 +115,10 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   return Shape(PlaneShape{});
 }
 
-// Equal files make equal terrain; what is made up differs from object to object.
+// Equal files make equal terrain; synthetic terrain differs between objects.
 using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<const Mesh>>>;
 
-// `kept`: where the terrain is kept; null: nowhere. Nothing where something of it is wrong.
+// `kept`: where the terrain is stored; null: nowhere. Returns nothing on error.
 std::shared_ptr<const Mesh> terrain_mesh(const HeightfieldSpec& spec, std::uint64_t terrain_key,
                                          const std::string& key, TerrainCache& cache, Terrain* kept,
                                          WorldFaults& faults) {
@@ -171,7 +170,7 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
   return materials;
 }
 
-// Moves with a wave motion of its own, keyed by its name: objects added beside it change nothing.
+// Its wave motion is keyed by its name, so that adding other objects does not change it.
 void set_path(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw draw,
               const std::string& key, WorldObject& object, WorldFaults& faults) {
   if (!spec.trajectory) return;
@@ -190,14 +189,14 @@ Error no_part(const MeshSpec& spec, const Mesh& mesh, const std::string& part) {
   const std::string file = spec.file.string();
   if (names.empty()) {
     return {ErrorKind::usage, file +
-                                  ": more than 256 names of materials or parts, accepted are "
-                                  "fewer where parts are told apart"};
+                                  ": has more than 256 names of materials or parts; `parts` needs "
+                                  "256 or fewer"};
   }
-  return {ErrorKind::usage, fmt::format("{}: no part {}{}, accepted are {}", file, shown(part),
-                                        hint(part, names), joined(names))};
+  return {ErrorKind::usage, fmt::format("{}: has no part {}{}; expected one of {}", file,
+                                        shown(part), hint(part, names), joined(names))};
 }
 
-// Parts of one material are one; those of the object's own are none.
+// Parts with the same material share an index; parts with the object's own material need none.
 void set_parts(const MeshSpec& spec, const Mesh& mesh,
                const std::map<std::string, Material>& materials, const std::string& key,
                WorldObject& object, Instance& instance, WorldFaults& faults) {
@@ -249,7 +248,7 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);
-    if (faults.lines.empty()) instance.box = box_of(*shape);  // a faulty file has no mesh
+    if (faults.lines.empty()) instance.box = box_of(*shape);  // an invalid file has no mesh
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
     if (mesh != nullptr) instance.vertex_reflectivity = mesh->vertex_reflectivity;
     if (field != nullptr && faults.lines.empty()) {
@@ -324,7 +323,7 @@ World empty_world(const Scenario& scenario) {
 
 Result<std::shared_ptr<const Mesh>> MeshLibrary::mesh(const std::string& key,
                                                       const std::function<Result<Mesh>()>& load) {
-  // Scales that are drawn come but once: those that no world has any more make room.
+  // Each sampled scale is used only once: drops meshes that no world uses any more.
   constexpr std::size_t kKept = 64;
   const std::lock_guard lock(mutex_);
   const auto found = meshes_.find(key);

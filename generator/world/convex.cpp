@@ -19,7 +19,7 @@ Triangle oriented(Triangle t, Vec3 outwards) {
   return t;
 }
 
-// Empty where Qhull finds no body. Qhull reports nothing here: what it would print goes nowhere.
+// Empty if Qhull finds no body. Qhull's output is discarded.
 std::vector<Triangle> hull_triangles(std::vector<Vec3> points) {
   static_assert(sizeof(Vec3) == 3 * sizeof(coordT));
   const std::unique_ptr<FILE, int (*)(FILE*)> nowhere(std::fopen("/dev/null", "w"), std::fclose);

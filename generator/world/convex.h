@@ -15,8 +15,8 @@ namespace ensonify {
 
 using Point2 = std::array<double, 2>;
 
-// Counter-clockwise, without points on its edges (Andrew 1979). Fewer than three points, and points
-// of one line, give their ends.
+// Counter-clockwise, without points on its edges (Andrew 1979). Points on one line, or fewer than
+// three, give their ends.
 std::vector<Point2> convex_hull(std::vector<Point2> points);
 
 // Counter-clockwise as seen from outside.
@@ -25,11 +25,10 @@ using Triangle = std::array<Vec3, 3>;
 // Above zero from inside, below zero from outside (van Oosterom and Strackee 1983).
 double solid_angle_sr(const Triangle& triangle, Vec3 from);
 
-// A face of the convex hull over which the hull's centre of mass lies: a body that stands on it
-// stays.
+// A face of the convex hull below the hull's center of mass: a body rests stably on it.
 struct RestFace {
   Vec3 normal;       // outwards, unit length
-  double share = 0;  // solid angle of the face from the centre of mass, of that of all rest faces
+  double share = 0;  // solid angle of the face from the center of mass, of that of all rest faces
 };
 
 // Faces of the hull of the points, sorted by share, the largest first; the hull is by Qhull (Barber

@@ -1,6 +1,6 @@
-// What lies on terrain: stones as part of its heights, patches of other sediment. Both are
-// functions of a key and of the place in the terrain's frame: another cell or size leaves them
-// where they are.
+// Stones and patches of other sediment on terrain; stones are part of its heights. Both are
+// functions of a key and the position in the terrain's frame, so another cell or size does not move
+// them.
 //
 //   standard_normal_quantile
 //   patch_weights  lay_patches     other sediment
@@ -18,11 +18,12 @@
 
 namespace ensonify {
 
-// The value below which a standard normal variable is with that probability; -10 and 10 for 0, 1.
+// The value below which a standard normal variable lies with that probability; -10 and 10 for 0 and
+// 1.
 double standard_normal_quantile(double probability);
 
-// One weight a point of the grid: 1 in a patch, 0 outside, smooth over the border, 1/2 on its
-// middle. A normal random field g of variance 1 is a moving average of keyed normal numbers half a
+// One weight per grid point: 1 in a patch, 0 outside, smooth over the border, 1/2 on its middle. A
+// normal random field g of variance 1 is a moving average of keyed normal numbers half a
 // correlation length apart; the middle is g = t = quantile(1 - share), and the distance to it is
 // taken as (g - t) / |grad g|, where the gradient counts for no less than a seventh of its rms.
 std::vector<float> patch_weights(const PatchSpec& patch, std::uint64_t key, std::size_t number,
@@ -43,15 +44,15 @@ struct Stone {
   double buried_fraction = 0;
 };
 
-// Those whose outlines reach into the rectangle of these half sides around the origin.
+// Stones whose outlines reach into the rectangle with these half sides around the origin.
 std::vector<Stone> stones_within(const StoneSpec& stones, std::uint64_t key, std::size_t number,
                                  std::array<double, 2> half_m);
 
-// Height of its surface above the bed; nothing beside it.
+// Height of its surface above the bed; none outside it.
 std::optional<double> stone_height_m(const Stone& stone, double x_m, double y_m);
 
-// Each stone stands at the height of the bed under its center, and of all surfaces the highest is
-// kept, with its factor. A stone on a hole is left out.
+// Each stone stands at the height of the bed under its center, and the highest of all surfaces is
+// kept, with its factor. A stone on a hole is omitted.
 void lay_stones(const std::vector<StoneSpec>& populations, std::uint64_t key, HeightGrid& grid,
                 std::vector<float>& factors);
 

@@ -36,20 +36,19 @@ Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine&
     cells *= static_cast<std::size_t>(grid.bricks[i]);
     if (cells > kMaxTopCells) {
       return Error{ErrorKind::usage,
-                   "extends over more than 2048^3 voxels in all; accepted is a smaller or coarser "
-                   "grid"};
+                   "extends over more than 2048^3 voxels; expected a smaller or coarser grid"};
     }
   }
   grid.top.assign(cells, -1);
-  // Counted before any is made, so that the memory is asked for once.
+  // Counted first, so that memory is allocated once.
   std::vector<std::size_t> filled;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (!source.is_empty(first_sample(grid, cell))) filled.push_back(cell);
   }
   if (filled.size() > kMaxBricks) {
     return Error{ErrorKind::usage,
-                 fmt::format("holds density in {} bricks of {}^3 voxels; accepted is a sparser or "
-                             "coarser grid of at most {}",
+                 fmt::format("holds density in {} bricks of {}^3 voxels; expected at most {}: make "
+                             "the grid sparser or coarser",
                              filled.size(), kCells, kMaxBricks)};
   }
   grid.samples.resize(filled.size() * DensityGrid::kBrickSamples);

@@ -1,5 +1,5 @@
-// Density fields of the water, plain data for the tracer: what scatters and attenuates goes with
-// it.
+// Density fields in the water, plain data for the tracer: scattering and attenuation are
+// proportional to the density.
 //
 //   DensityEverywhere  DensityBox   closed forms
 //   DensityGrid                     sparse grid of samples   make_density_grid  density_at
@@ -23,7 +23,7 @@ namespace ensonify {
 
 struct DensityEverywhere {};  // density 1, without end
 
-// Density 1 within, centred at the origin.
+// Density 1 within, centered at the origin.
 struct DensityBox {
   Vec3 half_extents_m;
 };
@@ -45,8 +45,8 @@ struct DensityGrid {
   static constexpr int kCells = 8, kCorners = 9;
   static constexpr int kBrickSamples = kCorners * kCorners * kCorners;
 
-  Affine index_from_local;        // of the volume's own frame, metres
-  double spacing_m = 0;           // the least between neighbouring samples
+  Affine index_from_local;        // of the volume's own frame, meters
+  double spacing_m = 0;           // the least between neighboring samples
   std::array<int, 3> origin{};    // index of the first brick's first sample
   std::array<int, 3> bricks{};    // how many along each axis
   std::vector<std::int32_t> top;  // [z][y][x]: number of the brick; -1: nothing there
@@ -58,13 +58,13 @@ struct DensityGrid {
 using DensityField =
     std::variant<DensityEverywhere, DensityBox, std::shared_ptr<const DensityGrid>>;
 
-// What a grid may take: 512^3 samples without a gap, 2048^3 with their bricks.
+// Limits of a grid: 2^28 cells in bricks, 2048^3 cells in extent.
 inline constexpr std::size_t kMaxTopCells = std::size_t{1} << 24;
 inline constexpr std::size_t kMaxBricks = std::size_t{1} << 19;
 
 // All samples within [low, high], both included; `fill` writes those of one box of 9^3 from an
-// index on, zeros where there is nothing. Only where `is_empty` (of the same box) is false is it
-// asked. Error (usage): more bricks than fit, or than kMaxTopCells.
+// index on, zeros where there is nothing. It is called only if `is_empty` of the same box is false.
+// Error (usage): more bricks than fit, or than kMaxTopCells.
 struct DensitySource {
   std::array<int, 3> low{}, high{};
   std::function<bool(std::array<int, 3> first)> is_empty;
@@ -73,17 +73,17 @@ struct DensitySource {
 Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine& index_from_local,
                                       double spacing_m);
 
-// At a point given in indices that lies within this brick; `corner` is its first sample.
+// Density at a point, in indices, within this brick; `corner` is its first sample.
 float density_in_brick(const float* brick, Vec3 from_corner);
 
-// Anywhere; the plain way.
+// Density at any point.
 float density_at(const DensityGrid& grid, Vec3 index);
 
 // Reads the active voxels of one grid of floats, linear between their middles, zero outside; the
-// grid's own transform is the volume's frame, in metres.
-// Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is
-// no fog volume of floats, is not placed by a linear transform, has another background than zero,
-// is empty or larger than make_density_grid takes, or holds a density that is not from 0 to 1e6.
+// grid's own transform is the volume's frame, in meters. Errors (usage, naming the file): a file
+// that is damaged or not a .vdb; a grid that is missing, not a fog volume of floats, has no linear
+// transform or a background other than zero, is empty or larger than make_density_grid allows, or
+// holds a density outside 0 to 1e6.
 Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid);
 
 }  // namespace ensonify

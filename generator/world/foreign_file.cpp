@@ -25,7 +25,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kNoMemory = 3;  // the importer's exit status
 
-// The importer, which is gone when this is.
+// The importer process, which ends with this object.
 class Child {
  public:
   explicit Child(const ImportRequest& request) {
@@ -47,7 +47,7 @@ class Child {
 #endif
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    // A group of its own: what the terminal sends to the program's does not reach it.
+    // Its own process group: signals from the terminal to the program's group do not reach it.
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
     posix_spawnattr_setpgroup(&attributes, 0);
     if (posix_spawn(&pid_, argv[0], &actions, &attributes, argv.data(), environ) != 0) pid_ = -1;
@@ -71,7 +71,7 @@ class Child {
   bool started() const { return pid_ > 0; }
   int pipe() const { return pipe_; }
 
-  // Its status; none if it lives longer than that.
+  // Its exit status; none if it is still running then.
   std::optional<int> wait_until(Clock::time_point end) {
     int status = 0;
     while (waitpid(pid_, &status, WNOHANG) == 0) {
@@ -89,7 +89,7 @@ class Child {
 
 enum class PipeEnd { none, closed, late };
 
-// Fills the bytes from the pipe unless it ends or the time is over.
+// Reads the bytes from the pipe until they are complete, the pipe ends or the time is up.
 PipeEnd read_all(int pipe, Clock::time_point end, char* to, std::size_t bytes) {
   while (bytes > 0) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
@@ -97,7 +97,7 @@ PipeEnd read_all(int pipe, Clock::time_point end, char* to, std::size_t bytes) {
     pollfd wanted{pipe, POLLIN, 0};
     const int ready =
         poll(&wanted, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 1 << 20)));
-    if (ready <= 0) continue;  // a signal, or the time is over
+    if (ready <= 0) continue;  // a signal, or the time is up
     const ssize_t got = read(pipe, to, bytes);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return PipeEnd::closed;
@@ -116,26 +116,28 @@ std::string gigabytes(std::uint64_t bytes) {
 }
 
 Error nonsense(const ImportRequest& request) {
-  return refused(request, "its reader gave nothing that can be used: damaged; export it again");
+  return refused(request,
+                 "its reader returned nothing usable; the file is damaged: export it again");
 }
 
 Error too_late(const ImportRequest& request) {
-  return refused(request, fmt::format("not read within {} s: damaged, or too large; export it "
-                                      "again, in smaller parts",
+  return refused(request, fmt::format("not read within {} s; the file is damaged or too large: "
+                                      "export it again, in smaller parts",
                                       request.limits.seconds));
 }
 
-// Why an importer that gave nothing to be used ended.
+// Why an importer ended that returned nothing usable.
 Error told_by(int status, const ImportRequest& request) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return too_late(request);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {
-    return refused(request, fmt::format("takes more memory than {}: damaged, or too large; export "
-                                        "it again, in smaller parts",
+    return refused(request, fmt::format("needs more memory than {}; the file is damaged or too "
+                                        "large: export it again, in smaller parts",
                                         gigabytes(request.limits.memory_bytes)));
   }
   if (WIFSIGNALED(status)) {
-    return refused(request, fmt::format("crashes its reader ({}): damaged; export it again",
-                                        strsignal(WTERMSIG(status))));
+    return refused(request,
+                   fmt::format("crashes its reader ({}); the file is damaged: export it again",
+                               strsignal(WTERMSIG(status))));
   }
   return nonsense(request);
 }
@@ -155,10 +157,11 @@ Status run_import(const ImportRequest& request,
                   const std::function<Status(const WireInput&)>& read) {
   Child child(request);
   if (!child.started()) {
-    return Error{ErrorKind::io,
-                 fmt::format("{} cannot be started: it belongs beside the program and reads meshes "
-                             "and OpenVDB files for it; build it again",
-                             request.importer.string())};
+    return Error{
+        ErrorKind::io,
+        fmt::format("{} cannot be started; ensonify needs it next to itself to read meshes "
+                    "and OpenVDB files: build it again",
+                    request.importer.string())};
   }
   const auto end = Clock::now() + std::chrono::seconds(4 * request.limits.seconds);
   PipeEnd ended = PipeEnd::none;
@@ -171,7 +174,7 @@ Status run_import(const ImportRequest& request,
   Status got = read(in);
   if (got || got.error().kind != ErrorKind::bug) return got;
   if (ended == PipeEnd::late) return too_late(request);
-  // Whoever still writes nonsense may write it without end.
+  // Kills an importer that might keep writing nonsense forever.
   if (ended == PipeEnd::none) return nonsense(request);
   const std::optional<int> status = child.wait_until(end);
   return status ? told_by(*status, request) : too_late(request);

@@ -1,8 +1,8 @@
-// Files that other libraries read (assimp, OpenVDB) are read by a process of their own,
-// `ensonify_import`, with limits of memory and time: a file that crashes it, hangs it or swells in
-// it is refused like any other wrong input.
+// Untrusted files that other libraries read (assimp, OpenVDB) are read in a separate process,
+// `ensonify_import`, with limits on memory and time: a file that crashes or hangs it, or needs too
+// much memory, is refused like any other invalid input.
 //
-//   ImportLimits  import_limits   what reading a file may take
+//   ImportLimits  import_limits   limits for reading a file
 //   ImportRequest run_import      for the loaders of mesh.h and density.h
 #pragma once
 
@@ -22,13 +22,13 @@ struct ImportLimits {
   std::uint64_t seconds = 0;       // of processor time; four times as many by the clock
 };
 
-// 2 GB and 64 bytes for each of the file; a minute and a second for each megabyte: more than ten
-// times what an honest file was seen to take.
+// 2 GB plus 64 bytes per byte of the file; a minute plus a second per megabyte: more than ten times
+// what valid files needed.
 ImportLimits import_limits(std::uint64_t file_bytes);
 
-// The importer's executable: what the environment's ENSONIFY_IMPORTER names, as ctest does for test
-// programs, else `ensonify_import` by companion_path. No other folder is searched: in one that
-// anybody can write to, such as /tmp, another user could have put a file of this name there.
+// The importer's executable: the environment variable ENSONIFY_IMPORTER, which ctest sets for test
+// programs, else `ensonify_import` by companion_path. No other folder is searched: in a
+// world-writable one, such as /tmp, another user could have put a file of this name.
 std::filesystem::path importer_path();
 
 struct ImportRequest {
@@ -37,8 +37,8 @@ struct ImportRequest {
   ImportLimits limits;
 };
 
-// Hands what the importer writes to `read`. Errors: those of `read`; usage, naming the file, where
-// the importer crashed, took too long or too much, or gave nonsense; io where it cannot be started.
+// Passes the importer's output to `read`. Errors: those of `read`; usage, naming the file, if the
+// importer crashed, exceeded a limit or wrote nonsense; io if it cannot be started.
 Status run_import(const ImportRequest& request,
                   const std::function<Status(const WireInput&)>& read);
 

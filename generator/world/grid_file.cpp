@@ -25,7 +25,8 @@ Result<std::string> read_bytes(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, failed);
   if (failed) return Error{ErrorKind::io, "cannot be read: " + failed.message()};
   if (size > kMaxFileBytes) {
-    return Error{ErrorKind::usage, "is larger than 2 GiB; thin it out or cut it into several"};
+    return Error{ErrorKind::usage,
+                 "is larger than 2 GiB; thin it out or split it into several files"};
   }
   std::string bytes(size, '\0');
   std::ifstream stream(file, std::ios::binary);
@@ -39,7 +40,7 @@ Result<GridFile> parse(const std::string& extension, std::string_view bytes) {
   if (equals_ignoring_case(extension, ".npy")) return parse_npy_grid(bytes);
   if (equals_ignoring_case(extension, ".png")) return parse_png_grid(bytes);
   if (equals_ignoring_case(extension, ".asc")) return parse_asc_grid(bytes);
-  return Error{ErrorKind::usage, "has another ending, accepted are .npy, .png, .asc"};
+  return Error{ErrorKind::usage, "has an unknown extension; expected .npy, .png or .asc"};
 }
 
 }  // namespace
@@ -47,8 +48,8 @@ Result<GridFile> parse(const std::string& extension, std::string_view bytes) {
 Status check_grid_size(std::int64_t rows, std::int64_t columns) {
   if (rows >= 2 && columns >= 2 && rows <= kMaxGridCells / columns) return {};
   return Error{ErrorKind::usage,
-               fmt::format("holds {} rows of {} numbers, accepted are two of two at least and {} "
-                           "numbers in all",
+               fmt::format("holds {} rows of {} numbers; expected at least 2 rows of 2 and at most "
+                           "{} numbers in all",
                            rows, columns, kMaxGridCells)};
 }
 
@@ -65,7 +66,7 @@ Result<GridFile> load_grid_file(const std::filesystem::path& file) {
 
 namespace {
 
-// Words of a text, one after the other; a word ends at any blank or line end.
+// Splits a text into words; a word ends at a blank or line end.
 struct Words {
   std::string_view text;
   std::size_t at = 0;
@@ -96,7 +97,7 @@ const std::vector<std::string_view> kHeadWords = {"ncols",     "nrows",       "x
                                                   "xllcenter", "yllcorner",   "yllcenter",
                                                   "cellsize",  "nodata_value"};
 
-// The lines of a name and a number; the words are left before the first height.
+// Reads the lines with a name and a number; stops before the first height.
 Status read_head(Words& words, Head& head) {
   for (;;) {
     const Words before = words;
@@ -111,14 +112,14 @@ Status read_head(Words& words, Head& head) {
                      [&](std::string_view word) { return equals_ignoring_case(name, word); });
     if (known == kHeadWords.end()) {
       return words.wrong(
-          fmt::format("{} is not known, accepted are {}", shown(name), joined(kHeadWords)));
+          fmt::format("unknown key {}; expected one of {}", shown(name), joined(kHeadWords)));
     }
     double value = 0;
     if (!read_number(words.next(), value)) {
-      return words.wrong(fmt::format("{} needs a number behind it", *known));
+      return words.wrong(fmt::format("{} is not followed by a number", *known));
     }
     if (!head.emplace(*known, value).second) {
-      return words.wrong(fmt::format("{} stands there twice", *known));
+      return words.wrong(fmt::format("{} is given twice", *known));
     }
   }
 }
@@ -126,19 +127,20 @@ Status read_head(Words& words, Head& head) {
 Status check_head(const Head& head) {
   for (const char* needed : {"ncols", "nrows", "cellsize"}) {
     if (!head.contains(needed)) {
-      return Error{ErrorKind::usage, fmt::format("is no ESRI ASCII grid: {} is missing", needed)};
+      return Error{ErrorKind::usage,
+                   fmt::format("is not an ESRI ASCII grid: {} is missing", needed)};
     }
   }
   for (const char* count : {"ncols", "nrows"}) {
     const double value = head.at(count);
     if (value == std::floor(value) && value >= 2 && value <= kMaxGridCells) continue;
-    return Error{ErrorKind::usage, fmt::format("{} is {}, accepted are whole numbers from 2 to {}",
+    return Error{ErrorKind::usage, fmt::format("{} is {}; expected a whole number from 2 to {}",
                                                count, value, kMaxGridCells)};
   }
   const double cell = head.at("cellsize");
   if (cell > 0 && cell <= 1e7) return {};
   return Error{ErrorKind::usage,
-               fmt::format("cellsize is {}, accepted is a number > 0, at most 1e7", cell)};
+               fmt::format("cellsize is {}; expected a number above 0 and at most 1e7", cell)};
 }
 
 }  // namespace
@@ -153,7 +155,7 @@ Result<GridFile> parse_asc_grid(std::string_view bytes) {
   if (Status size = check_grid_size(rows, columns); !size) return size.error();
   const std::size_t count = std::size_t(rows) * columns;
   if (bytes.size() - words.at < 2 * count - 1) {
-    return Error{ErrorKind::usage, fmt::format("is too short for {} rows of {} heights; it is cut "
+    return Error{ErrorKind::usage, fmt::format("is too short for {} rows of {} heights: it is cut "
                                                "off",
                                                rows, columns)};
   }
@@ -164,13 +166,13 @@ Result<GridFile> parse_asc_grid(std::string_view bytes) {
     const std::string_view word = words.next();
     double value = 0;
     if (!read_number(word, value)) {
-      return words.wrong(fmt::format("{} where height {} of {} should stand, accepted is a number",
+      return words.wrong(fmt::format("found {} for height {} of {}; expected a number",
                                      word.empty() ? "nothing" : shown(word), i + 1, count));
     }
     grid.values.push_back(value == no_data ? std::numeric_limits<double>::quiet_NaN() : value);
   }
   if (!words.next().empty()) {
-    return words.wrong(fmt::format("more than {} rows of {} heights", rows, columns));
+    return words.wrong(fmt::format("holds more than {} rows of {} heights", rows, columns));
   }
   return grid;
 }

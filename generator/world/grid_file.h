@@ -15,7 +15,7 @@ namespace ensonify {
 
 inline constexpr std::int64_t kMaxGridCells = 64'000'000;
 
-// Two rows and columns at least; the first row is the northern one.
+// At least two rows and columns; the first row is the northernmost.
 struct GridFile {
   int rows = 0, columns = 0;
   std::vector<double> values;  // row-major, as they stand in the file; NaN: none
@@ -23,9 +23,9 @@ struct GridFile {
   double cell_m = 0;           // of ESRI ASCII
 };
 
-// NPY of two dimensions (integers, float32, float64, either order of bytes and of axes), grey PNG
-// of 8 or 16 bits (gamma is not looked at), ESRI ASCII; told apart by the ending.
-// Errors: usage, `file: what is wrong, what is accepted`; io where the file cannot be read.
+// NPY of two dimensions (integers, float32, float64, either order of bytes and of axes), grayscale
+// PNG of 8 or 16 bits (gamma is ignored), ESRI ASCII; the extension decides. Errors: usage, `file:
+// what is wrong; what is expected`; io if the file cannot be read.
 Result<GridFile> load_grid_file(const std::filesystem::path& file);
 
 // The same from a file's bytes; errors without the file's name.
@@ -33,7 +33,7 @@ Result<GridFile> parse_npy_grid(std::string_view bytes);
 Result<GridFile> parse_png_grid(std::string_view bytes);
 Result<GridFile> parse_asc_grid(std::string_view bytes);
 
-// Whether a grid may be that large.
+// Whether a grid of this size is allowed.
 Status check_grid_size(std::int64_t rows, std::int64_t columns);
 
 }  // namespace ensonify

@@ -48,17 +48,17 @@ Result<GridFile> parse_npy_grid(std::string_view bytes) {
   const auto header = parse_npy_header(bytes);
   if (!header) return header.error();
   if (header->descr.starts_with('[')) {
-    return wrong("is no NPY file of plain numbers: its header is not understood");
+    return wrong("is not an NPY file of plain numbers: its header cannot be read");
   }
   const std::string name = header->descr.substr(1, header->descr.size() - 2);
   const NumberType* type = type_of(name);
   if (type == nullptr) {
-    return wrong(fmt::format("holds numbers of type {}, accepted are f4, f8, i1 to i8, u1 to u8",
+    return wrong(fmt::format("holds numbers of type {}; expected f4, f8, i1 to i8 or u1 to u8",
                              shown(name)));
   }
   if (header->shape.size() != 2) {
     return wrong(
-        fmt::format("has {} dimensions, accepted are two: rows from north to south, "
+        fmt::format("has {} dimensions; expected 2: rows from north to south, "
                     "columns from west to east",
                     header->shape.size()));
   }
@@ -69,7 +69,7 @@ Result<GridFile> parse_npy_grid(std::string_view bytes) {
   const std::size_t count = header->shape[0] * header->shape[1];
   if (data.size() != count * type->bytes) {
     return wrong(
-        fmt::format("holds {} bytes of numbers where {} x {} of them take {}; it is cut "
+        fmt::format("holds {} bytes of numbers, but {} x {} of them take {}; it is cut "
                     "off or holds more than one array",
                     data.size(), rows, columns, count * type->bytes));
   }

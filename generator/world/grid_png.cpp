@@ -6,12 +6,12 @@
 namespace ensonify {
 
 Result<GridFile> parse_png_grid(std::string_view bytes) {
-  // Looked at before there is memory for its pixels.
+  // Checked before memory is allocated for its pixels.
   if (const auto header = parse_png_header(bytes)) {
     if (header->color_type != 0 || header->bit_depth < 8) {
       return Error{ErrorKind::usage,
-                   fmt::format("is a PNG file of {} bits and color type {}, accepted are grey ones "
-                               "(color type 0) of 8 or 16 bits",
+                   fmt::format("is a PNG file of {} bits and color type {}; expected a grayscale "
+                               "image (color type 0) of 8 or 16 bits",
                                header->bit_depth, header->color_type)};
     }
     if (Status size = check_grid_size(header->height, header->width); !size) return size.error();

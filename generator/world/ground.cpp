@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMaxCellsAcross = 2048;
 
-// Points on an edge belong to both sides, whatever rounding says.
+// Points on an edge belong to both sides, whatever the rounding.
 constexpr double kOnEdge = -1e-12;
 
 Vec3 upwards(Vec3 normal) { return normal.z < 0 ? -normal : normal; }
@@ -124,7 +124,7 @@ bool reaches(const std::array<Vec3, 3>& corner, Vec3 low, Vec3 high) {
          !apart(corner[0].z, corner[1].z, corner[2].z, low.z, high.z);
 }
 
-// Those in the box, with the vertices they need.
+// Triangles in the box, with the vertices they need.
 PlacedTriangles cut_out(PlacedTriangles all, Vec3 low, Vec3 high) {
   PlacedTriangles kept;
   constexpr std::uint32_t kNone = ~0u;
@@ -146,7 +146,7 @@ PlacedTriangles cut_out(PlacedTriangles all, Vec3 low, Vec3 high) {
   return kept;
 }
 
-// Edges without a neighbour.
+// Edges without a neighbor.
 std::vector<Edge> rims_of(const PlacedTriangles& surface) {
   std::vector<Edge> edges, rims;
   for (const auto& t : surface.triangles) {

@@ -1,4 +1,4 @@
-// The surface of an object as it is seen from straight above, and terrain as a closed solid.
+// The surface of an object seen from straight above, and terrain as a closed solid.
 //
 //   Ground   at                   height and normal under a point, in double precision
 //   PlacedTriangles  placed       a mesh in the world
@@ -29,7 +29,7 @@ class Ground {
   Ground(const Shape& shape, const Pose& pose);
   Ground(const Shape&& shape, const Pose& pose) = delete;
 
-  // Nothing beside the object and where its surface is upright.
+  // None outside the object and where its surface is vertical.
   std::optional<GroundPoint> at(double x_m, double y_m) const;
 
  private:
@@ -56,8 +56,8 @@ struct PlacedTriangles {
 PlacedTriangles placed(const Mesh& mesh, const Pose& pose);
 double area_m2(const PlacedTriangles& surface);
 
-// The triangles that reach into the box, walls below their rims, and a floor below all of the box;
-// "below" is along -z of the pose. Empty where no triangle reaches the box.
+// The triangles that reach into the box, walls below their edges, and a floor below the whole box;
+// "below" is along -z of the pose. Empty if no triangle reaches the box.
 PlacedTriangles ground_block(const Mesh& mesh, const Pose& pose, Vec3 low_m, Vec3 high_m);
 
 }  // namespace ensonify

@@ -24,7 +24,7 @@ Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double ce
   const double side_m = (std::max(grid.rows, grid.columns) - 1) * grid.cell_m;
   if (!(side_m <= kMaxLength_m)) {
     return wrong(
-        fmt::format("its longer side is {} m, accepted are {} m at most", side_m, kMaxLength_m));
+        fmt::format("its longer side is {} m; expected at most {} m", side_m, kMaxLength_m));
   }
   bool all_holes = true;
   for (std::size_t i = 0; i < grid.heights_m.size(); ++i) {
@@ -33,10 +33,10 @@ Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double ce
     all_holes = false;
     height = scale * height + offset_m;
     if (std::abs(height) <= kMaxLength_m) continue;
-    return wrong(fmt::format("the height in row {}, column {} is {} m, accepted are {} m at most",
+    return wrong(fmt::format("the height in row {}, column {} is {} m; expected at most {} m",
                              i / grid.columns, i % grid.columns, height, kMaxLength_m));
   }
-  if (all_holes) return wrong("holds no height at all");
+  if (all_holes) return wrong("holds no heights");
   return grid;
 }
 
@@ -45,8 +45,7 @@ namespace {
 constexpr std::uint32_t kHole = std::numeric_limits<std::uint32_t>::max();
 constexpr double kMaxFactor = 1000;
 
-// Rise over run between the neighbours of a point, as far as they are there: `before` and `after`
-// are NaN where they are not.
+// Slope between the neighbors of a point; `before` and `after` are NaN if missing.
 double slope(double before, double here, double after, double step_m) {
   if (std::isnan(before) && std::isnan(after)) return 0;
   if (std::isnan(before)) return (after - here) / step_m;
@@ -68,7 +67,7 @@ std::array<float, 3> smooth_normal(const HeightGrid& grid, int row, int column) 
   return to_floats(n);
 }
 
-// The points that are no holes; returns the vertex of each point.
+// Adds the points that are not holes; returns the vertex of each point.
 std::vector<std::uint32_t> add_vertices(const HeightGrid& grid, Normals normals,
                                         const std::vector<float>& reflectivity, Mesh& mesh) {
   std::vector<std::uint32_t> vertex_of(grid.heights_m.size(), kHole);
@@ -126,8 +125,8 @@ Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file
     if (map->white > 0) break;
     return Error{
         ErrorKind::usage,
-        fmt::format("{}: the factor in row {}, column {} is {}, accepted are 0 to {}",
-                    file.string(), i / map->columns, i % map->columns, map->values[i], kMaxFactor)};
+        fmt::format("{}: the factor in row {}, column {} is {}; expected 0 to {}", file.string(),
+                    i / map->columns, i % map->columns, map->values[i], kMaxFactor)};
   }
   const double scale = map->white > 0 ? 1 / map->white : 1;
   std::vector<float> factors(grid.heights_m.size());
@@ -144,7 +143,7 @@ Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file
 
 namespace {
 
-// What could not be known before the file was read; its key is below the heightfield.
+// Errors that are known only after reading the file; the key is below the heightfield.
 std::optional<CoverFault> cover_fault(const HeightfieldSpec& spec, const HeightGrid& grid) {
   const std::array<double, 2> size_m{(grid.columns - 1) * grid.cell_m,
                                      (grid.rows - 1) * grid.cell_m};
@@ -193,7 +192,7 @@ Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
       const std::size_t nw = row * columns + column, sw = nw + columns;
       const double first = std::abs(grid.heights_m[nw] - grid.heights_m[sw + 1]);
       const double second = std::abs(grid.heights_m[nw + 1] - grid.heights_m[sw]);
-      // Only one triangle would be left of a diagonal that ends in a hole.
+      // A diagonal that ends in a hole would leave only one triangle.
       const bool along_first = !std::isnan(first) && !(second < first);
       add_cell({vertex_of[nw], vertex_of[sw], vertex_of[sw + 1], vertex_of[nw + 1]}, along_first,
                mesh);

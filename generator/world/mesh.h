@@ -18,7 +18,7 @@
 
 namespace ensonify {
 
-// Vertices in metres, z up, in the object's frame. In float, as the tracer keeps them.
+// Vertices in meters, z up, in the object's frame. In float, as the tracer keeps them.
 struct Mesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<float, 3>> normals;  // one a vertex where smooth ones are asked for
@@ -26,7 +26,7 @@ struct Mesh {
   std::vector<float> reflectivity;      // one a vertex where asked for: factor on the material's
   std::vector<std::uint8_t> part;       // one a triangle: index into part_names
   std::vector<std::string> part_names;  // of a file: its material's, or the part's own without one
-  std::vector<std::string> warnings;    // what was put right in the file, each behind its name
+  std::vector<std::string> warnings;    // repairs, each with the file's name
 };
 
 inline Vec3 to_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
@@ -51,30 +51,28 @@ struct Bounds {
 
 enum class Normals { face, smooth };
 
-// material: the object's material alone. vertex_color: its reflectivity times the colour of the
+// material: the object's material alone. vertex_color: its reflectivity times the color of the
 // mesh (mean of red, green and blue, 0 ... 1), interpolated over each face; a face whose corners
-// are its own and of one colour has that.
+// are its own and of one color has that.
 enum class MeshReflectivity { material, vertex_color };
 
-// Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF say which way is up and how long a unit is: they
-// come out z up and in metres. The others say neither: they are taken as they are. All parts of
-// the file become one mesh; `scale` multiplies the coordinates along x, y and z, which are those of the
-// mesh that comes out. Normals stay normal to the surface.
-// `part` stays empty for a file of more than 256 names, with a warning.
-// Faces without area, points and lines are left out, with a warning.
-// Errors (usage): a file that cannot be read as a mesh, that is cut off, that has no faces with an
-// area, a face that names a vertex it does not have, a vertex that is not a finite number, a .gltf
-// with its buffers in a second file, vertex colours asked for where there are none.
+// Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF give their up axis and unit: the mesh has z up
+// and meters. The other formats give neither and are read unchanged. All parts of the file become
+// one mesh; `scale` multiplies the coordinates along x, y and z, which are those of the mesh that
+// comes out. Normals stay normal to the surface. `part` stays empty for a file of more than 256
+// names, with a warning. Faces without area, points and lines are ignored, with a warning. Errors
+// (usage): a file that cannot be read as a mesh, is cut off or has no faces with area; a face that
+// refers to a missing vertex; a vertex that is not finite; a .gltf with its buffers in a second
+// file; requested vertex colors that are missing.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 
 // The zero surface of one grid of floats as triangles, seen counter-clockwise from where the
-// distance is positive, two to each voxel that it passes through; in metres, by the grid's own
+// distance is positive, two to each voxel that it passes through; in meters, by the grid's own
 // transform. Smooth normals are the means of the faces around a vertex, weighted by area. `grid`
-// may be empty where the file holds one.
-// Errors (usage, naming the file): a file that is damaged or no .vdb, a grid that is not there, is
-// no level set of floats, is not placed by a linear transform, has a background that is not above
-// zero (inside out), holds a distance that is no finite number, or has no surface.
+// may be empty where the file holds one. Errors (usage, naming the file): a file that is damaged or
+// not a .vdb; a grid that is missing, not a level set of floats, has no linear transform, has a
+// background not above zero (inside out), holds a distance that is not finite, or has no surface.
 Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
                                 Normals normals);
 

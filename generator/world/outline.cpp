@@ -100,7 +100,7 @@ std::vector<Vec3> corners_of(const BoxShape& box) {
   return corners;
 }
 
-// The outline of a hull: its middle and circle. Heights are left as they are.
+// Sets the middle and circle of a hull's outline; heights are unchanged.
 void close_outline(Outline& outline) {
   Bounds bounds;
   for (const auto& [x, y] : outline.hull_m) bounds.add({x, y, 0});
@@ -273,7 +273,7 @@ Separation beyond_edges(const std::vector<Point2>& here, const std::vector<Point
   return most;
 }
 
-// The shortest way from a point to an edge of `hull`.
+// The shortest vector from a point to an edge of `hull`.
 Point2 way_to(const std::vector<Point2>& hull, Point2 from) {
   Point2 best = minus(hull[0], from);
   for (std::size_t i = 0; i < hull.size(); ++i) {
@@ -287,7 +287,7 @@ Point2 way_to(const std::vector<Point2>& hull, Point2 from) {
   return best;
 }
 
-// Of hulls that are apart.
+// For separate hulls.
 Point2 shortest_way(const std::vector<Point2>& from, const std::vector<Point2>& to) {
   Point2 best = way_to(to, from[0]);
   for (const Point2& point : from) {

@@ -1,6 +1,6 @@
-// How much room a body takes, and where it may touch what it stands on.
+// The extent of a body, and where it may touch the ground.
 //
-//   box_of                  the box around what stands in the world: the labels' 3-D boxes
+//   box_of                  3-D boxes for the labels
 //   Outline  outline_of     a turned body seen from above, and its heights
 //   turned                  an outline, about the vertical
 //   Gap  gap_between        of two outlines, seen from above
@@ -31,7 +31,7 @@ std::optional<OrientedBox> box_of(const School& school);
 // Relative to the body's origin, or to any other point that it is moved by.
 struct Outline {
   std::vector<std::array<double, 2>> hull_m;  // convex, counter-clockwise; one point of a circle
-  double round_m = 0;                         // the body reaches so far beyond the hull
+  double round_m = 0;                         // how far the body extends beyond the hull
   double x_m = 0, y_m = 0;                    // middle of the rectangle around it
   double radius_m = 0;                        // of the circle around that middle that holds it
   double low_m = 0, high_m = 0;
@@ -51,11 +51,11 @@ struct Gap {
 };
 Gap gap_between(const Outline& from, const Outline& to);
 
-// All vertices of a mesh, and enough of the other shapes that what lies between them is small:
-// 150 of a box, 225 of a cylinder, 200 of a sphere.
+// All vertices of a mesh, and sufficiently dense points on other shapes: 150 of a box, 225 of a
+// cylinder, 200 of a sphere.
 std::vector<Vec3> contact_points(const Shape& shape);
 
-// Of a closed form; that of a mesh is among its contact points.
+// For closed forms; a mesh has it among its contact points.
 std::optional<Vec3> support_point(const Shape& shape, Vec3 direction);
 
 }  // namespace ensonify

@@ -1,7 +1,7 @@
-// Objects whose poses are in the frames of others, with which they move.
+// Objects whose poses are in the frames of other objects, with which they move.
 //
-//   ParentTree  parent_tree   which object belongs to which
-//   descendants  root_of      children and theirs; the object at the end of a chain of parents
+//   ParentTree  parent_tree   which object is the parent of which
+//   descendants  root_of      children, grandchildren and so on; the end of a chain of parents
 //   carry_children            where they are in the world
 #pragma once
 
@@ -26,8 +26,7 @@ ParentTree parent_tree(const Scenario& scenario);
 std::vector<std::size_t> descendants(const ParentTree& tree, std::size_t object);
 std::size_t root_of(const ParentTree& tree, std::size_t object);
 
-// Sets poses and paths of the descendants of an object that has its own. `world` has every object
-// of the scenario.
+// Sets the poses and paths of an object's descendants. `world` has every object of the scenario.
 void carry_children(const Scenario& scenario, const ParentTree& tree, std::size_t object,
                     World& world);
 

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "core/counted.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -78,22 +79,22 @@ TimeSpan span_of(const Path& path) {
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
   const TimeSpan span = span_of(path);
   const double duration = span.end_s - span.start_s;
-  // The last digits of two stamps (a Unix time has 1e-7 s of them) must not cost the last ping.
+  // Rounding of two time stamps (1e-7 s for Unix times) must not lose the last ping.
   const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
                             std::max(std::abs(span.start_s), std::abs(span.end_s));
   const double fitting = std::floor((duration + rounding_s) * spec.ping_rate_hz + 1e-9) + 1;
   if (!spec.pings && fitting > kMaxPings) {
     return Error{ErrorKind::usage,
-                 fmt::format("trajectory: {} s at {} pings/s are {} pings; at most {}", duration,
-                             spec.ping_rate_hz, fitting, kMaxPings)};
+                 fmt::format("trajectory: {} s at {} pings/s are {} pings; expected at most {}",
+                             duration, spec.ping_rate_hz, fitting, kMaxPings)};
   }
   const int pings = spec.pings ? *spec.pings : static_cast<int>(fitting);
   const auto* sampled = std::get_if<SampledPath>(&path.nominal);
   const bool rests = sampled && sampled->points.size() == 1;
   if (!rests && pings > fitting) {
     return Error{ErrorKind::usage,
-                 fmt::format("trajectory.pings: the path lasts {} s, which holds {} pings at {} "
-                             "pings/s; {} are asked for",
+                 fmt::format("trajectory.pings: the path lasts {} s, which is {} pings at {} "
+                             "pings/s, fewer than the requested {}",
                              duration, fitting, spec.ping_rate_hz, pings)};
   }
   std::vector<double> times(pings);
@@ -109,7 +110,7 @@ Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
   return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
 }
 
-// The words of a line: cells of a CSV, or what stands between blanks.
+// The words of a line: cells of a CSV, or words between blanks.
 std::vector<std::string> words_of(const std::string& text, bool csv) {
   std::istringstream stream(text);
   std::vector<std::string> words;
@@ -141,7 +142,7 @@ Result<std::vector<double>> numbers_of(const std::string& text, bool csv, const 
   return numbers;
 }
 
-// Where each of time_s x y z qw qx qy qz stands in a line.
+// Columns of time_s x y z qw qx qy qz in a line.
 using Columns = std::array<std::size_t, 8>;
 constexpr std::array<const char*, 8> kColumnNames{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
 constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
@@ -156,7 +157,7 @@ Result<Columns> columns_of_header(const std::string& header, const fs::path& fil
     const auto found = place.find(kColumnNames[i]);
     if (found == place.end()) {
       return at_line(file, line,
-                     fmt::format("the header has no column {}; wanted are time_s, x, y, z, qw, "
+                     fmt::format("the header has no column {}; expected time_s, x, y, z, qw, "
                                  "qx, qy, qz",
                                  kColumnNames[i]));
     }
@@ -169,14 +170,15 @@ Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
                            const fs::path& file, std::size_t line) {
   const std::size_t wanted = *std::max_element(columns.begin(), columns.end()) + 1;
   if (v.size() < wanted) {
-    return at_line(file, line, fmt::format("{} numbers where {} are wanted", v.size(), wanted));
+    return at_line(file, line,
+                   fmt::format("found {}; expected {}", counted(v.size(), "number"), wanted));
   }
   const auto at = [&](int i) { return v[columns[i]]; };
   const Quat q{at(4), at(5), at(6), at(7)};
   const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  // Files round to four digits; what is further off than this is no rotation.
+  // Files round to four digits; a larger error means that it is not a rotation.
   if (!(std::abs(norm - 1) < 0.01)) {
-    return at_line(file, line, fmt::format("a quaternion of length {} is no rotation", norm));
+    return at_line(file, line, fmt::format("the quaternion has length {}; expected 1", norm));
   }
   return PathPoint{at(0), {{at(1), at(2), at(3)}, normalized(q)}};
 }
@@ -209,9 +211,9 @@ Result<SampledPath> load_path_file(const fs::path& file) {
     const Result<PathPoint> point = point_of(*numbers, *columns, file, line);
     if (!point) return point.error();
     if (!path.points.empty() && !(point->time_s > path.points.back().time_s)) {
-      return at_line(
-          file, line,
-          fmt::format("time {} does not come after {}", point->time_s, path.points.back().time_s));
+      return at_line(file, line,
+                     fmt::format("time {} is not after {}; expected rising times", point->time_s,
+                                 path.points.back().time_s));
     }
     path.points.push_back(*point);
   }

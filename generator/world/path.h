@@ -1,12 +1,12 @@
-// The path of a body through the world: anything that has a pose at each instant.
+// The path of a body through the world: a pose at each instant.
 //
 //   SampledPath  SplinePath  make_path                  nominal paths; others are their specs
 //   load_path_file                                      a sampled path from a file
-//   WaveMotion  make_wave_motion  moved_by_waves        what the sea adds to a nominal path
-//   CarriedPath                                         of what is fixed to a moving body
+//   WaveMotion  make_wave_motion  moved_by_waves        motion that waves add to a nominal path
+//   CarriedPath                                         path of something fixed to a moving body
 //   Path    load_path                                   a nominal path with its wave motion
 //   pose_at  span_of                                    of any of them
-//   ping_times                                          when the pings of a trajectory go out
+//   ping_times                                          transmission times of a trajectory's pings
 #pragma once
 
 #include <array>
@@ -51,17 +51,16 @@ struct SplinePath {
 SampledPath make_path(const std::vector<TimedPoseSpec>& poses);
 SplinePath make_path(const SplineSpec& spec);
 
-// From a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or a CSV file with a
-// header that names time_s, x, y, z, qw, qx, qy, qz in any order (poses.csv of a data set is one;
-// other columns are passed over, but they must hold numbers).
-// Errors (usage): file:line and what is wrong there.
+// From a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or a CSV file with a header
+// that names time_s, x, y, z, qw, qx, qy, qz in any order (as poses.csv of a data set has; other
+// columns are ignored, but must hold numbers). Errors (usage): file:line and what is wrong there.
 Result<SampledPath> load_path_file(const std::filesystem::path& file);
 
 // Line k of a lawnmower's path starts at k spacings to port; half circles of half a spacing join
 // the lines, so that heading and speed never jump.
 double line_count(const LawnmowerSpec& path);
 
-// Before the start and after the end the body rests where the path begins and ends.
+// Before the start and after the end, the body rests at the ends of the path.
 Pose pose_at(const SampledPath& path, double time_s);
 Pose pose_at(const LawnmowerSpec& path, double time_s);
 Pose pose_at(const OrbitSpec& path, double time_s);
@@ -75,15 +74,15 @@ TimeSpan span_of(const LawnmowerSpec& path);
 TimeSpan span_of(const OrbitSpec& path);
 TimeSpan span_of(const SplinePath& path);
 
-// Attitude and heave that the sea adds: a sum of sinusoids, known at every instant, whose equal
-// amplitudes are sqrt(2 / kTerms) rms, so that the mean square over time tends to rms^2.
+// Attitude and heave from waves: a sum of sinusoids with equal amplitudes sqrt(2 / kTerms) rms, so
+// that the mean square over time tends to rms^2.
 struct WaveMotion {
   static constexpr int kTerms = 32;
   struct Sinusoid {
     double rad_s = 0, phase_rad = 0;
   };
   struct Axis {
-    double rms = 0;  // radians or metres
+    double rms = 0;  // radians or meters
     std::array<Sinusoid, kTerms> terms;
   };
   double start_time_s = 0;  // where the phases count from
@@ -100,7 +99,7 @@ Pose moved_by_waves(const WaveMotion& motion, double time_s, const Pose& pose);
 
 struct Path;
 
-// That of something fixed to a body that moves.
+// The path of something fixed to a moving body.
 struct CarriedPath {
   std::shared_ptr<const Path> carrier;
   Pose pose;  // in the carrier's frame
@@ -116,12 +115,12 @@ struct Path {
 // Errors (usage): those of load_path_file.
 Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key);
 
-// Beyond its ends the body rests, but for its wave motion.
+// Beyond its ends the body rests, except for its wave motion.
 Pose pose_at(const Path& path, double time_s);
 TimeSpan span_of(const Path& path);
 
-// The path's start + k / rate, as many as asked for, or as the path's length holds (both ends
-// included). Errors (usage): more pings than a path other than a single pose lasts for.
+// Start of the path + k / rate, for the requested number of pings or for the whole path (both ends
+// included). Errors (usage): more pings than fit into a path of more than one pose.
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path);
 
 }  // namespace ensonify

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-// A line and the half circle behind it.
+// A line and the half circle after it.
 double stride_m(const LawnmowerSpec& path) { return path.length_m + kPi * path.spacing_m / 2; }
 
 double length_of(const LawnmowerSpec& path) {
@@ -22,7 +22,7 @@ double swept_rad(const OrbitSpec& path) { return 2 * kPi * path.turns; }
 
 }  // namespace
 
-// 3 m of width hold the fourth line 1 m apart whatever the last digit says.
+// Rounding must not lose the fourth line at 1 m spacing in a width of 3 m.
 double line_count(const LawnmowerSpec& path) {
   return std::floor(path.width_m / path.spacing_m * (1 + 1e-12)) + 1;
 }
@@ -41,7 +41,8 @@ Pose pose_at(const LawnmowerSpec& path, double time_s) {
   const double turned = along_m > path.length_m ? (along_m - path.length_m) / radius_m : 0;
   const double x = std::min(along_m, path.length_m) + radius_m * std::sin(turned);
   const double y = line * path.spacing_m + radius_m * (1 - std::cos(turned));
-  // Both half circles bend to port of the first line: the body turns to starboard on its way back.
+  // Both half circles lie to port of the first line: the body turns to starboard on the return
+  // line.
   const double yaw = back ? kPi - turned : turned;
   const Pose first_line{{path.corner_m[0], path.corner_m[1], path.corner_m[2]},
                         from_roll_pitch_yaw(0, 0, radians(path.heading_deg))};
@@ -105,7 +106,7 @@ double parameter_at(const SplineSegment& s, double arc_m) {
   return u;
 }
 
-// Roll stays zero. Straight up or down has no heading: it is then the world's x.
+// Roll stays zero. A vertical path has no heading; it is then the world's x.
 Quat facing(Vec3 direction) {
   const double level = std::hypot(direction.x, direction.y);
   const double yaw =
@@ -177,7 +178,7 @@ double normal_below(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 double cut_normal(double probability) {
   const double low_tail = normal_below(-kCut);
   const double wanted = low_tail + probability * (1 - 2 * low_tail);
-  // On either side of zero the curve bends one way, so that Newton's rule never overshoots.
+  // On either side of zero the curvature has one sign, so that Newton's method never overshoots.
   double z = 0;
   for (int i = 0; i < 12; ++i) {
     z += (wanted - normal_below(z)) * std::sqrt(2 * kPi) * std::exp(0.5 * z * z);

@@ -36,31 +36,30 @@ Error no_room(std::size_t index, const Body& body, const Tally& tally) {
   const PlaceSpec& place = *body.spec.place;
   std::string why;
   if (!place.volume_m) {
-    why = fmt::format("{} times not all of it above {}{}", tally.without_ground, place.on,
-                      place.touching ? ", or nothing to touch" : "");
+    why = fmt::format("{} times not entirely above {}{}", tally.without_ground, place.on,
+                      place.touching ? " or without contact" : "");
   }
   if (all > 0) {
-    why += fmt::format("{}{} times too near to another object, most often {}",
+    why += fmt::format("{}{} times too close to another object, most often {}",
                        why.empty() ? "" : ", ", all, most);
   }
-  const std::string room = place.volume_m
-                               ? "a volume_m with room for it"
-                               : fmt::format("an area_m with room for it on {}", place.on);
+  const std::string room =
+      place.volume_m ? "make volume_m" : fmt::format("make area_m on {}", place.on);
   const Vec3 size = box_of(body.shape)->size_m;
-  return {kind_of(body.spec.place->on_failure),
-          fmt::format("objects.{}.place: no free place for {} ({:.3g} x {:.3g} x {:.3g} m) in {} "
-                      "draws: {}; accepted is {}: make it larger, or clearance_m or the number of "
-                      "objects smaller",
-                      index, body.spec.name, size.x, size.y, size.z, kAttempts, why, room)};
+  return {
+      kind_of(body.spec.place->on_failure),
+      fmt::format("objects.{}.place: found no free place for {} ({:.3g} x {:.3g} x {:.3g} m) in {} "
+                  "attempts: {}; {} larger, or reduce clearance_m or the number of objects",
+                  index, body.spec.name, size.x, size.y, size.z, kAttempts, why, room)};
 }
 
 Error no_ground(std::size_t index, const ObjectSpec& spec) {
   return {kind_of(spec.place->on_failure),
-          fmt::format("objects.{}.place: {} was to stand on {}, for which there is no free place",
-                      index, spec.name, spec.place->on)};
+          fmt::format("objects.{}.place: {} stands on {}, for which there is no free place", index,
+                      spec.name, spec.place->on)};
 }
 
-// Grounds and what is taken, while objects are being placed.
+// Grounds and occupied space while objects are placed.
 class Site {
  public:
   Site(const Scenario& scenario, const ParentTree& tree, World& world)
@@ -77,16 +76,16 @@ class Site {
     if (left_out_.contains(spec.place->on)) return no_ground(index, spec);
     if (std::holds_alternative<PlaneShape>(object.shape)) {
       return Error{ErrorKind::final_usage,
-                   fmt::format("objects.{}.place: {} is a plane without end and cannot be placed, "
-                               "accepted is a pose",
+                   fmt::format("objects.{}.place: {} is an infinite plane and cannot be placed; "
+                               "expected `pose` instead",
                                index, spec.name)};
     }
     const Result<Body> body = body_of(spec, object.shape, surroundings(*spec.place));
     if (!body) {
       return Error{
           ErrorKind::final_usage,
-          fmt::format("objects.{}.place.align: rest: {} has no face to lie on: {}; accepted "
-                      "are up and surface",
+          fmt::format("objects.{}.place.align: rest: {} has no face to lie on: {}; expected "
+                      "up or surface",
                       index, spec.name, body.error().message)};
     }
     Tally tally;
@@ -121,7 +120,7 @@ class Site {
   }
 
  private:
-  // Children keep the distance of the placed object that they belong to.
+  // Children use the clearance of the placed object that they belong to.
   Taken taken(std::size_t index) const {
     const WorldObject& object = world_.objects[index];
     Taken room = taken_by(scenario_.objects[index], outline_of(object.shape, object.pose.rotation),
@@ -185,7 +184,7 @@ class Site {
   std::set<std::string> left_out_;
 };
 
-// The ids of the others close up.
+// Renumbers the other ids without gaps.
 void remove_left_out(World& world) {
   const auto is_left_out = [&](const std::string& name) {
     return std::find(world.left_out.begin(), world.left_out.end(), name) != world.left_out.end();

@@ -1,5 +1,5 @@
-// Objects that a scenario leaves to be placed: somewhere in an area, standing on another object or
-// above it, or somewhere in a box of water, clear of everything else.
+// Places objects at random: in an area, standing on another object or above it, or in a box of
+// water, clear of everything else.
 //
 //   place_objects   sets their poses
 #pragma once
@@ -12,12 +12,12 @@
 
 namespace ensonify {
 
-// In the order of the scenario, each drawn again until it and its descendants in `tree` stand free,
-// keyed by seed, draw and name. `world.objects` has every object of the scenario, with its shape.
-// Objects whose place.on_failure is skip_object and for which there is no room go from the world
-// into `world.left_out`, and so do their descendants.
-// Errors: no free place found, with the object's name and what to change; their kind is redraw,
-// usage or final_usage as on_failure says. Error (final_usage): a plane cannot be placed.
+// In the order of the scenario, each sampled again until it and its descendants in `tree` stand
+// free, keyed by seed, draw and name. `world.objects` has every object of the scenario, with its
+// shape. Objects without room whose place.on_failure is skip_object move from the world to
+// `world.left_out`, with their descendants. Errors: no free place found, with the object's name and
+// what to change; their kind is redraw, usage or final_usage as on_failure says. Error
+// (final_usage): a plane cannot be placed.
 Status place_objects(const Scenario& scenario, SequenceDraw draw, const ParentTree& tree,
                      World& world);
 

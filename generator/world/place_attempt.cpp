@@ -17,7 +17,7 @@ bool overlap(const Taken& a, const Taken& b, double clearance_m) {
   const Outline &p = a.outline, &q = b.outline;
   const double apart = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
   if (apart >= p.radius_m + q.radius_m + clearance_m) return false;
-  // On one ground nothing stands over another; elsewhere it may pass above or below.
+  // On the same ground no object stands over another; otherwise one may be above the other.
   const bool on_one_ground = !a.on.empty() && a.on == b.on;
   if (!on_one_ground && !(p.low_m < q.high_m + clearance_m && q.low_m < p.high_m + clearance_m)) {
     return false;
@@ -31,8 +31,8 @@ bool holds(const Outline& outer, const Outline& inner) {
          outer.radius_m;
 }
 
-// The height of the origin at which the turned body, let down over (x, y), touches the ground;
-// nothing if some of it is beside the ground, unless it may be.
+// The height of the origin at which the rotated body, lowered at (x, y), touches the ground; none
+// if part of it is outside the ground, unless that is allowed.
 std::optional<double> resting_height(const Body& body, const Quat& rotation, double x, double y,
                                      bool may_be_beside = false) {
   double height = -std::numeric_limits<double>::infinity();
@@ -50,7 +50,7 @@ std::optional<double> resting_height(const Body& body, const Quat& rotation, dou
   for (const Vec3& point : body.points) {
     if (!let_down(point)) return std::nullopt;
   }
-  if (std::isinf(height)) return height;  // beside all ground
+  if (std::isinf(height)) return height;  // outside all ground
   // Round bodies touch between those points, where the surface faces the ground.
   for (int i = 0; i < 4; ++i) {
     const auto point = support_point(body.shape, rotate(conjugate(rotation), -normal));
@@ -123,12 +123,12 @@ std::optional<Vec3> slope_under(const PlaceGround& ground, double x, double y, d
       Vec3{-(xz * yy - yz * xy) / determinant, -(yz * xx - xz * xy) / determinant, 1});
 }
 
-// The shortest turn of z to a normal that points upwards.
+// The smallest rotation from z to a normal that points upwards.
 Quat turn_to(Vec3 normal) { return normalized(Quat{1 + normal.z, -normal.y, normal.x, 0}); }
 
-// The shortest turn of a normal to straight down.
+// The smallest rotation of a normal to straight down.
 Quat turn_down(Vec3 normal) {
-  // Of a normal that points up every half turn about a level axis is one.
+  // For a normal that points straight up, any half turn about a horizontal axis will do.
   if (normal.z > 1 - 1e-12) return {0, 1, 0, 0};
   return normalized(Quat{1 - normal.z, -normal.y, normal.x, 0});
 }
@@ -141,7 +141,7 @@ const RestFace& drawn_face(const std::vector<RestFace>& faces, double uniform) {
   return faces.back();
 }
 
-// A body turned for one attempt.
+// A body with the rotation of one attempt.
 struct Laid {
   Quat rotation;
   Outline outline;
@@ -278,7 +278,7 @@ const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Ta
     const double clearance =
         &other == touched ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
     if (is_ground || !overlap(own, other, clearance)) continue;
-    // What surrounds the ground surrounds all that stands on it.
+    // Whatever surrounds the ground also surrounds all that stands on it.
     const bool is_around = other.on.empty() && ground && holds(other.outline, ground->outline);
     if (!is_around) return &other;
   }
@@ -302,7 +302,7 @@ Attempt attempt_to_place(const Body& body, const std::vector<Taken>& taken, cons
     origin = origin + touch.way_m;
     own = taken_by(body.spec, laid->outline, origin);
   }
-  // The cheap question first.
+  // The cheap test comes first.
   for (const Taken& other : taken) {
     if (own.on.empty() || other.on != own.on || place.heap) continue;
     const double clearance =

@@ -1,4 +1,4 @@
-// One try to put an object on another one, or into the water. Private to world/.
+// One attempt to place an object on another one, or in the water. Private to world/.
 //
 //   Taken  taken_by  takes_room     room that is taken
 //   PlaceGround  Body  body_of     what is to be placed, and where
@@ -19,7 +19,7 @@
 
 namespace ensonify {
 
-// What lies within an outline, from its low_m to its high_m.
+// Occupied space within an outline, from its low_m to its high_m.
 struct Taken {
   std::string name;
   std::string on;   // what it stands on, if it was placed so
@@ -29,7 +29,7 @@ struct Taken {
 
 Taken taken_by(const ObjectSpec& spec, const Outline& of_body, Vec3 position_m);
 
-// A plane and a room take nothing.
+// Planes and rooms occupy nothing.
 bool takes_room(const Shape& shape);
 
 struct PlacedGround {
@@ -39,14 +39,14 @@ struct PlacedGround {
   Pose pose;
 };
 
-// What a body is placed on, first what it stands on, then the heap there; for one in mid-water the
-// terrain that it must stay above, and the planes that it must not cross.
+// Surfaces below a body: first its ground, then objects on it; for one in mid-water the terrain
+// that it must stay above, and the planes that it must not cross.
 struct PlaceGround {
   std::vector<PlacedGround> grounds;
   std::optional<Taken> ground_taken;  // by the first ground; nothing if that is without end
   std::vector<std::pair<std::string, Pose>> planes;
 
-  // The highest of them under a point; nothing beside all of them.
+  // The highest of them under a point; none outside all of them.
   std::optional<GroundPoint> at(double x_m, double y_m) const;
 };
 
@@ -68,8 +68,8 @@ struct Attempt {
   std::string in_the_way;  // the name of it; neither: no ground, or nothing to touch
 };
 
-// What stands in the way of `own`, the body or a child of it, of all but its ground and what
-// surrounds that; null: nothing. `touched` may be near.
+// What obstructs `own`, the body or a child of it, apart from its ground and what surrounds that;
+// null: nothing. `touched` may be near.
 const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Taken>& taken,
                         const Taken* touched);
 

@@ -1,4 +1,4 @@
-// The poses of a body over a short time, for whoever asks for them a million times.
+// The poses of a body over a short time, fast enough for millions of queries.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 namespace ensonify {
 
 // Polynomials through poses, as long as needed and as many: positions within 1e-11 m (or 16 units
-// in the last place, of far coordinates), quaternions within 1e-13 of the body's own. Around an
-// instant where the way has a corner, and beyond the span, it asks the body itself.
+// in the last place, of far coordinates), quaternions within 1e-13 of the body's own. Near a corner
+// of the path, and beyond the span, it evaluates the body's path itself.
 class PoseTrack {
  public:
   // `pose_at` by the clock in which `start_s` is; kept.

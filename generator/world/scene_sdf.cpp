@@ -73,8 +73,8 @@ double nearest_m(const Solids& solids, Vec3 p) {
   return least;
 }
 
-// Halves blocks of the lattice down to leaves where a surface is near: no distance changes faster
-// than the place.
+// Halves blocks of the lattice down to leaves where a surface is near: the distance changes no
+// faster than the position.
 struct ClosedFormFiller {
   const Lattice& lattice;
   FloatGrid& grid;
@@ -130,7 +130,7 @@ struct ClosedFormFiller {
   }
 };
 
-// As meshToVolume asks for them, in double: far from the origin floats would be too coarse.
+// The interface of meshToVolume, in double: floats would be too coarse far from the origin.
 struct IndexTriangles {
   const PlacedTriangles& surface;
   double voxel_m = 0;
@@ -182,7 +182,7 @@ bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatG
   return changed;
 }
 
-// To a narrower band: what lies beyond holds the new background.
+// Narrows the band: voxels beyond it hold the new background.
 void trim(FloatGrid& grid, float background) {
   for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
     for (auto value = leaf->beginValueOn(); value; ++value) {
@@ -198,7 +198,7 @@ void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid&
   // OpenVDB walks outwards from face to face of the voxels, for twice the band less two, and would
   // leave gaps in the band where it lies askew.
   const auto band = static_cast<float>(lattice.band_voxels + 2);
-  // Renormalised distances would be no distances to the triangles any more.
+  // Renormalized distances would no longer be distances to the triangles.
   const IndexTriangles triangles{surface, lattice.voxel_m};
   openvdb::Int32Grid nearest(-1);
   auto own = openvdb::tools::meshToVolume<FloatGrid>(
@@ -258,8 +258,7 @@ FloatGrid::Ptr scene_grid(const World& world, std::span<const Pose> poses, const
   return grid;
 }
 
-// OpenVDB tags every file with random characters, behind its magic number, three versions and a
-// flag.
+// OpenVDB writes random characters after its magic number, three versions and a flag.
 std::string without_tag(std::string bytes) {
   constexpr std::size_t kTagAt = 8 + 3 * 4 + 1;
   constexpr std::string_view kNone = "00000000-0000-0000-0000-000000000000";
@@ -337,16 +336,17 @@ Status sdf_fits(const World& world, std::span<const Pose> object_in_world, const
                 const SdfRegion& region) {
   const double voxels = sdf_size(world, object_in_world, grid, region).voxels;
   if (voxels > kMaxSdfVoxels) {
-    return Error{ErrorKind::usage,
-                 fmt::format("makes about {:.2g} voxels near surfaces, accepted are {:.2g}: take "
-                             "{:.2g} m or more, a smaller band_voxels or a shorter range",
-                             voxels, kMaxSdfVoxels,
-                             grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
+    return Error{
+        ErrorKind::usage,
+        fmt::format("gives about {:.2g} voxels near surfaces; expected at most {:.2g}: use "
+                    "{:.2g} m or more, a smaller band_voxels or a shorter range",
+                    voxels, kMaxSdfVoxels,
+                    grid.voxel_m * std::sqrt(voxels / kMaxSdfVoxels) * 1.05)};
   }
   if (lattice_of(grid, region)) return {};
   return Error{ErrorKind::usage,
-               "the sonar's reach is beyond 2^30 voxels from the world's origin, accepted is a "
-               "larger voxel_m"};
+               "the sonar's range extends beyond 2^30 voxels from the world's origin; expected "
+               "a larger voxel_m"};
 }
 
 Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
@@ -362,8 +362,8 @@ Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> obje
     });
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::device,
-                 "out of memory; take a larger voxel_m, or fewer threads, which have fewer "
-                 "sequences under way"};
+                 "out of memory; use a larger voxel_m, or fewer threads, which make fewer "
+                 "sequences at once"};
   }
 }
 

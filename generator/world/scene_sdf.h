@@ -1,8 +1,8 @@
 // The signed distance field of a world's solid objects.
 //
-//   SdfRegion          the box that it is wanted in
-//   sdf_size           what it will take
-//   sdf_fits           whether that is too much
+//   SdfRegion          the box to compute it in
+//   sdf_size           its size and memory
+//   sdf_fits           whether that is allowed
 //   scene_sdf_vdb      as an OpenVDB file
 #pragma once
 

@@ -1,4 +1,4 @@
-// Scour: what flowing water digs out around an object, and heaps up beyond.
+// Scour: the pit that flowing water digs around an object, and the mound beyond it.
 //
 //   ScourShape  scour_shape   of an object, from its outline
 //   scour_m                   change of height at a point
@@ -38,11 +38,11 @@ double scour_m(const ScourShape& shape, const Gap& from_outline);
 // Heights of terrain at that pose, along its own z, around an outline in the world.
 void scour(const ScourSpec& spec, const Outline& outline, const Pose& terrain, HeightGrid& grid);
 
-// Terrain that objects leave scour on, by its name: at first the names alone.
+// Terrain with scour around objects, by name; initially only the names.
 using ScouredTerrain = std::map<std::string, Terrain, std::less<>>;
 ScouredTerrain scoured_terrain(const Scenario& scenario);
 
-// Around all that has been placed, which keeps its pose. Needs the grids of all names.
+// Adds scour around all placed objects, which keep their poses. Needs the grids of all names.
 void scour_terrain(const Scenario& scenario, ScouredTerrain& scoured, World& world);
 
 }  // namespace ensonify

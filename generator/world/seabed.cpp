@@ -13,8 +13,9 @@
 namespace ensonify {
 namespace {
 
-// x[j] = sum over k of X[k] exp(+2 pi i j k / n), not normalised, in place. It is small and plain,
-// so that terrain is the same bits on every processor and no planner is shared with the synthesis.
+// x[j] = sum over k of X[k] exp(+2 pi i j k / n), not normalized, in place. A simple
+// implementation, so that terrain has the same bits on every processor and shares no planner with
+// the synthesis.
 class FourierSum {
  public:
   // The length is a power of two.
@@ -66,8 +67,8 @@ std::int64_t lattice_index(std::int64_t place, std::int64_t period) {
   return place <= period / 2 ? place : place - period;
 }
 
-// Twice the power of each wave: of the complex sum only the real part is kept. Wave numbers begin
-// at `lowest`.
+// Twice the power of each wave, since only the real part of the complex sum is kept. Wave numbers
+// begin at `lowest`.
 Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m, double lowest,
                  std::array<std::int64_t, 2> period) {
   const double step_x = 2 * kPi / (static_cast<double>(period[0]) * cell_m);
@@ -158,7 +159,7 @@ HeightGrid relief_from(const HeightfieldSpec& spec, std::uint64_t key, double lo
   return grid;
 }
 
-// Long waves stay as they are: scaled, they would make a step at the border of a patch.
+// Long waves are not scaled, since that would make a step at the border of a patch.
 void scale_relief(const HeightfieldSpec& spec, std::uint64_t key, HeightGrid& grid) {
   double shortest_m = kInfinite;
   bool differs = false;

@@ -11,13 +11,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The stretch of a ray that lies inside a convex body, with the normals where it enters and leaves.
+// The segment of a ray inside a convex body, with the normals where it enters and leaves.
 struct Stretch {
   SurfaceHit enter{-kInfinity, {}};
   SurfaceHit leave{kInfinity, {}};
 };
 
-// Cuts a stretch by the slab |axis . p| <= half.
+// Clips a segment to the slab |axis . p| <= half.
 void cut_by_slab(Stretch& stretch, double origin, double direction, double half, Vec3 axis) {
   if (direction == 0) {
     if (std::abs(origin) > half) stretch.enter.range_m = kInfinity;
@@ -50,7 +50,7 @@ std::optional<SurfaceHit> intersect(const BoxShape& box, const Ray& ray, double 
 }
 
 std::optional<SurfaceHit> intersect(const SphereShape& sphere, const Ray& ray, double nearest_m) {
-  // Through the point of the ray nearest to the centre: no difference of large squares.
+  // Through the point of the ray nearest to the center: no difference of large squares.
   const double middle = -dot(ray.origin_m, ray.direction);
   const Vec3 closest = ray.origin_m + middle * ray.direction;
   const double square = sphere.radius_m * sphere.radius_m - dot(closest, closest);

@@ -4,7 +4,7 @@
 //   BoxShape SphereShape CylinderShape PlaneShape
 //   intersect     nearest hit of a ray
 //   half_extents  of the bounding box around the origin
-//   signed_distance_m  from the surface, negative in what is solid
+//   signed_distance_m  to the surface, negative inside solids
 //   TrianglePatch RectanglePatch SpherePatch MantlePatch DiscPatch   of a surface, halved again and
 //                 again into patches of equal area
 //   surface_patches   of a body
@@ -20,7 +20,7 @@
 
 namespace ensonify {
 
-// `inside`: a room, seen from within; rays pass its walls from outside.
+// `inside`: a room, seen from within; rays from outside pass through its walls.
 struct BoxShape {
   Vec3 half_size_m;
   bool inside = false;
@@ -29,11 +29,11 @@ struct SphereShape {
   double radius_m = 0;
   bool inside = false;
 };
-// Axis z, centred at the origin, closed by two discs.
+// Axis z, centered at the origin, closed by two discs.
 struct CylinderShape {
   double radius_m = 0, half_height_m = 0;
 };
-// z = 0, without end, seen from both sides.
+// z = 0, infinite, seen from both sides.
 struct PlaneShape {};
 
 struct Ray {
@@ -47,7 +47,7 @@ struct SurfaceHit {
 };
 
 // The nearest hit beyond `nearest_m` (>= 0); none for a ray that misses or runs along the surface.
-// A solid is seen from outside and, by a sonar that stands in it, from within.
+// A solid is seen from outside and, by a sonar inside it, from within.
 std::optional<SurfaceHit> intersect(const BoxShape& box, const Ray& ray, double nearest_m);
 std::optional<SurfaceHit> intersect(const SphereShape& sphere, const Ray& ray, double nearest_m);
 std::optional<SurfaceHit> intersect(const CylinderShape& cylinder, const Ray& ray,
@@ -60,8 +60,8 @@ inline Vec3 half_extents(const CylinderShape& c) {
   return {c.radius_m, c.radius_m, c.half_height_m};
 }
 
-// Exact on both sides. Solid is the inside of a body, the outside of a room and what is below a
-// plane.
+// Exact on both sides. The inside of a body, the outside of a room and the space below a plane are
+// solid.
 double signed_distance_m(const BoxShape& box, Vec3 p);
 double signed_distance_m(const SphereShape& sphere, Vec3 p);
 double signed_distance_m(const CylinderShape& cylinder, Vec3 p);

@@ -127,7 +127,7 @@ void lay_stones(const std::vector<StoneSpec>& populations, std::uint64_t key, He
   for (std::size_t k = 0; k < populations.size(); ++k) {
     const auto factor = static_cast<float>(std::pow(10, populations[k].reflectivity_db / 10));
     if (factor != 1) factors.resize(grid.heights_m.size(), 1);
-    // All of them stand on the bed, none on another one.
+    // All stand on the bed, none on another stone.
     for (const Stone& stone : stones_within(populations[k], key, k, half_m)) {
       laid.push_back({stone, bed_m(grid, stone.x_m, stone.y_m), factor});
     }

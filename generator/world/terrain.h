@@ -1,12 +1,12 @@
-// Terrain: heights over a regular grid, from files or made up, and the mesh that they make.
+// Terrain: heights over a regular grid, from files or synthetic, and the resulting mesh.
 //
 //   HeightGrid  column_x_m  row_y_m
 //   load_height_grid                 from a file
 //   terrain_key                      of an object's random numbers
-//   roughness_spectrum  make_seabed  made up from a spectrum and from ripples
+//   roughness_spectrum  make_seabed  a synthetic seabed from a spectrum and ripples
 //   height_grid_of                   the heights that a scenario describes
-//   vertex_reflectivity              an image laid over them
-//   Terrain  make_terrain            heights and reflectivity, with all that lies on them
+//   vertex_reflectivity              reflectivity factors from an image
+//   Terrain  make_terrain            heights and reflectivity, with stones and patches
 //   heightfield_mesh  terrain_mesh   both as triangles
 #pragma once
 
@@ -23,7 +23,7 @@
 
 namespace ensonify {
 
-// Points `cell_m` apart, two rows and columns at least, centred at the origin: columns from west
+// Points `cell_m` apart, two rows and columns at least, centered at the origin: columns from west
 // (x least) to east, rows from north (y largest) to south.
 struct HeightGrid {
   int rows = 0, columns = 0;
@@ -38,9 +38,9 @@ inline double row_y_m(const HeightGrid& grid, int row) {
   return (0.5 * (grid.rows - 1) - row) * grid.cell_m;
 }
 
-// height = scale * value + offset. `cell_m` is not looked at for ESRI ASCII, whose corner is not
-// either. Holes: NODATA of ESRI ASCII, NaN of NPY.
-// Errors: those of load_grid_file, and heights or sides beyond 1e7 m.
+// height = scale * value + offset. For ESRI ASCII, `cell_m` and the corner are ignored. Holes:
+// NODATA of ESRI ASCII, NaN of NPY. Errors: those of load_grid_file, and heights or sides beyond
+// 1e7 m.
 Result<HeightGrid> load_height_grid(const std::filesystem::path& file, double cell_m, double scale,
                                     double offset_m);
 
@@ -52,13 +52,13 @@ double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad
 
 // Roughness: normal heights, periodic over roughness_period(spec), whose wave vectors lie on that
 // period's lattice between 0 (left out: the mean height is 0) and half the grid's sampling rate.
-// Each wave's draw is keyed by its place on the lattice: halving the cell keeps all waves there are
-// and adds shorter ones. Ripples: trochoids of period mean 0, each with a phase drawn. Relief
-// factors of patches count; stones are not among the heights (cover.h).
-// Needs a spec without a file.
+// Each wave's draw is keyed by its place on the lattice: halving the cell keeps all existing waves
+// and adds shorter ones. Ripples: trochoids of period mean 0, each with a random phase. Relief
+// factors of patches count; stones are not among the heights (cover.h). Needs a spec without a
+// file.
 HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key);
 
-// `key` is the object's (terrain_key); not looked at where the heights come from a file.
+// `key` is the object's (terrain_key); ignored if the heights come from a file.
 Result<HeightGrid> height_grid_of(const HeightfieldSpec& spec, std::uint64_t key);
 
 // One factor a point of the grid, bilinear from an NPY or PNG file whose corner pixels lie on the

@@ -115,7 +115,7 @@ Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key) {
     return Error{
         ErrorKind::usage,
         fmt::format("too small for a plume of {:.3g} m radius at its top, whose grid "
-                    "resolves {:.3g} m; accepted is a wider foot, or less height or spread",
+                    "resolves {:.3g} m; expected a larger radius, or less height or spread",
                     top_radius, step)};
   }
   const Turbulence turbulence(plume, key);

@@ -1,7 +1,7 @@
-// From the volumes of a scenario to what the tracer knows of them.
+// Converts the volumes of a scenario to the data that the tracer uses.
 //
 //   Volume  School  VolumeParts  make_volume
-//   fish_of                                        where the fish of a school are
+//   fish_of                                        positions of the fish of a school
 //   plume_radius_m  plume_mean_density  make_plume a bubble plume as a density grid
 #pragma once
 
@@ -24,7 +24,7 @@ namespace ensonify {
 struct Volume {
   std::uint32_t instance = 0;
   double strength_per_m = 0;   // s_v of density 1, cross-section of a unit of volume per steradian
-  double extinction_db_m = 0;  // of density 1, one way, beside the water's absorption
+  double extinction_db_m = 0;  // of density 1, one way, in addition to absorption
   DensityField density{};
   Pose pose{};  // in the world
 };
@@ -45,13 +45,13 @@ struct VolumeParts {
 using DensityCache =
     std::map<std::pair<std::string, std::string>, std::shared_ptr<const DensityGrid>>;
 
-// `key` is of all random numbers of this volume. Errors: those of load_density_vdb and make_plume.
+// `key` is for all random numbers of this volume. Errors: those of load_density_vdb and make_plume.
 Result<VolumeParts> make_volume(const VolumeSpec& spec, std::uint64_t key, DensityCache& cache);
 
-// The key that the errors of this volume's kind are told behind: "vdb.file".
+// The key for errors of this volume's kind, such as "vdb.file".
 std::string faulty_key(const VolumeSpec& spec);
 
-// Uniformly in the ellipsoid, fish i by itself whatever their number.
+// Uniform in the ellipsoid; fish i does not depend on the number of fish.
 std::vector<Vec3> fish_of(const SchoolSpec& school, const Pose& pose, std::uint64_t key);
 
 // R(z) = radius + z tan(spread).
@@ -63,7 +63,7 @@ double plume_mean_density(const PlumeSpec& plume, Vec3 p);
 
 // The mean times turbulence: exp(sigma g - sigma^2/2), g a normal field of unit variance
 // everywhere, three octaves of eddies that grow with R. The mean over keys is plume_mean_density.
-// Error (usage): a plume so wide above a foot so narrow that the grid does not resolve it.
+// Error (usage): a plume too wide for its foot, so that the grid does not resolve it.
 Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key);
 
 }  // namespace ensonify

@@ -1,8 +1,8 @@
-// The immutable world of one sequence: what can be hit, where it stands and how it scatters.
+// The immutable world of one sequence: surfaces, their poses and how they scatter.
 //
 //   World        objects, point targets, and their ids as instances
 //   MeshLibrary  build_world  empty_world   scenario -> World
-//   object_pose  where an object is at a time
+//   object_pose  pose of an object at a time
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct MeshShape {
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
-// Whether it is seen from within: what else there is stands in it.
+// Whether it is seen from within, with everything else inside it.
 bool is_room(const Shape& shape);
 
 struct WorldObject {
@@ -57,15 +57,15 @@ struct World {
   std::vector<School> schools;
   std::vector<Instance> instances;   // instance id k is instances[k - 1]
   std::vector<std::string> classes;  // class id k is classes[k - 1], in order of appearance
-  // What was put right in the input files, each behind its key; nothing is printed here.
+  // Repairs of the input files, each with its key; nothing is printed here.
   std::vector<std::string> warnings;
-  std::vector<std::string> left_out;  // names of objects that the scenario has and the world has not
+  std::vector<std::string> left_out;  // names of objects of the scenario without room in the world
 };
 
-// Meshes of files, which worlds have in common. From several threads at once.
+// Meshes of files, shared by worlds. May be used from several threads at once.
 class MeshLibrary {
  public:
-  // The mesh under that key, loaded where it is not there; an error is not kept.
+  // The mesh with that key, loaded if missing; errors are not kept.
   Result<std::shared_ptr<const Mesh>> mesh(const std::string& key,
                                            const std::function<Result<Mesh>()>& load);
 
@@ -76,17 +76,17 @@ class MeshLibrary {
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
 // vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
-// each line behind the key that names the file; usage, or io where nothing is wrong but the
-// reading; usage, a part that a mesh does not have. Procedural terrain is drawn by seed, sequence,
-// redraw and name. What the scenario leaves to be placed is placed (place.h); errors of
-// place_objects. `library`: of worlds that read the same files; null: this world's own.
+// each line behind the key that names the file; usage, or io if all are reading errors; usage for a
+// part that a mesh does not have. Synthetic terrain is sampled by seed, sequence, redraw and name.
+// Places objects (place.h), with the errors of place_objects. `library`: shared by worlds that read
+// the same files; null: none.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0,
                           MeshLibrary* library = nullptr);
 
-// Its instances and classes alone, without materials; reads no file.
+// Only its instances and classes, without materials; reads no files.
 World empty_world(const Scenario& scenario);
 
-// By the clock of the pings.
+// The time is that of the pings.
 Pose object_pose(const WorldObject& object, double time_s);
 
 }  // namespace ensonify

@@ -279,9 +279,9 @@ class Damage(Case):
 
     def test_verify_names_row_and_column_of_a_table(self):
         for file, old, new, told in (
-                ("sequences/000000/poses.csv", "\n0,0,", "\n0,never,", "row 1: time_s `never` is no number"),
+                ("sequences/000000/poses.csv", "\n0,0,", "\n0,never,", "row 1: time_s `never` is not a number"),
                 ("sequences/000000/objects.csv", "\n0,1,", "\n0,0,", "row 1: instance `0` is below 1"),
-                ("index.csv", ",train,", ",trial,", "row 1: split `trial` is none of train, val, test"),
+                ("index.csv", ",train,", ",trial,", "row 1: split `trial` is not one of train, val, test"),
                 ("index.csv", "ping,", "pong,", "does not begin with sequence,ping,time_s,split,stem")):
             folder = self.folder / "damaged"
             shutil.copytree(self.whole, folder)

@@ -100,7 +100,7 @@ class Failures(SweepTest):
         for command in (["report"], ["export", "--format", "coco", "-o", self.folder / "coco"]):
             said = run(command[0], self.out, *command[1:])
             self.assertEqual(said.returncode, 2)
-            self.assertIn(f"a sweep; accepted is one of its runs, a folder of {self.out}/runs", said.stderr)
+            self.assertIn(f"a sweep; expected one of its runs, a folder of {self.out}/runs", said.stderr)
 
     def test_damaged_runs_are_told_and_left_out(self):
         """Protects tables: no row is worked out from half of a run's files, and the others have theirs."""

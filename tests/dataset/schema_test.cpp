@@ -36,19 +36,19 @@ TEST_CASE("faults against a schema name place and trouble") {
   }
   SECTION("of the wrong type") {
     json["pings"][1] = "3";
-    CHECK(fault(json) == "#/pings/1 is \"3\", which is of the wrong type");
+    CHECK(fault(json) == "#/pings/1 is \"3\", which has the wrong type");
   }
   SECTION("out of range") {
     json["pings"][0] = -1;
-    CHECK(fault(json) == "#/pings/0 is -1, accepted is at least 0");
+    CHECK(fault(json) == "#/pings/0 is -1; expected at least 0");
   }
   SECTION("another version") {
     json["ensonify_work"] = 2;
-    CHECK(fault(json) == "#/ensonify_work is 2, which is not accepted here");
+    CHECK(fault(json) == "#/ensonify_work is 2, which is not allowed here");
   }
   SECTION("no hash") {
     json["scenario_sha256"] = "abc";
-    CHECK(fault(json) == "#/scenario_sha256 is \"abc\", which is not accepted here");
+    CHECK(fault(json) == "#/scenario_sha256 is \"abc\", which is not allowed here");
   }
   SECTION("two at once, and a key that a pointer has to escape") {
     json["a/b"] = 1;
@@ -59,7 +59,7 @@ TEST_CASE("faults against a schema name place and trouble") {
     CHECK(told.find("# lacks the key name") != std::string::npos);
   }
   SECTION("no object at all") {
-    CHECK(fault(Json::array()) == "# is [], which is of the wrong type");
+    CHECK(fault(Json::array()) == "# is [], which has the wrong type");
   }
 }
 
@@ -69,7 +69,7 @@ TEST_CASE("a part of a schema is told with the place of its value") {
   Json entry = {{"path", "a"}, {"bytes", 1}, {"sha256", work()["scenario_sha256"]}};
   CHECK(file.fault(entry, "/files/7") == "");
   entry["bytes"] = -1;
-  CHECK(file.fault(entry, "/files/7") == "#/files/7/bytes is -1, accepted is at least 0");
+  CHECK(file.fault(entry, "/files/7") == "#/files/7/bytes is -1; expected at least 0");
 }
 
 // Protects from an object of a kind of its own: each kind of instance has its keys and no others.
@@ -87,7 +87,7 @@ TEST_CASE("instances have the keys of their kind") {
   const std::string told = instance.fault(target);
   CHECK(told.find("# has the unknown key target_strength_db") != std::string::npos);
   target["kind"] = "fish";
-  CHECK(instance.fault(target) == "#/kind is \"fish\", which is not accepted here");
+  CHECK(instance.fault(target) == "#/kind is \"fish\", which is not allowed here");
 }
 
 // Protects readers of the tables: columns and types are those of tables.json.
@@ -99,11 +99,11 @@ TEST_CASE("rows are held against their table") {
         "does not begin with ping,time_s,x,y,z,qw,qx,qy,qz");
   CHECK(row_fault(*table, "0,0.5,1,2,3,1,0,0,-1e-17") == "");
   CHECK(row_fault(*table, "0,0.5,1,2,3,1,0,0") == "has 8 columns, not 9");
-  CHECK(row_fault(*table, "0.5,0.5,1,2,3,1,0,0,0") == "ping `0.5` is no integer");
+  CHECK(row_fault(*table, "0.5,0.5,1,2,3,1,0,0,0") == "ping `0.5` is not an integer");
   CHECK(row_fault(*table, "-1,0.5,1,2,3,1,0,0,0") == "ping `-1` is below 0");
-  CHECK(row_fault(*table, "0,0.5,1,2,3,one,0,0,0") == "qw `one` is no number");
+  CHECK(row_fault(*table, "0,0.5,1,2,3,one,0,0,0") == "qw `one` is not a number");
   CHECK(row_fault(*table_schema("index.csv"), "0,1,0,valid,000000/000001") ==
-        "split `valid` is none of train, val, test");
+        "split `valid` is not one of train, val, test");
   CHECK_FALSE(table_schema("poses.tum"));
 }
 

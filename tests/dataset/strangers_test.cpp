@@ -93,7 +93,7 @@ TEST_CASE("a sequence is listed once") {
   stranger.change_dataset([](OrderedJson& dataset) {
     for (int i = 0; i < 1000; ++i) dataset["sequences"].push_back(dataset["sequences"][0]);
   });
-  CHECK(stranger.refuses("lists its sequences twice"));
+  CHECK(stranger.refuses("lists a sequence twice"));
   CHECK(damage::mentions(damage::faults(stranger.dir), "listed twice"));
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("pictures are no larger than their files can hold") {
       json["cartesian"]["width_px"] = 30'000;
     });
   }
-  CHECK(stranger.refuses("claims more pixels than its pictures have"));
+  CHECK(stranger.refuses("gives more pixels than its images have"));
 }
 
 TEST_CASE("names of files are not multiplied by the pings") {

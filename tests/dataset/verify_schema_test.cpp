@@ -30,7 +30,7 @@ TEST_CASE("an annotation that is not as its schema says is found though its hash
   }
   SECTION("of the wrong type") {
     CHECK(change("\"width\":6", "\"width\":\"6\"").at(0) ==
-          place + "/width is \"6\", which is of the wrong type");
+          place + "/width is \"6\", which has the wrong type");
   }
 }
 

@@ -71,7 +71,7 @@ TEST_CASE("an unlisted file is found") {
   sample::write(folder.path() / name, "x");
   const auto found = faults(folder.path());
   REQUIRE(found.size() == 1);
-  CHECK(found[0] == name + ": no manifest lists it");
+  CHECK(found[0] == name + ": is not listed in any manifest");
 }
 
 // Protects users from taking an unfinished data set for a whole one.
@@ -97,7 +97,7 @@ TEST_CASE("paths that leave the folder are faults and not followed") {
     edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"", "\"/etc/passwd\"");
   }
   SECTION("from the top") { edit(dir / "dataset.json", "\"index.csv\"", "\"../outside\""); }
-  CHECK(mentions(faults(dir), "no path inside the folder; not followed"));
+  CHECK(mentions(faults(dir), "not a path inside the folder; not followed"));
 }
 
 // Protects from links that pass for files: the bytes behind this one are even the right ones.
@@ -270,7 +270,7 @@ TEST_CASE("a sequence.json that does not fit its files is found though its hash 
   }
   SECTION("another split than the data set's") {
     json["split"] = "test";
-    expected = "says something else than dataset.json";
+    expected = "differs from dataset.json";
   }
   SECTION("billions of pings") {
     json["pings"] = {0, 4000000000u};

@@ -227,9 +227,9 @@ TEST_CASE("a folder in which another is at work is not emptied") {
     FolderUse one, two;
     REQUIRE(open_work(folder.path(), sample::identity(), 1, false, false, &one).ok());
     REQUIRE(open_work(folder.path(), sample::identity(), 1, false, false, &two).ok());
-    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is at work"));
+    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is writing"));
     one = FolderUse();
-    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is at work"));
+    CHECK(contains(refusal(folder.path(), other, 1, true), "another process is writing"));
     // The same work is gone on with, by however many.
     CHECK(open_state(folder.path(), sample::identity(), 1, true) == FolderState::continued);
   }

@@ -72,7 +72,7 @@ class Refusals(Case):
         self.refuse(2, exported.dataset(), "--format", "tum", out=folder, expected=["not empty"])
         self.assertEqual((folder / "mine.txt").read_text(), "mine")
         self.refuse(2, exported.dataset(), "--format", "hdf5", out=folder / "mine.txt",
-                    expected=["is there already"])
+                    expected=["already exists"])
 
     def test_an_output_in_the_data_set(self):
         source = self.copy()
@@ -187,7 +187,7 @@ class Damage(Case):
             path.unlink()
             path.symlink_to(secret)
 
-        self.damage(link, "yolo", "index_mask", expected=["no file of this folder"])
+        self.damage(link, "yolo", "index_mask", expected=["not a file of this folder"])
 
     def test_a_manifest_that_names_a_file_outside(self):
         def leave(source):

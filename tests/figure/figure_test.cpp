@@ -274,12 +274,12 @@ TEST_CASE("wrong options are told with what there is") {
   std::string expected;
   const auto [name, part] =
       GENERATE(table<std::string, std::string>({{"f.jpg", ".png, .svg, .webp or .mp4"},
-                                                {"sequence", "has sequence 0 alone"},
+                                                {"sequence", "has only sequence 0"},
                                                 {"ping", "has pings 0 to 2"},
                                                 {"map", "cividis, viridis"},
                                                 {"instances", "wall, <ball>"},
-                                                {"pings", "--pings is of"},
-                                                {"db", "lower one first"},
+                                                {"pings", "--pings is for"},
+                                                {"db", "lower limit comes first"},
                                                 {"mask db", "level and clean"},
                                                 {"animated ping", "takes --pings"},
                                                 {"range", "has pings 0 to 2"},

@@ -72,7 +72,7 @@ TEST_CASE("a write that fails comes out of close and leaves nothing") {
   REQUIRE_FALSE(closed.ok());
   CHECK(closed.error().kind == ErrorKind::io);
   CHECK(closed.error().message.find(path.string()) != std::string::npos);
-  CHECK(closed.error().message.find("something else stands in its place") != std::string::npos);
+  CHECK(closed.error().message.find("something else has its name") != std::string::npos);
   const Status unmade = write_whole("/proc/ensonify/file", "text");
   REQUIRE_FALSE(unmade.ok());
   CHECK(unmade.error().kind == ErrorKind::io);

@@ -151,7 +151,7 @@ TEST_CASE("a PNG file that claims more pixels than it has is refused") {
   bytes->replace(12, claim.size(), claim);
   const auto image = parse_grey_png(*bytes);
   REQUIRE_FALSE(image.ok());
-  CHECK(image.error().message.find("more pixels than it has") != std::string::npos);
+  CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
 }
 
 // Protects verify's look at sizes and bit depths.

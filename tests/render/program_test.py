@@ -95,14 +95,14 @@ class Renders(unittest.TestCase):
         run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar", "--render", "tvg")
 
     def test_exports_refuse_renders_that_do_not_fit(self):
-        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "there are all"),
+        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "expected one of all"),
                                  ("hdf5", "limits", "not an option")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
                        expected=2)
             self.assertIn(what, told)
         run("render", self.data, "--name", "part", "--sequences", "1:2", "--view", "polar", "--colour-map", "magma")
         for form, view, what in (("yolo", "polar", "lacks sequences"), ("yolo", "cartesian", "no cartesian images"),
-                                 ("mcap", None, "has colors")):
+                                 ("mcap", None, "is in color")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", "part",
                        *(["--view", view] if view else []), expected=2)
             self.assertIn(what, told)

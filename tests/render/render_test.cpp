@@ -129,7 +129,7 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
   std::atomic<int> asked = 0;
   options.stop = [&] { return ++asked > 3; };
   CHECK(render_dataset(options).error().kind == ErrorKind::interrupted);
-  CHECK(mentions(faults_of(set.dir), "renders/a: is not whole"));
+  CHECK(mentions(faults_of(set.dir), "renders/a: is incomplete"));
   options.overwrite = false;
   options.stop = nullptr;
   rendered(options);
@@ -139,7 +139,7 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
 TEST_CASE("files of others in a render's place stay") {
   const Sample set;
   sample::write(set.dir / "renders/a/notes.txt", "mine");
-  CHECK(error_of(options_of(set.dir, "a")).find("no file of a render") != std::string::npos);
+  CHECK(error_of(options_of(set.dir, "a")).find("not a file of a render") != std::string::npos);
   CHECK(sample::read(set.dir / "renders/a/notes.txt") == "mine");
 }
 
@@ -156,10 +156,10 @@ TEST_CASE("verify looks at renders") {
   CHECK_FALSE(faults_of(set.dir).empty());
   sample::write(image, bytes);
   sample::write(set.dir / "renders/a/sequences/000000/000009_polar.png", bytes);
-  CHECK(mentions(faults_of(set.dir), "000009_polar.png: no manifest lists it"));
+  CHECK(mentions(faults_of(set.dir), "000009_polar.png: is not listed in any manifest"));
   fs::remove(set.dir / "renders/a/sequences/000000/000009_polar.png");
   fs::copy(set.dir / "renders/a", set.dir / "renders/b", fs::copy_options::recursive);
-  CHECK(mentions(faults_of(set.dir), "bears another name than its folder"));
+  CHECK(mentions(faults_of(set.dir), "does not have the name of its folder"));
 }
 
 // Protects `generate --overwrite`: renders are of the old data set, and go with it.
@@ -182,10 +182,10 @@ TEST_CASE("what cannot be rendered is refused before anything is written") {
   };
   RenderOptions options = options_of(set.dir, "a");
   options.display.gamma = 2;
-  refused(options, "accepted with --scale amplitude");
+  refused(options, "use it with --scale amplitude");
   options = options_of(set.dir, "a");
   options.limits_db = {{10, 10}};
-  refused(options, "the lower one first");
+  refused(options, "the lower limit comes first");
   options = options_of(set.dir, "a");
   options.sequences = {7, 9};
   refused(options, "none of these sequences");

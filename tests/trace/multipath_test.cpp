@@ -278,7 +278,7 @@ TEST_CASE("multipath without a mirror is refused") {
   const auto plan = make_bounce_plan(*scenario);
   REQUIRE(!plan);
   CHECK(plan.error().kind == ErrorKind::usage);
-  CHECK(plan.error().message.find("multipath.objects: no object is a mirror") == 0);
+  CHECK(plan.error().message.find("multipath.objects: no object is a specular reflector") == 0);
 }
 
 TEST_CASE("too many paths are refused with advice") {
@@ -294,6 +294,6 @@ TEST_CASE("too many paths are refused with advice") {
   const auto plan = make_bounce_plan(*scenario);
   REQUIRE(!plan);
   CHECK(plan.error().kind == ErrorKind::usage);
-  CHECK(plan.error().message.find("multipath.bounces: 42 mirrors and 2 bounces give more than 4096 "
-                                  "paths") == 0);
+  CHECK(plan.error().message.find("multipath.bounces: 42 specular reflectors and 2 bounces give "
+                                  "more than 4096 paths") == 0);
 }

@@ -176,9 +176,9 @@ TEST_CASE("an unknown part is a fault that lists the parts of the file") {
   CHECK(world.error().kind == ErrorKind::usage);
   CHECK(world.error().message ==
         "objects.0.shape.mesh.parts.mats: " + file.string() +
-            ": no part `mats` (did you mean mast?), accepted are hull, mast, deck\n"
+            ": has no part `mats` (did you mean mast?); expected one of hull, mast, deck\n"
             "objects.0.shape.mesh.parts.keel: " +
-            file.string() + ": no part `keel`, accepted are hull, mast, deck");
+            file.string() + ": has no part `keel`; expected one of hull, mast, deck");
 }
 
 TEST_CASE("parts cannot be told apart where there are too many") {

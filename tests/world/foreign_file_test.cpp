@@ -171,14 +171,14 @@ TEST_CASE("a count that lies takes no memory") {
 
 TEST_CASE("a crash of the importer is a refusal of the file") {
   CHECK(Impostor("kill -SEGV $$").message() ==
-        "wreck.obj: crashes its reader (Segmentation fault): damaged; export it again");
-  CHECK(Impostor("exit 3").message().starts_with("wreck.obj: takes more memory than 1.1 GB"));
-  CHECK(Impostor("exit 0").message().starts_with("wreck.obj: its reader gave nothing"));
-  CHECK(Impostor("echo nonsense").message().starts_with("wreck.obj: its reader gave nothing"));
+        "wreck.obj: crashes its reader (Segmentation fault); the file is damaged: export it again");
+  CHECK(Impostor("exit 3").message().starts_with("wreck.obj: needs more memory than 1.1 GB"));
+  CHECK(Impostor("exit 0").message().starts_with("wreck.obj: its reader returned nothing"));
+  CHECK(Impostor("echo nonsense").message().starts_with("wreck.obj: its reader returned nothing"));
 }
 
 TEST_CASE("an importer without end is ended") {
-  CHECK(Impostor("yes").message().starts_with("wreck.obj: its reader gave nothing"));
+  CHECK(Impostor("yes").message().starts_with("wreck.obj: its reader returned nothing"));
   CHECK(Impostor("sleep 600").message(1).starts_with("wreck.obj: not read within 1 s"));
   // Closes its output and stays.
   CHECK(Impostor("exec >&-; sleep 600").message(1).starts_with("wreck.obj: not read within 1 s"));
@@ -204,11 +204,11 @@ TEST_CASE("a mesh that swells is refused at the limit") {
     return done.error().message;
   };
   // Enough of it is read to see that no face has an area.
-  CHECK(message(std::uint64_t{2} << 30).find("no faces that have an area") != std::string::npos);
+  CHECK(message(std::uint64_t{2} << 30).find("all its faces have zero area") != std::string::npos);
   CHECK(message(std::uint64_t{120} << 20) ==
         file.string() +
-            ": takes more memory than 0.1 GB: damaged, or too large; export it again, in "
-            "smaller parts");
+            ": needs more memory than 0.1 GB; the file is damaged or too large: export it "
+            "again, in smaller parts");
 }
 
 // A kilobyte of tiles, each of which stands for 128^3 voxels or more.
@@ -235,7 +235,7 @@ TEST_CASE("a grid of a thousand million voxels is refused before it is unfolded"
   REQUIRE_FALSE(surface.ok());
   INFO(surface.error().message);
   CHECK(surface.error().kind == ErrorKind::usage);
-  CHECK(surface.error().message.starts_with(file.string() + ": takes more memory than"));
+  CHECK(surface.error().message.starts_with(file.string() + ": needs more memory than"));
 }
 #endif
 

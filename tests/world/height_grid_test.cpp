@@ -138,11 +138,10 @@ TEST_CASE("broken NPY files are refused") {
     INFO(message);
     CHECK(message.find(why) != std::string::npos);
   };
-  refuse("", "no NPY file");
-  refuse("PK\3\4 and so on and so on", "no NPY file");
+  refuse("", "not an NPY file");
+  refuse("PK\3\4 and so on and so on", "not an NPY file");
   for (std::size_t size = 1; size < whole.size(); size += 7) refuse(whole.substr(0, size), "");
-  refuse(whole.substr(0, whole.size() - 1),
-         "holds 47 bytes of numbers where 2 x 3 of them take 48");
+  refuse(whole.substr(0, whole.size() - 1), "holds 47 bytes of numbers, but 2 x 3 of them take 48");
   refuse(whole + "x", "holds 49 bytes");
   std::string version = whole;
   version[6] = '\7';
@@ -150,8 +149,8 @@ TEST_CASE("broken NPY files are refused") {
   refuse(npy("<c16", 2, 3, kSix), "`<c16`");
   refuse(npy("|f8", 2, 3, kSix), "`|f8`");
   refuse(npy("|O", 2, 3, kSix), "`|O`");
-  refuse(npy("<f8", 1, 6, kSix), "two of two at least");
-  refuse(npy("<f8", 2, 0, kSix), "two of two at least");
+  refuse(npy("<f8", 1, 6, kSix), "at least 2 rows of 2");
+  refuse(npy("<f8", 2, 0, kSix), "at least 2 rows of 2");
   refuse(npy("<f8", 10000, 10000, kSix), "64000000");
   refuse(npy("<f8", 2000000000, 2000000000, kSix), "64000000");
   const std::string rest = "'descr': '<f8', 'fortran_order': False";
@@ -165,7 +164,7 @@ TEST_CASE("broken NPY files are refused") {
         std::string("{'descr"),
         std::string("{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (2, 3)}")}) {
     INFO(header);
-    refuse(npy(header + "\n", kSix), "its header is not understood");
+    refuse(npy(header + "\n", kSix), "its header cannot be read");
   }
   refuse(npy("<f8", 2, 2, std::vector<double>{1, 2, INFINITY, 4}), "row 1, column 0 is inf");
   refuse(npy("<f8", 2, 2, std::vector<double>{1, 2, 3, -2e7}), "row 1, column 1");
@@ -182,15 +181,15 @@ TEST_CASE("broken PNG files are refused") {
     CHECK(message.find(why) != std::string::npos);
   };
   refuse("", "cut off");
-  refuse("not a picture at all", "no PNG file");
+  refuse("not a picture at all", "not a readable PNG file");
   for (std::size_t size = 1; size < whole.size(); size += 5) {
-    refuse(whole.substr(0, size), "no PNG file");
+    refuse(whole.substr(0, size), "not a readable PNG file");
   }
   std::string damaged = whole;
   damaged[whole.size() - 20] = static_cast<char>(damaged[whole.size() - 20] ^ 16);
-  refuse(damaged, "no PNG file");
+  refuse(damaged, "not a readable PNG file");
   refuse(png(pixels.data(), 64, 64, PNG_FORMAT_RGB), "color type 2");
-  refuse(png(pixels.data(), 1, 64, PNG_FORMAT_GRAY), "two of two at least");
+  refuse(png(pixels.data(), 1, 64, PNG_FORMAT_GRAY), "at least 2 rows of 2");
 }
 
 TEST_CASE("broken ESRI ASCII grids are refused with their line") {
@@ -205,13 +204,13 @@ TEST_CASE("broken ESRI ASCII grids are refused with their line") {
   refuse("", "ncols is missing");
   refuse("1 2\n3 4\n", "ncols is missing");
   refuse("ncols 2\nnrows 2\n1 2 3 4", "cellsize is missing");
-  refuse(head + "dx 1\n1 2 3 4", "line 4: `dx` is not known");
-  refuse(head + "nrows 2\n1 2 3 4", "line 4: nrows stands there twice");
-  refuse("ncols two\n", "line 1: ncols needs a number");
-  refuse(head + "1 2\n3 x\n", "line 5: `x` where height 4 of 4");
-  refuse(head + "1 2\n3,5 4\n", "line 5: `3,5`");
-  refuse(head + "1 2\n3    ", "nothing where height 4 of 4");
-  refuse(head + "1 2\n3 4\n5", "line 6: more than 2 rows of 2");
+  refuse(head + "dx 1\n1 2 3 4", "line 4: unknown key `dx`");
+  refuse(head + "nrows 2\n1 2 3 4", "line 4: nrows is given twice");
+  refuse("ncols two\n", "line 1: ncols is not followed by a number");
+  refuse(head + "1 2\n3 x\n", "line 5: found `x` for height 4 of 4");
+  refuse(head + "1 2\n3,5 4\n", "line 5: found `3,5`");
+  refuse(head + "1 2\n3    ", "found nothing for height 4 of 4");
+  refuse(head + "1 2\n3 4\n5", "line 6: holds more than 2 rows of 2");
   refuse(head + "1 2\n3 inf\n", "row 1, column 1 is inf");
   refuse("ncols 2.5\nnrows 2\ncellsize 1\n1 2 3 4", "ncols is 2.5");
   refuse("ncols 2\nnrows 1e300\ncellsize 1\n1 2 3 4", "nrows is 1e+300");

@@ -98,7 +98,7 @@ TEST_CASE("level sets that are none are refused") {
   VdbGrid fog = vdb_sphere(kRadius, kVoxel);
   fog.kind = VdbKind::fog;
   CHECK(fault_of(fog) ==
-        "grid `ball` is a fog volume, accepted is a level set; densities belong under volumes, "
+        "grid `ball` is a fog volume; expected a level set: densities belong under volumes, "
         "vdb");
   VdbGrid inside_out = vdb_sphere(kRadius, kVoxel);
   inside_out.distance_m = nullptr;
@@ -118,7 +118,7 @@ TEST_CASE("level sets that are none are refused") {
   CHECK(fault_of(doubles).starts_with("grid `ball` holds double"));
   VdbGrid frustum = vdb_sphere(kRadius, kVoxel);
   frustum.frustum = true;
-  CHECK(fault_of(frustum).starts_with("grid `ball` is no regular grid"));
+  CHECK(fault_of(frustum).starts_with("grid `ball` is not a regular grid"));
   CHECK(fault(folder.write("b.vdb", "no grid at all")).starts_with("cannot be read"));
 }
 
@@ -128,8 +128,8 @@ TEST_CASE("a grid is chosen by name where there are several") {
   VdbGrid small = vdb_sphere(0.3, kVoxel);
   small.name = "small";
   write_vdb(file, {vdb_sphere(kRadius, kVoxel), small});
-  CHECK(fault(file) == "holds 2 grids, accepted is `grid` with one of ball, small");
-  CHECK(fault(file, "large") == "has no grid `large`, accepted are ball, small");
+  CHECK(fault(file) == "holds 2 grids; set `grid` to one of ball, small");
+  CHECK(fault(file, "large") == "has no grid `large`; expected one of ball, small");
   const auto mesh = load_level_set_vdb(file, "small", Normals::face);
   REQUIRE(mesh.ok());
   CHECK(length(to_vec3(mesh->vertices[0])) == Approx(0.3).margin(0.01));

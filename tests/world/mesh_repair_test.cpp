@@ -148,7 +148,7 @@ TEST_CASE("faces without area are left out with a warning") {
     REQUIRE(mesh.ok());
     CHECK(mesh->triangles.size() == 2);
     REQUIRE(mesh->warnings.size() == 1);
-    CHECK(mesh->warnings[0].find("a.obj: 4 of 6 faces left out: they have no area") !=
+    CHECK(mesh->warnings[0].find("a.obj: ignored 4 of 6 faces: they have zero area") !=
           std::string::npos);
     for (const auto& triangle : mesh->triangles) {
       for (const std::uint32_t v : triangle) CHECK(v < mesh->vertices.size());
@@ -156,7 +156,7 @@ TEST_CASE("faces without area are left out with a warning") {
   }
   const auto nothing = load_mesh(folder.write("n.obj", corners + broken), {1, 1, 1}, Normals::face);
   REQUIRE_FALSE(nothing.ok());
-  CHECK(nothing.error().message.find("no faces that have an area") != std::string::npos);
+  CHECK(nothing.error().message.find("all its faces have zero area") != std::string::npos);
 }
 
 // Protects against an OBJ that is cut within a face, which is read as a line.
@@ -167,7 +167,8 @@ TEST_CASE("points and lines are left out with a warning") {
   REQUIRE(mesh.ok());
   CHECK(mesh->triangles.size() == 1);
   REQUIRE(mesh->warnings.size() == 1);
-  CHECK(mesh->warnings[0].find("a.obj: 1 points or lines left out") != std::string::npos);
+  CHECK(mesh->warnings[0].find("a.obj: ignored 1 face with fewer than three corners") !=
+        std::string::npos);
 }
 
 // Protects against a texture that somebody painted and that changes no echo, without a word.

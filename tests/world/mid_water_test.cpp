@@ -106,9 +106,9 @@ TEST_CASE("a volume without room is told") {
       0);
   REQUIRE_FALSE(world.ok());
   CHECK(world.error().kind == ErrorKind::final_usage);
-  CHECK(world.error().message.find("200 times too near to another object, most often post") !=
+  CHECK(world.error().message.find("200 times too close to another object, most often post") !=
         std::string::npos);
-  CHECK(world.error().message.find("a volume_m with room for it") != std::string::npos);
+  CHECK(world.error().message.find("make volume_m larger") != std::string::npos);
 }
 
 // A height above the ground: as high above where the same draws put it without.

@@ -65,11 +65,11 @@ TEST_CASE("broken path files are refused with the line") {
     CHECK(path.error().kind == ErrorKind::usage);
     CHECK(path.error().message.find(name + where) != std::string::npos);
   };
-  refuse("back.tum", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2: time 1 does not come after 2");
+  refuse("back.tum", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2: time 1 is not after 2");
   refuse("word.tum", "1 0 0 zero 0 0 0 1\n", ":1: 'zero'");
   refuse("nan.tum", "1 0 0 nan 0 0 0 1\n", ":1: 'nan'");
-  refuse("short.tum", "1 0 0 0 0 0 1\n", ":1: 7 numbers");
-  refuse("norot.tum", "1 0 0 0 0 0 0 0\n", ":1: a quaternion of length 0");
+  refuse("short.tum", "1 0 0 0 0 0 1\n", ":1: found 7 numbers");
+  refuse("norot.tum", "1 0 0 0 0 0 0 0\n", ":1: the quaternion has length 0");
   refuse("empty.tum", "# nothing\n", ": holds no poses");
   refuse("cell.csv", "time_s,x,y,z,qw,qx,qy,qz\n1,2,,3,1,0,0,0\n", ":2: '' is not");
   refuse("blank.csv", "time_s,x,y,z,qw,qx,qy,qz\n1,2 3,0,3,1,0,0,0\n", ":2: '2 3' is not");

@@ -377,15 +377,15 @@ TEST_CASE("too little room is told with the object and what to change") {
   REQUIRE_FALSE(crowded.ok());
   CHECK(crowded.error().kind == ErrorKind::redraw);
   INFO(crowded.error().message);
-  CHECK(crowded.error().message.find(".place: no free place for ball") != std::string::npos);
-  CHECK(crowded.error().message.find("too near to another object, most often ball") !=
+  CHECK(crowded.error().message.find(".place: found no free place for ball") != std::string::npos);
+  CHECK(crowded.error().message.find("too close to another object, most often ball") !=
         std::string::npos);
   const auto beside = build_world(scenario_of({object("slab", BoxSpec{{1, 1, 1}}, {{50, 0, 0}, {}}),
                                                placed("ball", SphereSpec{0.5}, on("slab", 1))}));
   REQUIRE_FALSE(beside.ok());
-  CHECK(beside.error().message.find("200 times not all of it above slab") != std::string::npos);
+  CHECK(beside.error().message.find("200 times not entirely above slab") != std::string::npos);
   const auto plane = build_world(
       scenario_of({object("floor", PlaneSpec{}), placed("p", PlaneSpec{}, on("floor", 1))}));
   REQUIRE_FALSE(plane.ok());
-  CHECK(plane.error().message.find("without end") != std::string::npos);
+  CHECK(plane.error().message.find("infinite plane") != std::string::npos);
 }

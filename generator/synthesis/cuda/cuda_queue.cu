@@ -78,12 +78,14 @@ void CudaQueue::release(void* memory) {
 
 void CudaQueue::upload(void* to, const void* from, std::size_t bytes) {
   use();
-  check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, stream_), "copying up");
+  check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, stream_),
+             "copying to the device");
 }
 
 void CudaQueue::download(void* to, const void* from, std::size_t bytes) {
   use();
-  check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_), "copying down");
+  check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_),
+             "copying from the device");
 }
 
 void CudaQueue::zero(void* to, std::size_t bytes) {
@@ -123,7 +125,7 @@ void CudaQueue::wait() {
 std::size_t CudaQueue::free_bytes() {
   use();
   std::size_t free = 0, total = 0;
-  check_cuda(cudaMemGetInfo(&free, &total), "asking for free memory");
+  check_cuda(cudaMemGetInfo(&free, &total), "querying free memory");
   return free;
 }
 

@@ -289,7 +289,7 @@ class DeviceBackend final : public Backend {
     const bool goes = lacks_memory && at_work_ + idle_.size() > 0;
     if (lacks_memory && !goes) {
       failure = std::make_exception_ptr(
-          DeviceFailure("not enough memory for one ping on the device; accepted is --backend cpu, "
+          DeviceFailure("not enough memory for one ping on the device; expected --backend cpu, "
                         "fewer beams or rays, or a shorter range"));
     }
     if (goes) {

@@ -206,7 +206,7 @@ Rates measured_rates() {
   queue.release(a);
   queue.release(b);
   int khz = 0, processors = 0;
-  check_cuda(cudaDeviceGetAttribute(&khz, cudaDevAttrClockRate, 0), "asking for the clock");
+  check_cuda(cudaDeviceGetAttribute(&khz, cudaDevAttrClockRate, 0), "querying the clock rate");
   check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, 0), "asking");
   rates.fma = 1e3 * khz * processors * 128;  // lanes of a multiprocessor, compute capability 8.6 on
   return rates;

@@ -1,11 +1,11 @@
-// Files of formats that other libraries read, read in this process. For `ensonify_import` alone: a
-// damaged file may end the process that does this. The program calls load_mesh and its like.
+// Reads files with other libraries in this process. Only for `ensonify_import`, since a damaged
+// file may crash it; the program calls load_mesh and the like.
 //
 //   import_mesh        as load_mesh (world/mesh.h)
 //   import_density     as load_density_vdb
 //   import_level_set   as load_level_set_vdb
 //
-// std::bad_alloc comes through: main.cpp says what the memory was.
+// std::bad_alloc passes through to main.cpp.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// ensonify_import: reads one foreign file and writes it to standard output as import/wire.h has it.
-// Started by the program (foreign_file.cpp), which survives whatever happens here.
+// ensonify_import: reads one untrusted file and writes it to standard output in the format of
+// import/wire.h. The program starts it (foreign_file.cpp) and survives its crashes.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -26,7 +26,7 @@ void set_limits([[maybe_unused]] unsigned long long memory_bytes, unsigned long 
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, seconds);
 #if !defined(ENSONIFY_SANITIZED)
-  limit(RLIMIT_AS, memory_bytes);  // a sanitizer's own maps are larger than any limit
+  limit(RLIMIT_AS, memory_bytes);  // a sanitizer maps more than any limit
 #endif
 }
 
@@ -64,7 +64,8 @@ bool run(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() != 7) {
-    std::fputs("ensonify_import is started by ensonify, for one file at a time\n", stderr);
+    std::fputs("ensonify_import: ensonify starts this program to read one file at a time\n",
+               stderr);
     return 2;
   }
   ensonify::set_limits(std::strtoull(words[0].c_str(), nullptr, 10),

@@ -11,6 +11,7 @@
 #include <new>
 #include <string>
 
+#include "core/counted.h"
 #include "world/import/import.h"
 #include "world/import/mesh_file.h"
 
@@ -32,7 +33,7 @@ Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
       for (unsigned i = 0; i < part.mFaces[f].mNumIndices; ++i) {
         const unsigned vertex = part.mFaces[f].mIndices[i];
         if (vertex < part.mNumVertices) continue;
-        return broken_mesh(file, fmt::format("face {} of part {} names vertex {} of {}", f, m,
+        return broken_mesh(file, fmt::format("face {} of part {} refers to vertex {} of {}", f, m,
                                              vertex, part.mNumVertices));
       }
     }
@@ -51,8 +52,8 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
     if (!part.HasVertexColors(0)) {
       return broken_mesh(file,
                          fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
-                                     "vertex_color is made of; give it some, or take "
-                                     "reflectivity: material",
+                                     "vertex_color needs; add them, or use reflectivity: "
+                                     "material",
                                      m, part.mName.C_Str()));
     }
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
@@ -60,8 +61,8 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
       for (const float channel : {c.r, c.g, c.b}) {
         if (channel >= 0 && channel <= 1) continue;
         return broken_mesh(file,
-                           fmt::format("vertex {} of part {} has the color {} {} {}; red, green "
-                                       "and blue within 0 ... 1 are accepted",
+                           fmt::format("vertex {} of part {} has the color {} {} {}; expected red, "
+                                       "green and blue from 0 to 1",
                                        v, m, c.r, c.g, c.b));
       }
     }
@@ -69,14 +70,14 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
   return {};
 }
 
-// What is asked of a file.
+// What to read from a file.
 struct Wanted {
   bool smooth = false;
   bool colors = false;
   std::vector<std::uint8_t> part;  // of each of its meshes; none: too many to tell apart
 };
 
-// Of a mesh: its material's, or its own where assimp had to make up a material.
+// The name of a mesh's material, or its own name if assimp invented the material.
 std::string part_name(const aiScene& scene, const aiMesh& mesh) {
   if (mesh.mMaterialIndex < scene.mNumMaterials) {
     const std::string name = scene.mMaterials[mesh.mMaterialIndex]->GetName().C_Str();
@@ -95,7 +96,8 @@ void name_parts(const aiScene& scene, Wanted& wanted, Mesh& mesh) {
     if (mesh.part_names.size() <= 256) continue;
     wanted.part.clear();
     mesh.part_names.clear();
-    mesh.warnings.push_back("more than 256 names of materials or parts: none is told apart");
+    mesh.warnings.push_back(
+        "has more than 256 names of materials or parts; all parts count as one");
     return;
   }
 }
@@ -117,8 +119,9 @@ bool has_texture(const aiScene& scene) {
 void warn_of_textures(const aiScene& scene, Mesh& mesh) {
   if (!has_texture(scene)) return;
   mesh.warnings.push_back(
-      "its texture is ignored: images do not change how a mesh scatters; for a pattern give its "
-      "parts materials, or its vertices colors that reflectivity: vertex_color uses");
+      "its texture is ignored, as images do not change how a mesh scatters; for a pattern, give "
+      "its "
+      "parts materials, or its vertices colors and use reflectivity: vertex_color");
 }
 
 // Adds the meshes of a node and of all below it, placed by the transforms on the way.
@@ -165,7 +168,7 @@ Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
   return {};
 }
 
-// Lines and points that were meant as such look like faces that were cut off.
+// Intended lines and points look the same as faces that were cut off.
 void warn_of_lines(const aiScene& scene, Mesh& mesh) {
   std::size_t lines = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -175,7 +178,8 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
   }
   if (lines == 0) return;
   mesh.warnings.push_back(
-      fmt::format("{} points or lines left out: only faces of three corners or more echo", lines));
+      fmt::format("ignored {} with fewer than three corners: points and lines do not echo",
+                  counted(lines, "face")));
 }
 
 }  // namespace
@@ -186,19 +190,19 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
-  // assimp joins vertices of unequal colours. Smooth normals do not need joined ones.
+  // assimp joins vertices of unequal colors. Smooth normals do not need joined ones.
   if (wanted.smooth && !wanted.colors) steps |= aiProcess_JoinIdenticalVertices;
-  // Without the mesh's own materials, textures and colours, equal vertices can be joined.
+  // Without the mesh's own materials, textures and colors, equal vertices can be joined.
   unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
   if (!wanted.colors) removed |= aiComponent_COLORS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
   if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    // assimp makes a text of it.
+    // assimp turns this exception into a text.
     if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
     return broken_mesh(file,
-                       fmt::format("not a mesh that can be read: {}", importer.GetErrorString()));
+                       fmt::format("cannot be read as a mesh: {}", importer.GetErrorString()));
   }
   // Before assimp's own steps, which trust the file.
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
@@ -206,11 +210,11 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   name_parts(*scene, wanted, mesh);
   warn_of_textures(*scene, mesh);
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
-  if (scene == nullptr) return broken_mesh(file, "cannot be made into triangles");
+  if (scene == nullptr) return broken_mesh(file, "cannot be divided into triangles");
   if (wanted.colors) {
     if (Status sound = check_colors(*scene, file); !sound) return sound.error();
   }
-  // assimp turns every file that says which way is up so that y is up; here z is.
+  // assimp rotates files with a given up axis so that y is up; here z is up.
   aiMatrix4x4 placement;
   if (says_which_way_is_up(file)) {
     placement = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
@@ -224,7 +228,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");
   if (Status finite = check_vertices(mesh, file); !finite) return finite.error();
   drop_faces_without_area(mesh);
-  if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces that have an area");
+  if (mesh.triangles.empty()) return broken_mesh(file, "all its faces have zero area");
   warn_of_lines(*scene, mesh);
   for (std::string& warning : mesh.warnings) {
     warning = fmt::format("{}: {}", file.string(), warning);

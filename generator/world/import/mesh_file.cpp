@@ -19,8 +19,8 @@
 namespace ensonify {
 namespace {
 
-// A .gltf may keep its numbers in a second file, which would neither be hashed nor travel with the
-// data set. Its buffers must be in it ("data:" addresses).
+// A .gltf may keep its numbers in a second file, which would be neither hashed nor copied with the
+// data set. Its buffers must be embedded ("data:" URIs).
 Status check_buffers(const std::filesystem::path& file, std::string_view text) {
   const std::size_t buffers = text.find("\"buffers\"");
   const std::size_t end = text.find(']', buffers == std::string::npos ? 0 : buffers);
@@ -28,15 +28,15 @@ Status check_buffers(const std::filesystem::path& file, std::string_view text) {
     const std::size_t value = text.find('"', at + 5);
     if (value == std::string::npos || text.compare(value + 1, 5, "data:") == 0) continue;
     const std::string_view name = text.substr(value + 1, text.find('"', value + 1) - value - 1);
-    return broken_mesh(file,
-                       fmt::format("keeps its buffers in a second file, {}; accepted are .glb and "
-                                   ".gltf with embedded buffers",
-                                   name));
+    return broken_mesh(
+        file, fmt::format("keeps its buffers in a second file, {}; expected .glb, or .gltf "
+                          "with embedded buffers",
+                          name));
   }
   return {};
 }
 
-// Of the size that its count of faces makes.
+// Whether its size matches its number of faces.
 bool is_binary_stl(std::string_view bytes) {
   if (bytes.size() < 84) return false;
   std::uint64_t faces = 0;
@@ -44,12 +44,13 @@ bool is_binary_stl(std::string_view bytes) {
   return bytes.size() == 84 + 50 * faces;
 }
 
-// A text of STL ends with endsolid; one cut between two facets would pass for a smaller mesh.
+// An ASCII STL ends with endsolid; without this check, a file cut off between two facets would pass
+// as a smaller mesh.
 Status check_stl(const std::filesystem::path& file, std::string_view text) {
   if (is_binary_stl(text) || !text.starts_with("solid")) return {};
   const std::size_t end = text.rfind("endsolid");
   if (end != std::string_view::npos && text.find("facet", end) == std::string_view::npos) return {};
-  return broken_mesh(file, "ends without endsolid: the file is cut off; copy or export it again");
+  return broken_mesh(file, "ends without endsolid; the file is cut off: copy or export it again");
 }
 
 struct PlyProperty {
@@ -129,7 +130,7 @@ std::optional<PlyHead> read_head(std::string_view text) {
   return {};
 }
 
-// What is behind the head, taken in steps; false where it ends before the step does.
+// The data after the header, read in steps; false if it ends within a step.
 struct PlyBody {
   std::string_view rest;
   PlyFormat format = PlyFormat::ascii;
@@ -179,9 +180,11 @@ bool skip_row(const PlyElement& element, PlyBody& body) {
 }
 
 Status check_ply(const std::filesystem::path& file, std::string_view text) {
-  // assimp would look for it without end.
+  // Without it, assimp would search forever.
   if (text.find("end_header") == std::string_view::npos) {
-    return broken_mesh(file, "ends before end_header: no PLY, or cut off; copy or export it again");
+    return broken_mesh(
+        file,
+        "ends before end_header; it is not a PLY file or is cut off: copy or export it again");
   }
   const std::optional<PlyHead> head = read_head(text);
   if (!head) return {};
@@ -190,8 +193,8 @@ Status check_ply(const std::filesystem::path& file, std::string_view text) {
     for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row) {
       if (skip_row(element, body)) continue;
       return broken_mesh(file,
-                         fmt::format("ends at {} {} of the {} that it announces: the file is cut "
-                                     "off; copy or export it again",
+                         fmt::format("ends at {} {} of {}; the file is cut off: copy or export it "
+                                     "again",
                                      element.name, row, element.count));
     }
   }
@@ -256,10 +259,10 @@ void drop_faces_without_area(Mesh& mesh) {
   if (!mesh.part.empty()) mesh.part.resize(kept);
   const std::size_t dropped = before - mesh.triangles.size();
   if (dropped == 0) return;
-  mesh.warnings.push_back(
-      fmt::format("{} of {} faces left out: they have no area (corners that coincide or lie in a "
-                  "line)",
-                  dropped, before));
+  mesh.warnings.push_back(fmt::format(
+      "ignored {} of {} faces: they have zero area (corners that coincide or lie on one "
+      "line)",
+      dropped, before));
 }
 
 }  // namespace ensonify

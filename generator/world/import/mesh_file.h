@@ -1,6 +1,6 @@
-// What is looked at in a mesh file before it is read, and what is put right in the mesh.
+// Checks of a mesh file before reading, and repairs of the mesh.
 //
-//   check_mesh_file  check_mesh_text   whether a file is all there
+//   check_mesh_file  check_mesh_text   whether a file is complete
 //   drop_faces_without_area
 //   broken_mesh  lower_case_extension
 #pragma once
@@ -14,23 +14,23 @@
 
 namespace ensonify {
 
-// The file, then why it cannot be used.
+// Error with the file and the reason.
 Error broken_mesh(const std::filesystem::path& file, const std::string& why);
 
 // ".obj" of WRECK.OBJ.
 std::string lower_case_extension(const std::filesystem::path& file);
 
-// Errors (usage): a PLY or STL that ends before what it announces (assimp would make faces of what
-// is not there), a .gltf with its buffers in a second file. Nothing tells a cut OBJ from a whole
-// one. What cannot be opened or understood is left to the reading.
+// Errors (usage): a PLY or STL that ends too early (assimp would invent the missing faces), a .gltf
+// with its buffers in a second file. A cut-off OBJ cannot be detected. Other errors are left to the
+// reader.
 Status check_mesh_file(const std::filesystem::path& file);
 
-// The same of a file's bytes, in the format that its name tells.
+// The same for a file's bytes, in the format given by its name.
 Status check_mesh_text(const std::filesystem::path& file, std::string_view bytes);
 
-// Leaves out faces that are no thicker than the rounding of their coordinates (corners that
-// coincide or lie in a line): they stop no ray to speak of, and their normals are noise. Adds a
-// warning that counts them.
+// Drops faces that are no thicker than the rounding of their coordinates (corners that coincide or
+// lie on one line): rays practically never hit them, and their normals are noise. Adds a warning
+// with their number.
 void drop_faces_without_area(Mesh& mesh);
 
 }  // namespace ensonify

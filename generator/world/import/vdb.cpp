@@ -17,7 +17,7 @@ namespace {
 
 using openvdb::FloatGrid;
 
-// A coordinate that may be counted on from.
+// Coordinates up to this limit do not overflow.
 constexpr int kFarthestVdbIndex = 1 << 30;
 constexpr float kMaxDensity = 1e6f;
 
@@ -42,10 +42,10 @@ Result<openvdb::GridBase::Ptr> read_grid(const std::filesystem::path& path,
   const openvdb::GridPtrVec grids = *file.readAllGridMetadata();
   if (name.empty() && grids.size() == 1) return file.readGrid(grids[0]->getName());
   if (name.empty()) {
-    return usage(fmt::format("holds {} grids, accepted is `grid` with one of {}", grids.size(),
-                             names_in(grids)));
+    return usage(
+        fmt::format("holds {} grids; set `grid` to one of {}", grids.size(), names_in(grids)));
   }
-  return usage(fmt::format("has no grid `{}`, accepted are {}", name, names_in(grids)));
+  return usage(fmt::format("has no grid `{}`; expected one of {}", name, names_in(grids)));
 }
 
 bool is_near_origin(const openvdb::CoordBBox& box) {
@@ -55,7 +55,7 @@ bool is_near_origin(const openvdb::CoordBBox& box) {
   return true;
 }
 
-// What is asked of a grid. The answers are what is wrong with it; empty where it can be used.
+// Requirements for a grid. Each function returns what is wrong, or an empty text.
 struct GridDemands {
   std::string (*kind)(openvdb::GridClass kind);
   std::string (*background)(float value);
@@ -65,24 +65,24 @@ struct GridDemands {
 std::string trouble_of(const openvdb::GridBase& base, const FloatGrid* grid,
                        const GridDemands& demands) {
   if (grid == nullptr) {
-    return fmt::format("holds {}, accepted is a grid of float", base.valueType());
+    return fmt::format("holds {}; expected a grid of float", base.valueType());
   }
   const openvdb::GridClass kind = base.getGridClass();
   if (kind != openvdb::GRID_UNKNOWN) {
     if (std::string trouble = demands.kind(kind); !trouble.empty()) return trouble;
   }
-  if (!base.transform().isLinear()) return "is no regular grid, accepted is a linear transform";
+  if (!base.transform().isLinear()) return "is not a regular grid; expected a linear transform";
   if (std::string trouble = demands.background(grid->background()); !trouble.empty()) {
     return trouble;
   }
   if (grid->activeVoxelCount() == 0) {
-    return "has no active voxel, accepted is a grid that holds one";
+    return "has no active voxels; expected at least one";
   }
   for (auto value = grid->cbeginValueOn(); value; ++value) {
     if (std::string trouble = demands.value(*value); !trouble.empty()) return trouble;
   }
   if (is_near_origin(grid->evalActiveVoxelBoundingBox())) return "";
-  return fmt::format("has voxels beyond index {}, accepted is a grid nearer to its origin",
+  return fmt::format("has voxels beyond index {}; expected a grid nearer to its origin",
                      kFarthestVdbIndex);
 }
 
@@ -115,7 +115,7 @@ Result<T> load_from_vdb(const std::filesystem::path& file, const std::string& na
   } catch (const std::exception& e) {
     std::string what = e.what();
     std::replace(what.begin(), what.end(), '\n', ' ');
-    return refuse(fmt::format("cannot be read ({}), accepted is an OpenVDB file", what));
+    return refuse(fmt::format("cannot be read ({}); expected an OpenVDB file", what));
   }
 }
 
@@ -123,20 +123,20 @@ const GridDemands kDensityDemands = {
     [](openvdb::GridClass kind) {
       return kind == openvdb::GRID_FOG_VOLUME
                  ? ""
-                 : fmt::format("is a {}, accepted is a fog volume, whose values are densities",
+                 : fmt::format("is a {}; expected a fog volume, whose values are densities",
                                openvdb::GridBase::gridClassToString(kind));
     },
     [](float value) {
       return value == 0 ? ""
                         : fmt::format(
-                              "has the background {}, accepted is 0: the density ends "
+                              "has the background {}; expected 0, as the density must end "
                               "somewhere",
                               value);
     },
     [](float value) {
       return value >= 0 && value <= kMaxDensity
                  ? ""
-                 : fmt::format("holds the density {}, accepted are 0 to {}", value, kMaxDensity);
+                 : fmt::format("holds the density {}; expected 0 to {}", value, kMaxDensity);
     }};
 
 Affine index_from_world(const openvdb::math::Transform& transform) {
@@ -160,7 +160,7 @@ Result<DensityGrid> density_of(const FloatGrid& grid) {
   const openvdb::Vec3d size = grid.voxelSize();
   const double spacing_m = std::min({size[0], size[1], size[2]});
   if (!(spacing_m > 0) || !is_finite(affine)) {
-    return usage("has voxels without size, accepted is a size above 0");
+    return usage("has voxels of size 0; expected a size above 0");
   }
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   FloatGrid::ConstAccessor voxels = grid.getConstAccessor();
@@ -193,27 +193,26 @@ Result<DensityGrid> density_of(const FloatGrid& grid) {
 const GridDemands kLevelSetDemands = {
     [](openvdb::GridClass kind) -> std::string {
       if (kind == openvdb::GRID_FOG_VOLUME) {
-        return "is a fog volume, accepted is a level set; densities belong under volumes, vdb";
+        return "is a fog volume; expected a level set: densities belong under volumes, vdb";
       }
       return kind == openvdb::GRID_LEVEL_SET
                  ? ""
-                 : fmt::format("is a {}, accepted is a level set, whose values are distances",
+                 : fmt::format("is a {}; expected a level set, whose values are distances",
                                openvdb::GridBase::gridClassToString(kind));
     },
     [](float value) {
       return value > 0 ? ""
                        : fmt::format(
-                             "has the background {}, accepted is a distance above 0: "
-                             "negative inside",
+                             "has the background {}; expected a distance above 0, as inside "
+                             "is negative",
                              value);
     },
     [](float value) -> std::string {
-      return std::isfinite(value)
-                 ? ""
-                 : "holds a distance that is not finite, accepted are finite numbers";
+      return std::isfinite(value) ? ""
+                                  : "holds a distance that is not finite; expected finite numbers";
     }};
 
-// Whether the transform turns right hands into left ones.
+// Whether the transform mirrors.
 bool is_mirrored(const openvdb::math::Transform& transform) {
   const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
   const auto axis = [&](double x, double y, double z) {
@@ -243,7 +242,7 @@ Result<Mesh> surface_of(const FloatGrid& grid) {
   mesh.vertices.reserve(points.size());
   for (const openvdb::Vec3s& p : points) {
     if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z())) {
-      return usage("has a surface beyond all numbers");
+      return usage("has a surface with points that are not finite");
     }
     mesh.vertices.push_back({p.x(), p.y(), p.z()});
   }
@@ -259,7 +258,7 @@ Result<Mesh> surface_of(const FloatGrid& grid) {
   drop_faces_without_area(mesh);
   mesh.warnings.clear();
   if (mesh.triangles.empty()) {
-    return usage("has no surface, accepted is a grid with distances of both signs");
+    return usage("has no surface; expected distances of both signs");
   }
   return mesh;
 }

@@ -50,7 +50,7 @@ template <class T>
 bool get_list(const WireInput& in, std::vector<T>& list) {
   std::uint64_t count = 0;
   if (!get(in, count) || count > in.most_bytes / sizeof(T)) return false;
-  // In pieces: a count that lies takes no more memory than what comes.
+  // Reads in pieces, so that a false count takes no more memory than the data.
   constexpr std::uint64_t kPiece = (std::uint64_t{4} << 20) / sizeof(T);
   list.reserve(static_cast<std::size_t>(count));
   while (list.size() < count) {
@@ -77,9 +77,9 @@ bool get_texts(const WireInput& in, std::vector<std::string>& texts) {
   return true;
 }
 
-const Error kNonsense{ErrorKind::bug, "gave nothing that can be used"};
+const Error kNonsense{ErrorKind::bug, "returned nothing usable"};
 
-// Nothing where the payload follows; else the importer's error, or kNonsense.
+// None if the payload follows; else the importer's error, or kNonsense.
 std::optional<Error> read_head(const WireInput& in, Payload wanted) {
   std::uint64_t magic = 0;
   Payload payload{};

@@ -1,5 +1,5 @@
-// What the importer hands to the program over a pipe. Whoever reads it does not trust it: a hostile
-// file may have taken the importer over.
+// The format in which the importer sends data to the program through a pipe. The reader does not
+// trust it, since a hostile file may have taken over the importer.
 //
 //   WireOutput  write_mesh  write_density  write_error
 //   WireInput   read_mesh   read_density
@@ -16,20 +16,20 @@
 
 namespace ensonify {
 
-// Writes to a file; whether all of it went out.
+// Writes to a file; returns whether all bytes were written.
 using WireOutput = std::FILE*;
 bool write_mesh(WireOutput out, const Mesh& mesh);
 bool write_density(WireOutput out, const DensityGrid& grid);
 bool write_error(WireOutput out, const Error& error);
 
 struct WireInput {
-  // Fills all of the bytes, or says no.
+  // Fills all bytes, or returns false.
   std::function<bool(void* to, std::size_t bytes)> read;
-  std::uint64_t most_bytes = 0;  // of one list: what claims more is refused before memory is taken
+  std::uint64_t most_bytes = 0;  // of one list; larger ones are refused before allocating
 };
 
-// The importer's Error; of kind `bug` where what came is not what an importer writes, cut short, or
-// no mesh (grid) that may be used: an index beyond its list, a number that is not finite.
+// The importer's Error; of kind `bug` if the data are malformed, cut off, or not a usable mesh or
+// grid, as with an index beyond its list or a number that is not finite.
 Result<Mesh> read_mesh(const WireInput& in);
 Result<DensityGrid> read_density(const WireInput& in);
 

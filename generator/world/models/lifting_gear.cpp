@@ -89,7 +89,7 @@ Solid link() {
 }  // namespace
 
 // Eleven links, each tilted 45 deg on the bottom, the next one to the other side, in a gentle bend.
-// Neighbours are 4 diameters apart, so that they touch.
+// Neighbors are 4 diameters apart, so that they touch.
 Solid chain_solid() {
   constexpr int kLinks = 11;
   constexpr double kBendRad = radians(25);

@@ -103,7 +103,7 @@ Solid valve_solid() {
 }
 
 // Car tyre 195/65 R15: 195 mm wide, 634 mm over all, beads of 381 mm. The carcass is a shell
-// between two ellipses of one centre, the inner one 0.85 of the outer, open towards the axis from
+// between two ellipses of one center, the inner one 0.85 of the outer, open towards the axis from
 // 140 deg on either side of the tread's middle.
 Solid tyre_solid() {
   constexpr double kOuterRadius = 317, kBeadRadius = 190.5, kHalfWidth = 97.5, kInner = 0.85;

@@ -1,17 +1,17 @@
-// Everyday things as triangle meshes: what perception is trained to find on the bottom.
+// Everyday objects as triangle meshes, which detectors are trained to find on the bottom.
 //
 //   model_mesh     kind and size -> mesh
-//   ..._solid      one of each kind, in proportions of its own
-//   Solid          triangles, which they are put together from; parts side by side
-//   loft           skin over a row of rings: what the others are made of
+//   ..._solid      one of each kind, in its own proportions
+//   Solid          triangles of which the objects are built
+//   loft           surface over a row of rings, the base of the others
 //   turned         a profile turned about z
 //   tube  torus    a circle led along a plane curve
 //   box
 //   joined  moved  several as one; elsewhere
 //   arc  bezier    points of plane curves
 //
-// What all of them keep: every part is closed (an edge belongs to two triangles, which run along it
-// in opposite directions) and its faces look outwards; parts may reach into each other.
+// Invariant of all: every part is closed (an edge belongs to two triangles, which run along it in
+// opposite directions) and its faces look outwards; parts may reach into each other.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ enum class Ends { capped, looped };
 
 using Ring = std::vector<Vec3>;
 
-// All rings have as many points. Either way round will do: faces are turned to look outwards.
+// All rings have the same number of points, in either direction: faces are oriented outwards.
 Solid loft(const std::vector<Ring>& rings, Ends ends);
 
 struct ProfilePoint {
@@ -61,7 +61,7 @@ Solid tube(const std::vector<Vec3>& curve, double radius, int corners, Ends ends
 // Level, of 12 corners.
 Solid torus(Vec3 centre, double radius, double bar_radius, int steps);
 
-// Centred at the origin.
+// Centered at the origin.
 Solid box(Vec3 size);
 
 Solid joined(const std::vector<Solid>& parts);
@@ -73,11 +73,11 @@ std::vector<Vec3> arc(Vec3 centre, double radius, double from_rad, double to_rad
 // Cubic, both ends included.
 std::vector<Vec3> bezier(const std::array<Vec3, 4>& control, int steps);
 
-// As it lies or stands on the bottom z = 0: its lowest point at z = 0, the origin under the middle
-// of the box around it, the longest edge of that box `size_m` along x, y or z.
+// Lying or standing on the bottom z = 0: its lowest point is at z = 0, the origin is below the
+// middle of its bounding box, and the longest edge of that box is `size_m`.
 Mesh model_mesh(ModelKind kind, double size_m);
 
-// In any unit and place; the way up is that of model_mesh.
+// In any unit and position; up is as in model_mesh.
 Solid bottle_solid();     // lies, axis x
 Solid can_solid();        // lies, axis x
 Solid tyre_solid();       // lies flat, axis z
