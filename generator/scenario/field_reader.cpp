@@ -172,7 +172,7 @@ std::optional<Value> open(FieldReader& reader, std::string_view key, const ListB
   if (branch.count >= words.least && branch.count <= words.most) return value;
   const bool empty = branch.count == 0 && words.least == 1;
   const std::string trouble =
-      empty ? "empty" : fmt::format("found a list of length {}", branch.count);
+      empty ? "the list is empty" : fmt::format("found a list of length {}", branch.count);
   reader.fault(key, fmt::format("{}; expected {}", trouble, words.accepted));
   return std::nullopt;
 }

@@ -22,7 +22,9 @@ namespace {
 std::string default_name(const std::string& label) {
   const std::string stem = std::filesystem::path(label).stem().string();
   const bool printable = !first_invalid_utf8(stem) && !first_control_character(stem, "");
-  return printable && !stem.empty() && label != kStandardInput && stem.size() <= kMaxNameBytes ? stem : "scenario";
+  return printable && !stem.empty() && label != kStandardInput && stem.size() <= kMaxNameBytes
+             ? stem
+             : "scenario";
 }
 
 bool same_place(const Place& a, const Place& b) {
