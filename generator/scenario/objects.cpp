@@ -88,7 +88,8 @@ void fields(Fields& f, PoseSpec& pose) {
 }
 
 static void object_pose_fields(Fields& f, ObjectSpec& object, const Rule& rule) {
-  if (!f.begin({"pose", "Pose", "Pose of an object at rest, or relative to its parent"}, rule)) return;
+  if (!f.begin({"pose", "Pose", "Pose of an object at rest, or relative to its parent"}, rule))
+    return;
   fields(f, object.pose);
   f.text({"parent", "Parent",
           "Name of the object in whose frame position_m and rotation are, and with which this one "

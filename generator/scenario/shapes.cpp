@@ -34,8 +34,9 @@ void normals_field(Fields& f, std::string_view meaning, bool& smooth) {
 
 // A number, or a list of one number for each axis.
 void scale_field(Fields& f, std::array<double, 3>& scale) {
-  const KeyText text = {"scale", "Scale",
-                        "Factor applied to all lengths in the file, or [x, y, z]: one for each axis"};
+  const KeyText text = {
+      "scale", "Scale",
+      "Factor applied to all lengths in the file, or [x, y, z]: one for each axis"};
   const Node* given = f.peek("scale");
   const bool is_list = given != nullptr && given->kind == NodeKind::list;
   const bool is_even = scale[0] == scale[1] && scale[0] == scale[2];
