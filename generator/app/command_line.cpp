@@ -195,7 +195,7 @@ void add_sweep(CLI::App& app, Arguments& arguments) {
                                         "write runs.csv and index.json when all runs are done")
                               ->excludes(list)
                               ->excludes(status);
-  command.add_flag("--partial", arguments.partial, "finalize even if runs are missing")
+  command.add_flag("--partial", arguments.partial, "finish even if runs are missing")
       ->needs(finalize);
   add_set(command, arguments, "a key of the base in every run")
       ->excludes(status)
@@ -239,7 +239,7 @@ CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
           ->excludes(sequences)
           ->excludes(shard)
           ->excludes(overwrite);
-  command.add_flag("--partial", arguments.partial, "finalize even if sequences are missing")
+  command.add_flag("--partial", arguments.partial, "finish even if sequences are missing")
       ->needs(finalize);
   add_numerics(command, arguments);
   add_ignore_free_space(command, arguments);
