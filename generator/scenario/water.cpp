@@ -80,9 +80,10 @@ void absorption_fields(Fields& f, WaterSpec& water) {
 
 void check_rows(FieldReader& reader, const ProfileSpec& profile) {
   if (profile.depth_m.size() != profile.sound_speed_m_s.size()) {
-    reader.fault("sound_speed_m_s",
-                 fmt::format("found {} numbers for {} of depth_m; expected one for each",
-                             profile.sound_speed_m_s.size(), profile.depth_m.size()));
+    reader.fault(
+        "sound_speed_m_s",
+        fmt::format("the number of values is {}, but that of depth_m is {}; expected one for each",
+                    profile.sound_speed_m_s.size(), profile.depth_m.size()));
   }
   const Value depths = *child(reader.map(), "depth_m");
   for (std::size_t i = 1; i < profile.depth_m.size(); ++i) {
