@@ -37,7 +37,7 @@ Status announce_run(const CheckOptions& options, const Session& session, const C
   if (const std::uint64_t available = available_memory(); cost.peak_bytes > available) {
     announce_disk(options.output, static_cast<double>(cost.disk_bytes));
     announce_memory();
-    answer("# pings measured for disk and time: 0, since {} of memory are available\n",
+    answer("# pings measured for disk and time: 0, because only {} of memory is available\n",
            bytes_text(available));
     return {};
   }

@@ -1,4 +1,4 @@
-// What `check` announces of a run's time, disk and memory.
+// Announcements of `check` about the time, disk space and memory of a run.
 //
 //   announce_run
 #pragma once
@@ -9,9 +9,9 @@
 
 namespace ensonify {
 
-// Prints files, disk, free space, peak memory and time of a run of all sequences of the job, of
-// which it makes a few pings. `start`: what the run takes before its first ping. Error kinds: those
-// of measure_pings.
+// Prints files, disk space, free space, peak memory and time of a run of all sequences of the job,
+// measured on a few of its pings. `start`: the time before the first ping. Error kinds: those of
+// measure_pings.
 Status announce_run(const CheckOptions& options, const Session& session, const Cost& cost,
                     const MeasureJob& job, const RunTime& start);
 

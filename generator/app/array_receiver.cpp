@@ -12,14 +12,14 @@
 namespace ensonify {
 namespace {
 
-// The limit is that of the pixels of a ping.
+// The limit is the same as for the pixels of a ping.
 constexpr double kMaxChannelSamples = 268435456.0;  // 2^28
 
 Error refused(const std::string& key, const std::string& trouble) {
   return {ErrorKind::usage, fmt::format("sonar.receiver.{}: {}", key, trouble)};
 }
 
-// The aperture is the one that has the beam's width.
+// The aperture is that of the beam width.
 double elements_for_width(const ArrayReceiver& array, const Sonar& sonar, double wavelength_m) {
   const double aperture = make_shaded_line(array.shading, sonar.beam_width_rad).aperture;
   return std::max(1.0, std::round(aperture * wavelength_m / array.spacing_m));
@@ -58,9 +58,8 @@ Result<std::optional<ArrayReceiver>> array_receiver(const Scenario& scenario, co
     if (elements > kMaxElements) {
       return refused(
           "elements",
-          fmt::format("a beam of {:.4g} degrees needs {:.0f} elements {:.4g} "
-                      "m apart, accepted are up to {}; give elements or a "
-                      "larger spacing_m",
+          fmt::format("a beam of {:.4g} degrees needs {:.0f} elements {:.4g} m apart; expected at "
+                      "most {} (give elements or a larger spacing_m)",
                       degrees(sonar.beam_width_rad), elements, array.spacing_m, kMaxElements));
     }
     array.elements = static_cast<int>(elements);
@@ -68,10 +67,11 @@ Result<std::optional<ArrayReceiver>> array_receiver(const Scenario& scenario, co
     array.elements = *spec.elements;
   }
   if (double(array.elements) * record.samples > kMaxChannelSamples) {
-    return refused("elements",
-                   fmt::format("{} elements of {} samples are more than 2^28 (268435456) a ping; "
-                               "lower elements, range_max_m or bandwidth_hz",
-                               array.elements, record.samples));
+    return refused(
+        "elements",
+        fmt::format("{} elements of {} samples exceed 2^28 (268435456) samples per ping; expected "
+                    "fewer elements or a lower range_max_m or bandwidth_hz",
+                    array.elements, record.samples));
   }
   if (const std::string trouble = dead_trouble(spec.dead, array.elements); !trouble.empty()) {
     return refused("dead", trouble);

@@ -1,4 +1,4 @@
-// The command `bench`: what is chosen, measured one after another and reported together.
+// The command `bench`: selects the measurements, runs them one after another and prints one report.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 void tell_progress(const std::string& what) { tell("measuring: {}\n", what); }
 
-// Each name once.
+// Returns each name once.
 template <class Items>
 void add_names(const Items& items, std::vector<std::string>& names) {
   for (const auto& item : items) {
@@ -34,8 +34,7 @@ struct Chosen {
   std::vector<GrowthAxis> growth;
 };
 
-// One name may stand for a stage case and a data set. Error (usage): it stands for nothing that is
-// measured.
+// One name may select both a stage case and a data set. Error (usage): no measurement has the name.
 Result<Chosen> chosen_cases(const BenchCommandOptions& options) {
   Chosen chosen;
   if (!options.input.scenario.empty()) return chosen;
@@ -89,7 +88,7 @@ Status measure_growth(const std::vector<GrowthAxis>& axes, const std::filesystem
   return {};
 }
 
-// What is made from the scene to the disk, in a folder that is gone afterwards.
+// Measures whole data sets, from scene to disk, in a folder that is removed afterward.
 Status measure_whole(const BenchCommandOptions& options, const Chosen& chosen,
                      BenchReport& report) {
   // An interrupt ends a data set as it ends `generate`, so that its files are removed.
@@ -114,7 +113,7 @@ std::vector<std::string> bench_case_names() {
 Status bench(const BenchCommandOptions& options) {
   Result<Chosen> chosen = chosen_cases(options);
   if (!chosen) return chosen.error();
-  // Opened before minutes are spent.
+  // Opens the file before minutes are spent on measuring.
   std::ofstream file;
   if (!options.json.empty()) {
     file.open(options.json, std::ios::binary);

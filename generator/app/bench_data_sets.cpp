@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Pixels of one view share their file of labels, so that expected level and elevation have no row
-// of their own. Files that only some scenarios have (channels, ghosts, the distance field of a
-// sequence) have none either.
+// Pixels of one view share their file of labels, so expected level and elevation have no row of
+// their own. Files that only some scenarios have (channels, multipath masks, the distance field of
+// a sequence) have no row either.
 constexpr FileKind kKinds[] = {
     {"series", "{polar: false, cartesian: false, png: false}"},
     {"series_exr", "{timeseries: both, polar: false, cartesian: false, png: false}"},
@@ -86,7 +86,7 @@ Result<TimedDataSet> time_kind(const ScenarioOptions& input, const FileKind& kin
   return time_data_set(*plan, site);
 }
 
-// Every kind once, then all of them again.
+// Measures every kind once, then all of them again.
 Result<DataSetReport> measure(std::string name, const ScenarioOptions& input,
                               std::span<const FileKind> kinds, const DataSetBenchOptions& options) {
   Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());

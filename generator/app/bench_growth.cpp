@@ -38,7 +38,7 @@ double triangles_of(const Session& session) {
   return count;
 }
 
-// Within what the sonar sees, so that each adds echoes and labels.
+// The objects are in view of the sonar, so that each adds echoes and labels.
 Override spheres(int count) {
   return {"objects.10",  // appended
           fmt::format("{{name: stone, class: stone, count: {}, material: steel, shape: {{sphere: "
@@ -47,7 +47,7 @@ Override spheres(int count) {
                       count)};
 }
 
-// Cartesian images have a size of their own, which would hide how the rest grows.
+// Cartesian images have a fixed size, which would hide the growth of the rest.
 std::vector<Override> fixed_keys() {
   return {{"output", "{cartesian: false, png: false}"}, {"sonar.beams.count", "128"}};
 }

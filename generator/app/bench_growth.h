@@ -1,7 +1,7 @@
-// How the time of whole data sets grows with threads and with the sizes of a scenario.
+// The growth of the time of whole data sets with threads and with the sizes of a scenario.
 //
-//   GrowthStep  GrowthAxis  growth_axes   what grows, over what sizes
-//   GrowthBenchOptions  bench_growth      one data set for each size, several times
+//   GrowthStep  GrowthAxis  growth_axes   the quantity that grows, and its values
+//   GrowthBenchOptions  bench_growth      one data set for each value, several times
 #pragma once
 
 #include <cstdint>
@@ -35,18 +35,18 @@ struct GrowthAxis {
 //   rays       of a ping, by rays in elevation
 //   objects    with up to 4096 spheres over the seabed
 //   triangles  of the seabed, 39,000 to 2.5 million
-// All but what grows is that of configs/bench/full.yaml with 128 beams, and the default files
-// without Cartesian and 8-bit images.
+// Everything else is that of configs/bench/full.yaml with 128 beams, and the default files without
+// Cartesian and 8-bit images.
 std::vector<GrowthAxis> growth_axes(int threads);
 
 struct GrowthBenchOptions {
   int runs = 3;                  // of each step
-  std::filesystem::path folder;  // where data sets are made and removed again
+  std::filesystem::path folder;  // where data sets are made and removed
   std::function<void(const std::string&)> on_progress = {};
 };
 
-// Each step once, then all of them again, in worlds that are built once. Errors: usage (a step
-// makes no valid scenario), io, interrupted.
+// Makes each step once, then all of them again, in worlds that are built once. Errors: usage (the
+// scenario of a step is invalid), io, interrupted.
 Result<GrowthReport> bench_growth(const DataSetCase& base, const GrowthAxis& axis,
                                   const GrowthBenchOptions& options);
 

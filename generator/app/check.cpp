@@ -19,7 +19,7 @@
 namespace ensonify {
 namespace {
 
-// So many pings of a sequence are enough for a mean.
+// This many pings of a sequence are enough for a mean.
 constexpr std::uint32_t kMeasuredPerThread = 16;
 
 void answer_scenario(const Session& session) {
@@ -35,20 +35,22 @@ void answer_scenario(const Session& session) {
   }
 }
 
-// Above this share of sequences that are sampled again, what is kept differs from what was asked for.
+// Above this share of sequences that are sampled again, the kept worlds no longer follow the
+// distributions of the scenario.
 constexpr double kManyRedrawn = 0.05;
 
 void warn_of_redraws(const PlacementTotals& placed) {
   if (static_cast<double>(placed.redrawn) <= kManyRedrawn * static_cast<double>(placed.sequences)) {
     return;
   }
-  tell("warning: {:.0f} % of the sequences find room only when they are sampled again, which keeps "
-       "those with few and small objects; a larger area_m or a smaller clearance_m gives room, "
-       "place.on_failure: skip_object keeps the sequence without the object\n",
-       100.0 * static_cast<double>(placed.redrawn) / static_cast<double>(placed.sequences));
+  tell(
+      "warning: {:.0f} % of the sequences find room only after they are sampled again, which "
+      "favors few and small objects; a larger area_m or a smaller clearance_m gives more room, and "
+      "place.on_failure: skip_object keeps the sequence without the object\n",
+      100.0 * static_cast<double>(placed.redrawn) / static_cast<double>(placed.sequences));
 }
 
-// The sequences whose objects are told: the first, and where each has its own two more.
+// The sequences whose objects are printed: the first, and two more if each has a world of its own.
 std::vector<std::uint32_t> looked_at(const SequenceWorlds& worlds) {
   const std::uint32_t first = worlds.first_sequence();
   if (!worlds.vary()) return {first};
@@ -60,17 +62,17 @@ std::vector<std::uint32_t> looked_at(const SequenceWorlds& worlds) {
   return sequences;
 }
 
-// Prints a table of the objects of each.
+// Prints a table of the objects of each of these sequences.
 Status look_at_sequences(const SequenceWorlds& worlds, const Numerics& numerics,
                          const Workers& workers) {
   SeenObjects seen;
   for (const std::uint32_t sequence : looked_at(worlds)) {
     const Result<ReadyWorld> world = worlds.world(sequence);
-    if (!world && world.error().kind == ErrorKind::usage) continue;  // told by the census
+    if (!world && world.error().kind == ErrorKind::usage) continue;  // reported by the census
     if (!world) return world.error();
     const auto& [session, tracer] = *world;
     const auto looks = look_at_objects(*session, *tracer, sequence, numerics, workers);
-    if (!looks) continue;  // noise.snr_db without an echo: generate refuses it
+    if (!looks) continue;  // noise.snr_db without an echo, which generate refuses
     answer("# ping 0 of sequence {}:\n", sequence);
     for (const std::string& line : look_lines(*looks)) answer("#   {}\n", line);
     note_seen(*session, *tracer, sequence, *looks, workers, seen);
@@ -97,9 +99,9 @@ Status check(const CheckOptions& options) {
   for (const std::string& text : all_warnings(session, Tracer(session.world), workers)) {
     tell("warning: {}\n", text);
   }
-  // With the processor time that loading the program took.
+  // Includes the processor time that loading the program took.
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
-  // Before anything else takes memory: it looks at what the process has.
+  // Comes first, because it measures the memory of the process before anything else allocates.
   const Cost cost = estimate_cost(session, workers.threads());
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();

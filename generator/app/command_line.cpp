@@ -24,7 +24,7 @@ const std::map<std::string, BackendChoice>& backends() {
   return all;
 }
 
-// Everything that the command line can hold; each command reads its own part.
+// Everything that the command line can contain; each command reads its own part.
 struct Arguments {
   std::string scenario, folder, pings, sequences, backend = "auto", simd = "auto";
   std::vector<std::string> sets;
@@ -51,7 +51,7 @@ Result<std::vector<Override>> overrides_of(const std::vector<std::string>& sets)
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || equals == 0) {
-      return usage(fmt::format("--set {}: accepted is KEY.PATH=VALUE", set));
+      return usage(fmt::format("--set {}: no value; expected KEY.PATH=VALUE", set));
     }
     overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
   }
@@ -71,7 +71,7 @@ Result<SimdLevel> simd_of(const Arguments& arguments) {
   const SimdLevel level = *parse_simd_level(arguments.simd);
   if (level <= best_simd_level()) return level;
   return usage(
-      fmt::format("--simd {}: this processor has not got it; accepted is auto, or up to {}",
+      fmt::format("--simd {}: this processor does not support it; expected auto or up to {}",
                   arguments.simd, simd_level_name(best_simd_level())));
 }
 
@@ -98,7 +98,7 @@ Status run_generate(const Arguments& arguments) {
   if (!input) return input.error();
   GenerateOptions options;
   options.input = std::move(*input);
-  if (arguments.folder.empty()) return usage("--output is empty; accepted is a folder");
+  if (arguments.folder.empty()) return usage("--output: the name is empty; expected a folder");
   if (!arguments.pings.empty()) {
     const auto range = parse_range("--pings", arguments.pings);
     if (!range) return range.error();
@@ -122,7 +122,7 @@ Status run_check(const Arguments& arguments) {
                 backends().at(arguments.backend), *simd, arguments.all_worlds});
 }
 
-// The exit status.
+// Returns the exit status.
 Result<int> run_sweep_command(const Arguments& arguments) {
   SweepOptions options;
   options.sweep = arguments.scenario;
@@ -132,10 +132,12 @@ Result<int> run_sweep_command(const Arguments& arguments) {
   if (Status set = set_make_options(arguments, options); !set) return set.error();
   const bool makes_pings = !arguments.list && !arguments.status && !arguments.finalize;
   if (!makes_pings && (arguments.backend != "auto" || arguments.simd != "auto")) {
-    return usage("--backend and --simd are of the runs; --list, --status and --finalize make none");
+    return usage(
+        "--backend and --simd have no effect with --list, --status and --finalize, which make no "
+        "runs");
   }
   if (arguments.list) return exit_status(list_sweep(options));
-  if (arguments.folder.empty()) return usage("--output is missing; accepted is a folder");
+  if (arguments.folder.empty()) return usage("--output: missing; expected a folder");
   if (arguments.status) return exit_status(sweep_status(options));
   if (arguments.finalize) return exit_status(finalize_sweep(options));
   const Result<std::size_t> failed = run_sweep(options);
@@ -145,145 +147,152 @@ Result<int> run_sweep_command(const Arguments& arguments) {
 
 CLI::Option* add_set(CLI::App& command, Arguments& arguments, const std::string& key) {
   return command
-      .add_option("--set", arguments.sets,
-                  "KEY.PATH=VALUE: override " + key + "; items of a list by index (objects.0.name)")
+      .add_option(
+          "--set", arguments.sets,
+          "KEY.PATH=VALUE: override " + key + "; name items of a list by index (objects.0.name)")
       ->allow_extra_args(false);
 }
 
 void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENARIO", arguments.scenario, "the scenario, a YAML file; - for standard input")->required();
+  command
+      .add_option("SCENARIO", arguments.scenario, "scenario file (YAML), or - for standard input")
+      ->required();
   add_set(command, arguments, "a key");
-  command.add_option("--seed", arguments.seed, "override the scenario's seed");
+  command.add_option("--seed", arguments.seed, "override the seed of the scenario");
 }
 
 void add_numerics(CLI::App& command, Arguments& arguments) {
-  command.add_option("--threads", arguments.threads, "threads; 0: all that the machine has")
+  command.add_option("--threads", arguments.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command
       .add_option("--backend", arguments.backend,
-                  "auto (a CUDA device where one answers, else cpu), cpu, cuda, or reference (term "
-                  "by term in double precision, seconds a ping)")
+                  "auto (a CUDA device if available, else cpu), cpu, cuda, or reference (term by "
+                  "term in double precision, seconds per ping)")
       ->check(CLI::IsMember(backends()));
   command
       .add_option("--simd", arguments.simd,
-                  "auto (what the processor has), sse4, avx2 or avx512: vectors of the inner loops")
+                  "vector instructions of the inner loops: auto (the best of this processor), "
+                  "sse4, avx2 or avx512")
       ->check(CLI::IsMember({"auto", "sse4", "avx2", "avx512"}));
 }
 
 void add_ignore_free_space(CLI::App& command, Arguments& arguments) {
   command.add_flag("--ignore-free-space", arguments.ignore_free_space,
-                   "begin even if the disk has no room for everything");
+                   "start even if the disk has too little free space");
 }
 
 void add_sweep(CLI::App& app, Arguments& arguments) {
-  CLI::App& command =
-      *app.add_subcommand("sweep", "many runs of one scenario: make those that are missing");
-  command.add_option("SWEEP", arguments.scenario, "the sweep file, YAML")->required();
+  CLI::App& command = *app.add_subcommand("sweep", "make the missing runs of a parameter sweep");
+  command.add_option("SWEEP", arguments.scenario, "sweep file (YAML)")->required();
   command.add_option("-o,--output", arguments.folder, "folder of the sweep");
-  CLI::Option* list =
-      command.add_flag("--list", arguments.list, "print the runs with their cost, write nothing");
+  CLI::Option* list = command.add_flag("--list", arguments.list,
+                                       "print the runs with their cost and write nothing");
   CLI::Option* status =
-      command.add_flag("--status", arguments.status, "print how far the sweep is")->excludes(list);
+      command.add_flag("--status", arguments.status, "print the progress of the sweep")
+          ->excludes(list);
   CLI::Option* finalize = command
                               .add_flag("--finalize", arguments.finalize,
-                                        "write runs.csv and index.json, once all runs are done")
+                                        "write runs.csv and index.json when all runs are done")
                               ->excludes(list)
                               ->excludes(status);
-  command.add_flag("--partial", arguments.partial, "... though runs are missing")->needs(finalize);
-  add_set(command, arguments, "a key of the base, in every run")
+  command.add_flag("--partial", arguments.partial, "finish even if runs are missing")
+      ->needs(finalize);
+  add_set(command, arguments, "a key of the base in every run")
       ->excludes(status)
       ->excludes(finalize);
   command
       .add_option("--shard", arguments.shard,
-                  "K/N: only part K of N, the first is 0/N; inside a Slurm array that of its "
-                  "task, unless it is given")
+                  "K/N: make only part K of N, starting with 0/N; default in a Slurm array: the "
+                  "part of the task")
       ->excludes(finalize);
   add_numerics(command, arguments);
   command
       .add_flag("--overwrite", arguments.overwrite,
-                "take the new plan, and begin unfinished runs of other programs or machines "
-                "anew; what is done stays")
+                "use the new plan and restart unfinished runs of other programs or machines; "
+                "finished runs stay")
       ->excludes(status)
       ->excludes(finalize);
   add_ignore_free_space(command, arguments);
-  command.add_flag("--quiet", arguments.quiet, "no progress");
+  command.add_flag("--quiet", arguments.quiet, "print no progress");
 }
 
 CLI::App& add_generate(CLI::App& app, Arguments& arguments) {
-  CLI::App& command = *app.add_subcommand("generate", "make a data set, or go on with one");
+  CLI::App& command = *app.add_subcommand("generate", "make a data set, or resume one");
   add_scenario_arguments(command, arguments);
   command.add_option("-o,--output", arguments.folder, "folder of the data set")->required();
-  command.add_option("--pings", arguments.pings, "A:B: only pings A to B-1 of every sequence");
+  command.add_option("--pings", arguments.pings, "A:B: make only pings A to B-1 of every sequence");
   CLI::Option* sequences =
-      command.add_option("--sequences", arguments.sequences, "A:B: only sequences A to B-1");
-  CLI::Option* shard =
-      command
-          .add_option("--shard", arguments.shard,
-                      "K/N: only the sequences of part K of N, the first is 0/N; --finalize ends "
-                      "what shards have made")
-          ->excludes(sequences);
+      command.add_option("--sequences", arguments.sequences, "A:B: make only sequences A to B-1");
+  CLI::Option* shard = command
+                           .add_option("--shard", arguments.shard,
+                                       "K/N: make only the sequences of part K of N, starting with "
+                                       "0/N; --finalize completes the data set")
+                           ->excludes(sequences);
   CLI::Option* overwrite =
       command.add_flag("--overwrite", arguments.overwrite,
                        "replace another data set; removes only files that its manifest lists");
   CLI::Option* finalize =
       command
-          .add_flag("--finalize", arguments.finalize,
-                    "make no sequence: write the data set's index, once all of them are made")
+          .add_flag(
+              "--finalize", arguments.finalize,
+              "make no sequences; write the index of the data set when all sequences are made")
           ->excludes(sequences)
           ->excludes(shard)
           ->excludes(overwrite);
-  command.add_flag("--partial", arguments.partial, "... though sequences are missing")
+  command.add_flag("--partial", arguments.partial, "finish even if sequences are missing")
       ->needs(finalize);
   add_numerics(command, arguments);
   add_ignore_free_space(command, arguments);
   command.add_flag("--export-scatterers", arguments.export_scatterers,
-                   "write scatterers/*.npy as well");
-  command.add_flag("--quiet", arguments.quiet, "no progress");
+                   "also write scatterers/*.npy");
+  command.add_flag("--quiet", arguments.quiet, "print no progress");
   return command;
 }
 
 void add_check(CLI::App& app, Arguments& arguments) {
   CLI::App& command =
-      *app.add_subcommand("check", "validate; print the resolved scenario and its cost");
+      *app.add_subcommand("check", "validate a scenario; print its resolved text and its cost");
   add_scenario_arguments(command, arguments);
   command.add_option("-o,--output", arguments.folder,
-                     "folder whose disk is meant by free disk space; the current one by default");
+                     "folder on the disk whose free space is printed; default: the current folder");
   command.add_flag("--all", arguments.all_worlds,
-                   "build the world of every sequence; of up to 200 by default");
+                   "build the worlds of all sequences; default: up to 200");
   add_numerics(command, arguments);
 }
 
 void add_bench(CLI::App& app, Arguments& arguments) {
   BenchCommandOptions& options = arguments.bench;
-  CLI::App& command =
-      *app.add_subcommand("bench", "speed of this machine: stages, whole data sets, growth");
-  CLI::Option* scenario = command.add_option("SCENARIO", arguments.scenario,
-                                             "measure data sets of this scenario alone");
+  CLI::App& command = *app.add_subcommand(
+      "bench", "measure the speed of this machine: stages, whole data sets, growth");
+  CLI::Option* scenario =
+      command.add_option("SCENARIO", arguments.scenario, "measure only data sets of this scenario");
   add_set(command, arguments, "a key of the scenario")->needs(scenario);
-  command.add_option("--json", options.json, "write the numbers to this file as well");
-  CLI::Option* only_case = command.add_option("--case", options.case_name, "only this case");
+  command.add_option("--json", options.json, "also write the numbers to this file");
+  CLI::Option* only_case =
+      command.add_option("--case", options.case_name, "measure only this case");
   offer_choices(*only_case->excludes(scenario), bench_case_names());
   command
       .add_option(
           "--only", options.only,
-          "stages, data_sets (from scene to disk, by kind of file and of shipped scenes), or "
-          "growth (of data sets with threads, beams and the like); all by default")
+          "stages, data_sets (from scene to disk, by kind of file and for the shipped scenes), or "
+          "growth (of data sets with threads, beams and other sizes); default: all")
       ->check(CLI::IsMember({"stages", "data_sets", "growth"}))
       ->excludes(scenario);
-  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command
-      .add_option("--seconds", options.seconds,
-                  fmt::format("repeat each stage for so long; {} by default", options.seconds))
+      .add_option(
+          "--seconds", options.seconds,
+          fmt::format("seconds for which each stage is repeated; default: {}", options.seconds))
       ->check(CLI::Range(0.0, 3600.0));
   command
       .add_option("--pings", options.pings,
-                  fmt::format("make data sets of at least so many pings, in more sequences where a "
-                              "scenario has fewer; {} by default",
+                  fmt::format("minimum number of pings in a data set, with more sequences if a "
+                              "scenario has fewer; default: {}",
                               options.pings))
       ->check(CLI::Range(1, 100'000));
   command.add_option("--disk", options.disk,
-                     "folder for files that are written and removed; a temporary one by default");
+                     "folder for temporary files; default: a new temporary folder");
 }
 
 Status run_bench_command(const Arguments& arguments) {
@@ -294,7 +303,7 @@ Status run_bench_command(const Arguments& arguments) {
   return bench(options);
 }
 
-// The command that was asked for, its arguments filled in; the parser's own exit otherwise.
+// The command that was given, with its arguments filled in; otherwise the parser's exit status.
 Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("sweep")) return run_sweep_command(arguments);
   if (app.got_subcommand("generate")) return exit_status(run_generate(arguments));
@@ -320,7 +329,7 @@ int report(const Error& error) {
   return exit_code(error.kind);
 }
 
-// What std::thread throws, and TBB with these words only, where the system gives no thread.
+// The error of std::thread, and of TBB with only these words, if the system cannot start a thread.
 bool is_refused_thread(const std::exception& error) {
   if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
     return system->code() == std::errc::resource_unavailable_try_again;
@@ -328,7 +337,7 @@ bool is_refused_thread(const std::exception& error) {
   return std::string_view(error.what()).starts_with("pthread_create");
 }
 
-// The exit status of a command that did what it was asked for, unless its answer was lost.
+// The exit status of a successful command, unless its output could not be written.
 int ended_with(int status) {
   const Status written = answers_written();
   return status == 0 && !written ? report(written.error()) : status;
@@ -338,7 +347,7 @@ int ended_with(int status) {
 
 int run_command_line(int argc, const char* const* argv) {
   Arguments arguments;
-  CLI::App app("ensonify: labelled multibeam sonar data sets from YAML scenarios", "ensonify");
+  CLI::App app("ensonify: labeled multibeam sonar data sets from YAML scenarios", "ensonify");
   app.set_version_flag("--version",
                        fmt::format("ensonify {} ({})", program_version(), program_commit()));
   add_help_format(app, program_version());
@@ -347,8 +356,8 @@ int run_command_line(int argc, const char* const* argv) {
   add_check(app, arguments);
   CLI::App& verify_command =
       *app.add_subcommand("verify", "check a data set or a sweep: schema, shapes, checksums");
-  verify_command.add_option("DIR", arguments.folder, "a data set or a sweep")->required();
-  verify_command.add_option("--threads", arguments.threads, "threads; 0: all")
+  verify_command.add_option("DIR", arguments.folder, "folder of a data set or a sweep")->required();
+  verify_command.add_option("--threads", arguments.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   add_export(app, arguments.views);
   add_render(app, arguments.views);
@@ -372,15 +381,15 @@ int run_command_line(int argc, const char* const* argv) {
     return status ? ended_with(*status) : report(status.error());
   } catch (const std::bad_alloc&) {
     return report({ErrorKind::device,
-                   "not enough memory; `ensonify check` tells what a scenario needs: fewer rays, "
-                   "beams or a shorter range need less"});
+                   "not enough memory; `ensonify check` prints what a scenario needs, and fewer "
+                   "rays or beams or a shorter range need less"});
   } catch (const DeviceFailure& failure) {
     return report({ErrorKind::device, failure.what()});
   } catch (const std::exception& error) {
     if (is_refused_thread(error)) {
       return report({ErrorKind::device,
-                     "the system starts no more threads; give fewer by --threads, or raise what "
-                     "limits them (ulimit -u, pids.max of a container)"});
+                     "the system cannot start more threads; give fewer --threads or raise the "
+                     "limit (ulimit -u, pids.max of a container)"});
     }
     return report({ErrorKind::bug, fmt::format("bug: {}; please report it", error.what())});
   }

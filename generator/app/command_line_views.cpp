@@ -14,7 +14,7 @@
 namespace ensonify {
 namespace {
 
-// A:B.
+// Parses A:B.
 template <class Number>
 std::optional<std::pair<Number, Number>> parse_pair(const std::string& text) {
   std::pair<Number, Number> pair;
@@ -32,73 +32,79 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
   if (const auto range = parse_pair<std::uint32_t>(text)) return *range;
   return Error{
       ErrorKind::usage,
-      fmt::format("{} {}: accepted is A:B, the first and the one after the last", option, text)};
+      fmt::format("{} {}: not a range; expected A:B, the first number and the one after the last",
+                  option, text)};
 }
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand("report", "look at a data set: one page of HTML");
+  CLI::App& command = *app.add_subcommand("report", "write an HTML page that shows a data set");
   ReportOptions& options = arguments.report;
-  command.add_option("DIR", options.dataset, "a finished data set")->required();
-  command.add_option("-o,--output", options.output, "the page; DIR_report.html by default");
+  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
+  command.add_option("-o,--output", options.output, "HTML file; default: DIR_report.html");
   command
       .add_option("--pings", options.max_pings,
-                  "of more pings, this many are shown, spread evenly; 200 by default")
+                  "largest number of pings to show, evenly spaced; default: 200")
       ->check(CLI::Range(1, 100'000));
-  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command.add_flag("--overwrite", options.overwrite,
-                   "replace a file that is not a page of ensonify");
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+                   "overwrite a file that is not a page of ensonify");
+  command.add_flag("--quiet", arguments.quiet, "print no message at the end");
 }
 
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command =
-      *app.add_subcommand("preview", "look at a scenario: a few pings at reduced cost, as a page");
+  CLI::App& command = *app.add_subcommand(
+      "preview", "write an HTML page with a few pings of a scenario at reduced cost");
   PreviewOptions& options = arguments.preview;
-  command.add_option("-o,--output", options.output, "the page; NAME_preview.html by default");
-  command.add_option("--pings", options.pings, "so many, spread over the run; 3 by default")
+  command.add_option("-o,--output", options.output, "HTML file; default: NAME_preview.html");
+  command.add_option("--pings", options.pings, "number of pings, spread over the run; default: 3")
       ->check(CLI::Range(1, 200));
-  command.add_option("--sequence", options.sequence, "which one; 0 by default");
-  command.add_option("--threads", options.threads, "threads; 0: all")->check(CLI::Range(0, 4096));
-  command.add_flag("--full", options.full, "with all rays, as generate traces them");
+  command.add_option("--sequence", options.sequence, "sequence to show; default: 0");
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--full", options.full, "trace all rays, as generate does");
   command.add_flag("--watch", options.watch,
-                   "again whenever the scenario or a file that it names changes, until Ctrl-C");
-  command.add_flag("--quiet", arguments.quiet, "no messages but faults and warnings");
+                   "repeat whenever the scenario or a file that it names changes, until Ctrl-C");
+  command.add_flag("--quiet", arguments.quiet, "print only errors and warnings");
   return command;
 }
 
 void add_figure(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand("figure", "draw a ping with axes and a colour bar");
+  CLI::App& command = *app.add_subcommand("figure", "draw a ping with axes and a color bar");
   FigureOptions& options = arguments.figure;
   FigureWords& words = arguments.figure_words;
-  command.add_option("DIR", options.dataset, "a finished data set")->required();
+  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
   command.add_option("-o,--output", options.output, "FILE.png, .svg, .webp or .mp4 (needs ffmpeg)")
       ->required();
-  command.add_option("--sequence", options.sequence, "the first by default");
-  command.add_option("--ping", options.ping, "of .png and .svg; the first by default");
-  command.add_option("--pings", words.pings,
-                     "A:B: pings A to B-1, of .webp and .mp4; all by default");
-  command.add_option("--fps", options.fps, "frames a second; as the pings were by default");
+  command.add_option("--sequence", options.sequence, "sequence to draw; default: the first");
+  command.add_option("--ping", options.ping, "ping to draw as .png or .svg; default: the first");
+  command.add_option("--pings", words.pings, "A:B: pings A to B-1 for .webp or .mp4; default: all");
+  command.add_option("--fps", options.fps, "frames per second; default: the ping rate");
   command.add_option("--view", words.view, "cartesian (default) or polar")
       ->check(CLI::IsMember({"cartesian", "polar"}));
   command
       .add_option("--quantity", words.quantity,
-                  "level (default), clean, elevation, instance, semantic, shadow or multipath")
+                  "level (default), clean (the expected level), elevation, instance, semantic, "
+                  "shadow or multipath")
       ->check(CLI::IsMember(
           {"level", "clean", "elevation", "instance", "semantic", "shadow", "multipath"}));
-  command.add_option("--db", words.db, "MIN:MAX: limits of the colours; from the ping by default");
-  offer(*command.add_option("--colour-map", options.colour_map, "colour map of the levels"),
+  command.add_option("--db", words.db, "MIN:MAX: color limits in dB; default: from the ping");
+  offer(*command.add_option("--colour-map", options.colour_map, "color map of the levels"),
         colour_maps());
   command.add_option("--interpolation", words.interpolation, "nearest (default) or bilinear")
       ->check(CLI::IsMember({"nearest", "bilinear"}));
-  command.add_flag("--outlines", options.outlines, "outlines of instances, with their names");
-  command.add_option("--instances", options.instances, "NAME,NAME: no others")
+  command.add_flag("--outlines", options.outlines,
+                   "draw the outlines of instances with their names");
+  command
+      .add_option("--instances", options.instances,
+                  "NAME,NAME: draw only the outlines of these instances")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command.add_option("--title", options.title, "in place of name and ping; \"\" for none");
-  command.add_option("--width-px", options.width_px, "1200 by default, animated 800");
-  command.add_flag("--overwrite", options.overwrite, "replace a file that is there");
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  command.add_option("--title", options.title, "title; default: name and ping, \"\" for none");
+  command.add_option("--width-px", options.width_px,
+                     "width of the image; default: 1200, or 800 for an animation");
+  command.add_flag("--overwrite", options.overwrite, "overwrite an existing file");
+  command.add_flag("--quiet", arguments.quiet, "print no message at the end");
 }
 
 Status run_report(const ViewArguments& arguments) {
@@ -110,7 +116,8 @@ Status run_preview(ScenarioOptions input, const ViewArguments& arguments) {
   options.input = std::move(input);
   options.quiet = arguments.quiet;
   if (options.watch && options.input.scenario == kStandardInput) {
-    return Error{ErrorKind::usage, "--watch: standard input does not change, accepted is a file"};
+    return Error{ErrorKind::usage,
+                 "--watch: standard input does not change; expected a scenario file"};
   }
   return preview(options);
 }
@@ -125,7 +132,9 @@ Status run_figure(const ViewArguments& arguments) {
   }
   if (!words.db.empty()) {
     const auto db = parse_pair<double>(words.db);
-    if (!db) return Error{ErrorKind::usage, "--db " + words.db + ": accepted is MIN:MAX in dB"};
+    if (!db)
+      return Error{ErrorKind::usage,
+                   "--db " + words.db + ": not a range of levels; expected MIN:MAX in dB"};
     options.db = {db->first, db->second};
   }
   constexpr std::pair<std::string_view, FigureQuantity> kQuantities[] = {
@@ -152,7 +161,7 @@ Status run_export(const ViewArguments& arguments) {
   return export_command(arguments.format, std::move(options), arguments.quiet);
 }
 
-// Which objects the formats that list objects write.
+// Options of the formats that list objects.
 static void add_object_options(CLI::App& command, ExportOptions& options) {
   constexpr const char* kGroup = "Objects";
   const auto add_list = [&](const char* name, auto& names, const char* what) {
@@ -163,84 +172,91 @@ static void add_object_options(CLI::App& command, ExportOptions& options) {
         ->group(kGroup);
   };
   add_list("--classes", options.classes,
-           "these classes alone, separated by commas; else all of kind thing");
-  add_list("--exclude", options.exclude, "all but these");
-  command.add_option("--min-pixels", options.min_pixels, "least pixels of the mask (1)")
+           "only these classes, separated by commas; default: all of kind thing");
+  add_list("--exclude", options.exclude, "leave out these classes, separated by commas");
+  command
+      .add_option("--min-pixels", options.min_pixels,
+                  "minimum number of pixels of the mask; default: 1")
       ->check(CLI::Range(1, 1'000'000'000))
       ->group(kGroup);
   command
       .add_option("--min-visible", options.min_visible,
-                  "least share of the amodal mask that is visible")
+                  "minimum visible fraction of the amodal mask")
       ->check(CLI::Range(0.0, 1.0))
       ->group(kGroup);
 }
 
 void add_export(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand("export", "write a data set in another format");
+  CLI::App& command = *app.add_subcommand("export", "convert a data set to another format");
   ExportOptions& options = arguments.exported;
-  command.add_option("DIR", options.dataset, "a finished data set")->required();
-  offer(*command.add_option("--format", arguments.format, "one of those below")->required(),
+  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
+  offer(*command.add_option("--format", arguments.format, "one of the formats below")->required(),
         export_formats());
-  command.add_option("-o,--output", options.output, "what is written: must be new or empty")
-      ->required();
-  command.add_option("--view", arguments.view, "which image of a ping: polar or cartesian")
+  command.add_option("-o,--output", options.output, "output path, new or empty")->required();
+  command.add_option("--view", arguments.view, "image of a ping: polar or cartesian")
       ->check(CLI::IsMember({"polar", "cartesian"}));
   command.add_option("--labels", arguments.labels, "segments (outlines) or boxes")
       ->check(CLI::IsMember({"segments", "boxes"}));
-  command.add_flag("--stack", options.stack, "all sequences in one array");
-  command.add_flag("--pad", options.pad, "... of the size of the largest where they differ");
-  command.add_option("--shard-size-mb", options.shard_size_mb, "most megabytes of a shard")
+  command.add_flag("--stack", options.stack, "stack all sequences in one array");
+  command.add_flag("--pad", options.pad,
+                   "with --stack, pad all sequences to the size of the largest");
+  command
+      .add_option("--shard-size-mb", options.shard_size_mb, "maximum size of a shard in megabytes")
       ->check(CLI::Range(1, 1'000'000));
-  command.add_option("--margin-px", options.margin_px, "pixels around the box of a crop (8)")
+  command
+      .add_option("--margin-px", options.margin_px, "pixels around the box of a crop; default: 8")
       ->check(CLI::Range(0, 65535));
-  command.add_option("--split", options.split, "the sequences of this split alone")
+  command.add_option("--split", options.split, "only the sequences of this split")
       ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_option("--render", options.render,
-                     "name of a render: its 8-bit images in place of the data set's own");
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+                     "use the 8-bit images of the render with this name");
+  command.add_flag("--quiet", arguments.quiet, "print no message at the end");
   add_object_options(command, options);
   command.footer(export_format_list());
 }
 
 void add_render(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand(
-      "render", "make the 8-bit images of a data set again, with another display");
+      "render", "make the 8-bit images of a data set again with other display settings");
   RenderOptions& options = arguments.render;
   RenderWords& words = arguments.render_words;
   Display& display = options.display;
-  command.add_option("DIR", options.dataset, "a finished data set")->required();
-  command.add_option("--name", options.name, "of the render: the images go to DIR/renders/NAME")
+  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
+  command
+      .add_option("--name", options.name, "name of the render; the images go to DIR/renders/NAME")
       ->required();
-  command.add_option("--view", words.view, "polar or cartesian; both by default")
+  command.add_option("--view", words.view, "polar or cartesian; default: both")
       ->check(CLI::IsMember({"polar", "cartesian"}));
-  command.add_option("--db", words.db,
-                     "MIN:MAX: black and white; by default those of the data set's own images");
+  command.add_option(
+      "--db", words.db,
+      "MIN:MAX: levels of black and white; default: those of the data set's own images");
   command.add_flag("--auto", display.automatic_gain,
                    "automatic gain: the 99.5th percentile of each ping becomes white");
   command
       .add_option("--tvg", display.spreading,
-                  "time-varied gain, dB for each tenfold of range; 0 by default")
+                  "time-varied gain in dB per tenfold of range; default: 0")
       ->check(CLI::Range(0.0, 100.0));
   command.add_flag("--absorption", display.absorption,
                    "compensate the two-way absorption of the water");
-  command.add_option("--gain-db", display.gain_db, "constant gain; 0 by default")
+  command.add_option("--gain-db", display.gain_db, "constant gain in dB; default: 0")
       ->check(CLI::Range(-1000.0, 1000.0));
   command
-      .add_option("--scale", words.scale,
-                  "db (default): gray is linear in dB; amplitude: in a power of the amplitude")
+      .add_option(
+          "--scale", words.scale,
+          "db (default): gray level linear in dB; amplitude: linear in a power of the amplitude")
       ->check(CLI::IsMember({"db", "amplitude"}));
-  command.add_option("--gamma", display.gamma, "that power; 1 by default")
+  command.add_option("--gamma", display.gamma, "power of the amplitude; default: 1")
       ->check(CLI::Range(0.05, 20.0));
   offer(*command.add_option("--colour-map", display.color_map,
-                            "colours of the gray levels, as a palette; none by default"),
+                            "color palette for the gray levels; default: none"),
         colour_maps());
   command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")
       ->check(CLI::IsMember({"none", "horizontal", "vertical", "both"}));
   command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
-  command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
-  command.add_flag("--overwrite", options.overwrite, "replace a render of this name");
-  command.add_flag("--quiet", arguments.quiet, "no message at the end");
+  command.add_flag("--overwrite", options.overwrite, "overwrite an existing render of this name");
+  command.add_flag("--quiet", arguments.quiet, "print no message at the end");
 }
 
 Status run_render(const ViewArguments& arguments) {
@@ -251,7 +267,9 @@ Status run_render(const ViewArguments& arguments) {
   }
   if (!words.db.empty()) {
     const auto db = parse_pair<double>(words.db);
-    if (!db) return Error{ErrorKind::usage, "--db " + words.db + ": accepted is MIN:MAX in dB"};
+    if (!db)
+      return Error{ErrorKind::usage,
+                   "--db " + words.db + ": not a range of levels; expected MIN:MAX in dB"};
     options.limits_db = {db->first, db->second};
   }
   if (!words.sequences.empty()) {
@@ -268,8 +286,8 @@ Status run_render(const ViewArguments& arguments) {
 
 void add_presets(CLI::App& app, std::optional<std::string>& preset) {
   CLI::App& command =
-      *app.add_subcommand("presets", "sonar presets with their numbers and sources");
-  offer(*command.add_option("NAME", preset, "print this one"), sonar_presets());
+      *app.add_subcommand("presets", "list the sonar presets, or print one with its sources");
+  offer(*command.add_option("NAME", preset, "preset to print"), sonar_presets());
 }
 
 }  // namespace ensonify

@@ -1,7 +1,7 @@
-// The commands that show what was made, or write it anew: their options, and from those to a
-// command's own.
+// The commands that show or convert existing results: their command line options, and the
+// conversion to the options of each command.
 //
-//   parse_range  A:B, of any command
+//   parse_range  A:B, for any command
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
@@ -23,19 +23,19 @@ class App;
 
 namespace ensonify {
 
-// Options of figures as they are written.
+// Options of `figure` as given.
 struct FigureWords {
   std::string pings, view, quantity, db, interpolation;
 };
 
-// Options of renders as they are written.
+// Options of `render` as given.
 struct RenderWords {
   std::string view, db, scale = "db", flip = "none", sequences;
 };
 
 struct ViewArguments {
   ExportOptions exported;
-  std::string format, view, labels;  // of export
+  std::string format, view, labels;  // of `export`
   ReportOptions report;
   PreviewOptions preview;
   FigureOptions figure;
@@ -45,12 +45,12 @@ struct ViewArguments {
   bool quiet = false;
 };
 
-// Error (usage): not A:B in whole numbers.
+// Error (usage): not A:B in integers.
 Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                                                             const std::string& text);
 
 void add_report(CLI::App& app, ViewArguments& arguments);
-// The caller adds what names the scenario.
+// The caller adds the options that name the scenario.
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);

@@ -169,21 +169,21 @@ std::string seconds_text(double seconds) {
 
 namespace {
 
-// Seconds of a core, of the machine of docs/performance.md: what `ensonify bench` prints for the
-// case `full`, and for `array`, over how many there are of each.
+// Seconds of one core on the machine of docs/performance.md: times that `ensonify bench` prints for
+// the cases `full` and `array`, divided by the numbers of items.
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
 constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
-constexpr double kSampleSeconds = 1.3e-8;         // series and expected power
+constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
 constexpr double kPictureSeconds = 6e-8;          // a labelled pixel, encoded
 constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
-constexpr double kElementSampleSeconds = 1.2e-7;  // beams of an element's series
-constexpr double kPingSeconds = 2e-3;             // files, whatever is in them
+constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
+constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
-constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, to a ray
+constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
 constexpr double kRaysByNeed = 2;
-constexpr double kSurfaceBounce = 1.5;            // rays that go on to another surface
-constexpr double kBounce = 0.25;  // echoes that came round once more, to a direct one
+constexpr double kSurfaceBounce = 1.5;            // rays that continue to another surface
+constexpr double kBounce = 0.25;  // multipath echoes per direct echo and bounce
 
 double ping_seconds(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
@@ -210,7 +210,7 @@ double ping_seconds(const Session& session) {
   return seconds;
 }
 
-// Three digits are the same on all machines, whose logarithms may differ in the last bit.
+// Three digits are equal on all machines, whose logarithms may differ in the last bit.
 double three_digits(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2);
   return std::round(value / unit) * unit;

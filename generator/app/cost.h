@@ -1,9 +1,9 @@
-// What generating a data set will take, estimated before anything is written.
+// The cost of generating a data set, estimated before anything is written.
 //
-//   pings_under_way  work_items  sequences_under_way   how work is shared out
+//   pings_under_way  work_items  sequences_under_way   how work is divided
 //   PingSize  ping_size  layer_count  channel_samples
 //   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text  seconds_text
-//   run_cost                                           a run of a sweep
+//   run_cost                                           for a run of a sweep
 #pragma once
 
 #include <cstdint>
@@ -19,49 +19,50 @@ struct Cost {
   std::uint64_t pings = 0;
   std::uint64_t files = 0;       // exact
   std::uint64_t disk_bytes = 0;  // compressed parts and tables estimated from typical images
-  std::uint64_t peak_bytes = 0;  // memory of the process: as many pings at once as are under way
+  std::uint64_t peak_bytes = 0;  // memory of the process, with all pings in progress at once
 };
 
-// How many pings `generate` has in hand at once: one being computed for each thread, and some whose
-// files the disk is taking.
+// The number of pings in progress in `generate`: one computed by each thread, and some whose files
+// are being written.
 int pings_under_way(int threads, std::uint64_t pings);
 
-// What a sequence's pings are shared out in: one by one, or blocks of an ensemble.
+// The units in which the pings of a sequence are distributed: single pings, or blocks of an
+// ensemble.
 std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
 
-// As many sequences of `pings` each as it takes to have enough pings in hand; at least two where
+// As many sequences of `pings` each as are needed for enough pings in progress; at least two if
 // each has a world of its own, so that one is built while the pings of another are computed.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences, bool vary);
 
-// What one ping has. Cartesian pixels are counted only where they are asked for.
+// The size of one ping. Cartesian pixels are counted only if they are requested.
 struct PingSize {
   std::uint64_t rays = 0, pixels = 0, cartesian_pixels = 0;
 };
 PingSize ping_size(const Session& session);
 
-// Layers of each ping, as sequence 0 has them.
+// Layers of each ping in sequence 0.
 std::uint64_t layer_count(const Session& session);
 
-// Values of output.channels in a ping.
+// Number of values of output.channels in a ping.
 std::uint64_t channel_samples(const Session& session);
 
 Cost estimate_cost(const Session& session, int threads);
 
-// Memory of one of several runs of a process, beside what it has loaded. With `exact` a few pings
-// are traced; else it is a bound that may be far too high.
+// Memory of one of several runs in a process, in addition to what it has loaded. With `exact`, a
+// few pings are traced; otherwise it is an upper bound that may be far too high.
 std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
                              const SynthesisMemory& synthesis);
 
-// Pings, files and bytes alone, from `echoes` of a ping: needs no world, but for the size of its
-// distance field.
+// Only pings, files and bytes, from the `echoes` of a ping. Needs the world only for the size of
+// its distance field.
 Cost estimate_files(const Session& session, std::uint64_t echoes);
 
 // "12 MB", "2.5 h"
 std::string bytes_text(std::uint64_t bytes);
 std::string seconds_text(double seconds);
 
-// What a run of a sweep will take, from its scenario alone: no world is built and nothing is
-// traced, so that thousands are estimated in a second. The same on every machine. Errors (usage):
+// The cost of a run of a sweep, from its scenario alone: no world is built and nothing is traced,
+// so that thousands of runs are estimated in a second. The same on every machine. Errors (usage):
 // those of prepare_without_world.
 Result<RunCost> run_cost(Scenario scenario);
 

@@ -24,7 +24,8 @@ Status presets(const std::optional<std::string>& name) {
     names += (names.empty() ? "" : ", ") + preset.name;
   }
   if (name) {
-    return Error{ErrorKind::usage, fmt::format("no preset named '{}'; there are {}", *name, names)};
+    return Error{ErrorKind::usage,
+                 fmt::format("no preset has the name '{}'; expected one of {}", *name, names)};
   }
   answer("{:<20} {:>9} {:>9} {:>9} {:>6} {:>7} {:>7}\n", "preset", "f kHz", "b kHz", "fov deg",
          "beams", "width", "range m");
@@ -39,15 +40,14 @@ Status presets(const std::optional<std::string>& name) {
            s.beam_count, s.beam_width_deg, s.range_max_m);
   }
   answer(
-      "\nensonify presets NAME prints one with its sources. b is that of the longest range; "
-      "presets "
-      "with\nrows under by_range_max_m have a larger one at shorter ranges.\n");
+      "\nensonify presets NAME prints one with its sources. b is the bandwidth at the longest "
+      "range; presets\nwith rows under by_range_max_m have a larger one at shorter ranges.\n");
   return {};
 }
 
 namespace {
 
-// The planned runs one after another: those that are not done are faults too.
+// Checks the planned runs one after another; a run that is not done is an error, too.
 Result<VerifyReport> verify_sweep(const std::filesystem::path& folder, const Workers& workers) {
   const Result<std::optional<Plan>> plan = read_plan(folder);
   if (!plan) return plan.error();
@@ -81,9 +81,9 @@ Status verify(const std::filesystem::path& folder, int threads) {
       *sweep ? verify_sweep(folder, workers) : verify_dataset(folder, workers);
   if (!report) return report.error();
   if (report->faults.empty()) {
-    tell("{}: whole: {}, {} bytes\n", folder.string(), counted(report->files, "file"),
-         report->bytes);
-    // That is no damage: the data set holds what can be made.
+    tell("{}: complete and undamaged: {}, {} bytes\n", folder.string(),
+         counted(report->files, "file"), report->bytes);
+    // These are not damage: the data set contains everything that can be made.
     if (!report->failed.empty()) {
       tell("{}: {}\n", folder.string(),
            failures_text(report->failed, report->sequences + report->failed.size()));
@@ -93,7 +93,7 @@ Status verify(const std::filesystem::path& folder, int threads) {
   std::string text;
   for (const std::string& fault : report->faults) text += fault + "\n";
   return Error{ErrorKind::damage, fmt::format("{}{}: {}", text, folder.string(),
-                                              counted(report->faults.size(), "fault"))};
+                                              counted(report->faults.size(), "error"))};
 }
 
 Status export_command(const std::string& format_name, ExportOptions options, bool quiet) {
@@ -102,7 +102,7 @@ Status export_command(const std::string& format_name, ExportOptions options, boo
     std::vector<std::string_view> names;
     for (const ExportFormat& known : export_formats()) names.emplace_back(known.name);
     return Error{ErrorKind::usage,
-                 fmt::format("--format {}: unknown{}; accepted is {}", one_line(format_name),
+                 fmt::format("--format {}: unknown format{}; expected {}", one_line(format_name),
                              hint(format_name, names), joined(names))};
   }
   listen_for_interrupts();
@@ -120,7 +120,7 @@ std::string export_format_list() {
   std::string text = "formats (docs/export.md):\n";
   for (const ExportFormat& format : export_formats()) {
     std::string takes = format.options;
-    if (format.lists_objects) takes += " and the options of objects";
+    if (format.lists_objects) takes += " and the options for objects";
     text += fmt::format("  {:<12} {}{}{}\n", format.name, format.what,
                         takes.empty() ? "" : "; takes ", takes);
   }
@@ -143,7 +143,7 @@ Status report_command(const ReportOptions& given, bool quiet) {
 Status figure_command(FigureOptions options, bool quiet) {
   if (options.title &&
       (first_invalid_utf8(*options.title) || first_control_character(*options.title, ""))) {
-    return Error{ErrorKind::usage, "--title: accepted is one line of UTF-8 text"};
+    return Error{ErrorKind::usage, "--title: the text is invalid; expected one line of UTF-8 text"};
   }
   listen_for_interrupts();
   options.stop = interrupted;

@@ -102,7 +102,7 @@ Status room_for_bytes(const fs::path& folder, double needed,
                       const std::optional<std::uint64_t>& free) {
   if (!free || needed <= static_cast<double>(*free)) return {};
   return Error{ErrorKind::io,
-               fmt::format("{}: the data needs about {} of disk space, but only {} are free; free "
+               fmt::format("{}: the data needs about {} of disk space, but only {} is free; free "
                            "some space, choose a folder on another disk, select fewer files (the "
                            "scenario's `output`), or give --ignore-free-space",
                            folder.string(), bytes_text(static_cast<std::uint64_t>(needed)),

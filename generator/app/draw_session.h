@@ -1,5 +1,5 @@
-// The draw of a sequence that can be built: objects that are placed at random may find no room, and
-// the whole sequence is drawn again then.
+// Samples a sequence that can be built: objects that are placed at random may find no room, and
+// then the whole sequence is sampled again.
 //
 //   kMostRedraws  DrawSteps  drawn_session
 #pragma once
@@ -18,12 +18,12 @@ inline constexpr std::uint32_t kMostRedraws = 100;
 
 struct DrawSteps {
   std::function<Result<Scenario>(SequenceDraw)> scenario;
-  // prepare_session, or what takes its place.
+  // prepare_session, or a replacement for it.
   std::function<Result<Session>(Scenario, std::uint32_t sequence)> session;
 };
 
-// The session of the first draw that both steps take, with its `placement`. Errors: those of the
-// steps; ErrorKind::redraw is never among them: after kMostRedraws draws more, it is usage.
+// The session of the first sample for which both steps succeed, with its `placement`. Errors: those
+// of the steps; ErrorKind::redraw becomes usage after kMostRedraws further samples.
 Result<Session> drawn_session(const DrawSteps& steps, std::uint32_t sequence);
 
 }  // namespace ensonify

@@ -20,7 +20,7 @@ bool same_pose(const Pose& a, const Pose& b) {
 }
 
 Error not_draws(const std::string& why, const char* accepted) {
-  return {ErrorKind::usage, fmt::format("output.statistics: {}; accepted is {}", why, accepted)};
+  return {ErrorKind::usage, fmt::format("output.statistics: {}; expected {}", why, accepted)};
 }
 
 }  // namespace
@@ -29,8 +29,8 @@ Status check_draws(const Session& session) {
   if (!session.scenario.output.selection.statistics) return {};
   if (session.scenario.scattering.speckle != SpeckleMode::per_ping) {
     return not_draws(
-        "its realisations are the pings of a sequence, and scattering.speckle lets them share "
-        "their draws",
+        "the pings of a sequence must be independent realizations, but scattering.speckle makes "
+        "them share one random pattern",
         "speckle per_ping");
   }
   const Pose sonar = sonar_pose(session, 0);
@@ -39,11 +39,11 @@ Status check_draws(const Session& session) {
     const bool rests = same_pose(sonar_pose(session, ping), sonar);
     const std::vector<Pose> now = object_poses(session, ping);
     if (rests && std::equal(now.begin(), now.end(), objects.begin(), same_pose)) continue;
-    return not_draws(fmt::format("its realisations are the pings of a sequence, and at ping {} {} "
-                                 "has moved",
-                                 ping, rests ? "an object" : "the sonar"),
-                     "everything at rest; for several places draw the pose of each of several "
-                     "sequences");
+    return not_draws(
+        fmt::format("the pings of a sequence must be realizations of one scene, but at ping {} {} "
+                    "has moved",
+                    ping, rests ? "an object" : "the sonar"),
+        "everything at rest (for several places, sample the pose for each of several sequences)");
   }
   return {};
 }

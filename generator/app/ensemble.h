@@ -1,7 +1,8 @@
-// The pings of a sequence as draws of one scene: their moments, whoever computes what first.
+// The pings of a sequence as realizations of one scene: their moments, independent of the order in
+// which threads compute them.
 //
-//   check_draws  that they are
-//   Ensemble     blocks of pings come from several threads at once and are added in their order
+//   check_draws  that they are independent
+//   Ensemble     takes blocks of pings from several threads and adds them in order
 #pragma once
 
 #include <chrono>
@@ -20,35 +21,36 @@
 
 namespace ensonify {
 
-// Error (usage), where output.statistics asks for an ensemble: scattering.speckle keeps the draws
+// Error (usage), if output.statistics requires an ensemble: scattering.speckle keeps random values
 // from ping to ping, or the sonar or an object is not at rest.
 Status check_draws(const Session& session);
 
 class Ensemble {
  public:
-  // Goes on from the checkpoint in `dir`, if there is one. A kill costs what came since the last
-  // one.
+  // Resumes from the checkpoint in `dir`, if there is one. A kill loses the work since the last
+  // checkpoint.
   Ensemble(std::filesystem::path dir, const SequenceInfo& info,
            std::chrono::milliseconds checkpoint_every = std::chrono::seconds(10));
 
-  // Blocks of kMomentBlock pings from the sequence's first on, the last as short as it comes out.
+  // Blocks of kMomentBlock pings from the first of the sequence; the last block may be shorter.
   std::uint32_t block_count() const;
   std::uint32_t blocks_done() const { return first_block_; }  // in the checkpoint
   PingRange block_pings(std::uint32_t block) const;
 
-  // Waits until all blocks before this one are in, or the ensemble is given up: then nothing
-  // happens. May be called from several threads at once, for different blocks. Now and then it
-  // writes a checkpoint. Error (io): that cannot be written.
+  // Waits until all blocks before this one are added, or the ensemble is given up; then nothing
+  // happens. May be called from several threads at once, for different blocks. Writes a checkpoint
+  // from time to time. Error (io): it cannot be written.
   Status add(std::uint32_t block, SeriesBlock series);
-  // Nobody waits any more for what will not come.
+  // Releases all waiting threads, because a block will not come.
   void give_up();
-  // When nobody adds: a checkpoint of what is in.
+  // Writes a checkpoint while no thread adds blocks.
   Status save() const;
 
   const Moments& moments() const { return moments_; }
 
  private:
-  // Beams that are added at a time: while one block is at one stripe, the next follows behind it.
+  // Beams that are added at a time: while one block is at a stripe, the next block follows behind
+  // it.
   static constexpr int kStripeBeams = 16;
 
   bool wait_for(std::uint32_t block, int stripe);

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What generate and finalize_dataset begin with: everything known, nothing written.
+// The common start of generate and finalize_dataset: everything is known, nothing is written.
 struct Opened {
   SequenceWorlds worlds;
   Numerics numerics;
@@ -43,7 +43,7 @@ Result<Opened> open_dataset(const GenerateOptions& options) {
   return Opened{std::move(*worlds), std::move(*numerics), std::move(*work)};
 }
 
-// A run must not remove what it reads.
+// A run must not delete its own input files.
 Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   if (!options.overwrite) return {};
   const fs::path output = fs::weakly_canonical(options.output);
@@ -52,15 +52,16 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   for (const fs::path& input : inputs) {
     const fs::path inside = fs::weakly_canonical(input).lexically_relative(output);
     if (inside.empty() || *inside.begin() == "..") continue;
-    return Error{ErrorKind::usage,
-                 fmt::format("--overwrite would remove its own input {}; copy it out of {} first",
-                             input.string(), options.output.string())};
+    return Error{
+        ErrorKind::usage,
+        fmt::format("--overwrite: the input file {} would be deleted; expected it outside of {}",
+                    input.string(), options.output.string())};
   }
   return {};
 }
 
-// A noise.snr_db without an echo is a wrong scenario: found before anything is written. What that
-// took to work out is handed on.
+// A noise.snr_db without an echo is an error of the scenario, which is found before anything is
+// written. Results of this check are passed on.
 Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
   const auto& [worlds, numerics, work] = opened;
   const SequenceInfo& info = work.first;
@@ -76,10 +77,10 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
 
 Status make(const GenerateOptions& options, const Opened& opened, SharedParts first, int threads) {
   const auto& [worlds, numerics, work] = opened;
-  if (work.asked_count() == 0) return {};  // a shard of more shards than sequences
+  if (work.asked_count() == 0) return {};  // a shard beyond the number of sequences
   const PingTotals pings = ping_totals(options.output, worlds, work);
   if (pings.found > 0 && !options.quiet) {
-    tell("continuing: {} of {} there already\n", pings.found, counted(pings.all, "ping"));
+    tell("resuming: {} of {} already made\n", pings.found, counted(pings.all, "ping"));
   }
   Progress progress(progress_style(options.quiet), pings.all, pings.found);
   Turns turns(threads);
@@ -93,18 +94,18 @@ Status make(const GenerateOptions& options, const Opened& opened, SharedParts fi
   return make_sequences(crew, options.output, worlds, work, 1, ping_done, std::move(first));
 }
 
-// Its sequences are made; the data set is finished by one process, when all are.
+// The sequences of the shard are made; one process finishes the data set when all shards are done.
 void tell_shard_is_done(const GenerateOptions& options, const DatasetWork& work,
                         std::size_t failed) {
   if (options.quiet) return;
   tell(
-      "{}: shard {}/{}: {} of {} done; once all are, the same command with --finalize in "
-      "place of --shard finishes the data set\n",
+      "{}: shard {}/{}: {} of {} done; when all are done, the same command with --finalize instead "
+      "of --shard finishes the data set\n",
       options.output.string(), options.shard->number, options.shard->count,
       counted(work.asked_count() - failed, "sequence"), work.sequences);
 }
 
-// All that stand in the way of finishing, or none.
+// Returns everything that prevents finishing, if anything does.
 Status all_sequences_made(const GenerateOptions& options, const DatasetWork& work) {
   const Failures failed = failures_in(options.output);
   std::uint64_t missing = 0;
@@ -117,13 +118,13 @@ Status all_sequences_made(const GenerateOptions& options, const DatasetWork& wor
   if (missing == 0 || (options.partial && missing < work.sequences)) return {};
   return Error{
       ErrorKind::usage,
-      fmt::format("{}: {} of {} missing; make them (--shard, or --sequences {}:{}, which leaves "
-                  "alone what is done){}",
+      fmt::format("{}: {} of {} missing; make them with --shard or --sequences {}:{}, which keep "
+                  "finished ones{}",
                   options.output.string(), missing, counted(work.sequences, "sequence"), first,
-                  last, options.partial ? "" : ", or give --partial for those that are there")};
+                  last, options.partial ? "" : ", or give --partial to finish without them")};
 }
 
-// Those of [first, last) that cannot be made.
+// The sequences in [first, last) that cannot be made.
 std::vector<SequenceFailure> failed_of(const GenerateOptions& options, const DatasetWork& work,
                                        PingRange sequences) {
   std::vector<SequenceFailure> failed = failures_of(options.output, work);
@@ -133,7 +134,7 @@ std::vector<SequenceFailure> failed_of(const GenerateOptions& options, const Dat
   return failed;
 }
 
-// Error (incomplete) where sequences of [first, last) cannot be made.
+// Error (incomplete) if sequences in [first, last) cannot be made.
 Status unless_failed(const GenerateOptions& options, const DatasetWork& work, PingRange sequences) {
   const std::vector<SequenceFailure> failed = failed_of(options, work, sequences);
   if (failed.empty()) return {};
@@ -178,7 +179,7 @@ void warn_of_display(const GenerateOptions& options, const DatasetManifest& data
   if (!warning.empty()) warn(options, warning);
 }
 
-// The data set, once its sequences are made, or the shard.
+// The data set when its sequences are made, or the shard.
 Status end_work(const GenerateOptions& options, const Opened& opened, int threads,
                 Clock::time_point start) {
   const DatasetWork& work = opened.work;
@@ -199,7 +200,7 @@ Status finalize_dataset(const GenerateOptions& options) {
   const Clock::time_point start = Clock::now();
   if (std::error_code error; fs::is_empty(options.output, error) || error) {
     return Error{ErrorKind::usage,
-                 fmt::format("{}: holds no sequences; make them first, without --finalize",
+                 fmt::format("{}: contains no sequences; make them first, without --finalize",
                              options.output.string())};
   }
   const Workers workers(options.threads);
@@ -254,7 +255,7 @@ Status generate(const GenerateOptions& options) {
   if (!state) return state.error();
   if (*state == FolderState::complete) {
     if (!options.quiet) {
-      tell("{}: complete already, nothing to do\n", options.output.string());
+      tell("{}: already complete, nothing to do\n", options.output.string());
     }
     return unless_failed(options, work, work.asked);
   }

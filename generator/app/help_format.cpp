@@ -12,7 +12,7 @@
 namespace ensonify {
 namespace {
 
-// The names between the braces of "TEXT:{auto,cpu}".
+// The names in the braces of "TEXT:{auto,cpu}".
 std::vector<std::string> choices_of(const std::string& type) {
   const std::size_t open = type.find(":{"), close = type.rfind('}');
   if (open == std::string::npos || close == std::string::npos) return {};
@@ -52,7 +52,7 @@ HelpCommand read_command(const CLI::App& app) {
   return read;
 }
 
-// A line that begins with a dot or an apostrophe would be a request; a hyphen would be typeset.
+// A line that begins with a dot or an apostrophe would be a request, and a hyphen would be typeset.
 std::string roff(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -142,7 +142,7 @@ void add_help_format(CLI::App& app, const std::string& version) {
     if (format == "zsh") text = zsh_completion(help);
     if (format == "fish") text = fish_completion(help);
     if (format == "schema") text = scenario_schema();
-    text.pop_back();  // the parser's exit ends the last line
+    text.pop_back();  // the parser's exit adds the last line feed
     throw CLI::CallForVersion(text, 0);
   };
   app.add_option_function<std::string>(
@@ -177,7 +177,7 @@ std::vector<std::string> option_names(const HelpCommand& command) {
   return names;
 }
 
-// The text with each of these characters behind a backslash.
+// The text with a backslash before each of these characters.
 std::string escaped(const std::string& text, std::string_view characters) {
   std::string result;
   for (const char c : text) {
@@ -187,14 +187,14 @@ std::string escaped(const std::string& text, std::string_view characters) {
   return result;
 }
 
-// One word of a shell; zsh needs the long form of an apostrophe, and fish understands it too.
+// One word of a shell. zsh needs the long form of an apostrophe, which fish also understands.
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return result + "'";
 }
 
-// Cases of `$command $previous` for options that take a value. Without choices bash offers files.
+// Cases of `$command $previous` for options with a value. Without choices bash offers files.
 std::string bash_values(const HelpCommand& command, const std::string& name) {
   std::string text;
   for (const HelpOption& option : command.options) {
@@ -209,7 +209,7 @@ std::string bash_values(const HelpCommand& command, const std::string& name) {
   return text;
 }
 
-// What may stand where no option's value is expected: options behind a hyphen, else `others`.
+// Words where no option value is expected: options after a hyphen, otherwise `others`.
 std::string bash_words(const HelpCommand& command, const std::string& name,
                        const std::vector<std::string>& others) {
   return fmt::format(
@@ -226,8 +226,8 @@ std::string zsh_values(const HelpOption& option) {
   return option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices, " "));
 }
 
-// One specification of zsh's _arguments: '(-o --output)'{-o,--output=}'[what]:value:_files'. The
-// sign lets a value follow it as well as stand in the next word.
+// One specification of zsh's _arguments: '(-o --output)'{-o,--output=}'[what]:value:_files'. With
+// the equals sign a value can follow it or be the next word.
 std::string zsh_option(const HelpOption& option) {
   std::string action;
   if (!option.value.empty()) action = ":value:" + zsh_values(option);
@@ -318,7 +318,7 @@ std::string zsh_completion(const Help& help) {
   for (const HelpCommand& command : help.commands) {
     text += fmt::format("    {})\n      {}\n      ;;\n", command.name, zsh_arguments(command));
   }
-  // The file is read as the function's body when fpath leads to it, and sourced by hand otherwise.
+  // If zsh finds the file through fpath, it is the body of the function; otherwise it is sourced.
   return text +
          "  esac\n}\n"
          "if [[ $funcstack[1] == _ensonify ]]; then _ensonify \"$@\"; else compdef _ensonify "

@@ -1,7 +1,7 @@
-// The help of all commands as a man page and as shell completions. All of it is read from the
-// parser's own tables, so that no option is described a second time.
+// The help of all commands as a man page and as shell completions. Everything is read from the
+// tables of the parser, so that no option is described twice.
 //
-//   HelpOption  HelpCommand  read_help   what the parser holds, as plain values
+//   HelpOption  HelpCommand  read_help   the contents of the parser as plain values
 //   man_page  bash_completion  zsh_completion  fish_completion
 //   add_help_format                      the option --help-format, which prints one of them
 //   offer  offer_choices                 choices that the help lists and the shells complete
@@ -20,7 +20,7 @@ namespace ensonify {
 struct HelpOption {
   std::vector<std::string> names;    // "-o", "--output"; of a positional its one name, "SCENARIO"
   std::string value;                 // type of its value, "INT:INT in [0 - 4096]"; empty: a flag
-  std::vector<std::string> choices;  // all values that it takes; empty: others
+  std::vector<std::string> choices;  // all valid values; empty: any
   std::string description;
   std::vector<std::string> excludes, needs;  // names of options
   bool required = false, repeats = false;
@@ -43,10 +43,10 @@ std::string bash_completion(const Help& help);
 std::string zsh_completion(const Help& help);
 std::string fish_completion(const Help& help);
 
-// Parsing ends where this option stands, as it does at --version.
+// Parsing ends at this option, as at --version.
 void add_help_format(CLI::App& app, const std::string& version);
 
-// Any other value passes the parser too: the command's own error names the nearest.
+// The parser accepts other values too, and the command's own error names the nearest one.
 void offer_choices(CLI::Option& option, const std::vector<std::string>& choices);
 
 template <class Items>

@@ -1,8 +1,8 @@
-// What annotations say of an instance at a ping, whichever the image: how much of it is outside of
-// the fan, and how far it stands out from the ground.
+// Measures of an instance at a ping, the same for all images: how much of it is outside of the fan,
+// and its contrast with the ground.
 //
-//   MeasuredInstances  measured_instances   what a world fixes
-//   MeasuredPing  instance_measures          of one ping
+//   MeasuredInstances  measured_instances   values that depend on the world only
+//   MeasuredPing  instance_measures          for one ping
 #pragma once
 
 #include <span>
@@ -15,8 +15,8 @@ namespace ensonify {
 
 struct MeasuredInstances {
   std::vector<std::vector<Vec3>> surface_m;  // by World::objects: surface_samples
-  // By instance id: the longest side of its box, infinite for planes, terrain and inward-facing
-  // shapes, in which other things stand; 0 without a box.
+  // By instance id: the longest side of its bounding box, infinite for planes, terrain and
+  // inward-facing shapes, which contain other objects; 0 without a box.
   std::vector<double> size_m;
 };
 
@@ -32,7 +32,7 @@ struct MeasuredPing {
   std::span<const Annotation> polar_instances;  // annotations of `polar`
 };
 
-// By instance id; of those without a pixel in the polar image without numbers.
+// By instance id; without numbers for instances that have no pixel in the polar image.
 std::vector<InstanceMeasures> instance_measures(const MeasuredPing& ping);
 
 }  // namespace ensonify

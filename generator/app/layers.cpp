@@ -12,7 +12,7 @@ bool encloses_or_has_no_end(const ShapeSpec& shape) {
   return std::holds_alternative<PlaneSpec>(shape) || std::holds_alternative<HeightfieldSpec>(shape);
 }
 
-// Whether `name` is one of those that an entry `base` with a count stands for.
+// Whether `name` is a copy of the entry `base`, which has a count.
 bool is_counted(std::string_view name, std::string_view base) {
   if (!name.starts_with(base) || name.size() < base.size() + 2 || name[base.size()] != '_') {
     return false;
@@ -25,7 +25,7 @@ struct Candidate {
   bool by_default = true;
 };
 
-// In the order of their ids.
+// In the order of the instance ids.
 std::vector<Candidate> candidates_of(const Scenario& scenario) {
   std::vector<Candidate> candidates;
   for (const ObjectSpec& object : scenario.objects) {

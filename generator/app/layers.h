@@ -1,11 +1,11 @@
-// The layers that a series adds up from (core/ping.h).
+// The signal components (layers) that add up to the time series (core/ping.h).
 //
-//   target_instances  who belongs to `target`
+//   target_instances  the instances that belong to `target`
 //   layers_of         which layers a sequence has
 //   layer_table       the layer of each instance
 //   scatterers_of     the scatterers of one layer
-//   remainder         what the layers leave of the whole
-//   settle            nothing
+//   remainder         the difference of the whole and the layers
+//   settle            adds the remainder to a layer
 #pragma once
 
 #include <complex>
@@ -19,17 +19,17 @@
 
 namespace ensonify {
 
-// Ids, ascending. A word of output.layers.targets is the name of an object or point target, a
-// class, or the name of an entry with a count. Without words: all but planes, height fields and
-// shapes seen from inside.
+// Ids in ascending order. A word of output.layers.targets is the name of an object or point target,
+// a class, or the name of an entry with a count. Without words: all but planes, height fields and
+// inward-facing shapes.
 std::vector<std::uint16_t> target_instances(const Scenario& scenario);
 
-// In the order of the enumeration. A layer that no ping of the sequence can fill is left out. Needs
-// the instances, noise, converter and target_instances.
+// In the order of the enumeration. A layer that is empty in all pings of the sequence is left out.
+// Needs the instances, noise, ADC and target_instances.
 std::vector<Layer> layers_of(const SequenceInfo& info);
 
-// [instances + 1], of `target`, `background` and `volume`, where an instance's direct echoes are;
-// entry 0 is not used.
+// For each of [instances + 1]: `target`, `background` or `volume`, the layer with the direct echoes
+// of the instance; entry 0 is not used.
 std::vector<Layer> layer_table(const SequenceInfo& info);
 
 ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table, const ScattererList& all);
@@ -38,9 +38,9 @@ ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table, const 
 std::vector<std::complex<float>> remainder(std::span<const std::complex<float>> whole,
                                            std::span<const LayerSeries> layers);
 
-// Adds the remainder, sample by sample, to the strongest layer there but noise. A backend's plan is
-// the same for every layer and its sums are linear, so that the remainder is rounding: far under
-// the tolerance, but more than float's where beams are sums of nodes that cancel.
+// Adds the remainder, sample by sample, to the strongest existing layer except noise. A backend's
+// plan is the same for every layer and its sums are linear, so the remainder is rounding: far below
+// the tolerance, but more than that of float if beams are sums of nodes that cancel.
 void settle(std::span<const std::complex<float>> whole, std::span<LayerSeries> layers);
 
 }  // namespace ensonify

@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// The limits are worked out once: they are those of the whole data set.
+// The limits are computed once, because they hold for the whole data set.
 Result<std::array<double, 2>> limits_of(StreamSource& source, const Workers& workers) {
   const std::lock_guard lock(source.mutex);
   if (source.limits_db) return *source.limits_db;
@@ -30,7 +30,7 @@ SequenceInfo info_of(const Session& session, std::uint32_t sequence, PingRange p
   return info;
 }
 
-// Files hold all float planes as halves but those of surfaces.
+// Files store all float planes as half floats except those of surfaces.
 void round_planes(LabelledImage& image) {
   for (const ImagePlane& plane : kImagePlanes) {
     if (is_surface_plane(plane)) continue;

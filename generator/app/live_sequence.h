@@ -1,8 +1,8 @@
-// Sequences whose pings are made and handed over without files.
+// Sequences whose pings are made and returned without files.
 //
-//   StreamSource      what all sequences of a scenario share
+//   StreamSource      common data of all sequences of a scenario
 //   open_source
-//   LiveSequence      one that is ready to make pings
+//   LiveSequence      a sequence that is ready to make pings
 //   open_sequence  live_ping
 #pragma once
 
@@ -24,9 +24,9 @@ namespace ensonify {
 struct StreamSource {
   SequenceWorlds worlds;
   Numerics numerics;
-  std::mutex mutex;    // of what follows
-  SharedParts shared;  // of the one world, where sequences do not have their own
-  std::optional<std::array<double, 2>> limits_db;  // of 8-bit images; absent: not asked for yet
+  std::mutex mutex;                                // protects the members below
+  SharedParts shared;                              // of the only world, if sequences share one
+  std::optional<std::array<double, 2>> limits_db;  // of 8-bit images; absent: not computed yet
 };
 
 // Errors: those of SequenceWorlds::open and settle_backend.
@@ -35,14 +35,14 @@ Result<std::shared_ptr<StreamSource>> open_source(const ScenarioOptions& input,
 
 struct LiveSequence {
   ReadyWorld world;
-  PingRange pings;  // that it has
+  PingRange pings;  // the pings that it has
   Pipeline pipeline;
-  // What its pings need once they are made, when the world has gone.
+  // Data for finished pings that is needed after the world is freed.
   std::shared_ptr<const SequenceInfo> info;
   std::shared_ptr<const PipelineTables> tables;
 };
 
-// The sequence with `output`, which asks for nothing that the scenario's own selection leaves out.
+// Opens the sequence with `output`, which must not select more than the scenario's own selection.
 // Its pings equal those that `generate` writes. Errors: those of SequenceWorlds::world,
 // make_pipeline and display_limits_db. Throws DeviceFailure.
 Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,
@@ -50,8 +50,8 @@ Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,
                                                           const OutputSelection& output,
                                                           const Workers& workers);
 
-// A ping with its planes rounded as files hold them, without its scatterers. From several threads
-// at once.
+// Makes a ping with its planes rounded as in files, without its scatterers. May be called from
+// several threads at once.
 PingResult live_ping(const LiveSequence& sequence, std::uint32_t ping, const Workers& workers);
 
 }  // namespace ensonify

@@ -8,8 +8,8 @@
 
 namespace {
 
-// Some schedulers start programs without standard output or error. Messages would then be written
-// into the first files that the program opens.
+// Some schedulers start programs without standard output or error. Messages would then go into the
+// first files that the program opens.
 void open_standard_streams() {
   int descriptor = 0;
   while (descriptor >= 0 && descriptor <= 2) descriptor = open("/dev/null", O_RDWR);
@@ -20,12 +20,12 @@ void open_standard_streams() {
 
 int main(int argc, char** argv) {
   open_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond ulimit -f is an error of writing like others
-  // A ping's arrays are as large in every ping. They are kept, instead of being given back to the
-  // system and cleared page by page each time.
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond ulimit -f is a write error like others
+  // The arrays of a ping are equally large in every ping. They are kept instead of being returned
+  // to the system and cleared page by page each time.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  // One heap for all threads: heaps of single threads give back what is free all the same.
+  // One heap for all threads, because heaps of single threads return free memory all the same.
   mallopt(M_ARENA_MAX, 1);
   return ensonify::run_command_line(argc, argv);
 }

@@ -33,7 +33,7 @@ std::string name_in_dataset(const Asset& asset) {
   return "assets/" + asset.sha256 + asset.extension;
 }
 
-// The resolved text as a data set holds it: input files by the hash of their content.
+// The resolved text in its form in a data set, with input files named by the hash of their content.
 std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& assets) {
   return to_yaml(scenario, [&](const fs::path& file) {
     for (const Asset& asset : assets) {
@@ -46,7 +46,7 @@ std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& as
 WorkIdentity identity_of(const SequenceWorlds& worlds, const DatasetWork& work,
                          const Numerics& numerics) {
   const Session& session = worlds.first();
-  // More sequences are the same work grown: the first ones stay as they are.
+  // More sequences only extend the same work; the first ones do not change.
   Scenario without_count = session.scenario;
   without_count.sequences = 1;
   WorkIdentity identity;
@@ -68,12 +68,12 @@ Result<PingRange> sequences_of(const std::optional<PingRange>& asked, const Scen
   const auto [first, last] = *asked;
   if (first < last && last <= scenario.sequences) return *asked;
   return Error{ErrorKind::usage,
-               fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; accepted is A:B "
+               fmt::format("--sequences {}:{}: the scenario has sequences 0 to {}; expected A:B "
                            "with 0 <= A < B <= {}",
                            first, last, scenario.sequences - 1, scenario.sequences)};
 }
 
-// Further lines of an error, below its first.
+// Indents further lines of an error below its first.
 std::string indented(std::string text) {
   for (auto at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) {
     text.insert(at + 1, "    ");
@@ -148,14 +148,14 @@ Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& w
       dataset.sequences.push_back(sequence);
     } else if (sequence >= work.asked.first && sequence < work.asked.second) {
       return Error{ErrorKind::io,
-                   fmt::format("{}: sequence {} was made and is not whole any more; see what else "
-                               "changes the folder, and give the same command again",
+                   fmt::format("{}: sequence {} was finished and is now damaged; check what else "
+                               "changes the folder, then repeat the command",
                                dir.string(), sequence)};
     }
   }
   if (dataset.sequences.empty()) {
     return Error{ErrorKind::usage,
-                 fmt::format("{}: no data set: {}", dir.string(),
+                 fmt::format("{}: no data set was made: {}", dir.string(),
                              failures_text(dataset.failed, dataset.failed.size()))};
   }
   dataset.identity = std::move(work.identity);
@@ -179,7 +179,7 @@ std::vector<SequenceFailure> failures_of(const fs::path& dir, const DatasetWork&
 }
 
 std::string portable_text(std::string text, std::span<const Asset> assets) {
-  // The longest first: a path may begin with another.
+  // The longest paths first, since a path may begin with another.
   std::map<std::pair<std::size_t, std::string>, std::string, std::greater<>> names;
   for (const Asset& asset : assets) {
     const std::string path = asset.source.string();

@@ -1,4 +1,4 @@
-// One data set from scenarios that are ready: what `generate` and each run of a sweep do.
+// Makes one data set from prepared scenarios, for `generate` and for each run of a sweep.
 //
 //   settled_numerics
 //   FileHashes     of input files, each read once
@@ -26,12 +26,12 @@
 
 namespace ensonify {
 
-// settle_backend; a device is said aloud, since `auto` may have taken it.
+// settle_backend, with a message for a device, since `auto` may have chosen it.
 Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet);
 
 class FileHashes {
  public:
-  // SHA-256; from several threads at once. Errors (io).
+  // Returns the SHA-256; may be called from several threads at once. Errors (io).
   Result<std::string> of(const std::filesystem::path& file);
 
  private:
@@ -42,8 +42,8 @@ class FileHashes {
 struct DatasetWork {
   SequenceInfo first;              // of the first sequence that can be made
   std::uint32_t sequences = 0;     // of the scenario
-  PingRange asked;                 // the sequences that are to be made
-  std::optional<PingRange> pings;  // of each; absent: all that it has
+  PingRange asked;                 // sequences that are to be made
+  std::optional<PingRange> pings;  // of each sequence; absent: all
   std::vector<Asset> assets;
   WorkIdentity identity;
   std::string scenario_yaml;
@@ -52,32 +52,33 @@ struct DatasetWork {
   std::uint32_t asked_count() const { return asked.second - asked.first; }
 };
 
-// `pings`, `sequences`: ranges [first, last); absent: all. Errors (usage): a range that the scenario
-// does not have; io: an input file cannot be read.
+// `pings`, `sequences`: ranges [first, last); absent: all. Errors: usage (the scenario does not
+// have the range), io (an input file cannot be read).
 Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& pings,
                                    const std::optional<PingRange>& sequences,
                                    const Numerics& numerics, FileHashes& hashes);
 
-// Works out work.limits_db. `first`: what is known of the world of sequence 0; what is worked out
-// there is added, and ping 0 as far as `dir` lacks it. Errors: those of display_limits_db.
+// Computes work.limits_db. `first`: known parts of the world of sequence 0, to which new parts are
+// added, and ping 0 if `dir` does not have it. Errors: those of display_limits_db.
 Status settle_display(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                       const Numerics& numerics, const Workers& workers, DatasetWork& work,
                       SharedParts& first);
 
-// The top level of the data set, once those asked for are made or cannot be made; others are in it
-// that are whole. Errors: those of finish_dataset; usage: there is no sequence; io: one of those
-// asked for is not whole.
+// Writes the top level of the data set when the requested sequences are made or cannot be made; it
+// includes other finished sequences. Errors: those of finish_dataset; usage: there is no sequence;
+// io: a requested sequence is damaged.
 Result<DatasetManifest> finish_work(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                                     DatasetWork work, int threads, double wall_seconds);
 
-// Those of the work that `dir` has a record of, ascending.
+// The failures that `dir` has a record of, in ascending order.
 std::vector<SequenceFailure> failures_of(const std::filesystem::path& dir, const DatasetWork& work);
 
-// The text with input files under their names in the data set, as it is on every machine.
+// The text with the names of input files in the data set, which is the same on every machine.
 std::string portable_text(std::string text, std::span<const Asset> assets);
 
-// `3 of 100 sequences could not be made`, and the first of them with their errors, one a line.
+// `3 of 100 sequences could not be made`, followed by the first of them with their errors, one per
+// line.
 std::string failures_text(std::span<const SequenceFailure> failed, std::uint64_t sequences);
 
 std::string host_name();

@@ -28,14 +28,14 @@ struct Run {
   const DatasetWork& work;
   int beside;
   const std::function<void()>& told;
-  SharedParts& first;      // what is known of the first world already
+  SharedParts& first;      // known parts of the first world
   const Failures& failed;  // of earlier runs
 
   void ping_done() const {
     crew.progress.one_done();
     if (told) told();
   }
-  // The threads that one of several pings made side by side may take.
+  // Threads per ping when several pings are made at the same time.
   int threads_within(int threads, std::size_t side_by_side) const {
     return std::max(1, threads / (static_cast<int>(side_by_side) * beside));
   }
@@ -45,13 +45,13 @@ std::uint64_t pings_of(const SequenceInfo& info) {
   return std::uint64_t{info.last_ping} - info.first_ping;
 }
 
-// What a lane has at hand for the sequences that it makes.
+// The state of a lane between its sequences.
 struct Workshop {
   ReadyWorld world;
   SharedParts shared;  // of the world
 };
 
-// The processor's part of a ping, when it is its turn.
+// Computes the processor's part of a ping when it is its turn.
 Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                                  PingStart start, const Workers& workers) {
   const Turn turn(run.crew.turns);
@@ -61,7 +61,7 @@ Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::
 Status unless_interrupted(const Run& run) {
   if (!interrupted() && !(run.crew.stopped != nullptr && *run.crew.stopped)) return {};
   return Error{ErrorKind::interrupted,
-               "interrupted: what is finished is kept; the same command goes on from there"};
+               "interrupted: finished work is kept; repeat the command to resume"};
 }
 
 Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, PingStart start,
@@ -75,7 +75,7 @@ Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, P
   return stored;
 }
 
-// A ping of an ensemble, stored unless it is; its series.
+// Makes a ping of an ensemble, stores it unless it is stored already, and returns its time series.
 Result<std::vector<std::complex<float>>> draw_ping(const Run& run, const Pipeline& pipeline,
                                                    std::uint32_t ping, const Workers& workers) {
   const SequenceInfo& info = pipeline.info();
@@ -108,9 +108,9 @@ Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
   return ensemble.add(block, series);
 }
 
-// Whole pings side by side while there are enough of them, in their order; threads beyond that work
-// within each ping. A few pings more than threads are under way: the disk writes those while
-// others are computed. `ping_zero`: ping 0 as far as it is worked out.
+// Makes whole pings in parallel, in their order, while there are enough of them; additional threads
+// work within each ping. There are a few more pings than threads, so that the disk writes some
+// while others are computed. `ping_zero`: the known part of ping 0.
 Status make_pings(const Run& run, const Pipeline& pipeline,
                   const std::vector<std::uint32_t>& missing, int threads,
                   PingStart ping_zero = {}) {
@@ -125,8 +125,8 @@ Status make_pings(const Run& run, const Pipeline& pipeline,
   });
 }
 
-// The same for blocks of an ensemble. A block that does not get to its end, for whatever reason,
-// must let the others go.
+// The same for blocks of an ensemble. A block that does not finish, for whatever reason, must
+// release the others.
 Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   struct Letting {
     Ensemble& ensemble;
@@ -147,13 +147,13 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
     return status;
   });
   if (made || made.error().kind != ErrorKind::interrupted) return made;
-  // Another copy of the same work may have been faster, and taken .work away.
+  // Another process with the same work may have been faster and removed .work.
   if (sequence_is_finished(run.dir, pipeline.info().sequence)) return made;
   const Status saved = ensemble.save();
   return saved ? made : saved;
 }
 
-// Pings of [first_ping, last) that are not finished.
+// The unfinished pings of [first_ping, last).
 std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& info,
                                          std::uint32_t last) {
   std::vector<std::uint32_t> missing;
@@ -163,20 +163,21 @@ std::vector<std::uint32_t> missing_pings(const Run& run, const SequenceInfo& inf
   return missing;
 }
 
-// The world of a sequence, with nothing worked out in it yet but what is known of the first. Where
-// all share one world, it serves every sequence of the lane.
+// The world of a sequence, with the known parts of the first world only. If all sequences share one
+// world, it serves every sequence of the lane.
 Status open_workshop(const Run& run, std::uint32_t sequence, const Workers& workers,
                      Workshop& workshop) {
   const bool vary = run.worlds.vary();
   if (workshop.world.session && !vary) return {};
   const Turn turn(run.crew.turns);
-  workshop = {};  // the last world goes before the next one comes
+  workshop = {};  // frees the last world before the next one is built
   Result<ReadyWorld> world =
       timed(workers, Stage::world, [&] { return run.worlds.world(sequence); });
   if (!world) return world.error();
   workshop.world = std::move(*world);
   if (!vary) workshop.shared = run.first;
-  if (vary && sequence == run.worlds.first_sequence()) workshop.shared = std::exchange(run.first, {});
+  if (vary && sequence == run.worlds.first_sequence())
+    workshop.shared = std::exchange(run.first, {});
   return {};
 }
 
@@ -194,8 +195,8 @@ Result<ReadyPipeline> start_sequence(const Run& run, std::uint32_t sequence, con
                        workshop.shared, makes_ping_zero);
 }
 
-// What is wrong with one sequence does not keep the others from being made. A file that has gone
-// meanwhile is wrong with all of them, and may come back.
+// An error in one sequence does not prevent the others. A missing input file would affect all
+// sequences and may reappear, so it ends the run.
 Status give_up(const Run& run, std::uint32_t sequence, const Error& error) {
   if (error.kind == ErrorKind::final_usage) return of_sequence(sequence, error);
   if (error.kind != ErrorKind::usage) return error;
@@ -206,7 +207,7 @@ Status give_up(const Run& run, std::uint32_t sequence, const Error& error) {
   return record_failure(run.dir, {sequence, portable_text(error.message, run.work.assets)});
 }
 
-// The scene at the sequence's first ping; nothing where it is not asked for.
+// The scene at the first ping of the sequence; empty if it is not requested.
 Result<std::string> sdf_of(const Run& run, const Session& session, const SequenceInfo& info) {
   if (!info.sdf) return std::string();
   const Turn turn(run.crew.turns);
@@ -220,7 +221,7 @@ Result<std::string> sdf_of(const Run& run, const Session& session, const Sequenc
 // All pings of a sequence whose moments are kept.
 Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   const SequenceInfo& info = pipeline.info();
-  // Those that are added already need no more than their files.
+  // Pings that have been added need only their files.
   const std::uint32_t added =
       std::min(info.last_ping, info.first_ping + ensemble.blocks_done() * kMomentBlock);
   Status made = make_pings(run, pipeline, missing_pings(run, info, added), threads);

@@ -1,9 +1,9 @@
-// Pings made and written, sequence by sequence.
+// Makes pings and writes them, sequence by sequence.
 //
-//   in_lanes         work that is done side by side, in order, until some of it fails
-//   Turns  Turn      how many compute at the same time
-//   Crew             what data sets that are made at the same time share
-//   PingTotals  ping_totals   those that are not made again, and all
+//   in_lanes         runs tasks in parallel, in order, until one fails
+//   Turns  Turn      limits how many threads compute at the same time
+//   Crew             shared by data sets that are made at the same time
+//   PingTotals  ping_totals   existing pings, and all
 //   make_sequences
 #pragma once
 
@@ -27,8 +27,8 @@
 
 namespace ensonify {
 
-// Calls work(lane, i) for i = 0 ... count - 1, in this order, from `lanes` lanes at once, until one
-// fails.
+// Calls work(lane, i) for i = 0 ... count - 1, in this order, from `lanes` lanes at once, until a
+// call fails.
 template <class Work>
 Status in_lanes(int lanes, std::size_t count, Work work) {
   std::vector<Status> statuses(lanes);
@@ -86,27 +86,27 @@ struct Crew {
   int threads = 1;
   Turns& turns;  // one for each thread
   Progress& progress;
-  const std::atomic<bool>* stopped = nullptr;  // true ends them as an interrupt does
+  const std::atomic<bool>* stopped = nullptr;  // true ends the work as an interrupt does
   StageTimes* stage_times = nullptr;           // for benchmarks
 };
 
-// Pings of the work that are in the folder `dir`, and all of them: as many as sequence 0 has for
-// each sequence that the folder has nothing of, since those have not been read.
+// The pings of the work in the folder `dir`, and all pings: a sequence that the folder does not
+// have counts like sequence 0, since it has not been read.
 struct PingTotals {
   std::uint64_t found = 0, all = 0;
 };
 PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                        const DatasetWork& work);
 
-// Makes the pings of the work's sequences that are missing from the folder `dir` and finishes each
-// sequence. A sequence is read when its turn comes. One that cannot be made (its samples make no
-// valid scenario, its world cannot be built, or noise.snr_db has no signal) is recorded
-// (dataset/failures.h) and leaves nothing else; one that is recorded already is not tried again.
-// Several sequences are under way at once where one has too few pings to fill the threads.
-// `beside`: data sets that are made at the same time, this one counted; a ping takes fewer threads
-// then. `ping_done`, unless it is null, is called from any thread. `first`: what has been worked
-// out in the world of the first sequence that can be made. Error kinds: io, interrupted, device, bug,
-// final_usage (of_sequence); what is finished is kept.
+// Makes the pings of the work's sequences that are missing in the folder `dir` and finishes each
+// sequence. A sequence is read when its turn comes. A sequence that cannot be made (its samples are
+// not a valid scenario, its world cannot be built, or noise.snr_db has no signal) is recorded
+// (dataset/failures.h) and leaves nothing else; recorded ones are not tried again. Several
+// sequences are in progress at once if one has too few pings for all threads. `beside`: number of
+// data sets that are made at the same time, including this one; a ping uses fewer threads then.
+// `ping_done`, unless null, is called from any thread. `first`: known parts of the world of the
+// first sequence that can be made. Error kinds: io, interrupted, device, bug, final_usage
+// (of_sequence); finished work is kept.
 Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
                       const SequenceWorlds& worlds, const DatasetWork& work, int beside = 1,
                       const std::function<void()>& ping_done = {}, SharedParts first = {});

@@ -29,8 +29,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// How often a sequence's tables and manifest, and the data set's, go through what ping_bytes does
-// once.
+// How often the tables and manifests of a sequence and of the data set are read or written, for
+// each time that ping_bytes goes through its bytes.
 constexpr double kSequencePasses = 2, kDatasetPasses = 1;
 
 double elapsed_s(Clock::time_point start) {
@@ -48,13 +48,13 @@ struct PingTime {
   double seconds = 0, store_s = 0, join_s = 0, finish_s = 0;
 };
 
-// What the lanes have measured, added up.
+// Sums of what the lanes have measured.
 struct MeasureSums {
   std::mutex mutex;
   Measured measured;  // sums in place of means
   double busy_s = 0;
   double moments_s = 0;
-  double cold_ping_s = 0;  // of pings for which the process takes new memory
+  double cold_ping_s = 0;  // of pings for which the process allocates new memory
   std::uint64_t first_pings = 0, warm_pings = 0, cold_pings = 0;
 
   void add_ping(const PingTime& time, const PingBytes& bytes) {
@@ -89,8 +89,8 @@ struct MeasureRoom {
   bool is_late() const { return elapsed_s(start) > seconds; }
 };
 
-// Writes a file that has no name and is gone when it is closed. A disk that takes less of it makes
-// the measured time too short, and does no other harm.
+// Writes a file without a name, which vanishes when it is closed. If the disk stores less of it,
+// the measured time is too short; there is no other harm.
 void write_unnamed(const std::filesystem::path& folder, std::string_view bytes) {
   int descriptor = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (descriptor < 0) descriptor = ::memfd_create("ensonify", MFD_CLOEXEC);
@@ -105,7 +105,7 @@ void store_unnamed(const MeasureJob& job, const EncodedPing& encoded) {
   write_unnamed(job.disk, encoded.record);
 }
 
-// Arrays are hashed and written again.
+// Arrays are hashed and written once more.
 void join_unnamed(const MeasureJob& job, const EncodedPing& encoded) {
   if (job.disk.empty()) return;
   for (const EncodedFile& file : encoded.files) {
@@ -115,7 +115,7 @@ void join_unnamed(const MeasureJob& job, const EncodedPing& encoded) {
   }
 }
 
-// The series of the first pings of an ensemble, of which moments are kept.
+// The time series of the first pings of an ensemble, whose moments are kept.
 struct Block {
   std::mutex mutex;
   std::vector<std::vector<std::complex<float>>> series;
@@ -128,7 +128,7 @@ struct Block {
   }
 };
 
-// Of a ping, of its moments.
+// Bytes of the moments, per ping.
 double moments_s(const SequenceInfo& info, const Block& block) {
   if (block.series.empty()) return 0;
   Moments moments(info.sonar.beam_count, info.record.samples);
@@ -194,8 +194,8 @@ Status measure_pings_of(MeasureRoom& room, ReadyPipeline& ready) {
   return {};
 }
 
-// As make_sequences does it, and again with what is known then, where other sequences follow in the
-// same world.
+// As make_sequences does it, then again with the known parts if other sequences follow in the same
+// world.
 Result<ReadyPipeline> prepare_pings(MeasureRoom& room, const ReadyWorld& world,
                                     const SequenceInfo& info, SharedParts& shared) {
   const Turn turn(room.turns);
@@ -240,7 +240,7 @@ Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& 
     shared = first;
   }
   const Result<ReadyWorld> world = timed_world(room, sequence);
-  // A sequence that cannot be made takes no pings, and ends nothing.
+  // A sequence that cannot be made has no pings and does not end the measurement.
   if (!world && world.error().kind == ErrorKind::usage) return {};
   if (!world) return world.error();
   const Result<PingRange> pings = range_of(room.job.pings, *world->session);
@@ -259,7 +259,7 @@ Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& 
   return measured;
 }
 
-// The world of the first sequence is there already: it does not show what building one takes.
+// The world of the first sequence exists already, so it does not show the time of building one.
 std::vector<std::uint32_t> measured_sequences(const MeasureJob& job, int lanes) {
   const auto [first, last] = job.sequences;
   const bool leaves_first =
@@ -287,7 +287,7 @@ Measured means_of(const MeasureSums& sums, double core_s) {
   m.ping_s = sums.warm_pings > 0 ? mean(m.ping_s, sums.warm_pings)
                                  : mean(sums.cold_ping_s, sums.cold_pings);
   if (sums.first_pings == 0) m.first_ping_s = m.ping_s;
-  // Ping 0 alone, a part of which was done before.
+  // Ping 0 alone, a part of which was computed before.
   if (sums.warm_pings + sums.cold_pings == 0) m.ping_s = m.first_ping_s + m.prepare_s + m.once_s;
   for (double* of_ping : {&m.first_ping_s, &m.ping_s}) *of_ping += mean(sums.moments_s, m.pings);
   m.cores = sums.busy_s > 0 ? core_s / sums.busy_s : 1;
@@ -298,7 +298,7 @@ int lanes_of(const MeasureJob& job) {
   return sequences_under_way(job.threads, job.pings_each, job.count(), job.vary);
 }
 
-// Of pings that are handed out one by one.
+// Pings that are handed out one by one.
 double makespan_s(double first_s, double ping_s, double pings, int threads) {
   if (threads == 1 || pings > 50.0 * threads) return (first_s + (pings - 1) * ping_s) / threads;
   std::vector<double> busy_s(static_cast<std::size_t>(threads));
@@ -321,7 +321,7 @@ std::vector<std::uint32_t> spread_order(std::uint32_t first, std::uint32_t last,
   };
   if (count > 0) add(0);
   if (count > 1) add(count - 1);
-  // i with its bits the other way round runs from the coarse parts to the fine ones.
+  // The reversed bits of i run from coarse to fine positions.
   const int bits = std::bit_width(count);
   for (std::uint64_t i = 1; order.size() < wanted; ++i) {
     std::uint64_t reversed = 0;
@@ -336,7 +336,7 @@ Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first) {
   const std::vector<std::uint32_t> sequences = measured_sequences(job, lanes);
   MeasureRoom room{job, std::max(1, job.threads / lanes), Turns(job.threads),
                    job.vary ? job.seconds / 3 : job.seconds};
-  // How well images deflate depends on them.
+  // The limits determine how well images are compressed.
   const auto limits_db = display_limits_db(job.world, job.vary, job.numerics, Workers(job.threads));
   if (!limits_db) return limits_db.error();
   room.limits_db = *limits_db;
@@ -370,7 +370,7 @@ RunTime time_of(const Measured& m, const MeasureJob& job) {
   const double end_s = kDatasetPasses * m.finish_s * all_pings;
   const double pings_s = m.first_ping_s + (pings - 1) * m.ping_s;
 
-  // A few pings more than threads are under way: one is written while others are computed.
+  // There are a few more pings than threads: one is written while others are computed.
   const int side_by_side = static_cast<int>(std::min<double>(threads, std::ceil(pings)));
   const double at_once = std::min<double>(threads + 1 + threads / 4, pings);
   const auto with_store_s = [&](double ping_s) {

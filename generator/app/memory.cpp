@@ -19,20 +19,20 @@
 namespace ensonify {
 namespace {
 
-// What a program has in memory before it loads anything, where it cannot be measured.
+// Memory of a program before it loads anything, if it cannot be measured.
 constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
 // Code and tables of libraries that loading does not touch yet: Embree, FFTW, OpenEXR, TBB.
 constexpr std::uint64_t kLaterLibraryBytes = 18'000'000;
-// Embree's hierarchy while it is built, and its copy of the corners.
+// Embree's hierarchy while it is built, and its copy of the vertices.
 constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
-constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // of two scenes
-// What is written of an object: of all pings together, and in the record of each.
+constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // in two scenes
+// Output for each object: for all pings together, and in the record of each ping.
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
-// Of the shadow, and of the set of instances, which are made together.
+// For shadow masks and the set of instances, which are made together.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
-// What a hit behind another is on its way to a label: a hit, and a scatterer in three lists.
+// A hit behind another one until it becomes a label: the hit itself and a scatterer in three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
-// A scatterer's part in labels: Echo and its sample.
+// A scatterer's part in labels: an Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 48;
 
 std::uint64_t hierarchy_bytes(const World& world) {
@@ -58,7 +58,7 @@ std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
   return bytes;
 }
 
-// What is loaded of a world: meshes and densities, each once.
+// Loaded data of a world: meshes and densities, each counted once.
 std::uint64_t loaded_bytes(const World& world) {
   std::set<const void*> counted;
   std::uint64_t sum = 0;
@@ -77,13 +77,14 @@ std::uint64_t loaded_bytes(const World& world) {
   return sum;
 }
 
-// What one ping holds while it is computed, beside the backend's own.
+// Memory of one ping while it is computed, without that of the backend.
 struct PingCounts : PingSize {
   EchoCounts echo;
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
-// Draws of one scene share what was traced once; the series of a block stand until it is added.
+// Draws of one scene share what was traced once; the time series of a block are kept until they are
+// added.
 std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
                          std::uint64_t series) {
   return output.statistics ? kMomentBlock * series
@@ -111,23 +112,23 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
-  // They stand from synthesis to files, as layers do.
+  // They are kept from synthesis until the files are written, as layers are.
   const std::uint64_t layers = layer_count(session) * series + channels;
-  // The scatterers of one layer at a time stand beside all.
+  // The scatterers of one layer at a time are kept in addition to the list of all.
   const std::uint64_t layering = layers > channels ? count.echoes() * sizeof(Scatterer) : 0;
 
-  // Three stages: rays become scatterers, of which those of mirrors stand in three lists before
-  // they are put among the others; series and pictures; files.
+  // There are three stages: rays become scatterers, of which specular ones are in three lists
+  // before they are merged with the others; time series and images; files.
   std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
-  // Those of rays by need are sorted from one list into another.
+  // Scatterers of adaptive refinement are sorted from one list into another.
   if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  // Those on surfaces stand in two more lists before they are sorted.
+  // Scatterers on surfaces are in two more lists before they are sorted.
   const std::uint64_t sorting =
       session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
-  // Those that are still to move, in blocks, in one row and sorted.
+  // Moving scatterers are in blocks, in one list and in a sorted one.
   const std::uint64_t moving =
       moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
   const bool bent = bends(session.water);
@@ -147,8 +148,8 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
          session.world.objects.size() * kRecordBytesPerObject;
 }
 
-// What all draws of one scene share: echoes, which are traced once, and their moments, which go to
-// the files array by array.
+// Memory that all draws of one scene share: echoes, which are traced once, and their moments, which
+// are written array by array.
 std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.statistics) return 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
@@ -156,7 +157,8 @@ std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
          count.rays * sizeof(Hit) + count.pixels * (kMoments + 2) * sizeof(double);
 }
 
-// How many there are at once. Every sequence keeps the scratch of its own pings and threads.
+// The number of pings at the same time. Every sequence keeps the scratch memory of its own pings
+// and threads.
 struct UnderWay {
   std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
 };
@@ -219,7 +221,7 @@ std::uint64_t world_bytes(const World& world) {
 }
 
 ResidentMemory resident_memory() {
-  // What is free is there for the pings.
+  // Frees what loading no longer needs, so that it does not count.
   malloc_trim(0);
   ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
   std::ifstream status("/proc/self/status");
@@ -239,7 +241,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
   const UnderWay run = under_way(session, threads);
-  // The first world stays beside those of the sequences under way, which all load at once.
+  // The first world is kept in addition to those of the sequences in progress, which all load at
+  // the same time.
   const bool vary = varies_by_sequence(session.scenario);
   const std::uint64_t worlds = vary ? run.sequences : 1;
   const std::uint64_t tile_bytes =
@@ -262,8 +265,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes);
   const std::uint64_t peak =
       std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
-  // The heap's gaps and what is too small to be counted above: whoever asks a cluster for this much
-  // must not be short of it.
+  // Allows for gaps in the heap and for items too small to be counted above, since a process that
+  // requests this much memory from a cluster must not exceed it.
   return peak + peak / 10;
 }
 

@@ -1,8 +1,8 @@
 // Memory of the process.
 //
-//   resident_memory             what it has now and had at most
+//   resident_memory             current and peak memory
 //   count_echoes  most_echoes   of a ping
-//   peak_bytes  world_bytes     what generating will take
+//   peak_bytes  world_bytes     memory needed for generating
 #pragma once
 
 #include <cstdint>
@@ -17,24 +17,25 @@ struct ResidentMemory {
   std::uint64_t now_bytes = 0, peak_bytes = 0;
 };
 
-// As the kernel counts it, without what could be given back; a guess of an empty process where it
-// does not say.
+// As counted by the kernel, without memory that could be freed; an estimate for an empty process if
+// the system does not report it.
 ResidentMemory resident_memory();
 
-// The most at the first, the middle and the last ping, which are traced: no formula tells how many
-// rays meet something.
+// The largest count at the first, middle and last ping, which are traced, since no formula predicts
+// how many rays hit something.
 EchoCounts count_echoes(const Session& session);
 
-// The peak of a `generate` of this session. What loading took is measured, not estimated: `loaded`
-// is of a process that has prepared the session and nothing else. `encoded_bytes`: files of a ping.
+// The peak memory of a `generate` of this session. Memory after loading is measured and not
+// estimated: `loaded` is that of a process that has prepared the session and nothing else.
+// `encoded_bytes`: files of a ping.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes,
                          const SynthesisMemory& synthesis);
 
-// No ping has more, found without tracing; often far fewer.
+// An upper bound for all pings, found without tracing; it is often far too high.
 EchoCounts most_echoes(const Session& session);
 
-// What a world takes with its hierarchies, whoever shares it.
+// The memory of a world with its hierarchies, however many share it.
 std::uint64_t world_bytes(const World& world);
 
 }  // namespace ensonify

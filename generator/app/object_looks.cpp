@@ -15,7 +15,7 @@
 namespace ensonify {
 namespace {
 
-// In the sonar's frame.
+// In the frame of the sonar.
 Vec3 seen_from(const Pose& sonar, Vec3 p) {
   return rotate(conjugate(sonar.rotation), p - sonar.position_m);
 }
@@ -39,7 +39,7 @@ void look_at_geometry(const Session& session, const WorldObject& object, const P
   if (std::isfinite(truncated)) look.share_in_fan = 1 - truncated;
 }
 
-// Mean expected power over the pixels of an instance, dB re 1 uPa; nothing where there is none.
+// Mean expected power over the pixels of an instance, dB re 1 uPa; empty if it has none.
 std::optional<double> level_db(const LabelledImage& image, std::uint32_t instance) {
   double sum = 0, pixels = 0;
   for (std::size_t i = 0; i < image.instance.size(); ++i) {
@@ -71,17 +71,18 @@ std::string or_dash(const std::optional<double>& value) {
 }
 
 std::string where_text(const Session& session, const ObjectLook& look) {
-  const std::string why = look.share_in_fan > 0 ? ": it is hidden or between the rays" : "";
+  const std::string why = look.share_in_fan > 0 ? "; it is hidden or lies between the rays" : "";
   return fmt::format(
-      "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {:.0f} % of "
+      "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {:.0f} % "
+      "of "
       "its surface in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m{}",
-      look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad),
-      100 * look.share_in_fan, degrees(session.sonar.beam_count * session.sonar.beam_spacing_rad),
+      look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad), 100 * look.share_in_fan,
+      degrees(session.sonar.beam_count * session.sonar.beam_spacing_rad),
       degrees(session.sonar.elevation_fan_rad), session.sonar.range_min_m,
       session.sonar.range_max_m, why);
 }
 
-// Angles that would be large in radians, and are next to nothing in degrees.
+// Angles that would be large in radians but are tiny in degrees.
 bool looks_like_radians(const Scenario& scenario) {
   const auto* angles = std::get_if<std::array<double, 3>>(&scenario.sonar.mount.rotation);
   if (angles == nullptr) return false;
@@ -122,12 +123,13 @@ std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks) {
   for (const ObjectLook& look : looks) width = std::max(width, look.name.size());
   std::vector<std::string> lines;
   lines.push_back(fmt::format("{:<{}} {:>20} {:>8} {:>8} {:>9} {:>7} {:>7} {:>8} {:>8}", "object",
-                              width, "size m", "range m", "azim deg", "elev deg", "in fan", "pixels",
-                              "ground dB", "noise dB"));
+                              width, "size m", "range m", "azim deg", "elev deg", "in fan",
+                              "pixels", "ground dB", "noise dB"));
   for (const ObjectLook& look : looks) {
     if (lines.size() > kMost) break;
-    std::string size = "without end";
-    if (const auto& s = look.size_m) size = fmt::format("{:.3g} x {:.3g} x {:.3g}", s->x, s->y, s->z);
+    std::string size = "infinite";
+    if (const auto& s = look.size_m)
+      size = fmt::format("{:.3g} x {:.3g} x {:.3g}", s->x, s->y, s->z);
     lines.push_back(fmt::format(
         "{:<{}} {:>20} {:>8.3g} {:>8.1f} {:>9.1f} {:>5.0f} % {:>7} {:>8} {:>8}", look.name, width,
         size, look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad),
@@ -176,7 +178,7 @@ std::vector<std::string> unseen_warnings(const SeenObjects& seen, const Scenario
   if (!seen.empty_pings.empty()) {
     std::string more;
     if (seen.empty_pings.size() > 1) more = fmt::format(" and {} more", seen.empty_pings.size() - 1);
-    warnings.push_back(fmt::format("{}{}: no ray of the fan meets anything in range{}",
+    warnings.push_back(fmt::format("{}{}: no ray of the fan hits anything in range{}",
                                    seen.empty_pings[0], more, radians));
   }
   for (const auto& [key, is_seen] : seen.is_seen) {

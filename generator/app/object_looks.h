@@ -1,4 +1,4 @@
-// What a sonar hears of each object, as `check` tells it before anything is made.
+// The view of the sonar on each object, printed by `check` before anything is made.
 //
 //   ObjectLook  look_at_objects   at ping 0 of one sequence
 //   look_lines                    as a table
@@ -20,10 +20,10 @@ namespace ensonify {
 
 struct ObjectLook {
   std::string name;
-  std::optional<Vec3> size_m;  // along its own axes; absent: without end
-  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;  // of its middle, in the sonar's frame
-  double share_in_fan = 0;  // of its surface (trace/truncation.h); 0 of what is without end
-  std::int64_t pixels = 0;  // of the polar image, that it wins
+  std::optional<Vec3> size_m;                              // along its own axes; absent: infinite
+  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;  // of its center, in the sonar's frame
+  double share_in_fan = 0;               // of its surface (trace/truncation.h); 0 if it is infinite
+  std::int64_t pixels = 0;               // of the polar image, in which it is the strongest
   std::optional<double> over_ground_db;  // mean expected power, against the ground around it
                                          // (labels/contrast.h)
   std::optional<double> over_noise_db;   // ... against the noise
@@ -34,19 +34,19 @@ Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tr
                                                 std::uint32_t sequence, const Numerics& numerics,
                                                 const Workers& workers);
 
-// A line for the head and for each object, of a long table the first 24; without line ends.
+// One line for the header and each object (at most the first 24), without line ends.
 std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks);
 
-// Over all sequences that were looked at. Where things are sampled one object may be out of view, so
-// that classes are what counts.
+// Over all sequences that were examined. If anything is sampled, single objects may be out of view,
+// so classes are counted.
 struct SeenObjects {
-  std::map<std::string, bool> is_seen;  // by name, or by class where things are sampled
-  std::map<std::string, std::string> where;  // of one that is not seen: where it is at ping 0
+  std::map<std::string, bool> is_seen;       // by name, or by class if anything is sampled
+  std::map<std::string, std::string> where;  // for one that is not seen: its place at ping 0
   std::vector<std::string> empty_pings;      // "ping 0 of sequence 3"
 };
 
-// Adds what rays of the fan meet at the first, middle and last ping. Point targets and volumes are
-// not looked for.
+// Adds the objects that rays of the fan hit at the first, middle and last ping. Point targets and
+// volumes are not examined.
 void note_seen(const Session& session, const Tracer& tracer, std::uint32_t sequence,
                const std::vector<ObjectLook>& looks, const Workers& workers, SeenObjects& seen);
 std::vector<std::string> unseen_warnings(const SeenObjects& seen, const Scenario& scenario);

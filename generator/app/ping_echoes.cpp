@@ -20,10 +20,10 @@
 namespace ensonify {
 namespace {
 
-constexpr std::size_t kMostPings = 64;  // looked at for speeds
+constexpr std::size_t kMostPings = 64;  // at which speeds are computed
 constexpr double kSpeedStep_s = 1e-3;
 constexpr double kMargin = 1.0 / 8;
-constexpr double kLeast = 1e-9;  // a body that may move, but was not seen to
+constexpr double kLeast = 1e-9;  // for a body that may move but did not at these times
 
 bool has_one_pose(const Path& path) {
   const auto* carried = std::get_if<CarriedPath>(&path.nominal);
@@ -32,8 +32,8 @@ bool has_one_pose(const Path& path) {
   return sampled != nullptr && sampled->points.size() == 1 && !path.wave_motion;
 }
 
-// The times at which speeds are looked at: when a ping goes out, when half its sound is back and
-// when all of it is.
+// The times at which speeds are computed: when a ping is transmitted, when half of its sound has
+// returned and when all of it has.
 std::vector<double> times_of(const Session& session) {
   const double span_s = two_way_delay_s(session.sonar.range_max_m, session.water.sound_speed_m_s);
   const std::vector<double>& pings = session.ping_times_s;
@@ -51,7 +51,7 @@ Vec3 velocity(double time_s, const PoseAt& pose_at) {
   return (1 / (later_s - time_s)) * (pose_at(later_s).position_m - pose_at(time_s).position_m);
 }
 
-// Towards what the fan sees.
+// The direction toward the center of the fan.
 std::vector<Vec3> directions_of(const Sonar& sonar) {
   std::vector<Vec3> directions;
   const double half_fan = sonar.beam_count * sonar.beam_spacing_rad / 2;
@@ -107,9 +107,9 @@ Status check_motion(const Session& session) {
   }
   const bool table = session.sonar.pulse.shape == PulseShape::table;
   return Error{ErrorKind::usage,
-               std::string("motion_within_ping: the echoes of ") +
-                   (table ? "a measured pulse (sonar.pulse.table)" : "so long a pulse") +
-                   " cannot be shifted; accepted are gaussian, flat, lfm and a shorter cw"};
+               std::string("motion_within_ping: the Doppler of ") +
+                   (table ? "a measured pulse (sonar.pulse.table)" : "such a long pulse") +
+                   " cannot be computed; expected gaussian, flat, lfm or a shorter cw"};
 }
 
 namespace {
@@ -141,12 +141,11 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
   return adaptive_surface_scatterers(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
 }
 
-// Echoes that no ray of their own brings: those of smooth surfaces, point targets, fish and paths over
-// several surfaces.
+// Echoes without a ray of their own: specular echoes, point targets, fish and multipath.
 struct OtherEchoes {
   std::vector<Scatterer> heard;
   PointScatterers points;
-  std::uint64_t most = 0;  // in memory at once, before both ways round became one
+  std::uint64_t most = 0;  // in memory at once, before both directions of a path are merged
 };
 
 OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
@@ -159,7 +158,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();
-  // What moves makes them two: an element's places in the water at their two arrivals differ.
+  // Motion separates the two directions of a path: the places of an element at both arrivals differ.
   const bool same = !session.sonar.array && !moves(session);
   if (session.scenario.bounces > 0) {
     const bool fixed = session.scenario.scattering.speckle != SpeckleMode::per_ping;
@@ -184,7 +183,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   return other;
 }
 
-// With everything where it is when the ping goes out.
+// With everything where it is at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {
@@ -208,7 +207,7 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   return echoes;
 }
 
-// Scatterers and hidden echoes by move_echoes; volumes stay. Nothing where nothing moves.
+// Moves scatterers and hidden echoes by move_echoes, but not volumes. Empty if nothing moves.
 void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
   const Session& session = moment.session;
   if (!moves(session)) return;

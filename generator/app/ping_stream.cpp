@@ -18,11 +18,11 @@ struct PingStream::State {
     bool settled = false;  // opened, or failed
     std::shared_ptr<const LiveSequence> live;
     std::optional<Error> error;
-    std::uint32_t next = 0, taken = 0, last = 0;  // to be made, to be handed over, the end
+    std::uint32_t next = 0, taken = 0, last = 0;  // next to be made, next to be taken, end
     std::map<std::uint32_t, PingResult> made;
   };
 
-  // What a thread does next; without `ping`: open the sequence.
+  // The next task of a thread; without `ping`: open the sequence.
   struct Task {
     std::shared_ptr<Sequence> sequence;
     std::optional<std::uint32_t> ping;
@@ -31,15 +31,15 @@ struct PingStream::State {
   StreamWish wish;
   std::mutex mutex;
   std::condition_variable changed;
-  std::deque<std::shared_ptr<Sequence>> open;  // the first is the one that is handed over
+  std::deque<std::shared_ptr<Sequence>> open;  // pings are taken from the first
   std::uint64_t opened = 0;  // of wish.sequence
   bool all_opened = false;
-  int ahead = 0;  // pings made or under way, not taken
+  int ahead = 0;  // pings made or in progress, not taken
   bool stopped = false;
   std::exception_ptr thrown;
   std::vector<std::thread> threads;
 
-  // With the mutex held, all of them.
+  // Called with the mutex held.
   std::optional<Task> task();
   std::optional<Task> ping_task();
   std::optional<Task> opening_task();
@@ -54,7 +54,7 @@ std::optional<PingStream::State::Task> PingStream::State::ping_task() {
   for (std::size_t i = 0; i < open.size(); ++i) {
     Sequence& sequence = *open[i];
     if (!sequence.live || sequence.next == sequence.last) continue;
-    // Pings of later sequences must not keep out those that are waited for.
+    // Pings of later sequences must not block those that are waited for.
     const auto own = static_cast<int>(sequence.next - sequence.taken);
     if (ahead >= wish.ahead && (i > 0 || own >= wish.ahead)) continue;
     ++ahead;

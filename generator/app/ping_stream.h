@@ -1,4 +1,4 @@
-// Pings of many sequences, in order, made ahead by threads of their own.
+// Pings of many sequences, in order, made in advance by separate threads.
 //
 //   StreamWish  StreamedPing  PingStream
 #pragma once
@@ -16,15 +16,15 @@
 namespace ensonify {
 
 struct StreamWish {
-  // The number of the i-th sequence; none: there are no more.
+  // The number of the i-th sequence; empty: there are no more.
   std::function<std::optional<std::uint32_t>(std::uint64_t)> sequence;
-  // As open_sequence; called from several threads at once.
+  // The same as open_sequence; called from several threads at once.
   std::function<Result<std::shared_ptr<const LiveSequence>>(std::uint32_t, const Workers&)> open;
-  std::optional<PingRange> pings = {};  // of each sequence, as far as it has them; absent: all
+  std::optional<PingRange> pings = {};  // of each sequence, if it has them; absent: all
   std::uint32_t skipped = 0;            // pings of the first sequence that are not made
-  int threads = 1;                      // that make pings side by side
-  int threads_within = 1;               // of each ping
-  int ahead = 4;  // pings that are made or under way and not taken yet; at most twice as many
+  int threads = 1;                      // that make pings in parallel
+  int threads_within = 1;               // for each ping
+  int ahead = 4;  // pings made or in progress, not taken yet; at most twice as many
 };
 
 struct StreamedPing {
@@ -34,20 +34,21 @@ struct StreamedPing {
   PingResult result;
 };
 
-// A sequence that cannot be made takes the place of its pings as an error, and the next one
-// follows. As many sequences are open as there are threads, and one.
+// A sequence that cannot be made is returned as an error in place of its pings, and the next one
+// follows. The number of open sequences is at most the number of threads plus one.
 class PingStream {
  public:
   explicit PingStream(StreamWish wish);
-  // Waits for the pings under way, at most one a thread.
+  // Waits for the pings in progress, at most one per thread.
   ~PingStream();
   PingStream(const PingStream&) = delete;
   PingStream& operator=(const PingStream&) = delete;
 
-  // Whether next() has an answer, after at most so long.
+  // Returns whether next() has a result, after waiting at most this long.
   bool wait(std::chrono::milliseconds most);
 
-  // Waits for it. None: the end. Throws what making it has thrown; the stream has ended then.
+  // Waits for the next result. Empty: the end. Throws the exception of making it, which ends the
+  // stream.
   std::optional<Result<StreamedPing>> next();
 
  private:

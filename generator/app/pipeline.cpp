@@ -66,8 +66,8 @@ PingSeries series_of(const PingSetup& setup, const PingEchoes& echoes, std::uint
   return synthesized(setup, task, workers);
 }
 
-// The same tasks with less in them: keys, and so all draws, are those of the
-// whole.
+// The same tasks with fewer items. Keys, and therefore all random numbers, are those of the
+// complete task.
 std::vector<LayerSeries> layers_of_ping(const PingSetup& setup,
                                         const std::vector<Layer>& layer_of_instance,
                                         const PingEchoes& echoes, std::uint32_t ping,
@@ -85,7 +85,7 @@ std::vector<LayerSeries> layers_of_ping(const PingSetup& setup,
     if (layer == Layer::volume) task.volumes = echoes.volumes;
     layers.push_back({layer, synthesized(setup, task, workers).pressure_pa});
   }
-  // Where there is a converter, its own layer holds what is left.
+  // If there is an ADC, the rest is in its own layer.
   if (!setup.session.sonar.adc) settle(whole.pressure_pa, layers);
   return layers;
 }
@@ -106,14 +106,14 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   return input;
 }
 
-// The image is one of the levels that are stored, so that it can be made of them again.
+// The image is made from the stored levels, so that it can be made from them again.
 DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
   std::vector<float> stored = polar.level_db;
   round_to_halves(stored);
   return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
 }
 
-// The mean over the pixels that hear an echo; 0 where none does.
+// The mean over pixels with an echo; 0 if there are none.
 double mean_clean_pa2(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series) {
   const Session& session = setup.session;
   const std::vector<std::uint8_t> hears =
@@ -132,12 +132,11 @@ double mean_clean_pa2(const PingSetup& setup, const PingEchoes& echoes, const Pi
 Result<double> noise_power_of_snr(const SequenceInfo& info, double clean_pa2) {
   if (clean_pa2 > 0) return clean_pa2 / std::pow(10.0, *info.noise_snr_db / 10.0);
   return Error{ErrorKind::usage,
-               "noise.snr_db: ping 0 hears no echo that noise could be measured "
-               "against; accepted "
-               "is a first ping that meets something, or noise.spectrum_level_db"};
+               "noise.snr_db: ping 0 has no echo as a reference for the noise; expected an echo in "
+               "ping 0, or noise.spectrum_level_db"};
 }
 
-// `result` says where everything is.
+// `result` has the poses of the ping.
 void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const PingResult& result,
                      const Workers& workers, LabelledImage& polar) {
   const StageTimer timer(workers, Stage::labels);
@@ -156,7 +155,8 @@ void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annota
   for (Annotation& annotation : list) annotation.measures = measures[annotation.instance];
 }
 
-// Those of the polar image also where it is not written: measures are taken from it.
+// The annotations of the polar image are computed even if it is not written, since measures use
+// them.
 std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const PolarInput& input,
                                              const LabelledImage& polar, const PingResult& result,
                                              std::vector<InstanceMeasures>& measures) {
@@ -254,8 +254,8 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   Calibrated made{info.noise_power_pa2, {}, {}};
   if (!wish.echo_levels && !info.noise_snr_db) return made;
   PingEchoes echoes = echoes_of(setup, 0, wish.keeps_ping_zero && wants_hidden(output), workers);
-  // Series without the noise of an snr_db, which is not known yet, are not
-  // those of the ping.
+  // Without the noise of an snr_db, which is not known yet, this is not the time series of the
+  // ping.
   const bool keeps_series = wish.keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
   PingSeries series =
       series_of(setup, echoes, 0, true, keeps_series ? only_level(output) : true, workers);

@@ -1,9 +1,9 @@
-// One ping from the world to everything that will be written of it.
+// One ping, from the world to everything that is written about it.
 //
-//   PingSetup  ping_setup    what the pings of a sequence have in common
-//   PingStart                a ping that is worked out in part
-//   CalibrationWish  Calibrated  calibrate   what ping 0 settles
-//   SceneEchoes  SharedParts what the sequences of one world have in common
+//   PingSetup  ping_setup    common data of the pings of a sequence
+//   PingStart                a partly computed ping
+//   CalibrationWish  Calibrated  calibrate   values that ping 0 determines
+//   SceneEchoes  SharedParts common data of the sequences of one world
 //   Pipeline  make_pipeline  the pings of a sequence
 #pragma once
 
@@ -35,8 +35,8 @@ struct PingSetup {
   std::shared_ptr<const PipelineTables> tables;
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
-  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: there are none
-  MeasuredInstances measured;                   // where there are images
+  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
+  MeasuredInstances measured;                   // if there are images
 };
 
 // `session` and `tracer` must outlive the result; `tables` are those of the
@@ -44,54 +44,52 @@ struct PingSetup {
 PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo info,
                      std::shared_ptr<const PipelineTables> tables);
 
-// Parts that are there are not worked out again when the ping is made.
+// Existing parts are not computed again when the ping is made.
 struct PingStart {
   std::optional<PingEchoes> echoes;
   std::optional<PingSeries> series;
   std::optional<LabelledImage> polar;
 };
 
-// What is to be worked out of ping 0.
+// Parts of ping 0 that are requested.
 struct CalibrationWish {
-  bool echo_levels = false;      // for the limits of the display
-  bool keeps_ping_zero = false;  // for its run
+  bool echo_levels = false;      // for the display limits
+  bool keeps_ping_zero = false;  // for making the ping later
 };
 
 struct Calibrated {
-  double noise_power_pa2 = 0;         // of SequenceInfo, also of noise.snr_db
+  double noise_power_pa2 = 0;         // of SequenceInfo, also for noise.snr_db
   std::vector<float> echo_levels_db;  // echo_levels_db (labels/display.h) of the ping
-  PingStart ping_zero;                // empty unless it is to be kept and had to be looked at
+  PingStart ping_zero;                // empty unless requested and computed
 };
 
-// `setup.info` is not calibrated yet. All follows from the clean image of ping 0, which holds no
-// draw but the places of scatterers on surfaces (speckle: surface). Error (usage): noise.snr_db,
-// and ping 0 hears nothing.
+// `setup.info` is not calibrated yet. Everything follows from the expected image of ping 0, whose
+// only random values are the places of scatterers on surfaces (speckle: surface). Error (usage):
+// noise.snr_db, but ping 0 has no echo.
 Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
                              const Workers& workers);
 
-// What all pings hear where they are draws of one scene (output.statistics).
+// Common echoes of all pings that are realizations of one scene (output.statistics).
 struct SceneEchoes {
   PingEchoes echoes;
   std::vector<float> first_return_m;
 };
 
-// The first pipeline of a world fills in what is absent, and later ones take it
-// from here.
+// The first pipeline of a world fills in absent parts, and later ones use them.
 struct SharedParts {
   std::shared_ptr<const PipelineTables> tables;
   std::shared_ptr<const SceneEchoes> scene;  // only with output.statistics
   std::optional<double> noise_power_pa2;     // not with speckle: surface
-  std::shared_ptr<PingStart> ping_zero;      // of sequence 0; null or empty: not worked out
+  std::shared_ptr<PingStart> ping_zero;      // of sequence 0; null or empty: not computed
 };
 
 class Pipeline {
  public:
-  // `setup.info` is calibrated; `scene` is null unless pings are draws of one
-  // scene.
+  // `setup.info` is calibrated; `scene` is null unless the pings are realizations of one scene.
   Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene);
 
-  // Everything that the sequence's output selection asks for. May be called
-  // from several threads at once, for different pings.
+  // Everything that the sequence's output selection requests. May be called from several threads at
+  // once, for different pings.
   PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
 
   const SequenceInfo& info() const { return setup_.info; }
@@ -105,13 +103,12 @@ class Pipeline {
 
 struct ReadyPipeline {
   Pipeline pipeline;
-  PingStart ping_zero;  // for its run
+  PingStart ping_zero;  // for making the ping later
 };
 
-// The pipeline of the sequence that `info` describes, which is not calibrated
-// yet, but has the limits of its display. `session` and `tracer` must outlive it. With
-// `keeps_ping_zero` what calibration works out of ping 0 is kept. Errors: those of calibrate.
-// Throws DeviceFailure.
+// The pipeline of the sequence that `info` describes, which is not calibrated yet but has its
+// display limits. `session` and `tracer` must outlive it. With `keeps_ping_zero`, parts of ping 0
+// that calibration computes are kept. Errors: those of calibrate. Throws DeviceFailure.
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
                                     const Numerics& numerics, const Workers& workers,
                                     SharedParts& shared, bool keeps_ping_zero = false);

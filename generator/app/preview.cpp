@@ -32,9 +32,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Everything known, nothing written. Its parts hold on to each other.
+// Everything known, nothing written. The parts refer to each other.
 struct Preview {
-  Scenario scenario;  // as it is, before it is reduced
+  Scenario scenario;  // complete, before it is reduced
   Session session;
   std::unique_ptr<Tracer> tracer;
   std::optional<Pipeline> pipeline;
@@ -45,13 +45,14 @@ struct Preview {
 
 using FolderName = std::shared_ptr<const fs::path>;
 
-// Goes with all that is in it when its last name goes.
+// A temporary folder that is removed with its content when the last reference goes.
 Result<FolderName> temporary_folder() {
   std::error_code error;
   const fs::path place = fs::temp_directory_path(error);
   if (error) {
-    return Error{ErrorKind::io, fmt::format("no folder for temporary files: {}; TMPDIR names one",
-                                            error.message())};
+    return Error{ErrorKind::io,
+                 fmt::format("there is no folder for temporary files: {}; expected one in TMPDIR",
+                             error.message())};
   }
   std::string name = (place / "ensonify-preview-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) return write_error(name, errno);
@@ -71,7 +72,7 @@ std::string plain_text(const Scenario& scenario) {
   return to_yaml(scenario, [](const fs::path& file) { return file.string(); });
 }
 
-// The scenario as it is drawn.
+// The scenario as sampled.
 Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text,
                              SequenceDraw draw) {
   const ScenarioOptions& input = options.input;
@@ -96,7 +97,7 @@ void tell_reduction(const PreviewOptions& options, const Preview& preview) {
 void warn(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
   std::vector<std::string> warnings = preview.session.world.warnings;
   for (auto& text : scene_warnings(preview.session)) warnings.push_back(std::move(text));
-  // Fewer rays than the scenario's say nothing of those.
+  // Warnings about too few rays are left out if the rays were reduced.
   if (options.full) {
     for (auto& text : undersampled_warnings(preview.session, *preview.tracer, workers)) {
       warnings.push_back(std::move(text));
@@ -105,11 +106,11 @@ void warn(const PreviewOptions& options, const Preview& preview, const Workers& 
   for (const std::string& text : warnings) tell("warning: {}\n", text);
 }
 
-// What the sonar hears of each object at ping 0, and what it never sees.
+// Prints the levels of each object at ping 0, and objects that are never in view.
 void tell_looks(const PreviewOptions& options, const Preview& preview, const Workers& workers) {
   const auto looks = look_at_objects(preview.session, *preview.tracer, options.sequence,
                                      preview.numerics, workers);
-  if (!looks) return;  // noise.snr_db without an echo: making the pings tells it
+  if (!looks) return;  // noise.snr_db without an echo, which making the pings reports
   if (!options.quiet) {
     for (const std::string& line : look_lines(*looks)) tell("  {}\n", line);
   }
@@ -121,7 +122,7 @@ void tell_looks(const PreviewOptions& options, const Preview& preview, const Wor
   }
 }
 
-// Errors of whoever wrote the scenario. `watch` gets the files that it names before they are read.
+// Errors of the scenario. `watch` gets the files that it names before they are read.
 Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Workers& workers,
                                          FileWatch* watch) {
   const fs::path& file = options.input.scenario;
@@ -151,7 +152,7 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
                     options.sequence);
   if (!session) return session.error();
   preview->session = std::move(*session);
-  // Nothing is waited for longer than a few pings, so that a device is not worth its start.
+  // Nothing takes longer than a few pings, so starting a device is not worthwhile.
   Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());
   if (!numerics) return numerics.error();
   preview->numerics = std::move(*numerics);
@@ -188,8 +189,8 @@ WorkIdentity preview_identity(const Preview& preview) {
   return identity;
 }
 
-// Pings stand side by side in a data set, so that they are numbered anew; what is drawn for each,
-// and when and where it is, is that of its number in the run.
+// The pings of a data set are numbered consecutively; the random values, time and pose of each are
+// those of its number in the run.
 Status make_preview_pings(Preview& preview, const fs::path& folder, const Workers& workers) {
   const SequenceInfo& info = preview.pipeline->info();
   for (std::uint32_t i = 0; i < preview.pings.size(); ++i) {
@@ -203,7 +204,7 @@ Status make_preview_pings(Preview& preview, const fs::path& folder, const Worker
   return finish_sequence(folder, info, {.cartesian_map = preview.pipeline->cartesian_map()});
 }
 
-// Without the input files, which nobody looks for there.
+// Without the input files, which nobody needs there.
 Status make_data_set(Preview& preview, const fs::path& folder, const Workers& workers) {
   DatasetInfo dataset;
   dataset.identity = preview_identity(preview);
@@ -252,12 +253,12 @@ Status write_page(const PreviewOptions& options, Preview& preview, const fs::pat
   return written ? Status() : Status(written.error());
 }
 
-// Whether what is wrong can be put right in the scenario or a file that it names.
+// Whether the error can be corrected in the scenario or in a file that it names.
 bool is_of_input(const Error& error) {
   return exit_code(error.kind) == exit_code(ErrorKind::usage) || error.kind == ErrorKind::io;
 }
 
-// Errors of the scenario alone, before it is put together; empty: none.
+// Errors of the scenario alone, before its world is built; empty if there are none.
 std::string scenario_faults(const PreviewOptions& options) {
   const Result<std::string> text = read_scenario_text(options.input.scenario);
   if (!text) return text.error().message;
@@ -265,8 +266,8 @@ std::string scenario_faults(const PreviewOptions& options) {
   return scenario ? std::string() : scenario.error().message;
 }
 
-// A scenario with faults does not come to name its files: what it tells may change without a file
-// that is known, when one that was missing appears. `told`: what its faults were before.
+// A scenario with errors may not get as far as naming its files, so its errors may change without a
+// change of a known file, when a missing file appears. `told`: the errors before.
 void wait_for_work(const PreviewOptions& options, const std::string* told, FileWatch& files) {
   std::function<bool()> faults_changed;
   if (told != nullptr) {
@@ -275,11 +276,11 @@ void wait_for_work(const PreviewOptions& options, const std::string* told, FileW
   wait_for_change(files, faults_changed, interrupted);
 }
 
-// `is_again`: it has been told where the page is.
+// `is_again`: the place of the page has been printed already.
 void tell_page(const PreviewOptions& options, const fs::path& page, double seconds, bool is_again) {
   if (options.quiet) return;
   tell("{} in {:.1f} s{}\n", is_again ? std::string("again") : page.string(), seconds,
-       options.watch && !is_again ? "; watching, until Ctrl-C" : "");
+       options.watch && !is_again ? "; watching until Ctrl-C" : "");
 }
 
 using Clock = std::chrono::steady_clock;

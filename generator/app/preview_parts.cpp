@@ -14,13 +14,13 @@
 namespace ensonify {
 namespace {
 
-// Half of so few would leave gaps between the rays.
+// Half of so few rays would leave gaps between them.
 constexpr int kFewRays = 16;
 
 OutputSelection pictures_alone(const OutputSelection& asked) {
   OutputSelection only;
   only.timeseries = only.cartesian = only.png = false;
-  // A scenario without pictures has no labels either, and says nothing of them.
+  // Without images there are no labels, and no notes about them.
   const bool has_pictures = asked.pings && (asked.polar || asked.cartesian);
   only.shadow = asked.shadow || !has_pictures;
   only.amodal = asked.amodal || !has_pictures;
@@ -58,7 +58,7 @@ Scenario reduced_scenario(const Scenario& scenario, bool full) {
   reduced.output.sdf.reset();
   if (full) return reduced;
   thin_out(reduced.sonar);
-  // A single ping looks the same, and cutting surfaces needs all of them.
+  // A single ping looks the same with either speckle, and fixed scatterers need all rays.
   if (reduced.scattering.speckle == SpeckleMode::surface) {
     reduced.scattering.speckle = SpeckleMode::per_ping;
   }
@@ -70,18 +70,18 @@ Scenario reduced_scenario(const Scenario& scenario, bool full) {
 std::string reduction_text(const Scenario& scenario, const Scenario& reduced) {
   const SonarSpec &all = scenario.sonar, &few = reduced.sonar;
   std::string text = "rays " + fan_text(few);
-  if (fan_text(all) != fan_text(few)) text += " for " + fan_text(all);
+  if (fan_text(all) != fan_text(few)) text += " instead of " + fan_text(all);
   if (all.rays_per_cell != few.rays_per_cell) {
-    text += fmt::format(", {} a cell for {}", few.rays_per_cell, all.rays_per_cell);
+    text += fmt::format(", {} per cell instead of {}", few.rays_per_cell, all.rays_per_cell);
   }
   if (scenario.scattering.speckle != reduced.scattering.speckle) {
-    text += ", speckle per_ping for surface";
+    text += ", speckle per_ping instead of surface";
   }
   if (scenario.synthesis_tolerance < reduced.synthesis_tolerance) {
-    text += fmt::format(", tolerance {} for {}", reduced.synthesis_tolerance,
+    text += fmt::format(", tolerance {} instead of {}", reduced.synthesis_tolerance,
                         scenario.synthesis_tolerance);
   }
-  return text + "; pictures and labels alone";
+  return text + "; images and labels only";
 }
 
 namespace {

@@ -1,9 +1,9 @@
-// What a preview takes of a scenario: a few of its pings, and less of what only costs. And whether
-// files have changed, found by looking at them, which works on network file systems too.
+// The parts of a preview: a few pings of a scenario at reduced cost. Also detects changed files by
+// polling, which works on network file systems, too.
 //
-//   spread_pings      which pings
+//   spread_pings      the selection of pings
 //   reduced_scenario  the scenario that is rendered
-//   reduction_text    what is less in it, for people
+//   reduction_text    the reductions in words
 //   FileStamp  FileWatch  wait_for_change
 #pragma once
 
@@ -18,20 +18,21 @@
 
 namespace ensonify {
 
-// `count` of `pings` pings, from the first to the last, evenly; all where there are fewer. One is
-// the first.
+// `count` of `pings` pings, evenly spaced from the first to the last; all if there are fewer. One
+// is the first.
 std::vector<std::uint32_t> spread_pings(std::uint32_t pings, std::uint32_t count);
 
-// Polar pictures and labels alone, whatever the scenario writes. Unless it is `full`: half of the
-// rays in elevation, one column of them a sector, half as many by need, but as many as speckle
-// needs, and none fixed on surfaces. Beams, range and samples stay, and so does all that sounds.
+// Only polar images and labels, whatever the scenario writes. Unless `full`: half of the rays in
+// elevation, one column of them per beam cell, half of the adaptive refinement but enough for
+// speckle, and no scatterers fixed on surfaces. Beams, range, samples and all sources of echoes
+// stay.
 Scenario reduced_scenario(const Scenario& scenario, bool full);
 
-// "rays 512 x 57 for 512 x 114, 10 a cell for 20; pictures and labels alone"
+// "rays 512 x 57 instead of 512 x 114, 10 per cell instead of 20; images and labels only"
 std::string reduction_text(const Scenario& scenario, const Scenario& reduced);
 
-// What a file looks like from outside. An editor that replaces a file by another one gives it
-// another number, even where size and time stay.
+// The visible state of a file. An editor that replaces a file by a new one changes its number, even
+// if size and time stay the same.
 struct FileStamp {
   bool there = false;
   std::uint64_t bytes = 0, number = 0;
@@ -41,12 +42,12 @@ struct FileStamp {
 
 class FileWatch {
  public:
-  // These from now on, as they are now: to be called before they are read. Those that are watched
-  // already are as they were.
+  // Watches these from now on, in their current state; call it before they are read. Files that are
+  // watched already keep their recorded state.
   void watch(const std::vector<std::filesystem::path>& files);
-  // As all files are now.
+  // Records the current state of all files.
   void renew();
-  // Whether any is another than it was.
+  // Whether any file differs from its recorded state.
   bool changed() const;
   std::size_t size() const { return stamps_.size(); }
   friend bool operator==(const FileWatch&, const FileWatch&) = default;
@@ -55,9 +56,9 @@ class FileWatch {
   std::map<std::filesystem::path, FileStamp> stamps_;
 };
 
-// Returns once a file has changed and they all have been left alone for a moment: whoever writes
-// several, or one in pieces, is waited for. Also when `also`, asked now and then, or `stop` says
-// so. The files are as renewed then.
+// Returns after a file has changed and all of them have been unchanged for a moment, so that
+// several files, or one in pieces, can be written. Also returns when `also`, called from time to
+// time, or `stop` returns true. The current state is recorded then.
 void wait_for_change(FileWatch& files, const std::function<bool()>& also, bool (*stop)());
 
 }  // namespace ensonify

@@ -26,7 +26,7 @@ std::string size_text(Vec3 size) {
   return fmt::format("{:.3g} x {:.3g} x {:.3g} m", size.x, size.y, size.z);
 }
 
-// glTF and DAE say how long their unit is.
+// glTF and DAE files state their unit of length.
 bool has_unit(const MeshSpec& spec) {
   std::string ending = spec.file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -39,7 +39,7 @@ const Instance& instance_of(const World& world, const WorldObject& object) {
 }
 
 void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
-  std::set<std::string> told;  // files
+  std::set<std::string> told;  // files with a warning already
   for (const ObjectSpec& spec : session.scenario.objects) {
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
     if (mesh == nullptr || mesh->scale != MeshSpec{}.scale || has_unit(*mesh)) continue;
@@ -51,7 +51,7 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
     const Vec3 size = instance->box->size_m;
     if (longest(size) <= kLargeM && longest(size) >= kSmallM) continue;
     if (!told.insert(mesh->file.string()).second) continue;
-    std::string advice = "its unit may not be the metre";
+    std::string advice = "its unit may not be the meter";
     if (const auto scale = likely_scale(longest(size))) {
       advice += fmt::format(": scale: {:g} makes {}", *scale, size_text(*scale * size));
     }
@@ -60,7 +60,7 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
   }
 }
 
-// How often the surface winds around the point: 1 within a closed mesh whose faces look outwards, 0
+// How often the surface winds around the point: 1 inside a closed mesh whose faces point outward, 0
 // outside of it.
 double winding_number(const Mesh& mesh, Vec3 point) {
   double sum_sr = 0;
@@ -84,7 +84,7 @@ bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
           if (shape.ground) return is_below(object.shape, pose, point);
           return winding_number(*shape.mesh, own) > 0.5;
         } else {
-          // A plane is seen from both sides, as a surface of the water is.
+          // A plane is visible from both sides, as a water surface is.
           const bool is_plane = std::is_same_v<std::decay_t<decltype(shape)>, PlaneShape>;
           return !is_plane && signed_distance_m(shape, own) < 0;
         }
@@ -95,12 +95,12 @@ bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
 std::string place_text(const Shape& shape) {
   const auto* mesh = std::get_if<MeshShape>(&shape);
   if (mesh != nullptr && mesh->ground) return "below";
-  return is_room(shape) ? "outside of the room" : "inside";
+  return is_room(shape) ? "outside the room" : "inside";
 }
 
 void warn_of_solids(const Session& session, std::vector<std::string>& warnings) {
   const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
-  std::set<std::uint32_t> told;  // instances
+  std::set<std::uint32_t> told;  // instances with a warning already
   for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
     const Vec3 sonar = sonar_pose(session, ping).position_m;
     const std::vector<Pose> poses = object_poses(session, ping);
@@ -114,7 +114,7 @@ void warn_of_solids(const Session& session, std::vector<std::string>& warnings) 
   }
 }
 
-// Of equal place and size, to a millimetre.
+// Objects of equal place and size, to a millimeter.
 void warn_of_coincidence(const Session& session, std::vector<std::string>& warnings) {
   constexpr double kSameM = 1e-3;
   const auto rounded = [](Vec3 v) {
@@ -133,10 +133,10 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
     if (is_new) continue;
     if (more++ > 0) continue;
     warnings.push_back(
-        fmt::format("{} and {} lie in one place and are of one size", at->second, instance.name));
+        fmt::format("{} and {} have the same place and the same size", at->second, instance.name));
   }
   if (more > 1) warnings.back() += fmt::format(", and so do {} more", more - 1);
-  if (more > 0) warnings.back() += "; objects of a count need a sampled position or a place";
+  if (more > 0) warnings.back() += "; copies of an entry need a sampled position or a place";
 }
 
 }  // namespace
@@ -153,17 +153,17 @@ std::optional<double> likely_scale(double longest_edge_m) {
 
 namespace {
 
-// No source and no receiver spans so much.
+// No source and receiver together have such a dynamic range.
 constexpr double kMostAbsorptionDb = 250;
 
 void warn_of_range(const Session& session, std::vector<std::string>& warnings) {
   const double two_way_db_m = 2 * session.water.absorption_db_m;
   const double lost_db = two_way_db_m * session.sonar.range_max_m;
   if (lost_db <= kMostAbsorptionDb) return;
-  warnings.push_back(fmt::format(
-      "sonar.range_max_m: absorption alone takes {:.3g} dB on the way to {:g} m and back, so that "
-      "nothing is heard beyond {:.2g} m; the range is in metres",
-      lost_db, session.sonar.range_max_m, kMostAbsorptionDb / two_way_db_m));
+  warnings.push_back(
+      fmt::format("sonar.range_max_m: absorption alone costs {:.3g} dB on the path to {:g} m and "
+                  "back, so there are no echoes from beyond {:.2g} m; the range is in meters",
+                  lost_db, session.sonar.range_max_m, kMostAbsorptionDb / two_way_db_m));
 }
 
 }  // namespace

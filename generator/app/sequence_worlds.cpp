@@ -14,7 +14,7 @@ ReadyWorld ready(Session session) {
   return world;
 }
 
-// The text is read once: an edit of the file meanwhile does not change this run.
+// The text is read once, so that editing the file meanwhile does not change this run.
 ScenarioSource source_of(const ScenarioOptions& input, std::string text) {
   const auto shared =
       std::make_shared<const std::pair<ScenarioOptions, std::string>>(input, std::move(text));
@@ -40,9 +40,11 @@ Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session&
   if (!asked) return PingRange{0, total};
   const auto [first, last] = *asked;
   if (first < last && last <= total) return *asked;
-  return Error{ErrorKind::usage, fmt::format("--pings {}:{}: the scenario has pings 0 to {}; "
-                                             "accepted is A:B with 0 <= A < B <= {}",
-                                             first, last, total - 1, total)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format(
+          "--pings {}:{}: the scenario has pings 0 to {}; expected A:B with 0 <= A < B <= {}",
+          first, last, total - 1, total)};
 }
 
 Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, ErrorPlaces places) const {
@@ -77,7 +79,7 @@ Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& inpu
   for (std::uint32_t sequence = 1; trouble && sequence < kFirstTried; ++sequence) {
     if (trouble->kind != ErrorKind::usage) return *trouble;
     first = worlds.drawn(sequence, ErrorPlaces::shown);
-    // The same words of two draws are no matter of what was drawn.
+    // The text of the scenario may be equal even if the sampled values differ.
     if (!first && first.error().message == trouble->message) return *trouble;
     if (!first) continue;
     if (!varies_by_sequence(first->scenario) || sequence >= first->scenario.sequences) break;

@@ -1,11 +1,10 @@
-// The worlds of a run's sequences: one for all where nothing is drawn, a new one for each where
-// something is.
+// The worlds of a run's sequences: one for all if nothing is sampled, otherwise a new one for each.
 //
 //   ReadyWorld      a session and the tracer of its world
-//   ScenarioSource  where the scenario of each sequence comes from
+//   ScenarioSource  returns the scenario of each sequence
 //   BuiltWorld      a world that others may share
 //   SequenceWorlds  open, open_in, info, unreadable, session, world
-//   range_of        the pings of a sequence that are asked for
+//   range_of        the requested pings of a sequence
 //   of_sequence     an error with the number of its sequence
 #pragma once
 
@@ -33,9 +32,9 @@ struct ReadyWorld {
 
 // Both may be called from several threads at once.
 struct ScenarioSource {
-  // As drawn. Errors (usage).
+  // As sampled. Errors (usage).
   std::function<Result<Scenario>(SequenceDraw, ErrorPlaces)> scenario;
-  // An error of prepare_session, with the place of its key.
+  // An error of prepare_session with the place of its key.
   std::function<Error(const Error&)> placed;
 };
 
@@ -49,14 +48,14 @@ using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
 class SequenceWorlds {
  public:
   // Reads the scenario, checks its distributions and builds the first world: that of sequence 0, or
-  // of the next one of the first kFirstTried sequences that has one. Errors: that of sequence 0,
+  // of the next of the first kFirstTried sequences that can be built. Errors: for sequence 0, those
   // of load_scenario or drawn_session, the latter with the place of the key in the file; those of
   // check_draws.
   static Result<SequenceWorlds> open(const ScenarioOptions& input);
   // The same without a tracer, which trace_first makes.
   static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input);
   void trace_first();
-  // The same in the world of sequence 0, or the error of building it, that is there already.
+  // The same in the existing world of sequence 0, or with the error of building it.
   static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
   // Whether each sequence has a world of its own.
@@ -65,17 +64,17 @@ class SequenceWorlds {
   const Session& first() const { return *first_.session; }
   const Tracer& first_tracer() const { return *first_.tracer; }
 
-  // What the files of a sequence say of it, as far as it is known without building its world: ids,
-  // names and classes of the instances of its first draw, but nothing measured on them. `pings`
-  // absent: all that the sequence has. Errors (usage), with places: its draws do not make a valid scenario, or it has
-  // fewer pings. May be called from several threads at once.
+  // Information for the files of a sequence, as far as it is known without building its world: ids,
+  // names and classes of the instances of its first sample, but no measures. `pings` absent: all
+  // pings of the sequence. Errors (usage), with places: its samples are not a valid scenario, or it
+  // has fewer pings. May be called from several threads at once.
   Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
 
-  // Of up to kSequencesChecked sequences, evenly spread, those of which info is an error.
+  // Of up to kSequencesChecked evenly spaced sequences, those for which info is an error.
   std::vector<SequenceFailure> unreadable(const std::optional<PingRange>& pings,
                                           const Workers& workers) const;
 
-  // Errors (usage, final_usage): its draws do not make a valid scenario, or its world cannot be
+  // Errors (usage, final_usage): its samples are not a valid scenario, or its world cannot be
   // built; those of `world` without places. May be called from several threads at once.
   Result<Session> session(std::uint32_t sequence, ErrorPlaces places) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
@@ -83,7 +82,7 @@ class SequenceWorlds {
  private:
   explicit SequenceWorlds(ScenarioSource source) : source_(std::move(source)) {}
 
-  // prepare_session of drawn_session, with the meshes that earlier worlds read.
+  // prepare_session for drawn_session, with the meshes that earlier worlds read.
   Result<Session> drawn(std::uint32_t sequence, ErrorPlaces places) const;
 
   ScenarioSource source_;
@@ -92,13 +91,13 @@ class SequenceWorlds {
   ReadyWorld first_;
 };
 
-// Each may take kMostRedraws draws and one.
+// Each may take kMostRedraws samples plus one.
 inline constexpr std::uint32_t kFirstTried = 8;
 
-// More would keep the first ping waiting; what the others have is found when their turn comes.
+// More would delay the first ping; errors of the other sequences are found when their turn comes.
 inline constexpr std::uint32_t kSequencesChecked = 64;
 
-// The pings of a sequence that are to be made. Errors (usage): it has fewer.
+// The requested pings of a sequence. Errors (usage): it has fewer.
 Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session& session);
 
 Error of_sequence(std::uint32_t sequence, const Error& error);

@@ -64,7 +64,7 @@ Result<std::vector<PulseTableRow>> pulse_table_of(const Scenario& scenario, cons
   return Error{table.error().kind, "sonar.pulse.table.file: " + table.error().message};
 }
 
-// What is wrong with any of them, one below the other.
+// Collects the errors of all results, one per line.
 template <class... T>
 std::optional<Error> all_errors(const Result<T>&... results) {
   std::optional<Error> all;
@@ -80,7 +80,7 @@ std::optional<Error> all_errors(const Result<T>&... results) {
   return all;
 }
 
-// Spectrum level over the band; a matched filter lowers it by its gain.
+// The spectrum level over the band; a matched filter lowers it by its gain.
 double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
@@ -95,7 +95,7 @@ Status check_sdf(const Session& session) {
   return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
-// Over a mirror sound is heard from one side alone.
+// A specular reflector has sound on one side only.
 Status check_in_water(const Session& session) {
   if (!session.scenario.multipath) return {};
   const auto& [surface, bottom, objects, bounces] = *session.scenario.multipath;
@@ -106,14 +106,14 @@ Status check_in_water(const Session& session) {
     const double z_m = above ? surface->z_m : bottom->z_m;
     return Error{ErrorKind::usage,
                  fmt::format("multipath.{0}.z_m: at ping {1} the sonar is at z = {2} m, {3} the "
-                             "{0} at {4} m; accepted is a {0} {5} the sonar at every ping",
+                             "{0} at {4} m; expected a {0} {5} the sonar at every ping",
                              above ? "surface" : "bottom", ping, z,
                              above ? "not below" : "not above", z_m, above ? "above" : "below")};
   }
   return {};
 }
 
-// Settled by all pings of the sequence, whatever range is run.
+// Determined by all pings of the sequence, whatever range is run.
 Status cut_surfaces(Session& session) {
   if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
   std::vector<Pose> sonar_in_world;
@@ -133,11 +133,12 @@ Status cut_surfaces(Session& session) {
       surface_tiles(session.world, {session.sonar, session.cell.range_m, seen_by}, Workers());
   const std::uint64_t leaves = session.surface_tiles->most_leaves;
   if (leaves <= kMostLeaves) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("scattering.speckle: surface needs {} scatterers in one ping, accepted "
-                           "are up to {}; fewer come of a shorter range_max_m, a wider beam, a "
-                           "longer pulse or a sonar farther from the surfaces",
-                           leaves, kMostLeaves)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format(
+          "scattering.speckle: surface needs {} scatterers in one ping; expected up to {}, by a "
+          "shorter range_max_m, a wider beam, a longer pulse or a sonar farther from the surfaces",
+          leaves, kMostLeaves)};
 }
 
 void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
@@ -158,17 +159,18 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
   Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);
   Result<Path> path =
-      load_path(scenario.trajectory, stream_key(scenario.seed, Stream::motion, SequenceDraw(sequence, scenario.redraw)));
+      load_path(scenario.trajectory,
+                stream_key(scenario.seed, Stream::motion, SequenceDraw(sequence, scenario.redraw)));
   if (std::optional<Error> error = all_errors(pulse, profile, world, path)) return *error;
   session.sonar.pulse.table = std::move(*pulse);
   session.water.profile = std::move(*profile);
   session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
   if (!pulse_is_heard(session.sonar, session.record.transform)) {
     return Error{ErrorKind::usage,
-                 "sonar.pulse.table.file: its amplitudes are zero on every bin of the record; "
-                 "accepted is a table with amplitude across the band"};
+                 "sonar.pulse.table.file: the amplitudes are zero at every bin of the record; "
+                 "expected a table with amplitudes above zero across the band"};
   }
-  // It takes longer than all else together where nothing is built, and then nobody asks.
+  // It takes longer than everything else if no world is built, and then it is not needed.
   if (is_built) {
     session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
   }
@@ -317,7 +319,8 @@ std::string undersampled_text(const Session& session, double share, const std::s
                               const std::string& advice) {
   return fmt::format(
       "ping 0: {}{:.0f} % of the surface in range has fewer than {:.0f} scatterers in a resolution "
-      "cell ({:.2g} deg x {:.2g} m): speckle is not developed there, and gaps may show; {}",
+      "cell ({:.2g} deg x {:.2g} m), so speckle is not fully developed there and gaps may be "
+      "visible; {}",
       begin, 100 * share, kFewScatterers, degrees(session.cell.width_rad), session.cell.range_m,
       advice);
 }
@@ -336,7 +339,7 @@ std::vector<std::string> undersampled_warnings(const Session& session, const Tra
   };
   std::vector<std::string> warnings;
   const bool by_need = session.sonar.rays_per_cell > 0;
-  // Scatterers fixed on surfaces are enough by themselves.
+  // Scatterers fixed on surfaces are dense enough by themselves.
   const double share = session.surface_tiles ? 0 : share_of(session.sonar);
   if (share > kShare) {
     warnings.push_back(
@@ -350,11 +353,9 @@ std::vector<std::string> undersampled_warnings(const Session& session, const Tra
   of_fan.rays_per_cell = 0;
   const double bounced = share_of(of_fan);
   if (bounced > kShare) {
-    warnings.push_back(
-        undersampled_text(session, bounced,
-                          "multipath echoes come from the rays of the fan alone, with "
-                          "which ",
-                          "raise sonar.rays.elevation"));
+    warnings.push_back(undersampled_text(
+        session, bounced, "specular and multipath echoes use only the rays of the fan, with which ",
+        "raise sonar.rays.elevation"));
   }
   return warnings;
 }

@@ -40,12 +40,12 @@ RunCost sum_of(const Sweep& sweep, const std::vector<std::size_t>& runs) {
 
 std::string without(const Sweep& sweep) {
   std::string text;
-  if (sweep.left_out > 0) text += fmt::format(", {} left out by skip_if", sweep.left_out);
-  if (sweep.repeated > 0) text += fmt::format(", {} the same as another", sweep.repeated);
+  if (sweep.left_out > 0) text += fmt::format(", {} skipped by skip_if", sweep.left_out);
+  if (sweep.repeated > 0) text += fmt::format(", {} identical to another", sweep.repeated);
   return text;
 }
 
-// What is in the folder already; refused is what the sweep itself would refuse.
+// Compares the plan with that in the folder. Error: the sweep itself would be refused.
 Status print_change(const SweepOptions& options, const std::string& name, const Plan& plan) {
   const SweepHead head{name, program_version(), program_commit()};
   const auto change = look_at_sweep_folder(options.output, head, plan, options.overwrite);
@@ -87,17 +87,16 @@ struct Begun {
   Plan plan;
 };
 
-// The sweep as its folder has it, whatever became of its file.
+// The sweep as its folder describes it, whatever happened to its file.
 Result<Begun> begun_sweep(const fs::path& dir) {
   auto head = read_sweep_head(dir);
   if (!head) return head.error();
   auto plan = read_plan(dir);
   if (!plan) return plan.error();
   if (*head && *plan) return Begun{std::move(**head), std::move(**plan)};
-  return Error{ErrorKind::usage,
-               fmt::format("{}: no sweep has begun here; accepted is the folder that `ensonify "
-                           "sweep SWEEP -o DIR` writes to",
-                           dir.string())};
+  return Error{ErrorKind::usage, fmt::format("{}: not the folder of a sweep; expected the folder "
+                                             "that `ensonify sweep SWEEP -o DIR` writes to",
+                                             dir.string())};
 }
 
 double now_s() {
@@ -112,19 +111,19 @@ std::vector<RunStatus> all_statuses(const fs::path& dir, const Plan& plan, doubl
   return statuses;
 }
 
-// Failed ones count as missing: their data is not there.
+// Failed runs count as missing, because their data does not exist.
 Status refuse_missing(const fs::path& dir, const SweepStatus& status) {
   if (status.done == status.runs) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("{}: {} of {} runs are not done ({} failed, {} running, {} missing); "
-                           "give the sweep's command again, or --partial to finish it without "
-                           "them; nothing was written",
-                           dir.string(), status.runs - status.done, status.runs, status.failed,
-                           status.begun, status.missing)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format(
+          "{}: {} of {} runs are not done ({} failed, {} running, {} missing); repeat the command "
+          "of the sweep, or give --partial to finish without them; nothing was written",
+          dir.string(), status.runs - status.done, status.runs, status.failed, status.begun,
+          status.missing)};
 }
 
-// What is not as it should be is a failure of its own, since the sweep's command leaves alone what
-// is done.
+// A damaged run counts as a failure, because the sweep itself does not touch finished runs.
 FinishedRun damaged_run(const PlannedRun& run, const Error& error) {
   FinishedRun finished;
   finished.state = RunState::damaged;
@@ -143,11 +142,10 @@ Status refuse_damaged(const fs::path& dir, const Plan& plan, const std::vector<F
   }
   if (count == 0) return {};
   if (count > kMostNamed) named += "\n  ...";
-  return Error{
-      ErrorKind::io,
-      fmt::format("{}: {} of {} runs are damaged; remove their folders and give the sweep's "
-                  "command again, or --partial to finish it without them{}",
-                  dir.string(), count, runs.size(), named)};
+  return Error{ErrorKind::io,
+               fmt::format("{}: {} of {} runs are damaged; remove their folders and repeat the "
+                           "command of the sweep, or give --partial to finish without them{}",
+                           dir.string(), count, runs.size(), named)};
 }
 
 Result<FinishedRun> finished_run(const fs::path& dir, const PlannedRun& run,

@@ -35,7 +35,7 @@ Result<BuiltWorld> build(const Crew& crew, const Scenario& scenario) {
   give_back_import(*world);
   BuiltWorld built;
   built.world = std::make_shared<const World>(std::move(*world));
-  // The tracer looks into its world: they go together.
+  // The tracer refers to its world, so they are kept together.
   struct Both {
     std::shared_ptr<const World> world;
     Tracer tracer;
@@ -66,7 +66,7 @@ Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
   return worlds;
 }
 
-// Room for its pings. A bound that fits is good enough; what is counted takes rays.
+// Memory for the pings of a run. If an upper bound fits, it is used, since counting needs tracing.
 MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Backend& backend,
                              int beside) {
   const int threads = room.crew.threads;
@@ -79,7 +79,7 @@ MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Back
   return room.gate.hold(MemoryGate::What::run, bytes);
 }
 
-// Held while the run is made: its pipeline asks for them again.
+// Keeps the tables while the run is made, because its pipeline asks for them again.
 std::shared_ptr<const PipelineTables> tables_of(SweepRoom& room, const Session& session) {
   const Turn turn(room.crew.turns);
   return pipeline_tables(session, room.crew.numerics);
@@ -88,8 +88,8 @@ std::shared_ptr<const PipelineTables> tables_of(SweepRoom& room, const Session& 
 Status check_id(const SweepRun& run, const DatasetWork& work) {
   if (sha256_hex(work.scenario_yaml).starts_with(run.id)) return {};
   return Error{ErrorKind::usage,
-               "an input file has changed since the plan was made; put the old file back, or give "
-               "the same command again, which makes a new plan"};
+               "an input file has changed since the plan was made; restore the file, or repeat the "
+               "command to make a new plan"};
 }
 
 Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
@@ -163,14 +163,14 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
       warn_once(room, *job.run, text);
     }
   }
-  // What is done stays, whatever program and machine it comes from.
+  // A finished run stays, whatever program and machine made it.
   FolderUse use;
   const auto state = open_work(dir, work->identity, session.scenario.sequences,
                                room.options.overwrite, /*keep_sealed=*/true, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
   if (Status made = make_job_pings(room, job, taken, dir, *worlds, *work); !made) return made;
-  // A run that lacks sequences would distort the comparison of runs.
+  // A run without some of its sequences would distort the comparison of runs.
   const std::vector<SequenceFailure> failed = failures_of(dir, *work);
   if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->sequences)};
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;

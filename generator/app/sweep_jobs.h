@@ -1,4 +1,4 @@
-// The runs of a sweep that are to be made, and one of them.
+// The runs of a sweep that are to be made, and making one of them.
 //
 //   Job  SweepRoom  jobs_of
 //   make_run
@@ -22,17 +22,17 @@ struct Job {
   const SweepRun* run = nullptr;
   std::string world;                // world_key
   std::string tables;               // table_key
-  std::uint64_t pings_of_item = 1;  // what its pings are shared out in
+  std::uint64_t pings_of_item = 1;  // the units in which its pings are distributed
   std::uint64_t items = 0;
 };
 
-// Runs of one world come one after another, and among them those of equal tables; otherwise they
-// are in their order. Few worlds and tables are then kept at once. Errors: a scenario that cannot
-// be made again, since a file of it has gone.
+// Runs of one world follow each other, and within them those of equal tables; otherwise they are in
+// the order of the plan. This keeps few worlds and tables at a time. Errors: a scenario that cannot
+// be loaded again, because one of its files is gone.
 Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const SweepRun*>& runs,
                                  const Workers& workers);
 
-// What the runs of a process share.
+// Shared by the runs of a process.
 struct SweepRoom {
   const SweepOptions& options;
   const SweepFile& file;
@@ -42,12 +42,12 @@ struct SweepRoom {
   WorldCache& worlds;
   FileHashes hashes = {};
   std::mutex mutex = {};
-  std::set<std::string> warned = {};  // each is told once
+  std::set<std::string> warned = {};  // each is printed once
 };
 
-// Makes the data set of a job, or goes on with it. `taken.run` is its number in the queue. Errors:
-// as of `generate`; usage, where an input file is not that of the plan any more. May throw
-// std::bad_alloc and DeviceFailure.
+// Makes the data set of a job, or resumes it. `taken.run` is its number in the queue. Errors: those
+// of `generate`; usage if an input file differs from that of the plan. May throw std::bad_alloc and
+// DeviceFailure.
 Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken);
 
 }  // namespace ensonify

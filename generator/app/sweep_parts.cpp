@@ -14,7 +14,7 @@ namespace ensonify {
 RunQueue::RunQueue(std::vector<std::uint64_t> items, int threads)
     : threads_(threads), left_(std::move(items)) {}
 
-// Beginning and ending a run take one thread; the others have pings of another run meanwhile.
+// Starting and ending a run take one thread; the others work on pings of another run meanwhile.
 std::uint64_t RunQueue::wanted() const {
   return static_cast<std::uint64_t>(pings_under_way(threads_, UINT32_MAX)) + threads_;
 }
@@ -69,7 +69,7 @@ std::optional<std::uint64_t> number_in(const fs::path& file) {
   std::uint64_t number = 0;
   std::ifstream stream(file);
   if (stream >> number) return number;
-  return std::nullopt;  // "max" too
+  return std::nullopt;  // also for "max"
 }
 
 std::uint64_t of_kernel(const fs::path& root) {
@@ -80,10 +80,10 @@ std::uint64_t of_kernel(const fs::path& root) {
   return kNoLimit;
 }
 
-// Where the two kinds of control groups have their numbers.
+// The files in which the two kinds of control groups have their numbers.
 struct GroupFiles {
   const char *limit, *used;
-  // Keys of memory.stat: what files take of the memory in use, and what of it is not on the disk.
+  // Keys of memory.stat: the memory used for files, and the part of it that is not on the disk yet.
   const char *cache[2], *unwritten[2];
 };
 constexpr GroupFiles kSecondKind = {"memory.max",
@@ -95,8 +95,8 @@ constexpr GroupFiles kFirstKind = {"memory.limit_in_bytes",
                                    {"total_active_file", "total_inactive_file"},
                                    {"total_dirty", "total_writeback"}};
 
-// The kernel takes files that are on the disk out of memory when it is needed: a group that has
-// written much would otherwise seem full.
+// The kernel drops files that are on the disk from memory on demand. Otherwise a group that has
+// written much would seem full.
 std::uint64_t reclaimable(const fs::path& folder, const GroupFiles& files) {
   std::uint64_t cache = 0, unwritten = 0, bytes = 0;
   std::ifstream stream(folder / "memory.stat");
@@ -107,7 +107,7 @@ std::uint64_t reclaimable(const fs::path& folder, const GroupFiles& files) {
   return cache - std::min(cache, unwritten);
 }
 
-// The tightest of a group and all groups around it.
+// The tightest limit of a group and all groups around it.
 std::uint64_t of_groups(const fs::path& top, const std::string& group, const GroupFiles& files) {
   std::uint64_t least = kNoLimit;
   fs::path folder = top / fs::path(group).relative_path();
@@ -191,8 +191,8 @@ bool MemoryGate::fits(std::uint64_t bytes, std::uint64_t runs) const {
 
 std::string world_key(const Scenario& scenario) {
   Scenario part = scenario;
-  part.drawn_sections.reset();  // as drawn for sequence 0, not as a distribution
-  // What build_world does not look at.
+  part.drawn_sections.reset();  // as sampled for sequence 0, not as a distribution
+  // Keys that build_world does not use.
   const Scenario none;
   part.name = none.name;
   part.sequences = none.sequences;
@@ -209,11 +209,11 @@ std::string world_key(const Scenario& scenario) {
   part.output = none.output;
   part.splits = none.splits;
   part.classes = none.classes;
-  // Its draws are those of terrain, plumes, fish, places and wave motion.
+  // The seed keys the random values of terrain, plumes, fish, places and wave motion.
   if (!varies_by_sequence(part)) part.seed = none.seed;
   std::string key = to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
-  // The text does not hold them: numbers of classes follow from all that the scenario could draw,
-  // and notices are told with the world's warnings.
+  // The text does not contain these: class numbers follow from everything that the scenario may
+  // sample, and notices are printed with the warnings of the world.
   for (const std::string& name : scenario.class_names) key += name + "\n";
   for (const std::string& notice : scenario.notices) key += notice + "\n";
   return key;

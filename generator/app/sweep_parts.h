@@ -1,10 +1,10 @@
-// What decides which run of a sweep starts when, and what runs side by side share.
+// Scheduling of the runs of a sweep, and the data that concurrent runs share.
 //
-//   RunQueue           a run starts as soon as those under way leave threads without a ping
-//   available_memory   what this process may still take of the machine
-//   MemoryGate         memory that runs share: who does not fit waits
-//   world_key          what a world is made of
-//   WorldCache         each world is built once, and kept until it is forgotten
+//   RunQueue           starts a run when those in progress leave threads without a ping
+//   available_memory   memory that this process may still use
+//   MemoryGate         memory that runs share: a run that does not fit waits
+//   world_key          everything that a world depends on
+//   WorldCache         builds each world once and keeps it until it is forgotten
 #pragma once
 
 #include <condition_variable>
@@ -25,22 +25,22 @@ namespace ensonify {
 
 class RunQueue {
  public:
-  // `items`: of each run, what its pings are shared out in (cost.h, work_items). Runs start in this
-  // order.
+  // `items`: for each run the units in which its pings are distributed (cost.h, work_items). Runs
+  // start in this order.
   RunQueue(std::vector<std::uint64_t> items, int threads);
 
-  // Runs that may be under way at once.
+  // The largest number of runs in progress at once.
   int lanes() const;
 
   struct Taken {
     std::size_t run = 0;
-    int beside = 1;  // runs that will be under way with it, itself counted
+    int beside = 1;  // runs in progress, including this one
   };
-  // Waits until the next run should start; nothing when all have been taken, or after stop().
+  // Waits until the next run should start; empty when all have been taken, or after stop().
   std::optional<Taken> take();
 
   void item_done(std::size_t run);
-  // Whatever was left of it.
+  // Removes the rest of its items.
   void finish(std::size_t run);
   void stop();
 
@@ -56,8 +56,9 @@ class RunQueue {
   bool stopped_ = false;
 };
 
-// What the kernel says is available, or less where control groups (of a batch system, of a
-// container) leave less. `root` is where /proc and /sys stand. Without limits where neither tells.
+// The memory that the kernel reports as available, or less if control groups (of a batch system or
+// a container) allow less. `root` is the parent of /proc and /sys. Unlimited if neither reports a
+// number.
 std::uint64_t available_memory(const std::filesystem::path& root = "/");
 
 class MemoryGate {
@@ -66,7 +67,7 @@ class MemoryGate {
 
   enum class What { world, run };
 
-  // Held until it is destroyed or assigned to.
+  // Holds memory until it is destroyed or assigned to.
   class Hold {
    public:
     Hold() = default;
@@ -82,14 +83,15 @@ class MemoryGate {
     std::uint64_t bytes_ = 0;
   };
 
-  // Waits until it fits. A run that fits nowhere goes when no other run is held, a world when
-  // nothing is: the budget bounds how many there are at once, not what one may take.
+  // Waits until the memory is available. A run that never fits starts when no other run holds
+  // memory, a world when nothing does: the budget limits how many there are at once, not their
+  // size.
   Hold hold(What what, std::uint64_t bytes);
 
-  // Corrects what is held, without waiting.
+  // Corrects the amount held, without waiting.
   void resize(Hold& hold, std::uint64_t bytes);
 
-  // Whether it would not have to wait, were all of `runs` as large.
+  // Whether it would not have to wait if all of `runs` were as large.
   bool fits(std::uint64_t bytes, std::uint64_t runs) const;
 
  private:
@@ -101,21 +103,22 @@ class MemoryGate {
 };
 
 // Equal keys: build_world gives equal worlds for sequence 0. The key is the whole scenario without
-// what is known not to matter, so that what is forgotten keeps worlds apart.
+// keys that are known not to matter, so that a forgotten key separates worlds instead of mixing
+// them.
 std::string world_key(const Scenario& scenario);
 
 class WorldCache {
  public:
-  // Worlds are built in the order in which they are asked for, when `gate` has room for one as
-  // large as the largest so far.
+  // Builds worlds in the order of requests, when `gate` has room for one as large as the largest so
+  // far.
   explicit WorldCache(MemoryGate& gate) : gate_(gate) {}
 
-  // Whoever asks first builds it by `build`; the others wait. An error is kept as well. May be
+  // The first caller builds the world by `build`; the others wait. An error is kept as well. May be
   // called from several threads at once, none of which holds a turn.
   Result<BuiltWorld> world(const std::string& key, const Scenario& scenario,
                            const std::function<Result<BuiltWorld>(const Scenario&)>& build);
 
-  // To be called when nobody will ask for it any more; who has it keeps it.
+  // Call it when nobody will request the world any more; current holders keep it.
   void forget(const std::string& key);
 
  private:

@@ -30,9 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The rest is for other programs, and for what estimates leave out.
+// The rest is for other programs, and for memory that the estimates do not cover.
 constexpr double kMemoryShare = 0.85;
-// A disk that does not take this much is full.
+// A disk that cannot store this much is full.
 constexpr std::size_t kProbeBytes = 1 << 20;
 
 std::string time_utc() {
@@ -44,12 +44,12 @@ std::string time_utc() {
   return text;
 }
 
-// How it went, gathered from all lanes.
+// The results of all lanes.
 class Outcome {
  public:
   explicit Outcome(const SweepOptions& options) : options_(options) {}
 
-  // No run can go on: the device is lost.
+  // No run can continue, because the device is lost.
   void end(const SweepRun& run, const Error& error) {
     const std::lock_guard lock(mutex_);
     if (!fatal_) fatal_ = named(run, error);
@@ -70,7 +70,7 @@ class Outcome {
   }
 
   const std::atomic<bool>& stopped() const { return stopped_; }
-  // Nothing more should begin.
+  // No further run should start.
   bool ends() const { return stopped_ || interrupted_; }
   std::size_t done() const { return done_; }
   std::size_t failed() const { return failed_; }
@@ -79,7 +79,7 @@ class Outcome {
     if (fatal_) return *fatal_;
     if (!interrupted_) return {};
     return Error{ErrorKind::interrupted,
-                 "interrupted: what is finished is kept; the same command goes on from there"};
+                 "interrupted: finished work is kept; repeat the command to resume"};
   }
 
   void tell_failures() const {
@@ -97,12 +97,13 @@ class Outcome {
     return {error.kind, fmt::format("{} (run {} {})", error.message, run.id, one_line(run.name))};
   }
 
-  // A disk that takes no files ends everything: every run would fail.
+  // A disk that stores no files ends the sweep, since every run would fail.
   Status record(const SweepRun& run, const Error& error) {
     if (error.kind == ErrorKind::io && disk_is_full(run)) return named(run, error);
     ++failed_;
     Alike& alike = failures_[error.message];
-    // Runs stand in one list, in the sweep's order; which one fails first depends on the threads.
+    // Runs are listed in the order of the sweep, because the first one to fail depends on the
+    // threads.
     if (alike.count++ == 0 || &run < alike.first) alike.first = &run;
     return write_failure(options_.output, {run.id, run.name, kind_name(error.kind), error.message,
                                            host_name(), time_utc()});
@@ -121,11 +122,11 @@ class Outcome {
 
   const SweepOptions& options_;
   std::mutex mutex_;
-  std::atomic<bool> stopped_ = false;  // what is under way should end
+  std::atomic<bool> stopped_ = false;  // ends what is in progress
   std::optional<Error> fatal_;
   std::atomic<bool> interrupted_ = false;
   std::size_t done_ = 0, failed_ = 0;
-  // Runs of one message.
+  // Runs with the same message.
   struct Alike {
     const SweepRun* first = nullptr;
     std::size_t count = 0;
@@ -138,9 +139,9 @@ Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken, Ou
   try {
     return make_run(room, job, taken);
   } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::device,
-                 "not enough memory for this run; the sweep's command tries it again, fewer "
-                 "--threads need less"};
+    return Error{
+        ErrorKind::device,
+        "not enough memory for this run; repeat the command, with fewer --threads to need less"};
   } catch (const DeviceFailure& failure) {
     outcome.end(*job.run, {ErrorKind::device, failure.what()});
     return Error{ErrorKind::interrupted, "interrupted"};
@@ -149,13 +150,13 @@ Status guarded(SweepRoom& room, const Job& job, const RunQueue::Taken& taken, Ou
   }
 }
 
-// How many jobs are still to come of each world.
+// The number of remaining jobs of each world.
 class WorldUses {
  public:
   explicit WorldUses(const std::vector<Job>& jobs) {
     for (const Job& job : jobs) ++uses_[job.world];
   }
-  // Whether it was the last one.
+  // Returns whether it was the last one.
   bool drop(const std::string& world) {
     const std::lock_guard lock(mutex_);
     return --uses_.at(world) == 0;
@@ -288,16 +289,17 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   }
   close_sweep_folder(options.output);
   if (!made || *made > 0) return made;
-  // A part cannot know whether it is the last one.
+  // A shard does not know whether it is the last one.
   if (shard->count > 1) {
     if (!options.quiet) {
-      tell("{}: once all shards are done, the same command with --finalize in place of --shard "
-           "writes their tables\n",
-           options.output.string());
+      tell(
+          "{}: when all shards are done, the same command with --finalize instead of --shard "
+          "writes their tables\n",
+          options.output.string());
     }
     return made;
   }
-  // Another process may still be at some of them, and finishes then.
+  // Another process may still be working on some runs, and finishes the sweep then.
   const bool all_done = std::all_of(plan.begin(), plan.end(), [&](const PlannedRun& run) {
     return run_is_done(options.output, run.id);
   });

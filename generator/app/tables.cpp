@@ -53,7 +53,8 @@ double beam_model_power(const Mixing& mixing, double source_pa_m, int beam) {
   return amplitude * amplitude * sum;
 }
 
-// Focused, at the carrier: the elements' sum is a polynomial in the turn from one to the next.
+// For a focused array at the carrier, the sum over elements is a polynomial in the phase step from
+// one element to the next.
 double array_power(const Sonar& sonar, const ArrayGeometry& array, double wavelength_m, int beam) {
   const double steered = std::sin(beam_azimuth_rad(sonar, beam));
   double power = 0;
@@ -84,7 +85,7 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
                                                  array_power(sonar, array, wavelength_m, j)
                                            : beam_model_power(mixing, source_pa_m, j));
   }
-  constexpr int kHalf = kPulseSteps / 2;  // steps of a sample
+  constexpr int kHalf = kPulseSteps / 2;  // steps per sample
   const std::vector<double> square =
       envelope_squared(pulse_spectrum(sonar, record.transform), kHalf);
   const int count = static_cast<int>(square.size());
@@ -114,11 +115,11 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
 
 std::string table_key(const Scenario& scenario) {
   Scenario part = scenario;
-  part.drawn_sections.reset();  // as drawn, not as a distribution
+  part.drawn_sections.reset();  // as sampled, not as a distribution
   const Scenario none;
   part.name = none.name;
   part.sequences = none.sequences;
-  if (!scenario.sonar.array) part.seed = none.seed;  // an array's errors are drawn from it
+  if (!scenario.sonar.array) part.seed = none.seed;  // it keys the errors of an array
   part.sonar.mount = none.sonar.mount;
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;
   part.scattering.speckle = none.scattering.speckle;
@@ -129,7 +130,7 @@ std::string table_key(const Scenario& scenario) {
   part.classes = none.classes;
   part.multipath = none.multipath;
   part.bounces = none.bounces;
-  // What follows from motion stands in the key of pipeline_tables.
+  // Values that depend on motion are in the key of pipeline_tables.
   part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;

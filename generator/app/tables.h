@@ -1,11 +1,11 @@
-// What decides the last bits of a result on this machine, and what follows from the sonar, the
-// water and the record alone. The latter takes as long to work out as some pings of a small run:
-// runs that have it in common share it.
+// The numerics that determine the last bits of a result on this machine, and tables that depend
+// only on sonar, water and record. Computing the tables takes as long as some pings of a small run,
+// so runs with equal tables share them.
 //
 //   BackendChoice  Numerics  settle_backend  make_backend  numerics_name
-//   HiddenPower  hidden_power        on what scale hidden echoes are weighed against the noise
+//   HiddenPower  hidden_power        the scale for comparing hidden echoes with the noise
 //   PipelineTables  pipeline_tables
-//   table_key  TableCache            tables that are in use, and the last ones
+//   table_key  TableCache            tables in use, and the last ones
 #pragma once
 
 #include <cstdint>
@@ -33,28 +33,28 @@ class TableCache;
 struct Numerics {
   BackendChoice backend = BackendChoice::cpu;
   SimdLevel simd = best_simd_level();
-  std::string backend_name = "cpu";  // as work.json has it; with the device's name behind cuda
+  std::string backend_name = "cpu";         // as in work.json; for cuda with the name of the device
   std::shared_ptr<TableCache> tables = {};  // of several runs or sequences
 };
 
-// `automatic` becomes cuda where a device answers, else cpu. Error (device): cuda is asked for, and
-// none answers.
+// `automatic` becomes cuda if a device is available, otherwise cpu. Error (device): cuda is
+// requested, but there is no device.
 Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd);
 
-// `numerics` settled. Throws DeviceFailure where the device cannot be had any more.
+// `numerics` must be settled. Throws DeviceFailure if the device is no longer available.
 std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup);
 
-// The level that the program's own loops use and, where it is another, what the processor offers:
-// FFTW and the mathematical library choose their code by that ("avx512", "sse4 on avx512").
+// The level of the program's own loops and, if it differs, the best level of the processor, by
+// which FFTW and the mathematical library choose their code ("avx512", "sse4 on avx512").
 std::string numerics_name(SimdLevel used);
 
-// labels/shadow.h's power_per_energy and pulse_power.
+// power_per_energy and pulse_power of labels/shadow.h.
 struct HiddenPower {
   std::vector<double> per_energy, pulse;
 };
 
-// The clean power of a pixel whose neighbours in azimuth hold as much energy as it does: S0^2
-// sum_i B(i - j)^2 / N_j^2 in beam j, of an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
+// The expected power of a pixel whose neighbors in azimuth have as much energy as it has: S0^2
+// sum_i B(i - j)^2 / N_j^2 in beam j, for an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
 // e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
 HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
 
@@ -65,23 +65,24 @@ struct PipelineTables {
   HiddenPower hidden_power;
 };
 
-// From `numerics.tables`, where it has any, if they are there. Throws DeviceFailure.
+// Taken from `numerics.tables`, if it has them, otherwise computed. Throws DeviceFailure.
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
                                                       const Numerics& numerics);
 
 // Equal keys: equal tables, on one machine and as long as input files do not change. The key is the
-// whole scenario without what is known not to matter, so that what is forgotten keeps tables apart.
+// whole scenario without keys that are known not to matter, so that a forgotten key separates
+// tables instead of mixing them.
 std::string table_key(const Scenario& scenario);
 
 class TableCache {
  public:
-  // May be called from several threads at once; whoever is first makes them.
+  // May be called from several threads at once; the first caller makes the tables.
   template <class Make>
   std::shared_ptr<const PipelineTables> of(const std::string& key, Make make) {
     const std::shared_ptr<Entry> entry = entry_of(key);
     const std::lock_guard lock(entry->mutex);
     if (!entry->tables) entry->tables = make();
-    // Who holds the tables holds their entry.
+    // A holder of the tables also holds their entry.
     return {entry, entry->tables.get()};
   }
 
@@ -96,7 +97,7 @@ class TableCache {
 
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<Entry>> entries_;
-  std::deque<std::shared_ptr<Entry>> last_;  // in the order of their use
+  std::deque<std::shared_ptr<Entry>> last_;  // in the order of use
 };
 
 }  // namespace ensonify

@@ -118,11 +118,11 @@ void Progress::show() {
 
 namespace {
 
-// A signal handler reaches nothing but variables of the process; the threads look at this one.
+// A signal handler reaches only variables of the process; the threads check this one.
 std::atomic<bool> g_interrupted = false;
 
-// Batch systems signal a script and its program at once, and the script passes its signal on: all
-// that comes within this time counts as one signal.
+// Batch systems signal a script and its program at once, and the script passes its signal on, so
+// signals within this time count as one.
 constexpr long long kOneSignal_ns = 1'000'000'000;
 std::atomic<long long> g_first_ns = 0;
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -136,7 +136,7 @@ extern "C" void remember_signal(int signal) {
   long long first_ns = 0;
   if (g_first_ns.compare_exchange_strong(first_ns, now_ns)) return;
   if (now_ns - first_ns < kOneSignal_ns) return;
-  // A second one ends the program at once; whole files are kept anyhow.
+  // A second signal ends the program at once; complete files are kept anyway.
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
@@ -153,7 +153,7 @@ void expect_interrupts() {
 void listen_for_interrupts() {
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
-  // It comes from a terminal that was closed; `nohup` has it ignored.
+  // SIGHUP comes from a terminal that was closed; `nohup` makes the process ignore it.
   if (std::signal(SIGHUP, remember_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 

@@ -1,8 +1,8 @@
-// The program and whoever started it: what it says, how far it is, and how it is stopped.
+// Messages, progress and interrupts of the program.
 //
-//   tell             to standard error: a message that cannot be written does not end the work
-//   answer           to standard output: what was asked for
-//   answers_written  whether all answers came through
+//   tell             to standard error; a message that cannot be written does not end the work
+//   answer           to standard output: requested output
+//   answers_written  whether all output could be written
 //   Progress  progress_style  progress_text    a bar on a terminal, a line every 30 s elsewhere
 //   expect_interrupts  listen_for_interrupts  interrupted
 #pragma once
@@ -33,12 +33,12 @@ void answer(fmt::format_string<T...> format, T&&... values) {
   answer_text(fmt::format(format, std::forward<T>(values)...));
 }
 
-// ErrorKind::io where standard output did not take everything, as on a full disk.
+// ErrorKind::io if standard output did not accept everything, as on a full disk.
 Status answers_written();
 
 enum class ProgressStyle { quiet, lines, bar };
 
-// The bar where stderr is a terminal, lines elsewhere.
+// The bar if stderr is a terminal, otherwise lines.
 ProgressStyle progress_style(bool quiet);
 
 // "12/40 pings, 3.1 pings/s, 9 s left". `made` of them took `seconds`.
@@ -47,18 +47,18 @@ std::string progress_text(std::uint64_t done, std::uint64_t total, std::uint64_t
 
 class Progress {
  public:
-  // `found` of `total` pings, or of `what` is counted, were there already.
+  // `found` of `total` pings (or of `what` is counted) existed before.
   Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found,
            std::string_view what = "ping");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // From any thread.
+  // May be called from any thread.
   void one_done();
-  // More pings that were there already. From any thread.
+  // Adds pings that existed before. May be called from any thread.
   void pings_found(std::uint64_t pings);
-  // So many of the total are in fact as many as `actual`. From any thread.
+  // Corrects the total: `assumed` of it are `actual`. May be called from any thread.
   void correct_total(std::uint64_t assumed, std::uint64_t actual);
 
  private:
@@ -72,7 +72,7 @@ class Progress {
   bool bar_open_ = false;
 };
 
-// SIGINT, SIGTERM and SIGHUP: after listen_for_interrupts the ping in hand is finished, then the
+// SIGINT, SIGTERM and SIGHUP: after listen_for_interrupts the current pings are finished, then the
 // run ends. After expect_interrupts, when nothing has been written yet, the first two end the
 // program with 130 at once.
 void expect_interrupts();

@@ -37,7 +37,7 @@ Result<double> bytes_below(const fs::path& dir) {
   return bytes;
 }
 
-// The number of its pings. The files stay.
+// Makes the data set and returns the number of its pings. The files stay.
 Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan,
                            const BenchSite& site, const fs::path& dir, SharedParts first,
                            StageTimes& stages) {
@@ -66,7 +66,7 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   return pings;
 }
 
-// From `spent` on until the data set is finished; its folder is gone afterwards.
+// Measures from `spent` until the data set is finished, then removes its folder.
 Result<TimedDataSet> timed_until_finished(const Spent& spent, const SequenceWorlds& worlds,
                                           const DataSetPlan& plan, const BenchSite& site,
                                           SharedParts first, StageTimes& stages) {
@@ -133,7 +133,7 @@ Result<TimedDataSet> time_data_set(const DataSetPlan& plan, const BenchSite& sit
     if (!worlds) return worlds.error();
     return time_in_world(*worlds, plan, site);
   }
-  // `generate` has no tables of an earlier run.
+  // `generate` does not have the tables of an earlier run.
   BenchSite alone = site;
   alone.numerics.tables = std::make_shared<TableCache>();
   StageTimes stages;

@@ -1,9 +1,9 @@
-// One data set, made as `generate` makes it and removed again, and what it took.
+// Makes one data set as `generate` does, measures it and removes it.
 //
-//   DataSetPlan  plan_data_set   a scenario with the sequences that a number of pings takes
-//   BenchSite                    where and with what data sets are made
+//   DataSetPlan  plan_data_set   a scenario with as many sequences as a number of pings needs
+//   BenchSite                    where and by which numerics data sets are made
 //   TimedDataSet  time_data_set  time_in_world
-//   core_ms                      processor time so far
+//   core_ms                      processor time up to now
 #pragma once
 
 #include <array>
@@ -22,17 +22,17 @@ namespace ensonify {
 struct DataSetPlan {
   ScenarioOptions input;           // `sequences` is among its overrides
   std::optional<PingRange> pings;  // of each sequence; absent: all
-  // Several sequences with a world each: then worlds are part of what a ping takes. One world is
-  // not, since a longer data set has no more of it.
+  // Several sequences have a world each, so that worlds are part of the time per ping. A single
+  // world is not, since a longer data set has only one as well.
   bool times_worlds = false;
 };
 
-// At least `pings` pings: a part of one sequence, or as many whole sequences as they take, whatever
-// number the scenario gives. Errors (usage): those of load_scenario and prepare_without_world.
+// At least `pings` pings: a part of one sequence, or as many whole sequences as needed, whatever
+// number the scenario states. Errors (usage): those of load_scenario and prepare_without_world.
 Result<DataSetPlan> plan_data_set(const ScenarioOptions& input, std::uint32_t pings);
 
 struct BenchSite {
-  int threads = 0;               // 0: as many as the machine has
+  int threads = 0;               // 0: all cores
   std::filesystem::path folder;  // where data sets are made and removed
   Numerics numerics;             // settled
 };
@@ -40,18 +40,18 @@ struct BenchSite {
 struct TimedDataSet {
   int beams = 0, samples = 0, pings = 0;
   double pings_per_s = 0, core_ms_per_ping = 0, mb_per_ping = 0;
-  std::array<double, kStageCount> stages_ms{};  // of a ping
+  std::array<double, kStageCount> stages_ms{};  // per ping
 };
 
-// From the scenario where the plan times worlds, else from the worlds of sequences and the tables
-// on. Errors: usage (the scenario is wrong), io, interrupted.
+// Measured from the scenario on if the plan includes worlds, otherwise from the existing worlds and
+// tables on. Errors: usage (the scenario is wrong), io, interrupted.
 Result<TimedDataSet> time_data_set(const DataSetPlan& plan, const BenchSite& site);
 
-// In worlds that are there: those of plan.input. The tables are made before the clock starts.
+// In existing worlds of plan.input. The tables are made before the clock starts.
 Result<TimedDataSet> time_in_world(const SequenceWorlds& worlds, const DataSetPlan& plan,
                                    const BenchSite& site);
 
-// Of all threads, of importers that have ended, and of the system for them.
+// Of all threads, of importer processes that have ended, and of the system on their behalf.
 double core_ms();
 
 }  // namespace ensonify

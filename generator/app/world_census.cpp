@@ -29,7 +29,7 @@ double binomial_cdf(std::uint64_t hits, std::uint64_t trials, double p) {
   return sum;
 }
 
-// "3 (1.5 %, at most 3.8 % with 95 % confidence)"; all sequences leave nothing to be confident of.
+// "3 (1.5 %, at most 3.8 % with 95 % confidence)"; without the bound if all sequences were built.
 std::string share_text(std::uint64_t hits, const WorldCensus& census) {
   const double share =
       100 * static_cast<double>(hits) / std::max(1.0, static_cast<double>(census.looked_at));
@@ -52,7 +52,7 @@ Result<WorldCensus> take_census(const SequenceWorlds& worlds, std::uint32_t most
     return static_cast<std::uint32_t>(i * all / census.looked_at);
   };
   {
-    // A log need not hear of what takes seconds.
+    // A log does not need progress that takes only seconds.
     const bool is_long = census.looked_at > kWorldsLookedAt;
     const bool is_shown = is_long || progress_style(false) == ProgressStyle::bar;
     Progress progress(progress_style(!is_shown), census.looked_at, 0, "world");
@@ -91,11 +91,11 @@ std::vector<std::string> census_lines(const WorldCensus& census) {
   if (census.looked_at == 0) return {};
   std::vector<std::string> lines;
   lines.reserve(3);
-  lines.push_back(fmt::format("worlds built: {} of {}; not to be made: {}", census.looked_at,
+  lines.push_back(fmt::format("worlds built: {} of {}; impossible: {}", census.looked_at,
                               census.sequences, share_text(census.failed.size(), census)));
   const PlacementTotals& placed = census.placement;
   if (placed.sequences == 0) return lines;
-  lines.push_back(fmt::format("worlds sampled again for want of room: {}, {} in all",
+  lines.push_back(fmt::format("worlds sampled again for lack of room: {}, {} in total",
                               share_text(placed.redrawn, census),
                               counted(placed.redraws, "redraw")));
   if (placed.redrawn == 0 && placed.left_out == 0) return lines;

@@ -1,4 +1,4 @@
-// The extension `ensonify._core`. Its stub, _core.pyi beside the package, is its documentation.
+// The extension `ensonify._core`. Its documentation is the stub _core.pyi in the package.
 #include <pybind11/complex.h>
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
@@ -40,7 +40,7 @@ std::shared_ptr<CheckedScenario> open_scenario(
   return value_of(opened);
 }
 
-// A view of the values; `owner` keeps them.
+// A view of the values, which `owner` keeps alive.
 template <class T>
 py::array_t<T> view_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
                        py::handle owner) {
@@ -58,7 +58,7 @@ py::object plane_of(const LabelledImage& image, const std::string& name, py::han
   return py::none();
 }
 
-// None where the ping has no such array.
+// None if the ping has no such array.
 py::object array_of(py::object self, const std::string& view, const std::string& name) {
   const auto& result = self.cast<const StreamedPing&>().result;
   const bool polar = view == "polar";
@@ -89,7 +89,7 @@ py::object layer_of(py::object self, const std::string& name) {
   return py::none();
 }
 
-// x, y, z, w, qx, qy, qz.
+// As x, y, z, w, qx, qy, qz.
 std::array<double, 7> pose_of(const Pose& pose) {
   const auto& [p, q] = pose;
   return {p.x, p.y, p.z, q.w, q.x, q.y, q.z};
@@ -122,7 +122,7 @@ py::object map_of(py::object self) {
   return view_of(ping.tables->cartesian_map, {grid->height_px, grid->width_px}, self);
 }
 
-// A ping, the message of a sequence that cannot be made, or None: the end.
+// Returns a ping, the message of a sequence that cannot be made, or None at the end.
 py::object next_of(PingStream& stream) {
   std::optional<Result<StreamedPing>> next;
   {
@@ -136,7 +136,7 @@ py::object next_of(PingStream& stream) {
   return py::str(error.message);
 }
 
-// A data set that a thread of its own writes.
+// A data set that a separate thread writes.
 class Generation {
  public:
   Generation(const CheckedScenario& scenario, const std::string& folder,

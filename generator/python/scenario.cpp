@@ -9,7 +9,7 @@
 namespace ensonify::python {
 namespace {
 
-// Asked for one after the other.
+// The returned function gives the next sequence at each call; calls must not overlap.
 std::function<std::optional<std::uint32_t>(std::uint64_t)> numbers_of(const StreamRequest& request,
                                                                       const Scenario& scenario) {
   const std::uint64_t count =
@@ -39,9 +39,9 @@ Status claim_process() {
   pid_t found = 0;
   if (owner.compare_exchange_strong(found, own) || found == own) return {};
   return Error{ErrorKind::device,
-               "this process was forked from one that had built a world already, whose threads it "
-               "does not have; build the first world after the fork, or start workers with "
-               "multiprocessing's `spawn`"};
+               "this process was forked from one that had already built a world, and the threads "
+               "of that world were not copied; build the first world after the fork, or start "
+               "workers with the method `spawn` of multiprocessing"};
 }
 
 Result<std::shared_ptr<CheckedScenario>> CheckedScenario::open(ScenarioOptions input,
@@ -113,7 +113,7 @@ Result<std::shared_ptr<PingStream>> stream_of(const std::shared_ptr<CheckedScena
       selection_of(scenario->first().output.selection, request.flags);
   StreamWish wish;
   wish.sequence = numbers_of(request, scenario->first());
-  // A single sequence may be asked for again, ping by ping.
+  // A single sequence may be requested again for each ping.
   const bool keeps = request.listed.size() == 1;
   wish.open = [scenario, source = *source, output, keeps](std::uint32_t number,
                                                           const Workers& workers) {

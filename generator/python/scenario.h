@@ -1,7 +1,7 @@
-// A scenario and its worlds, as the module `_core` holds them.
+// A scenario and its worlds, as the module `_core` stores them.
 //
 //   claim_process    before anything is built
-//   CheckedScenario  its first world is built when that is asked for
+//   CheckedScenario  builds its first world on demand
 //   StreamRequest  stream_of
 #pragma once
 
@@ -20,32 +20,32 @@
 
 namespace ensonify::python {
 
-// Worlds bring threads and the library that traces rays with them, which a fork does not take along.
-// The first process of a family that builds one is the only one that may. Error (device): this is
-// another one.
+// Worlds use threads, some of them of the ray tracing library, which a fork does not copy. Only the
+// first process of a family that builds a world may build worlds. Error (device): this is another
+// process.
 Status claim_process();
 
 class CheckedScenario {
  public:
-  // Errors: those of parse_scenario and check_draws. Starts no thread.
+  // Errors: those of parse_scenario and check_draws. Starts no threads.
   static Result<std::shared_ptr<CheckedScenario>> open(ScenarioOptions input,
                                                        BackendChoice backend);
 
   const ScenarioOptions& input() const { return input_; }
-  const Scenario& first() const { return first_; }  // as drawn for sequence 0
+  const Scenario& first() const { return first_; }  // as sampled for sequence 0
 
-  // The text of the scenario as it was drawn for the sequence, without distributions. Errors: those
-  // of source and SequenceWorlds::session.
+  // The text of the scenario as sampled for the sequence, without distributions. Errors: those of
+  // source and SequenceWorlds::session.
   Result<std::string> sample(std::uint32_t sequence);
 
-  // From any thread. Errors: those of open_source and claim_process.
+  // Callable from any thread. Errors: those of open_source and claim_process.
   Result<std::shared_ptr<StreamSource>> source();
 
-  // How many pings a sequence has; builds no world but the first. Errors: those of source, and of
+  // The number of pings of a sequence; builds only the first world. Errors: those of source and of
   // SequenceWorlds::info.
   Result<std::uint32_t> pings_of(std::uint32_t sequence);
 
-  // As open_sequence; the last one is kept.
+  // The same as open_sequence; the last sequence is kept.
   Result<std::shared_ptr<const LiveSequence>> sequence(std::uint32_t number,
                                                        const OutputSelection& output,
                                                        const Workers& workers);
@@ -54,7 +54,7 @@ class CheckedScenario {
   ScenarioOptions input_;
   BackendChoice backend_ = BackendChoice::cpu;
   Scenario first_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // protects the members below
   std::shared_ptr<StreamSource> source_;
   struct Last {
     std::uint32_t number = 0;
@@ -64,10 +64,10 @@ class CheckedScenario {
 };
 
 struct StreamRequest {
-  std::vector<std::uint32_t> listed;              // sequences; where it is empty:
-  std::uint64_t start = 0, stop = 0, step = 1;  // ... and
-  std::string split;                              // ... those of this one alone; empty: all
-  std::vector<std::string> flags;                 // of kOutputFlags
+  std::vector<std::uint32_t> listed;            // sequences; if empty:
+  std::uint64_t start = 0, stop = 0, step = 1;  // this range
+  std::string split;                            // of this split only; empty: all
+  std::vector<std::string> flags;               // names from kOutputFlags
   std::optional<PingRange> pings;
   std::uint32_t skipped = 0;
   int threads = 1, threads_within = 1, ahead = 4;

@@ -36,16 +36,16 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"channels", &OutputSelection::channels},
 };
 
-// `base` with those of the flags alone that are named; what is written to files only is off.
+// `base` with only the named flags; outputs that exist only as files are off.
 OutputSelection selection_of(const OutputSelection& base, const std::vector<std::string>& flags);
-// Those that are on.
+// The names of the flags that are on.
 std::vector<std::string> flags_of(const OutputSelection& selection);
 
-// Of the text of to_yaml: dict, list, str, int, float, bool and None.
+// Converts the text of to_yaml to dict, list, str, int, float, bool and None.
 pybind11::object dict_of(const std::string& yaml);
 
-// Raises it: ensonify's ScenarioError (usage), OSError (io), KeyboardInterrupt (interrupted),
-// RuntimeError (others).
+// Raises the error: ensonify's ScenarioError (usage), OSError (io), KeyboardInterrupt (interrupted)
+// or RuntimeError (others).
 [[noreturn]] void raise(const Error& error);
 
 }  // namespace ensonify::python

@@ -1,4 +1,4 @@
-// Classes of objects, point targets and volumes: which there are, and of which kind each is.
+// The classes of objects, point targets and volumes, and the kind (thing or stuff) of each.
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// Whether `holds` is true of a node, or of everything that the node is sampled from.
+// Whether `holds` is true of a node, or of every alternative that the node can be sampled as.
 template <class Holds>
 bool always(const Node* node, const Holds& holds) {
   if (node == nullptr) return false;
@@ -28,7 +28,7 @@ bool is_room(const Node& shape) {
   });
 }
 
-// Terrain, a plane or a room: it surrounds other objects, and a box around it is the whole image.
+// Terrain, planes and rooms surround other objects; a box around one would cover the whole image.
 bool is_stuff(const Node& shape) {
   if (shape.kind != NodeKind::map || shape.keys.size() != 1) return false;
   const std::string& kind = shape.keys[0].text;
@@ -45,19 +45,19 @@ void add_class(const std::string& name, ClassKind kind, ClassList& list) {
   }
 }
 
-// Adds all scalars below the node: the value of `class`, or what it is sampled from.
+// Adds every scalar below the node: the value of `class`, or its alternatives.
 void add_scalars(const Node& node, ClassKind kind, ClassList& list) {
   if (node.kind == NodeKind::scalar) add_class(node.text, kind, list);
   for (const Node& item : node.items) add_scalars(item, kind, list);
 }
 
-// What an entry of a list stands for where it has no class, and whether its shape tells its kind.
+// The class of a list entry that names none, and whether its shape determines its kind.
 struct EntryDefaults {
   std::string class_name;
   bool is_stuff = false;
 };
 
-// Adds the classes of an entry, or of everything that the entry or the list is sampled from.
+// Adds the classes of an entry, or of every alternative that the entry or the list has.
 void add_classes(const Node& node, const EntryDefaults& defaults, ClassList& list) {
   const Node* alternatives = node.kind == NodeKind::map ? find(node, "choice") : nullptr;
   if (alternatives != nullptr || node.kind == NodeKind::list) {
@@ -75,7 +75,7 @@ void add_classes(const Node& node, const EntryDefaults& defaults, ClassList& lis
   }
 }
 
-// What is no kind is left to the reader of the fields, which reports it.
+// Leaves an invalid kind to the reader of the fields, which reports it.
 void take_kinds(Faults& faults, const Value& classes, ClassList& list) {
   const std::vector<std::string_view> known(list.names.begin(), list.names.end());
   for (std::size_t i = 0; i < classes.node->keys.size(); ++i) {
@@ -114,7 +114,8 @@ ClassList class_list(Faults& faults, const Value& root) {
   if (!classes || classes->node->kind != NodeKind::map) return list;
   if (holds_distribution(*classes->node)) {
     add_fault(faults, classes->place, classes->path,
-              "may not be sampled: a class has one kind in all sequences; expected thing or stuff");
+              "cannot be sampled, because a class has the same kind in all sequences; expected "
+              "thing or stuff");
     return list;
   }
   take_kinds(faults, *classes, list);
@@ -124,23 +125,22 @@ ClassList class_list(Faults& faults, const Value& root) {
 void class_fields(Fields& f, std::vector<ClassSpec>& classes) {
   std::vector<std::string> names;
   for (const ClassSpec& of : classes) names.push_back(of.name);
-  if (!f.begin(
-          {"classes", "Classes",
-           "Kinds of classes, by the names that objects, point targets and volumes give; the "
-           "kind of other classes follows from their shapes; left out: all follow from "
-           "shapes"},
-          NamesBranch{names, "no map, accepted is a map of classes, as in {seabed: {kind: stuff}}"},
-          written_if(!classes.empty(), {.in_lines = true}))) {
+  if (!f.begin({"classes", "Classes",
+                "Kinds of classes, by the names that objects, point targets and volumes give; the "
+                "kind of other classes follows from their shapes; left out: all follow from "
+                "shapes"},
+               NamesBranch{names,
+                           "not a map; expected a map of classes, such as {seabed: {kind: stuff}}"},
+               written_if(!classes.empty(), {.in_lines = true}))) {
     return;
   }
   classes.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (f.begin(names[i])) {
-      f.choice<ClassKind>(
-          {"kind", "Kind",
-           "thing: what can be counted, and has a box in exports; stuff: what surrounds it, such "
-           "as a seabed or a tank, and has none"},
-          classes[i].kind, words_to(ClassKind::stuff), kRequired);
+      f.choice<ClassKind>({"kind", "Kind",
+                           "thing: a countable object, which has a box in exports; stuff: its "
+                           "surroundings, such as a seabed or a tank, which have none"},
+                          classes[i].kind, words_to(ClassKind::stuff), kRequired);
       f.end();
     }
     classes[i].name = std::move(names[i]);

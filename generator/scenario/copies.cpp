@@ -1,4 +1,5 @@
-// Parents of entries with counts: copies hang from copies of the same number.
+// Parents of entries with counts: each copy moves with the copy of the parent that has the same
+// number.
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
@@ -25,8 +26,8 @@ std::string mismatch(const Copies* own, const Copies& parents) {
                        one);
   }
   return fmt::format(
-      "{} stands for {} objects and its parent {} for {}; expected equal counts, as "
-      "one variable gives them, or {}",
+      "{} stands for {} objects and its parent {} for {}; expected equal counts, for example from "
+      "one variable, or {}",
       shown(own->name), own->count, shown(parents.name), parents.count, one);
 }
 

@@ -9,12 +9,12 @@
 namespace ensonify {
 namespace {
 
-// Smaller stones and patches would be spikes of single points.
+// Smaller stones and patches would be spikes at single grid points.
 constexpr double kMinCells = 2;
 
 constexpr double kMaxStones = 1e6;
 
-// With both signs, factors of 1e-3 to 1e3, as a reflectivity map may have.
+// With either sign this gives factors from 1e-3 to 1e3, the range of a reflectivity map.
 constexpr NumberRange kRelativeDb = from_to(-30, 30);
 
 constexpr NumberRange kShare = from_to(0, 1);
@@ -90,8 +90,8 @@ void patch_fields(Fields& f, PatchSpec& patch, const HeightfieldSpec& field) {
            patch.reflectivity_db, kRelativeDb);
   f.number({"relief_factor", "Relief factor",
             "Factor applied, within the patches, to the heights of ripples and to waves of the "
-            "roughness that are shorter than correlation_m (of all patches the smallest)"},
-           patch.relief_factor, from_to(0, 100), useless_if(!field.file.empty(), "beside a file"));
+            "roughness that are shorter than the smallest correlation_m of all patches"},
+           patch.relief_factor, from_to(0, 100), useless_if(!field.file.empty(), "with a file"));
   if (!has_length || !(field.cell_m > 0)) return;
   if (const auto fault = patch_fault(patch, field.cell_m)) f.fault(fault->key, fault->what);
 }

@@ -1,4 +1,5 @@
-// What in a tree is drawn, how many alternatives it has, and what is wrong with it.
+// Which values of a tree are distributions, how many alternatives they have, and whether they are
+// valid.
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -53,13 +54,14 @@ std::string distribution_trouble(std::string_view kind, const std::array<double,
   const auto [a, b] = given;
   if (kind == "normal") {
     if (b >= 0) return "";
-    return fmt::format("a standard deviation of {}, accepted is [mean, sd] with sd >= 0", b);
+    return fmt::format("the standard deviation is {}; expected [mean, sd] with sd >= 0", b);
   }
   if (kind == "log_uniform" && (a <= 0 || b <= 0)) {
-    return fmt::format("from {} to {} has no logarithm, accepted is [a, b] with 0 < a <= b", a, b);
+    return fmt::format(
+        "the limits {} and {} do not both have a logarithm; expected [a, b] with 0 < a <= b", a, b);
   }
   if (a <= b) return "";
-  return fmt::format("{} is above {}, accepted is [a, b] with a <= b", a, b);
+  return fmt::format("{} is above {}; expected [a, b] with a <= b", a, b);
 }
 
 std::optional<std::int64_t> whole_number(const Node& node) {

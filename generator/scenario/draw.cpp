@@ -18,11 +18,11 @@
 namespace ensonify {
 namespace {
 
-// How a node is reached.
+// The key path of a node and the key of its random numbers.
 struct Way {
   std::uint64_t key = 0;
   std::string path;   // as in messages: items of lists by index
-  std::string named;  // items of lists by name, where they have one
+  std::string named;  // items of lists by name, if they have one
 };
 
 Way step(const Way& way, std::string_view segment, std::string_view name) {
@@ -32,7 +32,8 @@ Way step(const Way& way, std::string_view segment, std::string_view name) {
 
 Way step(const Way& way, std::string_view segment) { return step(way, segment, segment); }
 
-// Into the parts of a distribution: other draws than its own, of a value that stands where it does.
+// The path into an alternative of a distribution, which keys other random numbers than the
+// distribution itself but keeps its named path.
 Way alternative(const Way& way, std::size_t index) {
   Way inner = step(step(way, "choice"), std::to_string(index));
   inner.named = way.named;
@@ -45,17 +46,17 @@ const std::string* name_of_entry(const Node& entry) {
   return name != nullptr && name->kind == NodeKind::scalar ? &name->text : nullptr;
 }
 
-// Ways are dear: nothing is drawn in a node without.
+// Paths are expensive to build, so they are skipped for nodes that cannot hold a distribution.
 bool has_parts(const Node& node) {
   return node.kind == NodeKind::map || node.kind == NodeKind::list;
 }
 
-// Of a normal distribution, in standard deviations.
+// In standard deviations of a normal distribution.
 constexpr double kExtremeDeviation = 3;
 
 class Drawer {
  public:
-  // With `extreme` no number is random.
+  // With `extreme`, numbers take their extremes instead of random values.
   Drawer(std::uint64_t key, const DrawExtreme* extreme, UseReport& report,
          std::vector<DrawnValue>& draws)
       : key_(key),
@@ -82,15 +83,17 @@ class Drawer {
     }
   }
 
-  // The head of a scenario and names: they key the draws of the rest.
+  // The head of a scenario and the names key all other random numbers.
   bool may_be_drawn(const Node& node, const Way& way, std::string_view key) {
     if ((!is_head_key(way.path) && key != "name") || !is_distribution(node)) return true;
-    refuse(node, way.path, "may not be drawn, accepted is a plain value: the draws hang on it");
+    refuse(
+        node, way.path,
+        "cannot be sampled, because the other random values depend on it; expected a plain value");
     leave_wrong(node);
     return false;
   }
 
-  // Takes the values of `variables`; one can use those before it.
+  // Takes the values of `variables`; each may use those before it.
   void draw_variables(Node& variables) {
     const Way all = step({}, kVariables);
     for (std::size_t i = 0; i < variables.items.size(); ++i) {
@@ -107,11 +110,11 @@ class Drawer {
 
   void put_variables(Node& root) { put_values(root, "", "", table_, report_); }
 
-  // Keys of integers use these, named by their paths.
+  // The variables that integer keys use, by their paths.
   void set_whole_variables(std::set<std::string> whole) { whole_variables_ = std::move(whole); }
 
  private:
-  // Readers blame the map or its key.
+  // Readers report errors at the map or at its key.
   void leave_wrong(const Node& node) {
     wrong_.push_back(node.place);
     wrong_.push_back(node.keys[0].place);
@@ -133,8 +136,8 @@ class Drawer {
     add_fault(faults_, node.place, path, std::move(text));
   }
 
-  // Names of files differ from one copy of a scenario to the next, and a preset's keys may lie
-  // under a map: of these the record is the alternative's number, which stays.
+  // File names differ between copies of a scenario, and the keys of a preset may lie under a map.
+  // For these the number of the alternative is recorded, which is stable.
   void record(std::size_t at, const Way& way, const Node& node, std::size_t index = 0) {
     const bool nested = has_parts(node);
     const std::size_t dot = way.named.rfind('.');
@@ -142,7 +145,7 @@ class Drawer {
         names_file(std::string_view(way.named).substr(dot == std::string::npos ? 0 : dot + 1));
     DrawnValue value{way.named, flow_text(node)};
     if (nested || file) value = {way.named + ".choice", std::to_string(index)};
-    // An alternative's own draw of the same value is no other.
+    // A value that an alternative samples itself replaces this record of the same path.
     const auto from = draws_.begin() + static_cast<std::ptrdiff_t>(at);
     draws_.erase(std::remove_if(from, draws_.end(),
                                 [&](const DrawnValue& drawn) { return drawn.path == value.path; }),
@@ -156,12 +159,12 @@ class Drawer {
     if (!drawn) leave_wrong(node);
   }
 
-  // The index of the alternative; nothing where there is none.
+  // The index of the alternative; empty if there is none.
   std::optional<std::size_t> pick(const Node& node, const Way& way) {
     const std::size_t count = node.items[0].items.size();
     if (count == 0) {
       refuse(node.items[0], step(way, "choice").path,
-             "empty, accepted is a list of at least one alternative");
+             "the list is empty; expected at least one alternative");
       return std::nullopt;
     }
     if (extreme_ != nullptr) return pick_variant(node.items[0]);
@@ -227,7 +230,7 @@ class Drawer {
     return std::clamp(value, a, b);
   }
 
-  // Whole numbers between whole numbers, both of them included.
+  // Integers between integer limits, both included.
   std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
     const std::string path = without_choices(way.path);
     if (!reads_whole_numbers(path) && !whole_variables_.contains(path))
@@ -253,7 +256,7 @@ class Drawer {
     if (way.named == "objects") name_parents(list, object_copies_, faults_);
   }
 
-  // One entry of a list; `unnamed` is its way where it has no name.
+  // One entry of a list; `unnamed` is its path if it has no name.
   void draw_entry(Node entry, const Way& list, const Way& unnamed, std::vector<Node>& out) {
     if (is_distribution(entry) && entry.keys[0].text == "choice") {
       return draw_entry_of_choice(std::move(entry), list, unnamed, out);
@@ -284,19 +287,19 @@ class Drawer {
     }
     draw_entry(std::move(entry.items[0].items[*index]), list, alternative(unnamed, *index), out);
     variant_ = variant;
-    // What stands for no single scalar is told by its number.
+    // An alternative that is not a single scalar is recorded by its number.
     const bool single = out.size() == first + 1;
     record(at, unnamed, single ? out.back() : entry, *index);
   }
 
-  // An entry with a count stands for name_0, name_1, ... with draws of their own.
+  // An entry with a count becomes name_0, name_1, ..., each sampled separately.
   void expand(Node entry, const std::string& name, const Way& list, const Way& way,
               std::vector<Node>& out) {
     Node* count_node = find(entry, "count");
     draw(*count_node, step(way, "count"));
     int count = 0;
     const Value map{&entry, entry.place, way.path};
-    // A wrong distribution has its fault already.
+    // A wrong distribution has been reported already.
     if (!is_distribution(*count_node)) read_integer(faults_, map, "count", 0, kMaxCount, count);
     const auto at = count_node - entry.items.data();
     const Place place = count_node->place;
@@ -306,13 +309,13 @@ class Drawer {
     copies_ += values_in(entry) * static_cast<std::size_t>(count);
     if (copies_ > faults_.limits.values) {
       add_fault(faults_, place, step(way, "count").path,
-                fmt::format("counts stand for more than {} values, accepted are fewer",
+                fmt::format("the counts stand for more than {} values; expected fewer",
                             faults_.limits.values));
       return;
     }
     if (list.named == "objects") object_copies_.push_back({stem, count, out.size()});
     const std::size_t before = faults_.found();
-    bool is_wrong = false;  // the rest would be wrong in the same way
+    bool is_wrong = false;  // the other copies would repeat the same errors
     for (int k = 0; k < count; ++k) {
       Node copy = is_wrong ? out.back() : entry;
       Node& own_name = *find(copy, "name");
@@ -338,18 +341,18 @@ class Drawer {
 
   std::uint64_t key_;
   const DrawExtreme* extreme_;
-  std::size_t variant_ = 0;  // of the node that is drawn
+  std::size_t variant_ = 0;  // of the node that is being sampled
   UseReport& report_;
   Faults& faults_;
   std::vector<Place>& wrong_;
   std::vector<DrawnValue>& draws_;
-  std::size_t copies_ = 0;  // values of them
+  std::size_t copies_ = 0;  // how many values they hold
   std::vector<Copies> object_copies_;
   VariableTable table_;
   std::set<std::string> whole_variables_;
 };
 
-// Takes `variables` out of the tree and puts their values where they are used.
+// Removes `variables` from the tree and puts their values where they are used.
 void settle_variables(Node& root, Drawer& drawer, Faults& faults) {
   Node* variables = find(root, kVariables);
   if (variables != nullptr) {
@@ -358,7 +361,7 @@ void settle_variables(Node& root, Drawer& drawer, Faults& faults) {
       drawer.draw_variables(*variables);
     } else if (variables->kind != NodeKind::null) {
       add_fault(faults, variables->place, kVariables,
-                "no map of names; expected one as in {depth_m: {uniform: [3, 8]}}");
+                "not a map; expected a map of names, such as {depth_m: {uniform: [3, 8]}}");
     }
     const auto at = variables - root.items.data();
     root.items.erase(root.items.begin() + at);

@@ -1,19 +1,19 @@
-// Values that are drawn: distributions and counts in the tree of a scenario become plain values,
-// before the sections are read. A draw is keyed by its key path, in which items of lists stand by
-// their name, so that it stays when other objects come, go or change places.
+// Sampling: distributions and counts in the tree of a scenario become plain values before the
+// sections are read. A random number is keyed by its key path, in which items of lists are named,
+// so that it does not change when other objects are added, removed or reordered.
 //
 //   is_distribution     {uniform: [a, b]}, {log_uniform: ...}, {normal: ...}, {choice: [...]}
 //   holds_distribution  anywhere in a tree
-//   is_head_key         of the top level, which key the draws of the rest and are not drawn
+//   is_head_key         keys of the top level that key the random numbers and are not sampled
 //   is_counted_list     objects and point_targets
-//   has_counts          entries of them that stand for several
+//   has_counts          whether a section has entries that stand for several
 //   distribution_trouble  whole_number  without_choices
 //   draw_values         the tree of one sequence
 //   Copies  name_parents
-//   DrawExtreme  draw_extremes  draw_variants   the trees at the ends of what can be drawn
+//   DrawExtreme  draw_extremes  draw_variants   the trees at the extremes of the distributions
 //
-// Sections that hold distributions, counts or uses of variables, and `variables`, stay in the resolved text as they were before drawing,
-// so that it draws the same again.
+// Sections with distributions, counts or uses of variables keep their text in the resolved
+// scenario, as `variables` does, so that it samples the same values again.
 //
 //   keep_drawn_sections   from the merged tree, presets laid under, input files resolved
 //   drawn_section  section_text
@@ -44,40 +44,40 @@ bool is_head_key(std::string_view key);
 bool is_counted_list(std::string_view path);
 bool has_counts(std::string_view section, const Node& node);
 
-// What is wrong with the two numbers of a distribution of that kind; empty: nothing.
+// What is wrong with the two numbers of a distribution of that kind; empty if nothing is.
 std::string distribution_trouble(std::string_view kind, const std::array<double, 2>& given);
 
-// A number without a fraction that a double holds.
+// A number without a fraction that a double can represent.
 std::optional<std::int64_t> whole_number(const Node& node);
 
-// The path of what a choice stands for: without `.choice.NUMBER`.
+// The path of the value that a choice stands for: without `.choice.NUMBER`.
 std::string without_choices(std::string path);
 
-// Replaces every distribution below the top level's keys, and every use of a variable (variables.h)
-// by its value; takes `variables` away. What is wrong stays as it is; its places are added to
-// `wrong`, so that what is said about it later can be left out.
+// Replaces every distribution below the keys of the top level, and every use of a variable
+// (variables.h), by its value, and removes `variables`. A wrong distribution stays as it is; its
+// places are added to `wrong`, so that later errors there can be dropped.
 void draw_values(Node& root, std::uint64_t seed, SequenceDraw draw, Faults& faults,
                  std::vector<Place>& wrong, std::vector<VariableUse>& uses,
                  std::vector<DrawnValue>& draws);
 
-// Every number at one end of what its distribution can give (of a normal: 3 standard deviations
-// from its mean, which one draw in 370 exceeds), and of every choice one alternative. The variants
-// 0 ... draw_variants - 1 have each alternative at least once.
+// Sets every number to one end of its distribution (for a normal one: 3 standard deviations from
+// the mean, which one sample in 370 exceeds), and every choice to one alternative. The variants 0
+// ... draw_variants - 1 contain each alternative at least once.
 struct DrawExtreme {
   bool is_upper = false;
   std::size_t variant = 0;
 };
 void draw_extremes(Node& root, const DrawExtreme& extreme, Faults& faults,
                    std::vector<Place>& wrong, std::vector<VariableUse>& uses);
-// Objects first, first + 1, ... of the list are copies of an entry of that name.
+// The objects first, first + 1, ... of the list are copies of an entry of that name.
 struct Copies {
   std::string name;
   int count = 0;
   std::size_t first = 0;
 };
 
-// Parents that are entries with counts, which come in the order of the list, become their copies of
-// the same number. A fault: other counts.
+// A parent that is an entry with a count becomes the copy of it with the same number. Entries come
+// in the order of the list. Error: the counts differ.
 void name_parents(Node& objects, const std::vector<Copies>& copies, Faults& faults);
 
 std::size_t draw_variants(const Node& root);
@@ -85,24 +85,23 @@ std::size_t variants_of_choice(const Node& alternatives);  // the list of a choi
 
 struct DrawnSection {
   std::string key;  // of the top level
-  Node tree;        // values of file keys are whole paths
+  Node tree;        // values of file keys are complete paths
 };
 
 struct DrawnSections {
   std::vector<DrawnSection> list;
 };
 
-// Null where nothing is drawn or counted. Faults: input files of any alternative that are not
-// there.
+// Null if nothing is sampled or counted. Error: an input file of any alternative does not exist.
 std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
                                                          const InputFolder& input);
 
-// The tree of a section; null if it is not drawn.
+// The tree of a section; null if the section is not sampled.
 const Node* drawn_section(const Scenario& scenario, std::string_view key);
 
 std::string section_text(std::string_view key, const Node& tree, const NameFile& name_file);
 
-// Reads back to the same tree.
+// The text reads back to the same tree.
 std::string flow_text(const Node& node);
 
 }  // namespace ensonify

@@ -13,7 +13,8 @@
 namespace ensonify {
 namespace {
 
-// visit(scalar, path) for each input file that the tree names; `key` is the last one above it.
+// Calls visit(scalar, path) for each input file that the tree names; `key` is the last key above
+// it.
 template <class AnyNode, class Visit>
 void for_each_file(AnyNode& node, std::string_view key, const std::string& path, Visit&& visit) {
   if (node.kind == NodeKind::scalar && names_file(key) && !is_use(node)) visit(node, path);
@@ -23,7 +24,7 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
     const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
     const std::string inner = joined_path(path, segment);
     if (!drawn) {
-      const bool keyed = in_map && key != "parts";  // whose keys are the names of parts
+      const bool keyed = in_map && key != "parts";  // the keys of `parts` are names
       for_each_file(node.items[i], keyed ? segment : "", inner, visit);
       continue;
     }
@@ -33,8 +34,8 @@ void for_each_file(AnyNode& node, std::string_view key, const std::string& path,
   }
 }
 
-// The preset's keys under the section's own, as reading it would lay them. A preset whose keys
-// depend on a range that is sampled stays a name, so that the range of each sequence selects them.
+// Merges the preset's keys under the section's own, as reading the section would. A preset whose
+// keys depend on a sampled range stays a name, so that the range of each sequence selects them.
 Node with_preset(const Node& sonar) {
   const Node* name = sonar.kind == NodeKind::map ? find(sonar, "preset") : nullptr;
   if (name == nullptr || name->kind != NodeKind::scalar) return sonar;
@@ -52,7 +53,7 @@ Node with_preset(const Node& sonar) {
   return sonar;
 }
 
-// In double quotes, with escapes for what no text file should hold.
+// In double quotes, with escapes for characters that a text file should not contain.
 std::string in_double_quotes(std::string_view text) {
   std::string out = "\"";
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -112,7 +113,7 @@ std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
       std::error_code error;
       if (!std::filesystem::is_regular_file(found, error)) {
         add_fault(input.faults, file.place, path,
-                  fmt::format("{} is not there, accepted is a readable file in every alternative",
+                  fmt::format("{} does not exist; expected a readable file in every alternative",
                               shown(file.text)));
       }
       file.text = found.string();

@@ -21,20 +21,23 @@ std::string with_example(std::string trouble) {
 
 Evaluation evaluated(std::string_view expression, const NumberOfName& number_of) {
   if (expression.size() > kMostBytes) {
-    return {std::nullopt, with_example(fmt::format("longer than {} bytes", kMostBytes))};
+    return {std::nullopt,
+            with_example(fmt::format("the expression is longer than {} bytes", kMostBytes))};
   }
   try {
     mu::Parser parser;
     parser.SetExpr(std::string(expression));
-    const mu::varmap_type used = parser.GetUsedVar();  // a definition empties the parser's own
+    const mu::varmap_type used = parser.GetUsedVar();  // a definition clears the parser's own copy
     for (const auto& name : used) {
       const Evaluation number = number_of(name.first);
       if (!number.value) return number;
-      parser.DefineConst(name.first, *number.value);  // which cannot be assigned to
+      parser.DefineConst(name.first, *number.value);  // constants cannot be assigned to
     }
     const double value = parser.Eval();
-    if (parser.GetNumResults() != 1) return {std::nullopt, with_example("several values")};
-    if (!std::isfinite(value)) return {std::nullopt, with_example("the result is not finite")};
+    if (parser.GetNumResults() != 1)
+      return {std::nullopt, with_example("the expression has several values")};
+    if (!std::isfinite(value))
+      return {std::nullopt, with_example("the result is not a finite number")};
     return {value, ""};
   } catch (const mu::ParserError& error) {
     return {std::nullopt, with_example(one_line(error.GetMsg()))};

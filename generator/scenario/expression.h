@@ -8,16 +8,16 @@
 
 namespace ensonify {
 
-// A finite value, or what is wrong and what is accepted.
+// A finite value, or the error with what is expected.
 struct Evaluation {
   std::optional<double> value;
   std::string trouble;
 };
 
-// The number that a name of the expression stands for; else what is wrong with it.
+// The number that a name in the expression stands for, or what is wrong with it.
 using NumberOfName = std::function<Evaluation(const std::string& name)>;
 
-// Of one expression in the syntax of muParser, without assignments.
+// Evaluates one expression in the syntax of muParser, without assignments.
 Evaluation evaluated(std::string_view expression, const NumberOfName& number_of);
 
 }  // namespace ensonify

@@ -23,7 +23,7 @@ std::string line_of(const Faults& faults, const Fault& fault, ErrorPlaces places
   return one_line(line + fault.text);
 }
 
-// Without what tells items of a list apart.
+// The path without the indexes that distinguish items of a list.
 std::string without_indexes(std::string_view path) {
   std::string kept;
   std::size_t begin = 0;

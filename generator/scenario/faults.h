@@ -1,4 +1,4 @@
-// Everything that is wrong with a scenario, collected so that it can be told at once.
+// All errors of a scenario, collected so that one run reports them together.
 //
 //   Place   where: a source (file, preset, --set) with line and column
 //   ReadLimits  how much a text may hold
@@ -24,17 +24,17 @@ struct Place {
 
 struct Fault {
   Place place;
-  std::string path;  // of keys, as objects.0.name; empty: the whole text
-  std::string text;  // what is wrong, what is accepted
+  std::string path;  // of keys, such as objects.0.name; empty: the whole text
+  std::string text;  // what is wrong and what is expected
 };
 
-// Limits that no honest text meets, so that a hostile one ends in a message: 65,534 objects with
-// every key take about 1.2 million values in 10 MB. Fuzzers lower them: what takes a second in the
-// program takes twenty under sanitizers.
+// Limits far above real scenarios, so that a hostile one ends in a message: 65,534 objects with
+// every key take about 1.2 million values in 10 MB. Fuzzers lower the limits, because a second in
+// the program takes twenty seconds under sanitizers.
 struct ReadLimits {
-  std::size_t values = 2'000'000;  // of a YAML text, and those that counts of objects stand for
+  std::size_t values = 2'000'000;        // of a YAML text, and those that counts of objects produce
   std::size_t copied_values = 250'000;   // by anchors and aliases
-  std::size_t counted_values = 500'000;  // that the counts of all axes of a sweep stand for
+  std::size_t counted_values = 500'000;  // that the counts of all axes of a sweep produce
 };
 
 struct Faults {
@@ -42,24 +42,24 @@ struct Faults {
   std::vector<std::string> sources;  // labels: a file's name, `--set KEY.PATH`, `preset NAME`
   std::vector<Fault> list;
   std::size_t left_out = 0;  // found after the list was full
-  std::size_t repeated = 0;  // by values that one text stands for: told once
+  std::size_t repeated = 0;  // for values with the same text: reported once
 
   bool empty() const { return list.empty(); }
-  // Grows with every fault, told or not.
+  // Grows with every error, reported or not.
   std::size_t found() const { return list.size() + left_out + repeated; }
 };
 
-// More than this nobody reads; the rest is counted only.
+// Nobody reads more errors than this; further ones are only counted.
 inline constexpr std::size_t kMaxFaults = 100;
 
 int add_source(Faults& faults, std::string label);
 
-// One text of the file may stand for many values, by a count or an anchor: a fault that differs
-// from one of the list in nothing but the number of a list's item is not listed again.
+// One text in the file may stand for many values, by a count or an anchor. An error that differs
+// from a listed one only in the numbers of list items is not listed again.
 void add_fault(Faults& faults, Place place, std::string_view path, std::string text);
 
-// For words that are dear: false, and the fault counted, where the list is full or has one of that
-// place and path, numbers of items aside.
+// Check before a text that is expensive to build: returns false, and counts the error, if the list
+// is full or already has an error at that place and path (numbers of items aside).
 bool needs_words(Faults& faults, Place place, std::string_view path);
 
 enum class ErrorPlaces {
@@ -67,7 +67,8 @@ enum class ErrorPlaces {
   hidden,  // `key.path: ...`, in the order of the paths: the same for every copy of a scenario
 };
 
-// One line a fault, `file:line:column: key.path: what is wrong, what is accepted`, each line once.
+// One line per error, `file:line:column: key.path: what is wrong; expected what would be right`,
+// without repeated lines.
 Error to_error(const Faults& faults, ErrorPlaces places = ErrorPlaces::shown);
 
 }  // namespace ensonify

@@ -15,7 +15,7 @@ std::vector<std::string_view> as_vector(std::span<const std::string_view> words)
   return {words.begin(), words.end()};
 }
 
-// An output that is off, on, or on with options, which are returned.
+// Reads an output that is off, on, or on with options, and returns the options.
 std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_view key,
                                  bool& out) {
   const auto value = child(map, key);
@@ -36,13 +36,13 @@ std::optional<Value> read_switch(Faults& faults, const Value& map, std::string_v
   return std::nullopt;
 }
 
-// One of several kinds of a thing, each with options of its own.
+// One of several kinds, each with options of its own.
 struct Kind {
   std::string_view word;
-  Value options;  // any node: whoever opens it says which keys are known
+  Value options;  // any node: whoever opens it knows the valid keys
 };
 
-// A map of exactly one of `words`, as in {lfm: {duration_s: 1e-3}}; a word alone stands for a map
+// A map of exactly one of `words`, such as {lfm: {duration_s: 1e-3}}. A word alone stands for a map
 // of it without options.
 std::optional<Kind> read_kind(Faults& faults, const Value& map, std::string_view key,
                               const std::vector<std::string_view>& words) {
@@ -57,32 +57,32 @@ std::optional<Kind> read_kind(Faults& faults, const Value& map, std::string_view
   const bool any = std::any_of(words.begin(), words.end(), [&](std::string_view word) {
     return find(*value->node, word) != nullptr;
   });
-  // A mistyped kind has its fault already.
+  // A mistyped kind has been reported already.
   if (!any && !value->node->keys.empty()) return std::nullopt;
   const auto word = only_key_of(faults, *value, words, "one of " + joined(words));
   if (!word) return std::nullopt;
   return Kind{*word, *child(*value, *word)};
 }
 
-// The trouble with an input file; empty: none.
+// What is wrong with an input file; empty if nothing is.
 std::string_view file_trouble(const std::filesystem::path& file,
                               std::initializer_list<std::string_view> endings) {
   const std::string extension = file.extension().string();
   if (std::none_of(endings.begin(), endings.end(), [&](std::string_view accepted) {
         return equals_ignoring_case(extension, accepted);
       })) {
-    return "has another ending";
+    return "has another extension";
   }
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) return "is not there";
+  if (!std::filesystem::exists(status)) return "does not exist";
   if (std::filesystem::is_directory(status)) return "is a folder";
-  if (!std::filesystem::is_regular_file(status)) return "is no regular file";
+  if (!std::filesystem::is_regular_file(status)) return "is not a regular file";
   if (!std::ifstream(file).good()) return "cannot be read";
   return "";
 }
 
-// Leaves: whether the value was set.
+// Leaves: return whether the value was set.
 
 bool read(FieldReader& reader, std::string_view key, const NumberLeaf& leaf, Need need) {
   return read_number(reader.faults(), reader.map(), key, leaf.range, leaf.out, need);
@@ -99,7 +99,7 @@ bool read_own_numbers(Faults& faults, const Value& value, const NumbersLeaf& lea
     return read_numbers_of(faults, value, leaf.range, leaf.out.data(), leaf.out.size());
   }
   add_fault(faults, value.place, value.path,
-            fmt::format("missing, accepted is a list of {} numbers", leaf.out.size()));
+            fmt::format("missing; expected a list of {} numbers", leaf.out.size()));
   return false;
 }
 
@@ -125,9 +125,10 @@ bool read(FieldReader& reader, std::string_view key, const MaterialLeaf& leaf, N
   if (known.set.contains(leaf.out)) return true;
   const Value value = *child(reader.map(), key);
   if (!needs_words(reader.faults(), value.place, value.path)) return false;
-  std::string accepted = "none is defined under materials";
-  if (!known.list.empty()) accepted = "accepted are the keys of materials: " + joined(known.list);
-  reader.fault(key, fmt::format("no material {}{}, {}", shown(leaf.out), hint(leaf.out, known.list),
+  std::string accepted = "expected one that is defined under materials";
+  if (!known.list.empty())
+    accepted = "expected one of the keys of materials: " + joined(known.list);
+  reader.fault(key, fmt::format("no material {}{}; {}", shown(leaf.out), hint(leaf.out, known.list),
                                 accepted));
   return false;
 }
@@ -138,7 +139,7 @@ bool read(FieldReader& reader, std::string_view key, const FileLeaf& leaf, Need 
   const std::filesystem::path found = (reader.input().folder / name).lexically_normal();
   const std::string_view trouble = file_trouble(found, leaf.endings);
   if (!trouble.empty()) {
-    reader.fault(key, fmt::format("{} {}, accepted is a readable file ending in {}", shown(name),
+    reader.fault(key, fmt::format("{} {}; expected a readable file ending in {}", shown(name),
                                   trouble, joined(leaf.endings)));
     return false;
   }
@@ -152,7 +153,7 @@ bool read(FieldReader& reader, std::string_view key, const WordLeaf& leaf, Need 
   return index.has_value();
 }
 
-// Branches: the value to go on in.
+// Branches: return the value that holds the next level of keys.
 
 std::optional<Value> open(FieldReader& reader, std::string_view key, const MapBranch&, Need need) {
   return need == Need::required ? child_or_empty(reader.map(), key) : child(reader.map(), key);
@@ -163,7 +164,7 @@ std::optional<Value> open(FieldReader& reader, std::string_view key, const ListB
   auto value = child(reader.map(), key);
   const ListWords& words = branch.words;
   if (!value && need == Need::required) {
-    reader.fault(key, fmt::format("missing, accepted {}",
+    reader.fault(key, fmt::format("missing; expected {}",
                                   words.missing.empty() ? words.accepted : words.missing));
   }
   if (!value || !open_list(reader.faults(), *value)) return std::nullopt;
@@ -171,8 +172,8 @@ std::optional<Value> open(FieldReader& reader, std::string_view key, const ListB
   if (branch.count >= words.least && branch.count <= words.most) return value;
   const bool empty = branch.count == 0 && words.least == 1;
   const std::string trouble =
-      empty ? "empty" : fmt::format("a list of {} stands here", branch.count);
-  reader.fault(key, fmt::format("{}, accepted {}", trouble, words.accepted));
+      empty ? "the list is empty" : fmt::format("found a list of length {}", branch.count);
+  reader.fault(key, fmt::format("{}; expected {}", trouble, words.accepted));
   return std::nullopt;
 }
 
@@ -223,7 +224,7 @@ void FieldReader::know(std::string_view key) {
   frame.known.push_back(key);
 }
 
-// Whether the key is to be read; it is known from now on, and told where it is of no effect.
+// Marks the key as known and returns whether to read it. Reports a key that has no effect.
 bool FieldReader::wants(std::string_view key, const Rule& rule) {
   know(key);
   if (is_mute()) return false;
@@ -232,7 +233,7 @@ bool FieldReader::wants(std::string_view key, const Rule& rule) {
   return false;
 }
 
-// Where a key is given under its earlier name, that error is enough.
+// A key given under its earlier name has been reported already.
 Need FieldReader::need_of(std::string_view key, const Rule& rule) const {
   const std::vector<std::string_view>& renamed = frames_.back().renamed;
   const bool is_renamed = std::find(renamed.begin(), renamed.end(), key) != renamed.end();
@@ -284,7 +285,7 @@ void FieldReader::renamed(std::string_view before, std::string_view today) {
   if (peek(before) == nullptr) return;
   know(before);
   frames_.back().renamed.push_back(today);
-  fault(before, fmt::format("this key is now called {}", today));
+  fault(before, fmt::format("this key was renamed; expected {}", today));
 }
 
 void FieldReader::fault(std::string_view key, std::string text) {

@@ -1,8 +1,8 @@
-// Reads structs from a tree by their fields.
+// Fills structs from a tree according to their fields.
 //
 //   InputFolder  MaterialNames   what the values of a scenario refer to
-//   FieldReader                  faults, the map in hand, and what Fields asks for
-//   ReadWatch                    whether a part was read without faults
+//   FieldReader                  errors, the current map, and what Fields asks for
+//   ReadWatch                    whether a part was read without errors
 #pragma once
 
 #include <deque>
@@ -15,7 +15,7 @@
 
 namespace ensonify {
 
-// Where an input file is looked for, and what is told about it.
+// The folder of input files, and where errors about them go.
 struct InputFolder {
   std::filesystem::path folder;
   Faults& faults;
@@ -36,7 +36,7 @@ class FieldReader : public Fields {
   const InputFolder& input() const { return input_; }
   MaterialNames materials;
 
-  // Reads on in this tree in place of the map in hand.
+  // Continues in this tree instead of the current map.
   void replace_map(Node tree);
 
   bool writing() const override { return false; }
@@ -57,13 +57,13 @@ class FieldReader : public Fields {
  private:
   struct Frame {
     Value value;
-    bool is_map = true;                     // whose keys are known by what has been asked for
+    bool is_map = true;                     // its keys are known once they have been asked for
     bool is_read = false;                   // as a whole
     std::vector<std::string_view> known;    // keys
     std::vector<std::string_view> renamed;  // keys that are given under an earlier name
   };
 
-  // What is no map has no keys to read: these are gathered for the message alone.
+  // A value that is not a map has no keys to read; these are collected only for the message.
   bool is_mute() const {
     return frames_.back().is_map && frames_.back().value.node->kind != NodeKind::map;
   }
@@ -76,7 +76,7 @@ class FieldReader : public Fields {
   std::deque<Node> replaced_;
 };
 
-// Whether a map is read, and nothing in it has been at fault since.
+// Whether a map is being read, and no error has been found in it since.
 class ReadWatch {
  public:
   explicit ReadWatch(Fields& f)

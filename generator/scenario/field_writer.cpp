@@ -48,7 +48,7 @@ std::string leaf_text(const SeedLeaf& leaf) { return std::to_string(leaf.out); }
 std::string leaf_text(const BooleanLeaf& leaf) { return leaf.out ? "true" : "false"; }
 std::string leaf_text(const TextLeaf& leaf) { return quoted_if_needed(leaf.out); }
 std::string leaf_text(const MaterialLeaf& leaf) { return quoted_if_needed(leaf.out); }
-std::string leaf_text(const FileLeaf&) { return ""; }  // it takes a name first
+std::string leaf_text(const FileLeaf&) { return ""; }  // the name of the file is added later
 std::string leaf_text(const WordLeaf& leaf) { return std::string(leaf.words[leaf.index]); }
 
 }  // namespace
@@ -67,7 +67,7 @@ std::string FieldWriter::text_of_scenario() const {
   return text_of(frames_.front()).substr(1) + "\n";
 }
 
-// A section that is drawn stays as it was, whatever came out.
+// A section with distributions keeps its own text, whatever was sampled.
 bool FieldWriter::wants(std::string_view key, const Rule& rule) {
   const Node* drawn = frames_.size() == 1 ? drawn_section(scenario_, key) : nullptr;
   if (drawn == nullptr) return rule.written && rule.useless.empty();

@@ -1,8 +1,8 @@
-// The resolved text of a scenario, from its fields.
+// Writes the resolved text of a scenario from its fields.
 //
 //   NameFile                     how an input file is named in the text
 //   number  quoted_if_needed  leaf_text   single values
-//   FieldWriter                  entries of the map in hand; drawn sections as they were
+//   FieldWriter                  entries of the current map; sections with distributions as given
 #pragma once
 
 #include <filesystem>
@@ -19,14 +19,14 @@ namespace ensonify {
 
 using NameFile = std::function<std::string(const std::filesystem::path&)>;
 
-// The shortest digits that read back the same. YAML 1.1 knows no exponent without a point: 1e-05
-// would be text to some readers.
+// The shortest digits that read back to the same number. YAML 1.1 has no exponent without a point,
+// so 1e-05 would be text to some readers.
 std::string number(double value);
 
-// Plain only if no reader could take it for anything else.
+// Plain only if no reader could take the text for anything else.
 std::string quoted_if_needed(const std::string& text);
 
-// Empty for a file, which takes a name first.
+// Empty for a file, which needs a name first.
 std::string leaf_text(const Leaf& leaf);
 
 class FieldWriter : public Fields {
@@ -53,7 +53,7 @@ class FieldWriter : public Fields {
     std::string text;  // after a line feed where it takes lines of its own
   };
   struct Frame {
-    std::string key;  // of it, in the frame below
+    std::string key;  // the key of this frame in the frame below
     Form form = Form::map;
     bool in_lines = false;
     std::string word;  // of a kind

@@ -1,15 +1,15 @@
-// The keys of a scenario, said once. A function `fields` for each struct names every key with its
-// variable, its range and its rule, in the order of the resolved text. FieldReader fills the struct
-// from a tree and tells what is wrong with it; FieldWriter makes the resolved text of it.
+// The keys of a scenario, declared once. A function `fields` for each struct names every key with
+// its variable, its range and its rule, in the order of the resolved text. FieldReader fills the
+// struct from a tree and reports errors; FieldWriter writes the resolved text.
 //
 //   KeyText  KindText                         a key and what it means, for the schema and the docs
 //   Rule  kRequired  useless_if  written_if   what holds for one key
-//   Leaf  Branch                              a single value; what holds others
+//   Leaf  Branch                              a single value; a container of values
 //   Fields                                    the values, maps and lists of a struct by their keys
 //   fields                                    of every struct, in the file of its section
 //
-// A function of Fields for a single value returns whether it was read, false from a writer; one
-// that begins a branch returns whether its keys are to be asked for, which end() ends.
+// A function of Fields for a single value returns whether the value was read, and false when
+// writing. A function that begins a branch returns whether to ask for its keys, until end().
 #pragma once
 
 #include <array>
@@ -32,12 +32,13 @@ namespace ensonify {
 
 class FieldReader;
 
-// A key in the words of the schema and of docs/scenario_keys.md. A reader needs the key alone.
+// A key with its title and meaning in the schema and in docs/scenario_keys.md. A reader needs only
+// the key.
 struct KeyText {
   std::string_view key;
   std::string_view title = {};
-  std::string_view meaning = {};  // ends with "left out: ..." where no value stands for that
-  std::string_view unit = {};     // where the end of the key does not tell it
+  std::string_view meaning = {};  // ends with "left out: ..." if no value describes that
+  std::string_view unit = {};     // if the end of the key does not imply it
 
   constexpr KeyText(const char* name) : key(name) {}
   constexpr KeyText(std::string_view name) : key(name) {}
@@ -47,18 +48,18 @@ struct KeyText {
       : key(name), title(heading), meaning(text), unit(unit_text) {}
 };
 
-// The same of one of the words of a kind.
+// The same for a word of a kind.
 struct KindText {
   std::string_view title, meaning;
 };
 
 struct Rule {
   Need need = Need::optional;
-  std::string_view unless = {};   // needed only where this key, here or farther up, is not given
+  std::string_view unless = {};   // required only if this key, here or farther up, is not given
   bool written = true;            // whether the resolved text holds the key
-  bool has_default = true;        // whether the variable holds what a key left out stands for
-  bool in_lines = false;          // there, each key or item of it has a line of its own
-  std::string_view useless = {};  // not empty: the key is of no effect here, and this says why
+  bool has_default = true;        // whether the variable holds the value of a key left out
+  bool in_lines = false;          // in the text each key or item has a line of its own
+  std::string_view useless = {};  // if not empty, the reason why the key has no effect here
 };
 inline constexpr Rule kRequired{.need = Need::required};
 
@@ -71,15 +72,16 @@ constexpr Rule written_if(bool written, Rule rule = {}) {
   return rule;
 }
 
-// Where `least` or `most` are not met: "empty" or "a list of N stands here", and `accepted`.
+// Used if the length is not from `least` to `most`: "the list is empty" or "found a list of length
+// N".
 struct ListWords {
-  std::string_view missing;   // "is a list of ...", of a list that must be there
-  std::string_view accepted;  // as for `missing` where it is left out
+  std::string_view missing;   // what is expected if the list is missing but required
+  std::string_view accepted;  // also used in place of an empty `missing`
   std::size_t least = 0;
   std::size_t most = std::numeric_limits<std::size_t>::max();
 };
 
-// A single value: where it is, and what is accepted.
+// A single value: its variable and its valid values.
 struct NumberLeaf {
   double& out;
   const NumberRange& range;
@@ -102,7 +104,7 @@ struct TextLeaf {
   std::string& out;
 };
 struct MaterialLeaf {
-  std::string& out;  // the name of one
+  std::string& out;  // the name of a material
 };
 struct FileLeaf {
   std::filesystem::path& out;
@@ -115,15 +117,15 @@ struct WordLeaf {
 using Leaf = std::variant<NumberLeaf, NumbersLeaf, IntegerLeaf, SeedLeaf, BooleanLeaf, TextLeaf,
                           MaterialLeaf, FileLeaf, WordLeaf>;
 
-// What holds other values. Items of lists have their indexes as keys.
+// A container of values. Items of lists have their indexes as keys.
 struct MapBranch {};
 struct ListBranch {
-  std::size_t& count;  // read, or to be written
+  std::size_t& count;  // number of items read, or to be written
   const ListWords& words;
 };
 struct NamesBranch {                // a map whose keys are names
-  std::vector<std::string>& names;  // read, or to be written
-  std::string_view what;            // said of what is no map
+  std::vector<std::string>& names;  // names read, or to be written
+  std::string_view what;            // error if the value is not a map
 };
 struct KindBranch {  // one of the words, or a map of it with its options, which are entered
   std::span<const std::string_view> words;
@@ -143,31 +145,32 @@ class Fields {
   virtual ~Fields() = default;
 
   virtual bool writing() const = 0;
-  // The reader of a map that is there; null: a writer, or there is nothing to read.
+  // The reader of an existing map; null when writing or if there is nothing to read.
   virtual FieldReader* reader() { return nullptr; }
 
-  // Numbers without a key are the value itself, where a kind has been entered.
+  // Numbers without a key are the value itself, inside a kind.
   virtual bool leaf(const KeyText& key, const Leaf& leaf, const Rule& rule) = 0;
   virtual bool begin(const KeyText& key, const Branch& branch, const Rule& rule) = 0;
   virtual void end() = 0;
 
-  // Which of these keys, which exclude each other, the map holds; `held` while writing. Nothing
-  // where it has several, or none of them, which is told if one is needed; `what` is accepted.
+  // Returns which of these mutually exclusive keys the map has; `held` when writing. Empty if the
+  // map has several of them, or none, which is an error if one is required; `what` describes the
+  // expected keys.
   virtual std::optional<std::size_t> only_key(std::span<const std::string_view> keys,
                                               std::size_t held, std::string_view what,
                                               Need need = Need::required) = 0;
 
-  // Reports a key of this map that is given under its earlier name, with its current one.
+  // Reports a key of this map that is given under its earlier name, with its current name.
   virtual void renamed(std::string_view, std::string_view) {}
-  // Describes an integer that has been read before the fields are.
+  // Describes an integer that is read before the fields are.
   virtual void describe_count(const KeyText&, int, int) {}
 
-  // Adds a fault at a key; no key: at the map itself.
+  // Adds an error at a key, or at the map itself if the key is empty.
   virtual void fault(std::string_view, std::string) {}
-  // What the map holds at a key that another value depends on; null: nothing, or not reading.
+  // The map's value of a key that another value depends on; null if absent or when writing.
   virtual const Node* peek(std::string_view) { return nullptr; }
-  // Likewise which of `words` the value of a key names; `held` where it is absent or while writing,
-  // nothing where it is something else.
+  // The one of `words` that the value of a key names: `held` if it is absent or when writing, empty
+  // if it is something else.
   virtual std::optional<std::size_t> peek_kind(std::string_view, std::span<const std::string_view>,
                                                std::size_t held) {
     return held;
@@ -210,7 +213,7 @@ class Fields {
     return begin(key, SwitchBranch{on}, rule);
   }
 
-  // What may be absent.
+  // Values that may be absent.
   bool number(const KeyText& key, std::optional<double>& out, const NumberRange& range,
               Rule rule = {}) {
     double value = out.value_or(0);
@@ -260,7 +263,7 @@ class Fields {
     return choice(key, out, std::span(choices.begin(), choices.size()), rule);
   }
 
-  // As peek_kind, of an enumeration from 0 to `last`.
+  // The same as peek_kind for an enumeration from 0 to `last`.
   template <class T>
   std::optional<T> peek_kind(std::string_view key, T held, T last) {
     std::vector<std::string_view> words;
@@ -269,7 +272,7 @@ class Fields {
     return index ? std::optional(static_cast<T>(*index)) : std::nullopt;
   }
 
-  // One kind of an enumeration from 0 to `last`, as name_of spells them.
+  // A kind that is an enumeration from 0 to `last`, spelled by name_of.
   template <class T>
   bool begin_kind(const KeyText& key, T& out, T last, std::span<const KindText> texts,
                   Rule rule = {}) {
@@ -298,7 +301,7 @@ class Fields {
     end();
   }
 
-  // One kind of thing, a map under the key of the kind.
+  // Exactly one kind of thing, as a map under the key of the kind.
   template <class... Kinds>
   std::optional<std::size_t> one_of(std::variant<Kinds...>& value,
                                     const std::array<KeyText, sizeof...(Kinds)>& kinds) {
@@ -338,7 +341,7 @@ class Fields {
   }
 };
 
-// The words of an enumeration from 0 to `last`, as name_of spells them.
+// The words of an enumeration from 0 to `last`, spelled by name_of.
 template <class T>
 std::vector<std::pair<std::string_view, T>> words_to(T last) {
   std::vector<std::pair<std::string_view, T>> words;

@@ -46,8 +46,8 @@ void set_value(KeyNode& node, const WordLeaf& leaf) {
   node.words.assign(leaf.words.begin(), leaf.words.end());
 }
 
-// Walks through the fields without a tree to read. Each visit to a choice takes another
-// alternative, so that many walks see them all.
+// Walks through the fields without a tree to read. Each visit to a choice takes the next
+// alternative, so that repeated walks visit all of them.
 class KeyLister : public Fields {
  public:
   explicit KeyLister(KeyNode& root) {
@@ -141,10 +141,10 @@ class KeyLister : public Fields {
   struct Frame {
     KeyNode* node = nullptr;
     std::vector<KeyNode::Circumstance> circumstances;
-    std::size_t combinations = 1;  // of the choices so far
+    std::size_t combinations = 1;  // of the choices visited so far
   };
 
-  // Counts through the combinations of a map's choices, which are the digits of a number.
+  // Enumerates the combinations of a map's choices, as the digits of one number.
   std::size_t next(std::string_view key, std::size_t count) {
     Frame& frame = frames_.back();
     KeyNode::Turns& turns = frame.node->turns.try_emplace(std::string(key)).first->second;
@@ -195,7 +195,7 @@ class KeyLister : public Fields {
   }
 
   std::vector<Frame> frames_;
-  Node scalar_, map_, list_;  // what peek may find
+  Node scalar_, map_, list_;  // what peek may return
 };
 
 bool has_seen_all(const KeyNode& map) {
@@ -206,14 +206,14 @@ bool has_seen_all(const KeyNode& map) {
          std::all_of(map.keys.begin(), map.keys.end(), has_seen_all);
 }
 
-// Derives from the visits of all walks what holds for the keys of a map.
+// Derives the rules for the keys of each map from the visits of all walks.
 void settle(KeyNode& map) {
   const auto in_group = [&](const KeyNode& node) {
     return std::any_of(map.groups.begin(), map.groups.end(), [&](const KeyGroup& group) {
       return std::find(group.keys.begin(), group.keys.end(), node.key) != group.keys.end();
     });
   };
-  // Keys that are asked for only to be refused.
+  // Keys that are asked for only in order to be refused.
   std::erase_if(map.keys, [](const KeyNode& node) {
     return node.visits.all > 0 && node.visits.useless == node.visits.all;
   });

@@ -1,4 +1,4 @@
-// From the text of a file to a checked scenario, and back.
+// Turns the text of a file into a checked scenario, and a scenario into text.
 #include <algorithm>
 #include <fstream>
 #include <iostream>
@@ -18,18 +18,21 @@
 namespace ensonify {
 namespace {
 
-// A scenario without a name is called after its file.
+// A scenario without a name takes the name of its file.
 std::string default_name(const std::string& label) {
   const std::string stem = std::filesystem::path(label).stem().string();
   const bool printable = !first_invalid_utf8(stem) && !first_control_character(stem, "");
-  return printable && !stem.empty() && label != kStandardInput && stem.size() <= kMaxNameBytes ? stem : "scenario";
+  return printable && !stem.empty() && label != kStandardInput && stem.size() <= kMaxNameBytes
+             ? stem
+             : "scenario";
 }
 
 bool same_place(const Place& a, const Place& b) {
   return a.source == b.source && a.line == b.line && a.column == b.column;
 }
 
-// A distribution that cannot be drawn has its fault: that it is no number need not be said as well.
+// A distribution that cannot be sampled has been reported already, so later errors at its place are
+// dropped.
 void drop_faults_at(const std::vector<Place>& places, std::size_t first, Faults& faults) {
   const auto begin = faults.list.begin() + static_cast<std::ptrdiff_t>(first);
   const auto told = [&](const Fault& fault) {
@@ -45,7 +48,7 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   scenario.trajectory.pings = 1;
   if (const auto sweep = child(root, "ensonify_sweep")) {
     add_fault(input.faults, sweep->place, sweep->path,
-              "this is a sweep, accepted is a scenario; `ensonify sweep` takes it");
+              "this is a sweep; expected a scenario (`ensonify sweep` reads sweeps)");
     return scenario;
   }
   FieldReader reader(input, root);
@@ -54,15 +57,15 @@ Scenario read_scenario(const InputFolder& input, const Value& root, const std::s
   return scenario;
 }
 
-// A large choice is checked as far as one to two seconds go: this many values copied. Reading one
-// takes as long as copying 30.
+// The extremes of a large choice are checked until this many values have been copied, which takes
+// one to two seconds. Reading a value takes as long as copying 30.
 constexpr std::size_t kMostCopiedAtExtremes = 50'000'000;
 constexpr std::size_t kCopiesPerReading = 30;
 
 using PlaceKey = std::tuple<int, int, int>;
 PlaceKey place_key(const Place& place) { return {place.source, place.line, place.column}; }
 
-// All places within distributions and at uses of variables; those of numbers with the text of the
+// All places in distributions and at uses of variables; places of numbers with the text of their
 // distribution.
 using DrawnPlaces = std::map<PlaceKey, std::string>;
 
@@ -73,7 +76,7 @@ void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
   const std::string text = is_number ? flow_text(node) : "";
   if (within || is_use(node)) {
     const auto [at, is_new] = places.try_emplace(place_key(node.place), text);
-    if (!is_new && at->second != text) at->second.clear();  // --set has one place for all
+    if (!is_new && at->second != text) at->second.clear();  // all values of a --set share a place
   }
   for (const Key& key : node.keys) {
     if (within) places.try_emplace(place_key(key.place));
@@ -81,7 +84,7 @@ void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
   for (const Node& item : node.items) add_drawn_places(item, within, places);
 }
 
-// How many values were read.
+// Returns how many values were read.
 std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::string& label,
                          const InputFolder& input) {
   std::vector<Place> wrong;
@@ -94,7 +97,7 @@ std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::strin
   return values_in(tree);
 }
 
-// Whoever runs a stranger's scenario wants to know what of his own it reads.
+// Whoever runs a scenario from an untrusted source should know which local files it reads.
 std::vector<std::string> notices_of_files(const Scenario& scenario,
                                           const std::filesystem::path& folder) {
   std::vector<std::string> notices;
@@ -105,7 +108,8 @@ std::vector<std::string> notices_of_files(const Scenario& scenario,
     const auto apart = std::mismatch(home.begin(), home.end(), found.begin(), found.end());
     if (apart.first == home.end()) continue;
     notices.push_back(one_line(fmt::format(
-        "{} lies outside the scenario's folder; its bytes go into the data set", found.string())));
+        "{} is outside the folder of the scenario; its contents are copied into the data set",
+        found.string())));
   }
   return notices;
 }
@@ -217,7 +221,7 @@ namespace {
 
 template <class Refuse>
 Result<std::string> text_of(std::istream& stream, const Refuse& refuse) {
-  // One byte more than the limit, so that an endless pipe ends and is refused.
+  // Reads one byte more than the limit, so that an endless pipe ends and is refused.
   std::string text(kMaxYamlBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
@@ -230,8 +234,7 @@ Result<std::string> text_of(std::istream& stream, const Refuse& refuse) {
 Result<std::string> read_scenario_text(const std::filesystem::path& file, std::string_view what) {
   const std::string label = file.string();
   const auto refuse = [&](ErrorKind kind, const std::string& trouble) {
-    return Error{kind,
-                 one_line(fmt::format("{}: {}, accepted is {} in YAML", label, trouble, what))};
+    return Error{kind, one_line(fmt::format("{}: {}; expected {} in YAML", label, trouble, what))};
   };
   if (file == kStandardInput) return text_of(std::cin, refuse);
   std::error_code error;

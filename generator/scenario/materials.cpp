@@ -1,4 +1,4 @@
-// The keys of materials: how surfaces scatter diffusely, and their coherent part.
+// The keys of materials: diffuse scattering and the coherent part.
 #include <cmath>
 
 #include "scenario/sections.h"
@@ -9,20 +9,20 @@ namespace {
 constexpr NumberRange kReflectivity = from_to(0, 1e6);
 constexpr NumberRange kBackscatterStrengthDb = from_to(-200, 60);
 
-// The material has either key, or a table, which holds the strength itself. A law that cannot be
-// read may have been a table, so that neither key is missed then.
+// A material has one of these keys, or a table, which states the strength itself. A law that cannot
+// be read may have been a table, so then neither key is required.
 void reflectivity_fields(Fields& f, MaterialSpec& material) {
   constexpr std::string_view kKeys[] = {"reflectivity", "backscatter_strength_db"};
   const auto law = f.peek_kind("law", material.law.kind, ScatteringLaw::table);
   const bool is_table = law == ScatteringLaw::table;
   const Rule rule = useless_if(
-      is_table, "beside a table, which holds the strength itself; accepted is either alone",
+      is_table, "with a table, which states the strength itself; expected only one of them",
       {.has_default = false});
   std::optional<std::size_t> which;
   if (!is_table) {
-    which = f.only_key(
-        kKeys, 0, "either alone: reflectivity, or backscatter_strength_db, which is 10 log10 of it",
-        law ? Need::required : Need::optional);
+    which = f.only_key(kKeys, 0,
+                       "either reflectivity, or backscatter_strength_db, which is 10 log10 of it",
+                       law ? Need::required : Need::optional);
   }
   if (which == 0u || is_table) {
     f.number({kKeys[0], "Reflectivity",
@@ -41,7 +41,7 @@ void reflectivity_fields(Fields& f, MaterialSpec& material) {
   }
 }
 
-// These are in the order of ScatteringLaw.
+// In the order of ScatteringLaw.
 constexpr KindText kLawTexts[] = {
     {"Lambert", "Backscattering coefficient μ cosⁿ⁺¹(α) at the angle of incidence α"},
     {"Lommel-Seeliger", "Backscattering coefficient μ cos(α) at the angle of incidence α"},
@@ -78,12 +78,12 @@ void coherent_fields(Fields& f, CoherentSpec& coherent) {
           kModels, model, kRequired) ||
       f.writing();
   const bool is_rician = known && model == 0, is_kirchhoff = known && model == 1;
-  const Rule of_kirchhoff = useless_if(is_rician, "in the model rician, accepted with kirchhoff");
+  const Rule of_kirchhoff = useless_if(is_rician, "with model rician; expected model kirchhoff");
   f.number({"k", "K factor",
             "Of rician: power of the constant part divided by that of the random part; needed with "
             "rician"},
            rician.k, from_to(0, 1e6),
-           useless_if(is_kirchhoff, "in the model kirchhoff, accepted with rician",
+           useless_if(is_kirchhoff, "with model kirchhoff; expected model rician",
                       {.need = is_rician ? Need::required : Need::optional, .has_default = false}));
   f.number(
       {"reflection", "Reflection coefficient", "Of kirchhoff: amplitude reflection coefficient"},

@@ -19,7 +19,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-// The keys that cannot stand beside `key`, distributions among them.
+// The keys that exclude `key`; distributions exclude each other.
 Words excluded_beside(std::string_view key) {
   Words excluded = excluded_by(key);
   constexpr std::array<std::string_view, 4> kDistributions = {"uniform", "log_uniform", "normal",
@@ -41,7 +41,7 @@ void remove_keys(Node& map, const Words& unwanted) {
   }
 }
 
-// Removes from a map what the value of `key`, unlike the key alone, excludes.
+// Removes from a map the keys that the value of `key` excludes, unlike the key itself.
 void remove_excluded_by_value(Node& map, std::string_view key) {
   const Node* value = find(map, key);
   if (value == nullptr) return;
@@ -78,7 +78,7 @@ Node* item_of_name(Node& list, std::string_view name) {
   return nullptr;
 }
 
-// The item of a list that a segment names, made if it is the first behind the end.
+// The item of a list that a segment names; the item after the last one is appended.
 Node* enter_list(Node& list, std::string_view segment, Place place, const std::string& path,
                  Faults& faults) {
   std::size_t index = 0;
@@ -96,22 +96,23 @@ Node* enter_list(Node& list, std::string_view segment, Place place, const std::s
   }
   if (Node* named = is_index ? nullptr : item_of_name(list, segment)) return named;
   add_fault(faults, place, path,
-            fmt::format("{} names no item of a list of {}, accepted is an index from 0 to {}, or "
-                        "the name of an item that has one",
+            fmt::format("{} names no item of this list of length {}; expected an index from 0 to "
+                        "{} or the name of an item",
                         shown(segment), size, size));
   return nullptr;
 }
 
-// The child of the node at `path` that a segment names, made if need be.
+// The child of the node at `path` that a segment names; a missing one is added.
 Node* enter(Node& node, std::span<const std::string_view> path, std::string_view segment,
             Place place, const std::string& whole_path, Faults& faults) {
   if (node.kind == NodeKind::list) return enter_list(node, segment, place, whole_path, faults);
   if (node.kind == NodeKind::scalar && holds_kind(path)) expand_word(node);
   if (node.kind == NodeKind::scalar) {
-    add_fault(faults, place, whole_path,
-              fmt::format("{} is a plain value and holds no {}, accepted is a path through maps "
-                          "and lists",
-                          shown(node.text), shown(segment)));
+    add_fault(
+        faults, place, whole_path,
+        fmt::format(
+            "{} is a plain value and cannot contain {}; expected a path through maps and lists",
+            shown(node.text), shown(segment)));
     return nullptr;
   }
   if (node.kind == NodeKind::null) {
@@ -159,11 +160,11 @@ void apply_setting(Node& root, const Setting& setting, Faults& faults) {
   for (const std::string_view segment : segments) {
     if (!segment.empty()) continue;
     add_fault(faults, place, path,
-              "empty key in the path, accepted are keys, indexes and names joined by dots");
+              "the path has an empty key; expected keys, indexes and names joined by dots");
     return;
   }
   if (segments.size() > kMaxYamlDepth) {
-    add_fault(faults, place, path, fmt::format("more than {} keys", kMaxYamlDepth));
+    add_fault(faults, place, path, fmt::format("the path has more than {} keys", kMaxYamlDepth));
     return;
   }
   std::vector<Node*> visited = {&root};
@@ -174,7 +175,7 @@ void apply_setting(Node& root, const Setting& setting, Faults& faults) {
     visited.push_back(node);
   }
   *visited.back() = value;
-  // From the inside out: what is removed from a map moves what it holds.
+  // From the inside out, because removing a key moves the values after it.
   for (std::size_t i = segments.size(); i-- > 0;) {
     if (holds_names({segments.data(), i})) continue;
     remove_excluded_by_value(*visited[i], segments[i]);

@@ -1,8 +1,8 @@
-// Laying one tree over another: a scenario's keys over a preset's, `--set` over the scenario.
+// Merging trees: the keys of a scenario over those of a preset, `--set` over the scenario.
 //
-//   merge_over        deep, the upper tree wins
+//   merge_over        deep; the upper tree wins
 //   apply_overrides   `--set KEY.PATH=VALUE`, in order
-//   Setting  apply_setting   a value that is read already, to a key path
+//   Setting  apply_setting   a parsed value for a key path
 #pragma once
 
 #include <string>
@@ -14,9 +14,9 @@
 
 namespace ensonify {
 
-// Maps are joined key by key; anything else is replaced. A key also replaces what excludes it
-// (spacing_deg takes the place of fov_deg), so that a preset can be changed either way. Each
-// alternative of a choice is laid over by itself. The result stands in the upper tree's place.
+// Maps are joined key by key; any other value is replaced. A key also replaces the keys that it
+// excludes (spacing_deg replaces fov_deg), so that a preset can be changed either way. Each
+// alternative of a choice is merged separately. The result has the place of the upper tree.
 Node merge_over(Node lower, const Node& upper);
 
 struct Setting {
@@ -25,11 +25,11 @@ struct Setting {
   Node value;
 };
 
-// Items of lists are named by index, the first one behind the end appends, or by their `name`;
-// missing maps are made. A wrong setting is reported and left out.
+// Items of lists are named by index or by their `name`; the index after the last one appends.
+// Missing maps are created. A wrong setting is reported and skipped.
 void apply_setting(Node& root, const Setting& setting, Faults& faults);
 
-// The same, in order; each override becomes a source of `faults`.
+// Applies the settings in order; each becomes a source of `faults`.
 void apply_overrides(Node& root, const std::vector<Override>& overrides, Faults& faults);
 
 }  // namespace ensonify

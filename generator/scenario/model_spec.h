@@ -1,4 +1,4 @@
-// Everyday things as built-in shapes: shape: {model: {kind: tyre, size_m: 0.6}}.
+// Everyday objects as built-in shapes: shape: {model: {kind: tyre, size_m: 0.6}}.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ enum class ModelKind {
   net,
 };
 
-// Both must be given. The size is the longest edge of the box around the thing.
+// Both are required. The size is the longest edge of the bounding box.
 struct ModelSpec {
   ModelKind kind = ModelKind::bottle;
   double size_m = 0;

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMaxInstances = 65534;
 constexpr std::size_t kMaxClasses = 255;
 
-// Holds the names and classes of everything that gets an id.
+// Registers the names and classes of everything that has an instance id.
 struct Census {
   std::unordered_map<std::string_view, std::string> name_paths;
   std::unordered_set<std::string_view> classes;
@@ -32,8 +32,8 @@ void count_list(Faults& faults, const Value& root, std::string_view key,
       const auto [first, fresh] = census.name_paths.emplace(name->node->text, name->path);
       if (!fresh) {
         add_fault(faults, name->place, name->path,
-                  fmt::format("the name {} is taken by {}, names of objects, point targets "
-                              "and volumes must differ",
+                  fmt::format("the name {} is already used by {}; expected a name that no other "
+                              "object, point target or volume has",
                               shown(name->node->text), first->second));
       }
     }
@@ -42,7 +42,8 @@ void count_list(Faults& faults, const Value& root, std::string_view key,
     if (census.classes.insert(name).second && census.classes.size() == kMaxClasses + 1) {
       const Value& culprit = class_name ? *class_name : entry;
       add_fault(faults, culprit.place, culprit.path,
-                fmt::format("more than {} different classes, which is what a semantic mask holds",
+                fmt::format("there are more than {} different classes, the limit of a semantic "
+                            "mask; expected fewer",
                             kMaxClasses));
     }
   }
@@ -70,8 +71,8 @@ void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning
     if (!f.numbers(text, q, from_to(-1e6, 1e6), {.has_default = false})) return;
     if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] < 1e-12) {
       f.fault(kKeys[1],
-              "has no length and so no direction, accepted is any quaternion w, x, y, z longer "
-              "than 1e-6; it is normalised");
+              "the quaternion has no length and thus no direction; expected w, x, y, z with a "
+              "length above 1e-6, which the program normalizes");
       return;
     }
     rotation = Quat{q[0], q[1], q[2], q[3]};
@@ -87,7 +88,8 @@ void fields(Fields& f, PoseSpec& pose) {
 }
 
 static void object_pose_fields(Fields& f, ObjectSpec& object, const Rule& rule) {
-  if (!f.begin({"pose", "Pose", "Pose of an object at rest, or relative to its parent"}, rule)) return;
+  if (!f.begin({"pose", "Pose", "Pose of an object at rest, or relative to its parent"}, rule))
+    return;
   fields(f, object.pose);
   f.text({"parent", "Parent",
           "Name of the object in whose frame position_m and rotation are, and with which this one "
@@ -100,7 +102,7 @@ void fields(Fields& f, ObjectSpec& object) {
   const bool writing = f.writing();
   const bool moves = writing ? object.trajectory.has_value() : f.peek("trajectory") != nullptr;
   const bool placed = writing ? object.place.has_value() : f.peek("place") != nullptr;
-  constexpr std::string_view kBesidePlace = "beside a place, accepted is either alone";
+  constexpr std::string_view kBesidePlace = "with place; expected only one of them";
   f.text({"name", "Name", "Name that no other object, point target or volume has"}, object.name,
          kRequired);
   f.text(
@@ -114,7 +116,7 @@ void fields(Fields& f, ObjectSpec& object) {
   f.map({"shape", "Shape", "Exactly one shape"}, object.shape, kRequired);
   object_pose_fields(f, object,
                      useless_if(placed, kBesidePlace,
-                                useless_if(moves, "beside trajectory, whose poses take its place")));
+                                useless_if(moves, "with trajectory, whose poses replace it")));
   f.map({"place", "Place",
          "A random place on another object or in the water, in place of pose; left out: the object "
          "is where pose states"},
@@ -155,8 +157,8 @@ void check_instances(Faults& faults, const Value& root) {
     count += list->node->items.size();
     if (before <= kMaxInstances && count > kMaxInstances) {
       add_fault(faults, list->place, list->path,
-                fmt::format("more than {} objects, point targets and volumes, which is what an "
-                            "instance mask holds",
+                fmt::format("there are more than {} objects, point targets and volumes, the limit "
+                            "of an instance mask; expected fewer",
                             kMaxInstances));
     }
   }

@@ -33,7 +33,7 @@ void timeseries_field(Fields& f, OutputSelection& selection) {
   selection.timeseries_exr = formats.exr;
 }
 
-// The word `true` stands for what echoes of single targets need, 40 log10 r + 2 alpha r.
+// The word `true` stands for the gain that levels echoes of single targets, 40 log10 r + 2 alpha r.
 void tvg_fields(Fields& f, Display& grey) {
   bool on = f.writing();
   const bool has_options =
@@ -72,9 +72,9 @@ void png_fields(Fields& f, OutputSpec& output) {
               "amplitude"},
              output.png.gamma, kGamma);
     if (output.png.gamma != 1 && output.png.scale == GreyScale::db) {
-      f.fault("gamma",
-              "a gray level that is linear in dB has no power of the amplitude; accepted "
-              "with scale amplitude");
+      f.fault(
+          "gamma",
+          "has no effect on a gray level that is linear in dB; expected only with scale amplitude");
     }
     const bool limited = f.numbers({"db", "Limits",
                                     "[black, white], black below white, of levels with gain; left "
@@ -83,8 +83,8 @@ void png_fields(Fields& f, OutputSpec& output) {
                                     "dB re 1 µPa"},
                                    output.png_db, kGreyDb);
     if (limited && (*output.png_db)[0] >= (*output.png_db)[1]) {
-      f.fault("db", fmt::format("the first level, {} dB, is not below the second, {} dB; accepted "
-                                "is [black, white] with black below white",
+      f.fault("db", fmt::format("the first level, {} dB, is not below the second, {} dB; expected "
+                                "[black, white] with black below white",
                                 (*output.png_db)[0], (*output.png_db)[1]));
     }
     tvg_fields(f, output.png);
@@ -97,14 +97,14 @@ void png_fields(Fields& f, OutputSpec& output) {
   f.end();
 }
 
-// These labels go with images; they are on where there are polar or Cartesian ones.
+// Labels that accompany images are on by default if there are polar or Cartesian images.
 void hidden_label_fields(Fields& f, OutputSelection& selection) {
   const bool with_labels = selection.polar || selection.cartesian;
   const auto label = [&](const KeyText& text, bool possible, const char* pictures, bool& wanted) {
     if (!f.writing()) wanted = with_labels;
     f.toggle(text, wanted, {.has_default = false});
     if (f.peek(text.key) == nullptr || !wanted || possible) return;
-    f.fault(text.key, fmt::format("there are no pictures for it, accepted with {}", pictures));
+    f.fault(text.key, fmt::format("there are no images to label; expected {} as well", pictures));
   };
   label({"shadow", "Shadow masks",
          "Masks of the shadows with the polar and Cartesian masks; needs polar or cartesian; left "
@@ -142,8 +142,8 @@ void packing_field(Fields& f, OutputSelection& selection) {
                  selection.packed, {{"ping", false}, {"sequence", true}});
   if (!selection.packed || !selection.timeseries_exr) return;
   f.fault("one_file_per",
-          "sequence holds arrays, and output.timeseries asks for EXR files of each ping; accepted "
-          "with it is timeseries npy or none");
+          "`sequence` stores arrays, but output.timeseries selects EXR files of each ping; "
+          "expected timeseries npy or none with it");
 }
 
 void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
@@ -165,11 +165,11 @@ void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
   } else if (const FieldReader* reader = f.reader()) {
     const Value value = *child(reader->map(), "sdf");
     add_fault(reader->faults(), value.place, path_of(value, "voxel_m"),
-              "missing, accepted is a map with it, as in {voxel_m: 0.05}");
+              "missing; expected a map with it, such as {voxel_m: 0.05}");
   }
 }
 
-// This is the last key: without pings it takes away what the others ask for.
+// This is the last key, because without pings it disables the files that the other keys select.
 void pings_field(Fields& f, OutputSelection& selection) {
   f.toggle({"pings", "Files of pings",
             "Whether pings have files; false writes none, whatever the other keys select, and "
@@ -178,8 +178,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
   if (f.writing() || selection.pings) return;
   if (!selection.statistics) {
     f.fault("pings",
-            "without statistics nothing would be written; accepted is false with statistics "
-            "true");
+            "false without statistics leaves nothing to write; expected statistics: true with it");
   }
   OutputSelection none;
   none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
@@ -188,7 +187,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
   selection = none;
 }
 
-// Adds the names and classes anywhere below, so that those behind a choice are found.
+// Adds all names and classes below the node, including those of alternatives.
 void add_names(const Node& node, std::vector<std::string>& words) {
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool is_map = node.kind == NodeKind::map;
@@ -198,7 +197,7 @@ void add_names(const Node& node, std::vector<std::string>& words) {
   }
 }
 
-// Returns the name of the entry with a count that `name` may stem from.
+// Returns the name of the entry with a count that `name` may be a copy of.
 std::string without_number(const std::string& name) {
   const auto digits = name.find_last_not_of("0123456789");
   if (digits == std::string::npos || digits + 1 == name.size() || name[digits] != '_') return name;
@@ -229,7 +228,7 @@ void surfaces_field(Fields& f, OutputSelection& selection) {
             "each pixel's instance, and their number; needs polar"},
            selection.surfaces, written_if(selection.surfaces));
   if (!selection.surfaces || selection.polar) return;
-  f.fault("surfaces", "there are no polar images for it, accepted with polar");
+  f.fault("surfaces", "there are no polar images for it; expected polar as well");
 }
 
 void extra_fields(Fields& f, OutputSelection& selection) {
@@ -238,7 +237,8 @@ void extra_fields(Fields& f, OutputSelection& selection) {
            selection.polygons);
   f.toggle({"scatterers", "Scatterers", "List of the echoes from which the time series is made"},
            selection.scatterers);
-  f.toggle({"points", "Point clouds", "What each ping hits, as a PLY point cloud"},
+  f.toggle({"points", "Point clouds",
+            "Points on the surfaces that each ping hits, as a PLY point cloud"},
            selection.points);
 }
 
@@ -266,15 +266,16 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Signal of each element of an array; needs sonar.receiver.mode array"},
            selection.channels, written_if(selection.channels));
   sdf_fields(f, output.sdf);
-  f.toggle({"statistics", "Statistics",
-            "Moments of every pixel over the pings of a sequence, which are independent "
-            "realizations of one scene; everything must be at rest, and scattering.speckle must be "
-            "per_ping"},
-           selection.statistics, written_if(selection.statistics));
+  f.toggle(
+      {"statistics", "Statistics",
+       "Moments of every pixel over the pings of a sequence, which are independent realizations of "
+       "one scene: everything must be at rest, and scattering.speckle must be per_ping"},
+      selection.statistics, written_if(selection.statistics));
   pings_field(f, selection);
   if (!selection.multipath || (bounces && pictures)) return;
-  f.fault("multipath", pictures ? "there is no multipath; expected with multipath or bounces"
-                                : "there are no pictures for it, accepted with polar or cartesian");
+  f.fault("multipath", pictures
+                           ? "the scenario has no multipath; expected only with multipath or bounces"
+                           : "there are no images to label; expected polar or cartesian as well");
 }
 
 std::vector<std::string> layer_target_words(const Value& root) {
@@ -301,8 +302,8 @@ void check_layer_targets(Faults& faults, const Value& root, const std::vector<st
       continue;
     }
     add_fault(faults, word.place, word.path,
-              fmt::format("{} is no object, point target or class of them{}; accepted are their "
-                          "names and classes (volumes are the layer volume)",
+              fmt::format("{} is not an object, a point target or a class of them{}; expected "
+                          "their names and classes (volumes have a layer of their own)",
                           shown(text), hint(text, known)));
   }
 }

@@ -1,4 +1,4 @@
-// The keys of random places, and what objects stand on and hang from.
+// The keys of random places, and the objects that these refer to.
 #include <algorithm>
 #include <optional>
 #include <unordered_map>
@@ -12,7 +12,8 @@
 namespace ensonify {
 namespace {
 
-// Two corners, of which the second is nowhere before the first. Whether they were read.
+// Reads two corners, of which the second must not be below the first on any axis. Returns whether
+// they were read.
 template <std::size_t N>
 bool corner_fields(Fields& f, const KeyText& text, std::array<std::array<double, N>, 2>& corner,
                    const ListWords& words, const Rule& rule) {
@@ -38,11 +39,11 @@ void area_field(Fields& f, PlaceSpec& place, const Rule& rule) {
                     {"area_m", "Area",
                      "[[x0, y0], [x1, y1]] in the world: the rectangle in which the center of the "
                      "object is placed"},
-                    place.area_m, {"", "are two corners [[x0, y0], [x1, y1]]", 2, 2}, rule);
+                    place.area_m, {"", "two corners [[x0, y0], [x1, y1]]", 2, 2}, rule);
   if (!is_read || is_in_order(place.area_m)) return;
   f.fault("area_m",
-          "the second corner is not to the east and north of the first, accepted is "
-          "[[x0, y0], [x1, y1]] with x0 <= x1 and y0 <= y1");
+          "the second corner is not northeast of the first; expected [[x0, y0], [x1, y1]] with x0 "
+          "<= x1 and y0 <= y1");
 }
 
 void volume_field(Fields& f, PlaceSpec& place) {
@@ -52,14 +53,14 @@ void volume_field(Fields& f, PlaceSpec& place) {
       {"volume_m", "Volume",
        "[[x0, y0, z0], [x1, y1, z1]] in the world: the box of water in which the center of the "
        "object is placed, in place of on and area_m; left out: the object stands on something"},
-      corner, {"", "are two corners [[x0, y0, z0], [x1, y1, z1]]", 2, 2},
+      corner, {"", "two corners [[x0, y0, z0], [x1, y1, z1]]", 2, 2},
       written_if(place.volume_m.has_value(), {.has_default = false}));
   if (!is_read) return;
   place.volume_m = corner;
   if (is_in_order(corner)) return;
   f.fault("volume_m",
-          "the second corner is not to the east and north of the first and above it, accepted is "
-          "[[x0, y0, z0], [x1, y1, z1]] with x0 <= x1, y0 <= y1 and z0 <= z1");
+          "the second corner is not northeast of the first and above it; expected [[x0, y0, z0], "
+          "[x1, y1, z1]] with x0 <= x1, y0 <= y1 and z0 <= z1");
 }
 
 const std::string* text_of(const Value& map, std::string_view key) {
@@ -107,27 +108,26 @@ static void fields(Fields& f, ScourSpec& scour) {
 void fields(Fields& f, PlaceSpec& place) {
   const bool floats = f.writing() ? place.volume_m.has_value() : f.peek("volume_m") != nullptr;
   const auto on_ground = [&](Rule rule = {}) {
-    return useless_if(floats, "beside volume_m, in which the object stands on nothing", rule);
+    return useless_if(floats, "with volume_m, where the object does not stand on anything", rule);
   };
-  f.text({"on", "On", "Name of the object to stand on, which comes earlier in the list"}, place.on,
+  f.text({"on", "On", "Name of an earlier object in the list, on which this one stands"}, place.on,
          on_ground(kRequired));
   area_field(f, place, on_ground(kRequired));
   volume_field(f, place);
   f.number({"height_m", "Height",
-            "How far above the place where it would stand the object is, in the water"},
+            "Height of the object in the water above the place where it would stand"},
            place.height_m, from_to(0, kMaxLengthM), on_ground(written_if(place.height_m != 0)));
   f.number({"clearance_m", "Clearance",
             "Smallest distance between the outlines of placed objects, seen from above"},
            place.clearance_m, from_to(0, kMaxLengthM));
-  f.boolean({"touching", "Touching",
-             "The object is moved towards the nearest one on the same ground until their outlines "
-             "touch"},
-            place.touching, on_ground());
   f.boolean(
-      {"heap", "Heap",
-       "What else has been placed on the same ground is ground for the object, too: it lies on "
-       "whatever is highest under it"},
-      place.heap, on_ground(written_if(place.heap)));
+      {"touching", "Touching",
+       "The object is moved toward the nearest one on the same ground until their outlines touch"},
+      place.touching, on_ground());
+  f.boolean({"heap", "Heap",
+             "The object may also lie on other objects placed on the same ground: it rests on "
+             "whatever is highest under it"},
+            place.heap, on_ground(written_if(place.heap)));
   f.number({"sink_m", "Burial depth", "How far the object is lowered into the ground"},
            place.sink_m, kPosition, on_ground());
   f.number({"buried_fraction", "Buried fraction",
@@ -146,7 +146,7 @@ void fields(Fields& f, PlaceSpec& place) {
                   "[roll, pitch, yaw] of the object before it is turned and aligned");
   f.choice<PlaceFailure>(
       {"on_failure", "Where there is no room",
-       "What happens where no free place is found: redraw: everything that is sampled for the "
+       "What happens if no free place is found: redraw: everything that is sampled for the "
        "sequence is sampled again; skip_object: the sequence has no such object; skip_sequence: "
        "the data set has no such sequence; error: the run ends"},
       place.on_failure, words_to(PlaceFailure::error));
@@ -154,7 +154,7 @@ void fields(Fields& f, PlaceSpec& place) {
          "A pit around the object and a mound of the same volume; on terrain only; left out: none"},
         place.scour, on_ground());
   if (place.heap && place.touching) {
-    f.fault("touching", "of no effect beside heap, accepted is either alone");
+    f.fault("touching", "has no effect with heap; expected only one of them");
   }
 }
 
@@ -164,7 +164,7 @@ namespace {
 struct Families {
   std::unordered_map<std::string_view, std::size_t> index;
   std::vector<std::string_view> names;       // of each object
-  std::vector<std::optional<Value>> parent;  // likewise, with a text
+  std::vector<std::optional<Value>> parent;  // of each object, if it is a text
 };
 
 Families families_of(const Value& objects) {
@@ -181,8 +181,8 @@ Families families_of(const Value& objects) {
   return families;
 }
 
-// The object that has no parent, at the end of a chain of them; nothing where the chain is broken
-// or closed.
+// The object without a parent at the end of a chain of parents; empty if the chain is broken or a
+// cycle.
 std::optional<std::size_t> root_of(const Families& families, std::size_t object) {
   for (std::size_t steps = 0; steps <= families.parent.size(); ++steps) {
     if (!families.parent[object]) return object;
@@ -193,7 +193,7 @@ std::optional<std::size_t> root_of(const Families& families, std::size_t object)
   return std::nullopt;
 }
 
-// The names of a cycle of parents that starts at the first of its objects in the list; else empty.
+// The names of a cycle of parents, for the first of its objects in the list; otherwise empty.
 std::string cycle_at(const Families& families, std::size_t first) {
   std::string names;
   std::size_t object = first;
@@ -252,21 +252,21 @@ void check_places(Faults& faults, const Value& root) {
       const Value value = *child(*place, "on");
       if (!needs_words(faults, value.place, value.path)) continue;
       const bool later = families.index.contains(*on);
-      add_fault(faults, value.place, value.path,
-                fmt::format("{} {}{}, accepted is the name of an object that stands before this "
-                            "one in the list",
-                            later ? "the object" : "no object", shown(*on),
-                            later ? " does not stand before this one" : hint(*on, families.names)));
+      add_fault(
+          faults, value.place, value.path,
+          fmt::format(
+              "{} {}{}; expected the name of an object that comes before this one in the list",
+              later ? "the object" : "no object", shown(*on),
+              later ? " does not come before this one" : hint(*on, families.names)));
     }
     if (on != nullptr && before.contains(*on)) {
       const auto carrier = root_of(families, families.index.at(*on));
       if (carrier && *carrier >= i) {
         const Value value = *child(*place, "on");
-        add_fault(
-            faults, value.place, value.path,
-            fmt::format("the object {} moves with {}, which does not stand before this one in "
-                        "the list; expected an object whose parents stand before this one",
-                        shown(*on), shown(families.names[*carrier])));
+        add_fault(faults, value.place, value.path,
+                  fmt::format("the object {} moves with {}, which does not come before this one in "
+                              "the list; expected an object whose parents all come before this one",
+                              shown(*on), shown(families.names[*carrier])));
       }
     }
     const auto scour = place ? child(*place, "scour") : std::nullopt;

@@ -10,7 +10,7 @@ struct PresetFile {
   const char* text;
 };
 
-// Sorted by name. Defined in a source that scripts/cmake/EmbedFiles.cmake writes.
+// Sorted by name. Defined in a source file that scripts/cmake/EmbedFiles.cmake writes.
 std::span<const PresetFile> preset_files();
 
 }  // namespace ensonify

@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// The comment lines at the head, without their marks.
+// The comment lines at the head of the file, without their # signs.
 std::string head_comment(std::string_view text) {
   std::string comment;
   while (text.starts_with('#')) {
@@ -65,7 +65,7 @@ Node without(const Node& map, std::string_view key) {
   return rest;
 }
 
-// The first row that reaches as far as range_m, or the last one.
+// The first row whose limit is at least range_m, or the last row.
 const Node& row_for(const Node& rows, double range_m) {
   for (const Node& row : rows.items) {
     if (range_m <= number_in(row, kLimit).value_or(0)) return row;

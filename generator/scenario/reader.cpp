@@ -29,45 +29,47 @@ void fault(Faults& faults, const Value& value, std::string text) {
   add_fault(faults, value.place, value.path, std::move(text));
 }
 
-// The child, or a fault if it is needed and absent.
-// `accepted` makes the words: most values are there and need none.
+// Returns the child, or adds an error if it is required and absent. `accepted` builds the text of
+// the message only when it is needed, since most values are present.
 template <class Words>
 std::optional<Value> wanted(Faults& faults, const Value& map, std::string_view key,
                             const Words& accepted, Need need) {
   std::optional<Value> value = child(map, key);
   if (!value && need == Need::required) {
     add_fault(faults, map.place, path_of(map, key),
-              fmt::format("missing, accepted is {}", accepted()));
+              fmt::format("missing; expected {}", accepted()));
   }
   return value;
 }
 
-// What is wrong with a scalar as a number, whatever its range; empty: nothing.
+// What is wrong with a scalar as a number, whatever its range; empty if nothing is.
 std::string number_trouble(const Node& node) {
-  if (node.kind != NodeKind::scalar || node.quoted) return kind_in_words(node) + " is no number";
+  if (node.kind != NodeKind::scalar || node.quoted) return kind_in_words(node) + " is not a number";
   const PlainKind kind = classify_plain(node.text);
   if (kind == PlainKind::number) return "";
   const std::string text = shown(node.text);
   switch (kind) {
     case PlainKind::octal_looking:
-      return text + " looks octal and readers disagree about its value; write it without the " +
-             "leading zero";
+      return text +
+             " looks like an octal number, which YAML readers interpret differently (write it "
+             "without the " +
+             "leading zero)";
     case PlainKind::other_number:
       if (node.text.find_first_of("nN") != std::string::npos) return text + " is not finite";
       return text + " is not written in plain decimal digits";
     default:
-      return text + " is no number";
+      return text + " is not a number";
   }
 }
 
-// from_chars knows no leading plus sign.
+// from_chars does not accept a leading plus sign.
 std::string_view without_plus(std::string_view text) {
   return text.starts_with('+') ? text.substr(1) : text;
 }
 
 std::optional<double> number_of(Faults& faults, const Value& value, const NumberRange& range) {
   const auto refuse = [&](const std::string& trouble) {
-    fault(faults, value, trouble + ", accepted is " + in_words(range, "number"));
+    fault(faults, value, trouble + "; expected " + in_words(range, "number"));
     return std::nullopt;
   };
   const std::string trouble = number_trouble(*value.node);
@@ -79,7 +81,7 @@ std::optional<double> number_of(Faults& faults, const Value& value, const Number
     return refuse(shown(value.node->text) + " is too large or too small for a double");
   }
   if (error != std::errc{} || end != digits.data() + digits.size()) {
-    return refuse(shown(value.node->text) + " is no number");
+    return refuse(shown(value.node->text) + " is not a number");
   }
   if (number < range.low || number > range.high || (range.low_excluded && number == range.low)) {
     return refuse(shown(value.node->text) + " is out of range");
@@ -91,24 +93,24 @@ bool only_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// What is wrong with a scalar as text; empty: nothing.
+// What is wrong with a scalar as text; empty if nothing is.
 std::string text_trouble(std::string_view text, bool quoted, std::size_t max_bytes) {
   if (text.empty()) return "empty";
   if (text.size() > max_bytes)
     return fmt::format("{} is longer than {} bytes", shown(text), max_bytes);
-  if (first_control_character(text, "")) return shown(text) + " holds a control character";
+  if (first_control_character(text, "")) return shown(text) + " contains a control character";
   if (quoted) return "";
   switch (classify_plain(text)) {
     case PlainKind::text:
       return "";
     case PlainKind::octal_looking:
-      return shown(text) + " looks like an octal number; as text it must be quoted";
+      return shown(text) + " looks like an octal number unless it is quoted";
     case PlainKind::number:
     case PlainKind::other_number:
-      return shown(text) + " is a number; as text it must be quoted";
+      return shown(text) + " is a number unless it is quoted";
     case PlainKind::boolean:
     case PlainKind::switch_word:
-      return shown(text) + " is a truth value to some readers; as text it must be quoted";
+      return shown(text) + " is a boolean to some YAML readers unless it is quoted";
   }
   return "";
 }
@@ -122,8 +124,9 @@ void refuse_unknown_key(Faults& faults, const Value& map, const Key& key,
   const std::string path = path_of(map, key.text);
   if (!needs_words(faults, key.place, path)) return;
   const std::string accepted =
-      known.empty() ? "no key is accepted here" : "accepted are " + joined(known);
-  std::string text = fmt::format("unknown key{}, {}", hint(key.text, known), accepted);
+      known.empty() ? "this map has no keys"
+                    : "expected " + std::string(known.size() == 1 ? "" : "one of ") + joined(known);
+  std::string text = fmt::format("unknown key{}; {}", hint(key.text, known), accepted);
   add_fault(faults, key.place, path, std::move(text));
 }
 
@@ -138,11 +141,10 @@ std::string integer_in_words(int low, int high) {
 }  // namespace
 
 void wrong_kind(Faults& faults, const Value& value, std::string_view accepted) {
-  fault(faults, value,
-        fmt::format("{} stands here, accepted is {}", kind_in_words(*value.node), accepted));
+  fault(faults, value, fmt::format("found {}; expected {}", kind_in_words(*value.node), accepted));
 }
 
-// Every value that is read has its path made: fmt would be a third of the time of reading.
+// Every value that is read has its path built; fmt would take a third of the time of reading.
 std::string joined_path(std::string_view map, std::string_view key) {
   std::string path;
   path.reserve(map.size() + 1 + key.size());
@@ -228,8 +230,8 @@ std::optional<std::string_view> only_key_of(Faults& faults, const Value& map,
   if (present.size() == 1) return present.front();
   add_fault(faults, second, map.path,
             present.empty()
-                ? fmt::format("missing, accepted is {}", what)
-                : fmt::format("{} exclude each other, accepted is {}", joined(present), what));
+                ? fmt::format("missing; expected {}", what)
+                : fmt::format("{} exclude each other; expected {}", joined(present), what));
   return std::nullopt;
 }
 
@@ -264,7 +266,7 @@ bool read_numbers_of(Faults& faults, const Value& value, const NumberRange& rang
   }
   if (value.node->items.size() != count) {
     fault(faults, value,
-          fmt::format("a list of {} stands here, accepted is {}", value.node->items.size(),
+          fmt::format("found a list of length {}; expected {}", value.node->items.size(),
                       numbers_in_words(count)));
     return false;
   }
@@ -289,7 +291,7 @@ bool read_integer(Faults& faults, const Value& map, std::string_view key, int lo
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (!only_digits(digits)) {
-      trouble = shown(value->node->text) + " is no integer";
+      trouble = shown(value->node->text) + " is not an integer";
     } else if (error != std::errc{} || number < low || number > high) {
       trouble = shown(value->node->text) + " is out of range";
     } else {
@@ -297,7 +299,7 @@ bool read_integer(Faults& faults, const Value& map, std::string_view key, int lo
       return true;
     }
   }
-  fault(faults, *value, trouble + ", accepted is " + integer_in_words(low, high));
+  fault(faults, *value, trouble + "; expected " + integer_in_words(low, high));
   return false;
 }
 
@@ -306,7 +308,7 @@ void refuse_useless(Faults& faults, const Value& map, const std::vector<std::str
   for (const std::string_view key : keys) {
     const auto useless = child(map, key);
     if (!useless) continue;
-    add_fault(faults, useless->place, useless->path, fmt::format("of no effect {}", why));
+    add_fault(faults, useless->place, useless->path, fmt::format("has no effect {}", why));
   }
 }
 
@@ -322,10 +324,10 @@ bool read_seed(Faults& faults, const Value& map, std::string_view key, std::uint
       out = number;
       return true;
     }
-    trouble = shown(value->node->text) + " is no unsigned 64-bit integer";
+    trouble = shown(value->node->text) + " is not an unsigned 64-bit integer";
   }
   fault(faults, *value,
-        fmt::format("{}, accepted is an integer from 0 to {}", trouble,
+        fmt::format("{}; expected an integer from 0 to {}", trouble,
                     std::numeric_limits<std::uint64_t>::max()));
   return false;
 }
@@ -357,7 +359,7 @@ std::optional<std::size_t> read_word(Faults& faults, const Value& map, std::stri
     if (words[i] == node.text) return i;
   }
   fault(faults, *value,
-        fmt::format("{} is not known{}, accepted is {}", shown(node.text), hint(node.text, words),
+        fmt::format("{} is not known{}; expected {}", shown(node.text), hint(node.text, words),
                     accepted()));
   return std::nullopt;
 }
@@ -376,14 +378,14 @@ bool read_text(Faults& faults, const Value& map, std::string_view key, std::stri
     out = value->node->text;
     return true;
   }
-  fault(faults, *value, trouble + ", accepted is " + accepted());
+  fault(faults, *value, trouble + "; expected " + accepted());
   return false;
 }
 
 bool is_name(Faults& faults, const Key& key, const std::string& path) {
   const std::string trouble = text_trouble(key.text, key.quoted, kMaxNameBytes);
   if (trouble.empty()) return true;
-  add_fault(faults, key.place, path, trouble + ", accepted is " + text_in_words(kMaxNameBytes));
+  add_fault(faults, key.place, path, trouble + "; expected " + text_in_words(kMaxNameBytes));
   return false;
 }
 

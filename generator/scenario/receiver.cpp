@@ -13,13 +13,13 @@ namespace {
 constexpr int kMaxBeams = 65536;
 constexpr int kMaxNbar = 50;
 
-// A line without weights has side lobes of -13.3 dB already, and no array is built well enough for
-// less than -80 dB.
+// A line array without weights already has side lobes of -13.3 dB, and no array is built accurately
+// enough for less than -80 dB.
 constexpr NumberRange kSideLobe = from_to(-80, -14);
 
-// The smallest nbar from which on Taylor's sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2) falls with
-// nbar, so that his near side lobes fall outwards: nbar/2 - 1/(8 nbar + 4) >= A^2. For nbar that
-// need not be whole this is his nbar >= 2 A^2 + 1/2 (IRE Trans. Antennas Propag. 3, 1955).
+// The smallest nbar for which Taylor's sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2) decreases with
+// nbar, so that the near side lobes decrease outward: nbar/2 - 1/(8 nbar + 4) >= A^2. For real nbar
+// this is Taylor's nbar >= 2 A^2 + 1/2 (IRE Trans. Antennas Propag. 3, 1955).
 int smallest_nbar(double side_lobe_db) {
   const double a = std::acosh(std::pow(10.0, -side_lobe_db / 20)) / kPi;
   int nbar = 2;
@@ -44,13 +44,12 @@ void taylor_fields(Fields& f, BeamShading& shading) {
                  "where side_lobe_db requires it"},
                 shading.nbar, 2, kMaxNbar, {.has_default = false});
   if (!read || shading.nbar >= smallest) return;
-  f.fault("nbar",
-          fmt::format("nbar {} is too small for side lobes of {} dB, which would grow outwards; "
-                      "accepted is {} or more",
-                      shading.nbar, shading.side_lobe_db, smallest));
+  f.fault("nbar", fmt::format("nbar {} is too small for side lobes of {} dB, which would increase "
+                              "outward; expected {} or more",
+                              shading.nbar, shading.side_lobe_db, smallest));
 }
 
-// These are in the order of Shading.
+// In the order of Shading.
 constexpr KindText kShadingTexts[] = {
     {"Uniform", "No weighting; highest side lobe at -13.3 dB"},
     {"Hann", "Highest side lobe at -31.5 dB; the others fall fast"},
@@ -58,11 +57,11 @@ constexpr KindText kShadingTexts[] = {
     {"Chebyshev", "All side lobes at side_lobe_db"},
 };
 
-// A fan has either fov_deg or spacing_deg, which is fov_deg divided by the count.
+// A fan has either fov_deg or spacing_deg, which is fov_deg divided by count.
 void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
   constexpr std::string_view kKeys[] = {"spacing_deg", "fov_deg"};
   const auto which = f.only_key(
-      kKeys, 1, "either alone: spacing_deg, or fov_deg, which is that times count", Need::optional);
+      kKeys, 1, "either spacing_deg, or fov_deg, which is spacing_deg times count", Need::optional);
   const Rule given{.has_default = false};
   if (which == 1u) {
     f.number({kKeys[1], "Fan width",
@@ -84,13 +83,13 @@ void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
       return;
     }
     f.fault("spacing_deg",
-            fmt::format("{} beams of {} degrees span {} degrees, at most 180 are accepted",
+            fmt::format("{} beams of {} degrees span {} degrees; expected at most 180",
                         sonar.beam_count, spacing_deg, fov));
   }
   const bool either = f.peek("spacing_deg") != nullptr || f.peek("fov_deg") != nullptr;
   if (f.writing() || either || need == Need::optional) return;
   f.fault("fov_deg",
-          fmt::format("missing, accepted is {}, or spacing_deg, which is that divided by count",
+          fmt::format("missing; expected {}, or spacing_deg, which is fov_deg divided by count",
                       in_words(kAngle, "number")));
 }
 
@@ -138,7 +137,7 @@ void array_fields(Fields& f, ArraySpec& array, const Rule& rule) {
       array.dead, {}, rule,
       [&](const std::string& at, int& dead) { f.integer(at, dead, 0, kMaxElements - 1); });
   if (!listed || !watch.is_well()) return;
-  // The number of elements may only be known together with the sound speed.
+  // The number of elements may be known only once the sound speed is.
   const std::string trouble = dead_trouble(array.dead, array.elements.value_or(kMaxElements));
   if (!trouble.empty()) f.fault("dead", trouble);
 }
@@ -198,14 +197,14 @@ std::string dead_trouble(const std::vector<int>& dead, int elements) {
   std::sort(sorted.begin(), sorted.end());
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end()) {
-    return fmt::format("element {} is named twice, accepted is each once", *twice);
+    return fmt::format("element {} is listed twice; expected each element once", *twice);
   }
   if (!sorted.empty() && sorted.back() >= elements) {
-    return fmt::format("there is no element {}, accepted is 0 to {} with {} elements",
-                       sorted.back(), elements - 1, elements);
+    return fmt::format("there is no element {}; expected 0 to {} with {} elements", sorted.back(),
+                       elements - 1, elements);
   }
   if (std::cmp_less(sorted.size(), elements)) return "";
-  return fmt::format("all {} elements are dead, accepted are fewer", elements);
+  return fmt::format("all {} elements are dead; expected fewer", elements);
 }
 
 void receiver_fields(Fields& f, SonarSpec& sonar) {
@@ -218,7 +217,7 @@ void receiver_fields(Fields& f, SonarSpec& sonar) {
   const bool useless = !is_array && (f.writing() || read || f.peek("mode") == nullptr);
   ArraySpec array = sonar.array.value_or(ArraySpec{});
   array_fields(f, array,
-               useless_if(useless, "beside mode: beams (the default), accepted with mode: array"));
+               useless_if(useless, "with mode: beams (the default); expected mode: array"));
   if (is_array) sonar.array = std::move(array);
   adc_fields(f, sonar.adc);
 }
@@ -231,15 +230,14 @@ void check_array(Faults& faults, const Value& root, const Scenario& scenario) {
   const bool is_array = scenario.sonar.array.has_value();
   if (is_array && scenario.scattering.normalization == Normalization::mean_square) {
     const Value value = *at("scattering", "normalization");
-    add_fault(
-        faults, value.place, value.path,
-        "mean_square is a scale of beams mixed from sectors, which an array has not; accepted "
-        "beside sonar.receiver.mode: array is calibrated");
+    add_fault(faults, value.place, value.path,
+              "mean_square scales beams that are mixed from beam cells, which an array does not "
+              "have; expected calibrated with sonar.receiver.mode: array");
   }
   if (is_array || !scenario.output.selection.channels) return;
   const Value value = *at("output", "channels");
   add_fault(faults, value.place, value.path,
-            "there are no elements, accepted with sonar.receiver.mode: array");
+            "there are no elements; expected only with sonar.receiver.mode: array");
 }
 
 }  // namespace ensonify

@@ -1,5 +1,5 @@
 // The keys of the top level of a scenario and of its small sections: scattering, multipath, noise,
-// synthesis, splits.
+// synthesis and splits.
 #include <algorithm>
 
 #include "scenario/sections.h"
@@ -23,7 +23,7 @@ void head_fields(Fields& f, Scenario& scenario) {
   scenario.sequences = static_cast<std::uint32_t>(sequences);
 }
 
-// Any values by any names, which are put in place of their uses before the other keys are read.
+// Arbitrary values by name, which replace their uses before the other keys are read.
 void variable_fields(Fields& f) {
   std::vector<std::string> names;
   if (f.begin({"variables", "Variables",
@@ -39,7 +39,7 @@ void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   std::vector<std::string> names;
   for (const MaterialSpec& material : materials) names.push_back(material.name);
   const std::string_view what =
-      "no map, accepted is a map of names, as in {steel: {reflectivity: 1e-2}}";
+      "not a map; expected a map of names, such as {steel: {reflectivity: 1e-2}}";
   if (!f.begin({"materials", "Materials",
                 "Materials by names that are free to choose: how surfaces scatter; left out: none"},
                NamesBranch{names, what}, {.in_lines = true})) {
@@ -53,7 +53,7 @@ void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   f.end();
 }
 
-// Objects may refer to these materials from here on.
+// From here on, objects may refer to these materials.
 void know_materials(Fields& f, const std::vector<MaterialSpec>& materials) {
   FieldReader* reader = f.reader();
   if (reader == nullptr) return;
@@ -71,18 +71,17 @@ void noise_fields(Fields& f, Scenario& scenario) {
                written_if(has_noise, {.has_default = has_noise}))) {
     return;
   }
-  const auto which = f.only_key(
-      kKeys, by_level ? 0 : 1, "either alone: spectrum_level_db (dB re 1 uPa^2/Hz) or snr_db (dB)");
+  const auto which = f.only_key(kKeys, by_level ? 0 : 1,
+                                "either spectrum_level_db (dB re 1 uPa^2/Hz) or snr_db (dB)");
   if (which == 0u) {
     f.number({kKeys[0], "Spectrum level", "NL, in place of snr_db", "dB re 1 µPa²/Hz"},
              scenario.noise_spectrum_level_db, from_to(-300, 300));
   }
   if (which == 1u) {
-    f.number(
-        {kKeys[1], "Signal-to-noise ratio",
-         "Mean clean power of ping 0 over the samples that hold an echo, relative to the noise "
-         "power; in place of spectrum_level_db"},
-        scenario.noise_snr_db, from_to(-100, 200));
+    f.number({kKeys[1], "Signal-to-noise ratio",
+              "Mean expected power of ping 0 over the samples that hold an echo, relative to the "
+              "noise power; in place of spectrum_level_db"},
+             scenario.noise_snr_db, from_to(-100, 200));
   }
   f.end();
 }
@@ -133,12 +132,12 @@ static void fields(Fields& f, Multipath& multipath) {
   if (!watch.is_well()) return;
   const auto& [surface, bottom, objects, bounces] = multipath;
   if (!surface && !bottom && !objects) {
-    f.fault("", "there is nothing to bounce off, accepted is surface, bottom or objects: true");
+    f.fault("", "there is no specular reflector; expected surface, bottom or objects: true");
   }
   if (surface && bottom && !(bottom->z_m < surface->z_m)) {
     const Value below = child_or_empty(f.reader()->map(), "bottom");
     add_fault(f.reader()->faults(), below.place, path_of(below, "z_m"),
-              "not below the surface, accepted is a bottom whose z_m is less than surface.z_m");
+              "the bottom is not below the surface; expected a z_m less than surface.z_m");
   }
 }
 
@@ -151,7 +150,7 @@ static void fields(Fields& f, SplitsSpec& splits) {
   f.number({"test", "Test", "Share of the sequences in test"}, splits.test, fraction);
   if (!watch.is_well()) return;
   if (splits.train + splits.val + splits.test > 0) return;
-  f.fault("", "the fractions train, val and test are all zero, accepted is a sum above zero");
+  f.fault("", "the fractions train, val and test are all zero; expected a sum above zero");
 }
 
 static constexpr Rule kLines{.in_lines = true};

@@ -1,11 +1,11 @@
-// A scenario as checked plain structs, in the units of its YAML keys (degrees stay degrees, so
-// that writing the resolved scenario and reading it again changes no digit). The initial values
-// are the defaults of keys that are left out; what has none must be given.
+// A scenario as checked plain structs, in the units of its YAML keys (degrees stay degrees, so that
+// writing the resolved scenario and reading it again changes no digit). The initial values are the
+// defaults of keys that are left out; a key without a default is required.
 //
-//   load_scenario     file + overrides -> Scenario, or every fault at once
-//   check_draws       whether distributions stay within what their keys accept
+//   load_scenario     file + overrides -> Scenario, or all errors together
+//   check_draws       whether distributions stay within the valid values of their keys
 //   to_yaml           Scenario -> the resolved text
-//   sonar_preset_...  the presets that are built in
+//   sonar_preset_...  the built-in presets
 #pragma once
 
 #include <array>
@@ -34,15 +34,15 @@
 
 namespace ensonify {
 
-// `duration_s` of lfm and cw, `file` of table must be given.
+// `duration_s` of lfm and cw and `file` of table are required.
 struct PulseSpec {
   PulseShape shape = PulseShape::gaussian;
   double duration_s = 0;
-  double taper = 0.1;          // of lfm
-  std::filesystem::path file;  // of table: CSV, frequency_hz, amplitude, phase_deg
+  double taper = 0.1;          // for lfm
+  std::filesystem::path file;  // for table: CSV with frequency_hz, amplitude, phase_deg
 };
 
-// What is absent follows from the rest of the sonar and the water: app/array_receiver.h.
+// Absent values follow from the rest of the sonar and the water: app/array_receiver.h.
 struct ArraySpec {
   std::optional<int> elements;
   std::optional<double> spacing_m;
@@ -51,17 +51,17 @@ struct ArraySpec {
   Focus focus = Focus::dynamic;
   Steering steering = Steering::true_delay;
   double gain_error_db = 0;    // standard deviation over elements
-  double phase_error_deg = 0;  // likewise
+  double phase_error_deg = 0;  // the same
   std::vector<int> dead;       // indices
 };
 
 inline constexpr int kMaxElements = 4096;
 
-// What is wrong with the indices of dead elements, and what is accepted; empty: nothing.
+// What is wrong with the indices of dead elements and what is expected; empty if nothing is.
 std::string dead_trouble(const std::vector<int>& dead, int elements);
 
-// Of a preset, with the keys beside it laid over it. Needed without a preset: all but pulse,
-// window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.shading,
+// The keys of a preset with the keys given next to it merged over them. Required without a preset:
+// all but pulse, window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.shading,
 // elevation.fan_deg, rays.azimuth, rays.min_per_cell, receiver and mount.
 struct SonarSpec {
   double frequency_hz = 0;
@@ -72,16 +72,16 @@ struct SonarSpec {
   double range_min_m = 0;
   double range_max_m = 0;
   int beam_count = 0;
-  double beam_fov_deg = 0;  // spacing_deg times count, if that was given
+  double beam_fov_deg = 0;  // spacing_deg times count if that was given
   double beam_width_deg = 0;
   BeamShading shading;
   std::optional<double> transmit_width_deg;  // absent: uniform over the fan
   double elevation_width_deg = 0;
   BeamShading elevation_shading;
-  double elevation_fan_deg = 0;  // left out: the width
+  double elevation_fan_deg = 0;  // if left out: the beam width
   int rays_elevation = 0;
   int rays_azimuth = 1;
-  int rays_per_cell = 20;          // 0: as the fan has it
+  int rays_per_cell = 20;          // 0: no adaptive refinement
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   PoseSpec mount;
@@ -102,7 +102,7 @@ struct SoundSpeedSpec {
   double temperature_c = 0, salinity_psu = 0, depth_m = 0;
 };
 
-// Of a file, or of rows.
+// From a file, or from rows.
 struct ProfileSpec {
   std::filesystem::path file;  // CSV: depth_m, sound_speed_m_s
   std::vector<double> depth_m, sound_speed_m_s;
@@ -110,7 +110,7 @@ struct ProfileSpec {
 };
 
 struct WaterSpec {
-  double sound_speed_m_s = 1500;  // not looked at where it is worked out:
+  double sound_speed_m_s = 1500;  // ignored if `from` below is set
   std::optional<SoundSpeedSpec> sound_speed_from;
   std::variant<SeaAbsorptionSpec, FixedAbsorptionSpec> absorption;
   std::optional<ProfileSpec> profile = {};  // absent: that sound speed everywhere
@@ -124,8 +124,8 @@ struct ScatteringSpec {
 
 struct LawSpec {
   ScatteringLaw kind = ScatteringLaw::lambert;
-  std::optional<double> exponent = {};  // of lambert; absent: scattering.lambert_exponent
-  std::filesystem::path file = {};      // of table: CSV, grazing_deg, strength_db
+  std::optional<double> exponent = {};  // for lambert; absent: scattering.lambert_exponent
+  std::filesystem::path file = {};      // for table: CSV with grazing_deg, strength_db
 };
 
 struct RicianSpec {
@@ -139,43 +139,43 @@ using CoherentSpec = std::variant<std::monostate, RicianSpec, KirchhoffSpec>;
 
 struct MaterialSpec {
   std::string name;
-  double reflectivity = 0;  // of lambert and lommel_seeliger, which need it
+  double reflectivity = 0;  // for lambert and lommel_seeliger, where it is required
   LawSpec law;
   CoherentSpec coherent;
 };
 
 struct BoxSpec {
   std::array<double, 3> size_m{};
-  bool inside = false;  // a room seen from within
+  bool inside = false;  // a room seen from inside
 };
 struct SphereSpec {
   double radius_m = 0;
   bool inside = false;
 };
-struct CylinderSpec {  // axis z, centred at the origin, closed by two discs
+struct CylinderSpec {  // axis z, centered at the origin, closed by two discs
   double radius_m = 0, height_m = 0;
 };
-struct PlaneSpec {};  // z = 0, without end
-struct PartSpec {     // a part of a mesh file, by its name, with a material of its own
+struct PlaneSpec {};  // z = 0, infinite
+struct PartSpec {     // a named part of a mesh file with a material of its own
   std::string part, material;
 };
 struct MeshSpec {
   std::filesystem::path file;  // absolute or relative to the working directory
-  std::array<double, 3> scale{1, 1, 1};  // of x, y and z
+  std::array<double, 3> scale{1, 1, 1};  // for x, y and z
   bool smooth_normals = false;
-  bool vertex_reflectivity = false;  // the material's times the mesh's vertex colours
-  std::vector<PartSpec> parts = {};  // the others have the object's material
+  bool vertex_reflectivity = false;  // the material's reflectivity times the mesh's vertex colors
+  std::vector<PartSpec> parts = {};  // other parts have the object's material
 };
 // The zero surface of an OpenVDB level set.
 struct LevelSetSpec {
   std::filesystem::path file;
-  std::string grid;  // empty: the only one of the file
+  std::string grid;  // empty: the only grid of the file
   bool smooth_normals = true;
 };
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
                                HeightfieldSpec, ModelSpec, LevelSetSpec>;
 
-// Name, material and shape must be given.
+// Name, material and shape are required.
 struct ObjectSpec {
   std::string name;
   std::string class_name = "object";
@@ -183,11 +183,11 @@ struct ObjectSpec {
   ShapeSpec shape;
   PoseSpec pose;
   std::string parent = {};  // name of the object in whose frame `pose` is; empty: in the world
-  std::optional<PlaceSpec> place = {};                      // given: in place of `pose`
-  std::optional<TrajectorySpec> trajectory = std::nullopt;  // in place of the pose
+  std::optional<PlaceSpec> place = {};                      // if given, replaces `pose`
+  std::optional<TrajectorySpec> trajectory = std::nullopt;  // replaces the pose
 };
 
-// Name, strength and position must be given.
+// Name, strength and position are required.
 struct PointTargetSpec {
   std::string name;
   std::string class_name = "point_target";
@@ -195,12 +195,12 @@ struct PointTargetSpec {
   std::array<double, 3> position_m{};
 };
 
-// Name and kind must be given.
+// Name and kind are required.
 struct VolumeSpec {
   std::string name;
   std::string class_name = "volume";
   VolumeKindSpec kind;
-  PoseSpec pose;  // of no meaning to a uniform volume without end
+  PoseSpec pose;  // without effect for an infinite uniform volume
 };
 
 struct ClassSpec {
@@ -209,17 +209,18 @@ struct ClassSpec {
 };
 
 struct OutputSpec {
-  // shadow and amodal: on with polar or Cartesian pictures; multipath: where that is given, too
+  // shadow and amodal: on with polar or Cartesian images; multipath: if the scenario also has
+  // multipath.
   OutputSelection selection;
   int cartesian_height_px = 1000;
   std::optional<std::array<double, 2>> png_db;  // absent: from a few pings of the data set
-  Display png;                                  // but for its limits
-  // Names and classes of the layer `target`; absent: all that has an end and does not enclose.
+  Display png;                                  // without its limits
+  // Names and classes of the layer `target`; absent: everything finite that is not inward facing.
   std::optional<std::vector<std::string>> layer_targets;
-  std::optional<SdfGrid> sdf = {};  // absent: none is written
+  std::optional<SdfGrid> sdf = {};  // absent: no file is written
 };
 
-// Shares of the whole, whatever their sum. Once `splits` is given, a share left out is 0.
+// Relative shares. If `splits` is given, a share left out is 0.
 struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
@@ -227,7 +228,7 @@ struct SplitsSpec {
 struct DrawnSections;  // private to scenario/
 
 struct Scenario {
-  std::string name;  // absent: the file's, without its ending
+  std::string name;  // absent: the file's name without its ending
   std::uint64_t seed = 0;
   std::uint32_t sequences = 1;
   SonarSpec sonar;
@@ -237,25 +238,25 @@ struct Scenario {
   std::vector<ObjectSpec> objects;
   std::vector<PointTargetSpec> point_targets;
   std::vector<VolumeSpec> volumes;
-  std::vector<ClassSpec> classes;      // those that the text gives a kind
-  std::optional<Multipath> multipath;  // absent: direct echoes alone
+  std::vector<ClassSpec> classes;      // the classes whose kind the text states
+  std::optional<Multipath> multipath;  // absent: direct echoes only
   int bounces = 0;  // surfaces beyond the first one on a path, of any shape; not with multipath
   TrajectorySpec trajectory;
   bool motion_within_ping = false;
-  std::optional<double> noise_spectrum_level_db;  // either, or none
+  std::optional<double> noise_spectrum_level_db;  // one of these, or neither
   std::optional<double> noise_snr_db;
-  double synthesis_tolerance = 1e-5;  // relative L2 of the series
+  double synthesis_tolerance = 1e-5;  // relative L2 error of the time series
   OutputSpec output;
   SplitsSpec splits;
-  // Every class that any draw can bring, in order of appearance in the file: ids that hold for all
-  // sequences.
+  // Every class that any sequence can have, in the order of the file, so that ids are the same in
+  // all sequences.
   std::vector<std::string> class_names;
-  std::vector<ClassKind> class_kinds;  // of each
-  bool has_draws = false;         // something is drawn or placed: sequences are different worlds
-  std::uint32_t redraw = 0;       // of the SequenceDraw that it was drawn for
+  std::vector<ClassKind> class_kinds;  // of each class
+  bool has_draws = false;         // something is sampled or placed: sequences are different worlds
+  std::uint32_t redraw = 0;       // of the SequenceDraw that it was sampled for
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path
-  std::shared_ptr<const DrawnSections> drawn_sections;  // what to_yaml writes in their place
-  std::vector<std::string> notices;  // nothing wrong, to be told: files from outside its folder
+  std::shared_ptr<const DrawnSections> drawn_sections;  // the text that to_yaml writes for them
+  std::vector<std::string> notices;  // to report without an error: files from outside its folder
 };
 
 // One `--set KEY.PATH=VALUE`.
@@ -264,47 +265,47 @@ struct Override {
   std::string value;  // read as YAML
 };
 
-// Reads, merges presets and overrides, fills in defaults and checks everything.
-// Errors (usage): one line a fault, `file:line:column: key.path: what is wrong, what is accepted`,
-// all faults of the file at once; also where a named input file does not exist. A scenario file
-// that exists and cannot be opened or read is an error of reading (io).
-// Distributions are drawn for `draw` (keyed by the seed), counts expanded.
+// Reads, merges presets and overrides, fills in defaults, checks everything, samples distributions
+// for `draw` (keyed by the seed) and expands counts. Errors (usage): one line per error,
+// `file:line:column: key.path: what is wrong; expected what would be right`, for all errors of the
+// file together, including input files that do not exist. A scenario file that exists but cannot be
+// opened or read is an io error.
 Result<Scenario> load_scenario(const std::filesystem::path& file,
                                const std::vector<Override>& overrides = {},
                                SequenceDraw draw = {});
 
-// An error about a value that only shows once files, sizes and poses are put together, `key.path:
-// ...`, with the place of that key in the text before it, or of what stands around it there. As it
-// is where the text has nothing of the path, or an override gives it.
+// An error about a value that is found only when files, sizes and poses are combined, `key.path:
+// ...`, with the place of that key in the text, or of what surrounds it there, before it. Unchanged
+// if the text has no part of the path or an override gives the value.
 Error with_place(const Error& error, const std::string& text, const std::string& label,
                  const std::vector<Override>& overrides = {});
 
-// In place of a scenario file.
+// Used in place of the name of a scenario file.
 inline constexpr const char* kStandardInput = "-";
 
-// The text of a scenario file, or of standard input, which can be read once. Errors as above, of the
-// file alone; `what` is what they ask for.
+// The text of a scenario file, or of standard input, which can be read only once. Errors as above,
+// for the file only; `what` names the expected content.
 Result<std::string> read_scenario_text(const std::filesystem::path& file,
                                        std::string_view what = "a scenario");
 
-// The same from text; relative paths in it are relative to `folder`; `label` stands for the file
-// name in messages.
+// The same for a text; relative paths in it are relative to `folder`; `label` is the file name in
+// messages.
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
                                 const std::vector<Override>& overrides = {},
                                 SequenceDraw draw = {}, const ReadLimits& limits = {},
                                 ErrorPlaces places = ErrorPlaces::shown);
 
-// Whether what distributions can give at their extremes (draw_extremes), and every alternative, is
-// a value that its key accepts; what lies in between is not looked at. Errors: as parse_scenario,
-// those alone that stand at a distribution or in it; the rest of the text has been checked.
+// Checks that the extremes of distributions (draw_extremes) and every alternative are valid values
+// of their keys; values in between are not checked. Errors: as parse_scenario, but only those at or
+// inside a distribution; the rest of the text has been checked.
 Status check_draws(const std::string& text, const std::string& label,
                    const std::filesystem::path& folder,
                    const std::vector<Override>& overrides = {});
 
-// The second step of parse_scenario, after the overrides, for who makes many scenarios of one text.
-// Nothing where `faults` holds any, older ones too. `label` names the scenario where it has no
-// name.
+// The second step of parse_scenario, after the overrides, for callers that make many scenarios from
+// one text. Empty if `faults` has any errors, older ones included. `label` names a scenario without
+// a name.
 struct Node;
 std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
@@ -314,21 +315,21 @@ void check_draws(const Node& tree, const std::string& label, const std::filesyst
                  Faults& faults);
 
 // The resolved scenario: every key with its value, presets expanded, in a fixed order, numbers in
-// the shortest form that reads back to the same double. `name_file` says how an input file is
-// named in the text (a data set names its assets by hash). A section with distributions or counts
-// keeps them, so that the text is the same for every sequence and draws the same again.
+// the shortest form that reads back to the same double. `name_file` returns the name of an input
+// file in the text (a data set names its assets by hash). A section with distributions or counts
+// keeps them, so that the text is the same for every sequence and samples the same values again.
 std::string to_yaml(const Scenario& scenario,
                     const std::function<std::string(const std::filesystem::path&)>& name_file);
 
-// Whether sequences differ in more than their speckle and noise.
+// Whether sequences differ in more than speckle and noise.
 bool varies_by_sequence(const Scenario& scenario);
 
 // Input files that the scenario names (tables, meshes, paths), without repetition, in order of
-// appearance; of a section with distributions every file that some sequence may draw.
+// appearance; for a section with distributions, every file that some sequence may use.
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
-// What the stages want to know, in SI units and radians. Tables are not read: sonar.pulse.table and
-// material.table are empty, and sonar.array is absent (app/array_receiver.h).
+// The sonar as the stages need it, in SI units and radians. Tables are not read: sonar.pulse.table
+// and material.table are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 Pose pose_of(const PoseSpec& spec);
@@ -339,7 +340,7 @@ struct SonarPreset {
   std::string yaml;
 };
 
-// The presets of configs/sonars, built into the program, sorted by name.
+// The presets of configs/sonars, built into the program and sorted by name.
 const std::vector<SonarPreset>& sonar_presets();
 
 }  // namespace ensonify

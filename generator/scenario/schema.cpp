@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kSelf = "#/definitions/@self";
 
-// Values that may be sampled, and the names of things, which may not.
+// Definitions of values that may be sampled, and of names, which may not.
 constexpr std::string_view kValueDefinitions = R"({
   "two_numbers": {
     "type": "array", "items": {"$ref": "#/definitions/number"}, "minItems": 2, "maxItems": 2
@@ -98,7 +98,7 @@ class SchemaMaker {
     for (Json& inner : json) name_self(inner, name);
   }
 
-  // The definition that holds this, by its key where that is free.
+  // The definition that holds this value, named after its key if that name is free.
   Json defined(const std::string& key, const std::string& parent, Json definition) {
     for (const auto& [name, known] : definitions_) {
       if (known == definition) return definition_ref(name);
@@ -108,7 +108,7 @@ class SchemaMaker {
                          [&](const auto& known) { return known.first == name; });
     };
     std::string name = key == "*" ? parent + "_item" : key;
-    if (key == "mount") name = "pose";  // which is what it has in common with others
+    if (key == "mount") name = "pose";  // shared with the poses of other things
     const std::string map = parent == "*" ? "item" : parent;
     if (is_taken(name)) name = (map.empty() ? "scenario" : map) + "_" + name;
     while (is_taken(name)) name += "_";
@@ -123,7 +123,7 @@ class SchemaMaker {
       Json use = {{"title", node.title}, {"description", description_of(node)}};
       if (const std::string_view unit = unit_of(node); !unit.empty()) use["unit"] = unit;
       Json value = value_of(node, map.key, !is_head && node.key != "name");
-      // What stands next to a reference itself is not looked at.
+      // A validator ignores what stands next to a reference itself.
       use.update(value.contains("$ref") ? all_of(std::move(value)) : std::move(value));
       add_default(map, node, use);
       found[node.key] = std::move(use);
@@ -138,7 +138,7 @@ class SchemaMaker {
     return text;
   }
 
-  // The default, or in words what holds where the key is not given.
+  // Adds the default, or a description of what applies if the key is left out.
   static void add_default(const KeyNode& map, const KeyNode& node, Json& use) {
     constexpr std::string_view kLeftOut = "left out: ";
     const std::size_t at = node.meaning.find(kLeftOut);
@@ -161,7 +161,7 @@ class SchemaMaker {
   }
 
   static std::string required_words(const KeyNode& map, const KeyNode& node) {
-    if (!node.unless.empty()) return fmt::format("required without a {}", node.unless);
+    if (!node.unless.empty()) return fmt::format("required without {}", node.unless);
     if (node.is_required) return "required";
     std::vector<std::string> words;
     for (const KeyExclusion& exclusion : map.exclusions) {

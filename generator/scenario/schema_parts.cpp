@@ -40,7 +40,7 @@ std::string_view unit_of(const KeyNode& node) {
   return {};
 }
 
-// A limit as an integer where it is one, which is how it is written.
+// A limit as an integer if it is one, as in the documentation.
 static Json limit(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return static_cast<double>(whole) == value ? Json(whole) : Json(value);
@@ -125,7 +125,7 @@ Json leaf_schema(const KeyNode& node, bool is_sampled) {
   return nullptr;
 }
 
-// Where `exclusion` holds; a value that is sampled may come out as any.
+// The condition under which `exclusion` applies; a sampled value may turn out to be any word.
 static Json circumstance_of(const KeyExclusion& exclusion, bool may_be_sampled) {
   Json schema = required_keys({exclusion.by});
   if (exclusion.word.empty()) return schema;
@@ -140,7 +140,7 @@ static Json circumstance_of(const KeyExclusion& exclusion, bool may_be_sampled) 
   return schema;
 }
 
-// One of `keys`, or a circumstance that takes one of them away.
+// Any of `keys`, or a condition that removes one of them.
 static Json any_required(const KeyNode& map, const std::vector<std::string>& keys) {
   Json any = Json::array();
   for (const std::string& key : keys) any.push_back(required_keys({key}));
@@ -165,7 +165,7 @@ static bool in_one_group(const KeyNode& map, const KeyExclusion& exclusion) {
          });
 }
 
-// One of the keys; none as well where none is required, or something takes them away.
+// Requires one of the keys, or none if none is required or a condition removes it.
 static void add_group(const KeyNode& map, const KeyGroup& group, Json& rules) {
   Json one = Json::array();
   for (const std::string& key : group.keys) one.push_back(required_keys({key}));
@@ -179,7 +179,7 @@ static void add_group(const KeyNode& map, const KeyGroup& group, Json& rules) {
   rules.push_back(json_with("oneOf", std::move(one)));
 }
 
-// Keys that cannot be given with others, one rule for each circumstance.
+// Keys that cannot be given with others, one rule for each condition.
 static void add_exclusions(const KeyNode& map, Json& rules) {
   std::vector<KeyExclusion> said;
   for (const KeyExclusion& exclusion : map.exclusions) {
@@ -210,7 +210,7 @@ Json rules_of(const KeyNode& map) {
   }
   if (!needed.empty()) rules.push_back(required_keys(needed));
   for (const auto& [key, keys] : unless) {
-    // Farther up, that key is beyond the reach of a schema.
+    // A key farther up is out of reach for a schema.
     if (find_key(map, key) != nullptr) {
       rules.push_back(json_with("anyOf", json_list({required_keys({key}), required_keys(keys)})));
     }

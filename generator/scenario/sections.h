@@ -1,10 +1,10 @@
-// The sections of a scenario by their fields, and what is checked of several keys together.
+// The fields of the sections of a scenario, and the checks that involve several keys.
 //
 //   fields            of each struct, in the file of its section
 //   limits            that several sections share
 //   preset_tree  preset_depends_on_range  blamed   presets.cpp, sonar.cpp
-//   check_...         what only shows when several sections are known
-//   class_list  layer_target_words      from the tree before it is drawn
+//   check_...         errors that show only when several sections are known
+//   class_list  layer_target_words      from the tree before sampling
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@
 
 namespace ensonify {
 
-// Metres: far beyond any sonar, near enough that squares stay exact.
+// In meters: far beyond any sonar, and small enough that squares stay exact.
 inline constexpr double kMaxLengthM = 1e7;
 
 inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
@@ -36,7 +36,7 @@ void fields(Fields& f, MaterialSpec& material);
 void fields(Fields& f, ObjectSpec& object);
 void fields(Fields& f, ShapeSpec& shape);
 void fields(Fields& f, HeightfieldSpec& field);
-void cover_fields(Fields& f, HeightfieldSpec& field);  // its stones and patches; all else is known
+void cover_fields(Fields& f, HeightfieldSpec& field);  // stones, patches; the rest is known
 void fields(Fields& f, PointTargetSpec& target);
 void fields(Fields& f, VolumeSpec& volume);
 void fields(Fields& f, PoseSpec& pose);
@@ -53,41 +53,41 @@ void output_fields(Fields& f, Scenario& scenario);  // multipath is known
 Node preset_tree(std::size_t index, const Node& sonar);
 bool preset_depends_on_range(std::size_t index);
 
-// Of two values that contradict each other, the one that the user wrote.
+// Of two contradicting values, the one that the user wrote.
 Value blamed(const Value& value, const Value& other);
 
-// What does not go with the receiver, in scattering and output.
+// Keys of scattering and output that the receiver excludes.
 void check_array(Faults& faults, const Value& root, const Scenario& scenario);
 
-// What only shows when sonar and water are both known: the size of a ping, a burst longer than the
-// record.
+// Checks that need both sonar and water: the size of a ping, and a burst longer than the record.
 void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario);
 void check_burst_length(Faults& faults, const Value& root, const Scenario& scenario);
 
-// What a sound speed profile cannot stand beside yet.
+// Features that cannot be combined with a sound speed profile yet.
 void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);
 
-// What objects are placed on: objects that stand before them, and so do all their parents.
+// The objects that others are placed on must come before them, and so must all their parents.
 void check_places(Faults& faults, const Value& root);
 
-// Parents of objects: objects, in chains without a cycle.
+// Parents must be objects, in chains without a cycle.
 void check_parents(Faults& faults, const Value& root);
 
-// Names told apart, ids and classes within what the masks can hold.
+// Names must be unique; ids and classes must fit into the masks.
 void check_instances(Faults& faults, const Value& root);
 
-// Every class that the lists name, behind draws too, in order of appearance; with the defaults of
-// those that name none. Its kind is the one under `classes`; else stuff where nothing but terrain,
-// planes, rooms and volumes has the class, in any draw. Faults: a key of `classes` that is no
-// class, a kind that is sampled.
+// Every class that the lists name, including those in distributions, in order of appearance, with
+// the default classes of entries without one. The kind is the one under `classes`; otherwise stuff
+// if, in every sequence, only terrain, planes, rooms and volumes have the class. Errors: a key of
+// `classes` that is not a class; a kind that is sampled.
 struct ClassList {
   std::vector<std::string> names;
-  std::vector<ClassKind> kinds;  // of each
+  std::vector<ClassKind> kinds;  // of each class
 };
 ClassList class_list(Faults& faults, const Value& root);
 void class_fields(Fields& f, std::vector<ClassSpec>& classes);
 
-// What output.layers.targets may name: objects, point targets and their classes, behind draws too.
+// Valid names in output.layers.targets: objects, point targets and their classes, including those
+// in distributions.
 std::vector<std::string> layer_target_words(const Value& root);
 void check_layer_targets(Faults& faults, const Value& root, const std::vector<std::string>& words);
 

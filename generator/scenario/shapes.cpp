@@ -1,4 +1,4 @@
-// The keys of the shapes of objects, terrain among them.
+// The keys of the shapes of objects, including terrain.
 #include <algorithm>
 #include <cmath>
 
@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kMaxVertices = 64e6;
 
-// The waves then take 1 GiB while they are summed.
+// Summing this many waves takes 1 GiB.
 constexpr double kMaxPeriodCells = 1 << 26;
 
-// Coarser ripples would turn into zigzags.
+// Coarser ripples would become zigzags.
 constexpr double kMinCellsPerRipple = 4;
 
-// This is below the trochoid's cusp at 1/pi; sand steeper than 0.16 would slide.
+// Below the trochoid's cusp at 1/pi; sand steeper than 0.16 would slide.
 constexpr double kMaxSteepness = 0.3;
 
 int cells_along(double size_m, double cell_m) {
@@ -32,10 +32,11 @@ void normals_field(Fields& f, std::string_view meaning, bool& smooth) {
   f.choice<bool>({"normals", "Normals", meaning}, smooth, {{"face", false}, {"smooth", true}});
 }
 
-// A number, or a list of one for each axis.
+// A number, or a list of one number for each axis.
 void scale_field(Fields& f, std::array<double, 3>& scale) {
-  const KeyText text = {"scale", "Scale",
-                        "Factor applied to all lengths in the file, or [x, y, z]: one for each axis"};
+  const KeyText text = {
+      "scale", "Scale",
+      "Factor applied to all lengths in the file, or [x, y, z]: one for each axis"};
   const Node* given = f.peek("scale");
   const bool is_list = given != nullptr && given->kind == NodeKind::list;
   const bool is_even = scale[0] == scale[1] && scale[0] == scale[2];
@@ -50,7 +51,7 @@ void parts_fields(Fields& f, std::vector<PartSpec>& parts) {
   std::vector<std::string> names;
   for (const PartSpec& part : parts) names.push_back(part.part);
   const std::string_view what =
-      "no map, accepted is a map of the file's parts to materials, as in {hull: steel}";
+      "not a map; expected a map from parts of the file to materials, such as {hull: steel}";
   if (!f.begin({"parts", "Materials of parts",
                 "Materials of parts of the mesh, by the names that the file gives them; the other "
                 "parts have the object's material; left out: none"},
@@ -77,36 +78,34 @@ void ripple_fields(Fields& f, RippleSpec& ripple, double cell_m) {
   if (!has_length) return;
   if (ripple.wavelength_m < kMinCellsPerRipple * cell_m) {
     f.fault("wavelength_m",
-            fmt::format("{} m is less than {} cells of {} m, accepted are longer ripples or a "
-                        "smaller cell_m",
-                        ripple.wavelength_m, kMinCellsPerRipple, cell_m));
+            fmt::format(
+                "{} m is less than {} cells of {} m; expected longer ripples or a smaller cell_m",
+                ripple.wavelength_m, kMinCellsPerRipple, cell_m));
   }
   if (has_height && ripple.height_m > kMaxSteepness * ripple.wavelength_m) {
-    f.fault("height_m",
-            fmt::format("{} m is too steep for a wavelength of {} m, accepted are heights up to "
-                        "{} of it",
-                        ripple.height_m, ripple.wavelength_m, kMaxSteepness));
+    f.fault("height_m", fmt::format("{} m is too steep for a wavelength of {} m; expected a height "
+                                    "up to {} times the wavelength",
+                                    ripple.height_m, ripple.wavelength_m, kMaxSteepness));
   }
 }
 
 void check_size(Fields& f, const HeightfieldSpec& field) {
   const auto refuse = [&](const std::string& trouble) {
-    f.fault("cell_m", trouble + "; take larger cells or a smaller size_m");
+    f.fault("cell_m", trouble + ", which needs larger cells or a smaller size_m");
   };
   const auto [size_x, size_y] = field.size_m;
   const double vertices = (size_x / field.cell_m + 1) * (size_y / field.cell_m + 1);
   if (vertices > kMaxVertices) {
-    refuse(fmt::format("{} m over {} m x {} m makes {:.4g} vertices, accepted are {:.0f} at most",
+    refuse(fmt::format("{} m over {} m x {} m makes {:.4g} vertices; expected at most {:.0f}",
                        field.cell_m, size_x, size_y, vertices, kMaxVertices));
     return;
   }
   if (!field.roughness) return;
   const auto [period_x, period_y] = roughness_period(field);
   if (static_cast<double>(period_x) * static_cast<double>(period_y) > kMaxPeriodCells) {
-    refuse(
-        fmt::format("{} m for roughness over {} m x {} m makes {} x {} waves, accepted are "
-                    "{:.0f} at most",
-                    field.cell_m, size_x, size_y, period_x, period_y, kMaxPeriodCells));
+    refuse(fmt::format(
+        "{} m for roughness over {} m x {} m makes {} x {} waves; expected at most {:.0f}",
+        field.cell_m, size_x, size_y, period_x, period_y, kMaxPeriodCells));
   }
 }
 
@@ -163,7 +162,7 @@ static void fields(Fields& f, LevelSetSpec& level_set) {
 static void fields(Fields& f, RoughnessSpec& roughness) {
   f.number({"rms_m", "Rms height", "Rms of the heights over waves of all lengths"}, roughness.rms_m,
            from_to(0, 1e3), kRequired);
-  // At 2 the mean square of a surface with ever shorter waves has no limit.
+  // At exponent 2 the mean square of a surface with ever shorter waves is unbounded.
   f.number({"exponent", "Exponent",
             "γ, the exponent of the power-law spectrum; sea floors have 2.5 to 4"},
            roughness.exponent, above_up_to(2, 8));
@@ -172,7 +171,7 @@ static void fields(Fields& f, RoughnessSpec& roughness) {
       roughness.outer_scale_m, kLength);
 }
 
-// These keys state how the values of a file become heights.
+// These keys convert the values of a file to heights.
 static void height_fields(Fields& f, HeightfieldSpec& field, const Rule& rule) {
   f.number({"height_scale", "Height scale",
             "Factor applied to the values of the file: height = height_scale · value + "
@@ -206,7 +205,7 @@ static bool height_file_field(Fields& f, HeightfieldSpec& field) {
 void fields(Fields& f, HeightfieldSpec& field) {
   constexpr std::string_view kSources[] = {"file", "size_m"};
   const auto source = f.only_key(kSources, field.file.empty() ? 1 : 0,
-                                 "a file of heights or the size_m of a made one");
+                                 "either the file of heights or the size_m of a synthetic seabed");
   const bool from_file = source == 0u, made = source == 1u;
   const bool found = from_file && height_file_field(f, field);
   const bool has_size = made && size_field(f, field);
@@ -216,14 +215,13 @@ void fields(Fields& f, HeightfieldSpec& field) {
        "Distance between neighboring grid points; needed except with an .asc file; left "
        "out: that of the .asc file"},
       field.cell_m, kLength,
-      useless_if(own_cell, "beside an .asc file, which brings its own",
+      useless_if(own_cell, "with an .asc file, which states its own cell size",
                  {.need = found || made ? Need::required : Need::optional, .has_default = false}));
   height_fields(f, field, useless_if(made, "without a file"));
   f.map({"roughness", "Roughness", "Random heights with a power-law spectrum; left out: none"},
-        field.roughness, useless_if(from_file, "beside a file"));
+        field.roughness, useless_if(from_file, "with a file"));
   if (has_size && has_cell) check_size(f, field);
-  ripples_field(f, field,
-                useless_if(from_file, "beside a file", written_if(!field.ripples.empty())));
+  ripples_field(f, field, useless_if(from_file, "with a file", written_if(!field.ripples.empty())));
   normals_field(f,
                 "face: normals of the triangles; smooth: from central differences between heights",
                 field.smooth_normals);

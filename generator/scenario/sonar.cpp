@@ -15,11 +15,11 @@ constexpr int kMaxPerCell = 1000;
 constexpr NumberRange kDuration = above_up_to(0, 100);
 constexpr NumberRange kTaper = above_up_to(0, 0.5);
 
-// Larger pings would take more than 2 GiB for one stage alone, or run for days.
+// A larger ping would take more than 2 GiB for a single stage, or days of computing.
 constexpr double kMaxPixels = 268435456.0;     // 2^28 beams x samples
 constexpr double kMaxSonarRays = 134217728.0;  // 2^27 beams x rays
 
-// Numbers in a file are rounded: a product that ought to be 1 may fall short of it by this.
+// Numbers in a file are rounded, so a product that should be 1 may be this much too small.
 constexpr double kRounding = 1e-9;
 
 void set_source(Node& node, int source) {
@@ -28,8 +28,8 @@ void set_source(Node& node, int source) {
   for (Node& item : node.items) set_source(item, source);
 }
 
-// Merges the map over the preset that it names. Returns the need of the keys that a preset would
-// provide.
+// Merges the map over the preset that it names. Returns whether the keys that a preset provides are
+// required.
 Need read_preset(Fields& f) {
   std::vector<std::string_view> names;
   for (const SonarPreset& preset : sonar_presets()) names.push_back(preset.name);
@@ -42,12 +42,13 @@ Need read_preset(Fields& f) {
   FieldReader* reader = f.reader();
   if (reader == nullptr) return Need::required;
   if (!read) {
-    // An unknown preset would have set the other keys, so one error is enough.
+    // An unknown preset has been reported and might have set the other keys, so one error is
+    // enough.
     if (f.peek("preset") != nullptr) return Need::optional;
     if (f.peek("frequency_hz") != nullptr) return Need::required;
     f.fault("preset",
-            "missing, and so is frequency_hz; accepted is a preset (`ensonify presets` lists "
-            "them), or every key named here");
+            "missing, and so is frequency_hz; expected a preset (`ensonify presets` lists them) or "
+            "all keys that are reported here");
     return Need::required;
   }
   Node tree = preset_tree(index, *reader->map().node);
@@ -66,7 +67,7 @@ std::optional<Value> duration_in(const Value& sonar) {
   return std::nullopt;
 }
 
-// These are in the order of PulseShape.
+// In the order of PulseShape.
 constexpr KindText kPulseTexts[] = {
     {"Gaussian", "The pulse of Choi et al. 2021"},
     {"Flat spectrum", "The whole band, as short as the band allows"},
@@ -108,8 +109,8 @@ void check_band(Faults& faults, const Value& map, const SonarSpec& sonar) {
   if (sonar.frequency_hz > sonar.bandwidth_hz / 2) return;
   const Value culprit = blamed(*bandwidth, *frequency);
   add_fault(faults, culprit.place, culprit.path,
-            fmt::format("a band of {} Hz around {} Hz reaches below zero, accepted is a "
-                        "bandwidth_hz of less than twice frequency_hz",
+            fmt::format("a band of {} Hz around {} Hz extends below zero; expected a bandwidth_hz "
+                        "below twice frequency_hz",
                         sonar.bandwidth_hz, sonar.frequency_hz));
 }
 
@@ -123,11 +124,12 @@ void check_pulse_band(Faults& faults, const Value& sonar_value, const SonarSpec&
   const Value culprit = blamed(*duration, *bandwidth);
   const std::string_view trouble = sonar.pulse.shape == PulseShape::cw
                                        ? "a burst this short is wider than the band"
-                                       : "a chirp this short has nothing to compress";
-  add_fault(faults, culprit.place, culprit.path,
-            fmt::format("duration_s {} times bandwidth_hz {} is {:.3g}: {}, accepted is a product "
-                        "of at least 1",
-                        duration_s, sonar.bandwidth_hz, duration_s * sonar.bandwidth_hz, trouble));
+                                       : "a chirp this short cannot be compressed";
+  add_fault(
+      faults, culprit.place, culprit.path,
+      fmt::format(
+          "duration_s {} times bandwidth_hz {} is {:.3g}: {}; expected a product of at least 1",
+          duration_s, sonar.bandwidth_hz, duration_s * sonar.bandwidth_hz, trouble));
 }
 
 void check_ranges(Faults& faults, const Value& map, const SonarSpec& sonar) {
@@ -135,10 +137,11 @@ void check_ranges(Faults& faults, const Value& map, const SonarSpec& sonar) {
   const auto near = child(map, "range_min_m");
   if (!far || sonar.range_max_m == 0 || sonar.range_max_m > sonar.range_min_m) return;
   const Value culprit = near ? blamed(*far, *near) : *far;
-  add_fault(faults, culprit.place, culprit.path,
-            fmt::format("range_min_m {} is not below range_max_m {}, accepted is "
-                        "0 <= range_min_m < range_max_m",
-                        sonar.range_min_m, sonar.range_max_m));
+  add_fault(
+      faults, culprit.place, culprit.path,
+      fmt::format(
+          "range_min_m {} is not below range_max_m {}; expected 0 <= range_min_m < range_max_m",
+          sonar.range_min_m, sonar.range_max_m));
 }
 
 void carrier_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
@@ -215,7 +218,7 @@ void fields(Fields& f, SonarSpec& sonar) {
   }
   elevation_fields(f, sonar, needed);
   ray_fields(f, sonar, needed);
-  // A receiver with ideal beam cells and no ADC is what a scenario without the key has.
+  // A scenario without this key has a receiver with ideal beam cells and no ADC.
   if (f.begin({"receiver", "Receiver",
                "How beams are formed, from ideal beam cells or from an array of elements, and the "
                "ADC; left out: ideal beam cells without an ADC"},
@@ -239,15 +242,15 @@ void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario
       std::ceil(sonar.bandwidth_hz * 2 * sonar.range_max_m / scenario.water.sound_speed_m_s);
   if (sonar.beam_count * samples > kMaxPixels) {
     add_fault(faults, value->place, value->path,
-              fmt::format("{} beams of {} samples are more than 2^28 (268435456) a ping; lower "
-                          "beams.count, range_max_m or bandwidth_hz",
+              fmt::format("{} beams of {} samples exceed 2^28 (268435456) samples per ping; "
+                          "expected a lower beams.count, range_max_m or bandwidth_hz",
                           sonar.beam_count, samples));
   }
   const double rays = double{1} * sonar.beam_count * sonar.rays_elevation * sonar.rays_azimuth;
   if (rays > kMaxSonarRays) {
     add_fault(faults, value->place, value->path,
-              fmt::format("{} beams of {} x {} rays are more than 2^27 (134217728) a ping; lower "
-                          "rays.elevation, rays.azimuth or beams.count",
+              fmt::format("{} beams of {} x {} rays exceed 2^27 (134217728) rays per ping; "
+                          "expected a lower rays.elevation, rays.azimuth or beams.count",
                           sonar.beam_count, sonar.rays_elevation, sonar.rays_azimuth));
   }
 }
@@ -263,7 +266,7 @@ void check_burst_length(Faults& faults, const Value& root, const Scenario& scena
   const Value& culprit = duration ? *duration : *value;
   add_fault(faults, culprit.place, culprit.path,
             fmt::format("a burst of {} s is longer than the record of {:.4g} s (2 range_max_m / "
-                        "sound speed), accepted is a shorter one",
+                        "sound speed); expected a shorter one",
                         sonar.pulse.duration_s, record_s));
 }
 

@@ -19,7 +19,7 @@
 namespace ensonify {
 namespace {
 
-// Some 50,000 rows: more than any pulse or sea floor needs.
+// About 50,000 rows, more than any pulse or seabed needs.
 constexpr std::size_t kMaxTableBytes = 1u << 20;
 
 constexpr double kMaxGrazingStepDeg = 10;
@@ -30,7 +30,7 @@ struct Column {
   NumberRange range;
 };
 
-// A row whose fields cannot be read has no values, so that its neighbours are not compared.
+// A row with unreadable fields has no values, so that its neighbors are not compared with it.
 struct Row {
   std::size_t line = 0;
   std::vector<double> values;  // in the order of the wanted columns
@@ -80,7 +80,7 @@ std::vector<std::string_view> names_of(const std::vector<Column>& columns) {
   return names;
 }
 
-// For each field of the header the wanted column that it names; nothing if the header is wrong.
+// For each field of the header, the column that it names; empty if the header is wrong.
 std::optional<std::vector<std::size_t>> read_header(Table& table, std::string_view header,
                                                     const std::vector<Column>& columns) {
   const std::vector<std::string_view> names = names_of(columns);
@@ -91,10 +91,10 @@ std::optional<std::vector<std::size_t>> read_header(Table& table, std::string_vi
     const auto index = static_cast<std::size_t>(found - names.begin());
     if (found == names.end()) {
       tell(table, table.header_line,
-           fmt::format("unknown column {}{}, accepted are {}", shown(field), hint(field, names),
+           fmt::format("unknown column {}{}; expected {}", shown(field), hint(field, names),
                        joined(names)));
     } else if (std::find(order.begin(), order.end(), index) != order.end()) {
-      tell(table, table.header_line, fmt::format("column {} given twice, once is accepted", field));
+      tell(table, table.header_line, fmt::format("column {} is given twice; expected once", field));
     } else {
       order.push_back(index);
     }
@@ -102,7 +102,7 @@ std::optional<std::vector<std::size_t>> read_header(Table& table, std::string_vi
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::find(order.begin(), order.end(), i) != order.end()) continue;
     tell(table, table.header_line,
-         fmt::format("column {} is missing, accepted is a first line with {}", names[i],
+         fmt::format("column {} is missing; expected a first line with {}", names[i],
                      joined(names)));
   }
   if (!table.faults.empty()) return std::nullopt;
@@ -110,7 +110,7 @@ std::optional<std::vector<std::size_t>> read_header(Table& table, std::string_vi
 }
 
 std::optional<double> number_of(std::string_view field) {
-  // from_chars knows no leading plus sign.
+  // from_chars does not accept a leading plus sign.
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
@@ -125,7 +125,7 @@ void read_row(Table& table, std::size_t line, std::string_view text,
   const std::vector<std::string_view> fields = fields_of(text);
   if (fields.size() != columns.size()) {
     tell(table, line,
-         fmt::format("{} fields stand here, accepted are {} as the first line says", fields.size(),
+         fmt::format("the row has {} fields; expected {} as in the first line", fields.size(),
                      columns.size()));
     table.rows.push_back(row);
     return;
@@ -137,9 +137,9 @@ void read_row(Table& table, std::size_t line, std::string_view text,
     const std::optional<double> number = number_of(fields[i]);
     std::string trouble;
     if (fields[i].empty()) {
-      trouble = "nothing stands here";
+      trouble = "the field is empty";
     } else if (!number) {
-      trouble = shown(fields[i]) + " is no finite number";
+      trouble = shown(fields[i]) + " is not a finite number";
     } else if (*number < column.range.low || *number > column.range.high) {
       trouble = shown(fields[i]) + " is out of range";
     }
@@ -148,9 +148,9 @@ void read_row(Table& table, std::size_t line, std::string_view text,
       continue;
     }
     whole = false;
-    tell(table, line,
-         fmt::format("{}: {}, accepted is {}", column.name, trouble,
-                     in_words(column.range, "number")));
+    tell(
+        table, line,
+        fmt::format("{}: {}; expected {}", column.name, trouble, in_words(column.range, "number")));
   }
   if (whole) row.values = std::move(values);
   table.rows.push_back(std::move(row));
@@ -175,15 +175,16 @@ void read_lines(Table& table, std::string_view text, const std::vector<Column>& 
     if (!order) return;
   }
   if (order) return;
-  tell(table, 1, fmt::format("empty, accepted is a first line with {}", joined(names_of(columns))));
+  tell(table, 1,
+       fmt::format("the file is empty; expected a first line with {}", joined(names_of(columns))));
 }
 
-// The file's rows, with what is wrong about each for itself.
+// Returns the rows of the file and the errors of each row by itself.
 Result<Table> read_table(const std::filesystem::path& file, const std::vector<Column>& columns) {
   Table table;
   table.file = file.string();
   std::ifstream stream(file, std::ios::binary);
-  // One byte more than the limit, so that an endless pipe ends and is refused.
+  // Reads one byte more than the limit, so that an endless pipe ends and is refused.
   std::string text(kMaxTableBytes + 1, '\0');
   if (stream) stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.is_open() || stream.bad()) {
@@ -198,7 +199,7 @@ Result<Table> read_table(const std::filesystem::path& file, const std::vector<Co
   return table;
 }
 
-// Whether the first column rises; calls `compare(before, row)` where it does.
+// Checks that the first column increases, and calls `compare(before, row)` where it does.
 template <class Compare>
 void check_neighbours(Table& table, std::string_view what, Compare compare) {
   for (std::size_t i = 1; i < table.rows.size(); ++i) {
@@ -210,14 +211,14 @@ void check_neighbours(Table& table, std::string_view what, Compare compare) {
       continue;
     }
     tell(table, row.line,
-         fmt::format("{} does not come after the {} before it, accepted are {} that rise from row "
-                     "to row",
-                     row.values[0], before.values[0], what));
+         fmt::format(
+             "{} is not above the {} in the row before; expected {} that increase from row to row",
+             row.values[0], before.values[0], what));
   }
 }
 
-// A phase that stays within one turn may be wrapped: its jumps are taken the short way round. One
-// that runs on must show its way by steps of less than half a turn.
+// A phase that stays within one turn may be wrapped, so its steps are taken the shorter way around.
+// A phase that exceeds one turn must change by less than half a turn per row.
 void check_phase_steps(Table& table) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Row& row : table.rows) {
@@ -231,8 +232,8 @@ void check_phase_steps(Table& table) {
     const double short_way = runs_on ? step : std::remainder(step, 360.0);
     if (std::abs(short_way) < 180 - kTableRounding) return;
     tell(table, row.line,
-         fmt::format("phase_deg: a step of {} degrees leaves the way round open, accepted are "
-                     "rows so close that it changes by less than 180",
+         fmt::format("phase_deg: a step of {} degrees is ambiguous; expected rows so close that "
+                     "the phase changes by less than 180",
                      step));
   });
 }
@@ -248,16 +249,16 @@ void check_band(Table& table, const Sonar& sonar) {
   }
   if (loud) return;
   tell(table, table.header_line,
-       fmt::format("{} inside the sonar's band of {} to {} Hz, accepted is at least one with an "
-                   "amplitude above zero",
-                   inside ? "all amplitudes are zero" : "no row lies", low, high));
+       fmt::format(
+           "{} in the sonar's band of {} to {} Hz; expected at least one amplitude above zero",
+           inside ? "all amplitudes are zero" : "there is no row", low, high));
 }
 
 }  // namespace
 
 Result<std::vector<PulseTableRow>> load_pulse_table(const std::filesystem::path& file,
                                                     const Sonar& sonar) {
-  // The bounds keep squares and sums of any table finite.
+  // With these bounds the squares and sums of any table are finite.
   Result<Table> table = read_table(file, {{"frequency_hz", from_to(0, 1e10)},
                                           {"amplitude", from_to(0, 1e30)},
                                           {"phase_deg", from_to(-1e9, 1e9)}});
@@ -265,7 +266,7 @@ Result<std::vector<PulseTableRow>> load_pulse_table(const std::filesystem::path&
   check_phase_steps(*table);
   if (table->faults.empty() && table->rows.size() < 2) {
     tell(*table, table->header_line,
-         fmt::format("{} rows follow, accepted are 2 and more", table->rows.size()));
+         fmt::format("the number of rows is {}; expected 2 or more", table->rows.size()));
   }
   if (table->faults.empty()) check_band(*table, sonar);
   if (!table->faults.empty()) return to_error(*table);
@@ -284,24 +285,24 @@ Result<BackscatterTable> load_backscatter_table(const std::filesystem::path& fil
     const double step = row.values[0] - before.values[0];
     if (step <= kMaxGrazingStepDeg + kTableRounding) return;
     tell(*table, row.line,
-         fmt::format("{} degrees lie between this row and the one before, accepted are at most {}: "
-                     "a gap is not filled",
+         fmt::format("there are {} degrees between this row and the one before; expected at most "
+                     "{}, because gaps are not filled",
                      step, kMaxGrazingStepDeg));
   });
   if (table->rows.empty() && table->faults.empty()) {
-    tell(*table, table->header_line, "no row follows, accepted are rows from 0 to 90 degrees");
+    tell(*table, table->header_line, "there are no rows; expected rows from 0 to 90 degrees");
   }
   if (!table->rows.empty()) {
     const Row& first = table->rows.front();
     const Row& last = table->rows.back();
     if (!first.values.empty() && first.values[0] != 0) {
       tell(*table, first.line,
-           fmt::format("the first row is at {} degrees, accepted is 0 (along the surface)",
+           fmt::format("the first row is at {} degrees; expected 0 (along the surface)",
                        first.values[0]));
     }
     if (!last.values.empty() && last.values[0] != 90) {
       tell(*table, last.line,
-           fmt::format("the last row is at {} degrees, accepted is 90 (straight on the surface)",
+           fmt::format("the last row is at {} degrees; expected 90 (normal to the surface)",
                        last.values[0]));
     }
   }
@@ -311,7 +312,7 @@ Result<BackscatterTable> load_backscatter_table(const std::filesystem::path& fil
     result.grazing_rad.push_back(radians(row.values[0]));
     result.strength_db.push_back(row.values[1]);
   }
-  result.grazing_rad.back() = kPi / 2;  // to the last digit, so that no angle lies beyond
+  result.grazing_rad.back() = kPi / 2;  // exactly, so that no angle is beyond it
   return result;
 }
 
@@ -322,7 +323,7 @@ Result<SoundProfile> load_sound_profile(const std::filesystem::path& file) {
   if (!table) return table.error();
   check_neighbours(*table, "depths", [](const Row&, const Row&) {});
   if (table->rows.empty() && table->faults.empty()) {
-    tell(*table, table->header_line, "no row follows, accepted is one and more");
+    tell(*table, table->header_line, "there are no rows; expected one or more");
   }
   if (!table->faults.empty()) return to_error(*table);
   SoundProfile profile;

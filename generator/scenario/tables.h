@@ -15,22 +15,22 @@
 
 namespace ensonify {
 
-// Errors (usage), as `file:line: what is wrong, what is accepted`, all lines at once: columns
-// missing, unknown or given twice; a field that is missing, too many, or no finite number;
-// frequencies that do not rise; amplitudes below zero, or all zero; fewer than two rows; no row
-// inside the sonar's band; steps of phase of half a turn and more, which leave the way round open.
-// Errors (io): cannot be read.
+// Errors (usage), as `file:line: what is wrong; expected what would be right`, all lines together:
+// columns that are missing, unknown or given twice; fields that are missing, superfluous, or not
+// finite numbers; frequencies that do not increase; amplitudes that are negative or all zero; fewer
+// than two rows; no row in the sonar's band; phase steps of half a turn or more, which are
+// ambiguous. Errors (io): the file cannot be read.
 Result<std::vector<PulseTableRow>> load_pulse_table(const std::filesystem::path& file,
                                                     const Sonar& sonar);
 
-// The same; grazing angles rise strictly from 0 to 90 degrees, both given, in steps of at most 10
-// degrees (a gap is not filled with invented sea floor); strengths within -200 ... 100 dB.
+// The same; grazing angles increase strictly from 0 to 90 degrees, both included, in steps of at
+// most 10 degrees (gaps are not filled with invented values); strengths are from -200 to 100 dB.
 Result<BackscatterTable> load_backscatter_table(const std::filesystem::path& file);
 
-// The same; depths that rise strictly, one row and more. The surface lies at z = 0.
+// The same; depths increase strictly, with at least one row. The surface is at z = 0.
 Result<SoundProfile> load_sound_profile(const std::filesystem::path& file);
 
-// What a depth and a sound speed may be, in files as in scenarios.
+// Valid depths and sound speeds, in files and in scenarios.
 inline constexpr double kMinDepthM = -12000, kMaxDepthM = 12000;
 inline constexpr double kMinSoundSpeed = 100, kMaxSoundSpeed = 10000;
 

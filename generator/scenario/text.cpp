@@ -83,7 +83,7 @@ std::size_t utf8_length(std::string_view text, std::size_t i) {
   return length;
 }
 
-// Length of the unwanted character at `i`; 0 if it is a wanted one.
+// Length of the unwanted character at `i`; 0 if the character is allowed.
 std::size_t control_length(std::string_view text, std::size_t i) {
   const auto byte = static_cast<unsigned char>(text[i]);
   if (byte < 0x20 || byte == 0x7F) return 1;
@@ -93,7 +93,7 @@ std::size_t control_length(std::string_view text, std::size_t i) {
   return 0;
 }
 
-// Distance of optimal string alignment.
+// Edit distance with swaps of neighboring characters (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;

@@ -1,9 +1,9 @@
-// Questions about a run of characters, asked by the reader, the writer and the messages alike.
+// Functions about text that the reader, the writer and the messages share.
 //
 //   PlainKind  classify_plain      what YAML 1.1 or 1.2 might take an unquoted scalar for
-//   first_invalid_utf8             bytes that are no text
+//   first_invalid_utf8             bytes that are not text
 //   first_control_character        characters that have no place in a name or a path
-//   shown  one_line                text as it may stand in a message
+//   shown  one_line                text in the form that messages use
 //   nearest  hint                  the candidate that a mistyped word most likely meant
 #pragma once
 
@@ -25,32 +25,32 @@ enum class PlainKind {
 };
 PlainKind classify_plain(std::string_view text);
 
-// Whether `text` is `word` but for the case of ASCII letters.
+// Whether `text` is `word`, ignoring the case of ASCII letters.
 bool equals_ignoring_case(std::string_view text, std::string_view word);
 
 // Offset of the first byte that is not part of well-formed UTF-8.
 std::optional<std::size_t> first_invalid_utf8(std::string_view text);
 
-// Offset of the first C0 control other than those in `allowed`, DEL, C1 control, line or paragraph
-// separator or byte order mark. Needs well-formed UTF-8.
+// Offset of the first C0 control that is not in `allowed`, DEL, C1 control, line or paragraph
+// separator, or byte order mark. Needs well-formed UTF-8.
 std::optional<std::size_t> first_control_character(std::string_view text, std::string_view allowed);
 
-// A stranger's text between back quotes, control characters escaped, cut after 60 characters.
+// Untrusted text in back quotes, with control characters escaped, cut after 60 characters.
 std::string shown(std::string_view text);
 
-// The text with control characters escaped, so that a fault stays one line.
+// The text with control characters escaped, so that an error stays on one line.
 std::string one_line(std::string_view text);
 
-// The candidate with the least edit distance (a swap of neighbours counts one), if it is near
-// enough to be meant: at most a third of the letters wrong, and two at least are forgiven in words
-// of four letters and more.
+// The candidate with the least edit distance (a swap of neighbors counts one), if it is near
+// enough: at most a third of the letters may be wrong, and two are always allowed in words of four
+// letters or more.
 std::optional<std::string_view> nearest(std::string_view word,
                                         const std::vector<std::string_view>& candidates);
 
-// " (did you mean steel?)", or nothing where no candidate is near.
+// " (did you mean steel?)", or nothing if no candidate is near.
 std::string hint(std::string_view word, const std::vector<std::string_view>& candidates);
 
-// "a, b, c"; cut after 40 words.
+// "a, b, c", cut after 40 words.
 std::string joined(const std::vector<std::string_view>& words);
 
 }  // namespace ensonify

@@ -1,4 +1,4 @@
-// The keys of trajectories: poses, a file, or a path by a formula; wave motion; ping times.
+// The keys of trajectories: poses, a file or a path by a formula, wave motion, and ping times.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,14 +9,14 @@
 namespace ensonify {
 namespace {
 
-// Time stamps of recordings count from 1970.
+// Time stamps of recordings may count from 1970.
 constexpr NumberRange kPathTime = from_to(-1e12, 1e12);
 constexpr NumberRange kSpeed = above_up_to(0, 1e4);
 constexpr NumberRange kBearing = from_to(-36000, 36000);
 
 Vec3 vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// Points closer together than this have no direction between them.
+// Between points closer than this there is no direction.
 constexpr double kLeastStepM = 1e-6;
 // The sum of two unit vectors is shorter than this where they are within 0.06 degrees of opposite.
 constexpr double kLeastBisector = 1e-3;
@@ -27,16 +27,16 @@ void check_points(Faults& faults, const Value& list, const SplineSpec& spline) {
     const Vec3 step = vector_of(spline.points_m[i]) - vector_of(spline.points_m[i - 1]);
     if (length(step) < kLeastStepM) {
       add_fault(faults, point.place, point.path,
-                "stands where the point before it stands, accepted are points at least 1e-6 m "
-                "apart from one to the next");
+                "the point is at the place of the one before; expected neighboring points at least "
+                "1e-6 m apart");
       return;
     }
     if (i + 1 == spline.points_m.size()) return;
     const Vec3 next = vector_of(spline.points_m[i + 1]) - vector_of(spline.points_m[i]);
     if (length(normalized(step) + normalized(next)) < kLeastBisector) {
       add_fault(faults, point.place, point.path,
-                "the way doubles back here and has no direction, accepted are turns of less than "
-                "180 degrees; set one more point beside this one");
+                "the path doubles back here and has no direction; expected turns of less than 180 "
+                "degrees, for example with one more point next to this one");
       return;
     }
   }
@@ -48,7 +48,7 @@ void points_fields(Fields& f, SplineSpec& spline) {
       f.list({"points_m", "Points",
               "Points [x, y, z], each apart from the one before; the path must not double back at "
               "any of them"},
-             spline.points_m, {"", "is a list of at least two points [x, y, z]", 2}, kRequired,
+             spline.points_m, {"", "a list of at least two points [x, y, z]", 2}, kRequired,
              [&](const std::string& at, std::array<double, 3>& point) {
                f.numbers(at, point, kPosition);
              });
@@ -73,10 +73,10 @@ void look_fields(Fields& f, SplineSpec& spline) {
   f.end();
 }
 
-// The time of a single pose does not matter, but each of several poses needs its own.
+// The time of a single pose does not matter; each of several poses needs one.
 void poses_fields(Fields& f, std::vector<TimedPoseSpec>& poses) {
   std::optional<double> last_time;
-  const ListWords words{"", "is a list of at least one pose", 1};
+  const ListWords words{"", "a list of at least one pose", 1};
   f.list({"poses", "Poses",
           "Poses at increasing times; positions and attitudes are interpolated between them"},
          poses, words, {.in_lines = true}, [&](const std::string& at, TimedPoseSpec& pose) {
@@ -86,8 +86,8 @@ void poses_fields(Fields& f, std::vector<TimedPoseSpec>& poses) {
                {"time_s", "Time", "Time of the pose; needed where there are several poses"},
                pose.time_s, kPathTime, {.need = need});
            if (timed && last_time && pose.time_s <= *last_time) {
-             f.fault("time_s", fmt::format("{} s does not come after the {} s before it, accepted "
-                                           "are times that increase from pose to pose",
+             f.fault("time_s", fmt::format("{} s is not after the {} s of the pose before; "
+                                           "expected times that increase from pose to pose",
                                            pose.time_s, *last_time));
            }
            if (timed) last_time = pose.time_s;
@@ -125,7 +125,8 @@ static void fields(Fields& f, OrbitSpec& path) {
       {"turns", "Turns", "Number of turns, not 0; below 0 the path is clockwise, seen from above"},
       path.turns, from_to(-1e6, 1e6));
   if (has_turns && std::abs(path.turns) < 1e-9) {
-    f.fault("turns", "no way to go, accepted is a number other than 0, below 0 for clockwise");
+    f.fault("turns",
+            "0 turns make no path; expected a number other than 0, negative for clockwise");
   }
   f.number({"start_deg", "Start bearing",
             "Bearing of the first position from the center, from x toward y"},
@@ -164,14 +165,14 @@ static void fields(Fields& f, WaveMotionSpec& motion) {
 
 namespace {
 
-// Returns a path that is new while reading, and that is there already while writing.
+// Returns the path, which is new when reading and exists when writing.
 template <class Path>
 Path& path_as(const Fields& f, TrajectorySpec& trajectory) {
   if (!f.writing()) trajectory.path.emplace<Path>();
   return std::get<Path>(trajectory.path);
 }
 
-// The sonar may rest at the origin; an object with a trajectory has a path.
+// The sonar may rest at the origin, but an object with a trajectory needs a path.
 void path_fields(Fields& f, TrajectorySpec& trajectory, Need need) {
   constexpr std::string_view kPaths[] = {"poses", "file", "lawnmower", "orbit", "spline"};
   const auto which = f.only_key(kPaths, trajectory.path.index(),
@@ -207,7 +208,7 @@ void fields(Fields& f, TrajectorySpec& trajectory) {
   for (const std::string_view key : {"ping_rate_hz", "pings"}) {
     double unused = 0;
     if (f.peek(key) == nullptr) continue;
-    f.number(key, unused, {}, {.useless = "on an object, accepted in the sonar's own trajectory"});
+    f.number(key, unused, {}, {.useless = "on an object; expected in the trajectory of the sonar"});
   }
   path_fields(f, trajectory, Need::required);
 }

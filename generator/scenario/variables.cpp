@@ -19,7 +19,7 @@ namespace {
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-// "depth.upper" of $depth.upper; nothing where the text is no reference.
+// "depth.upper" of $depth.upper; empty if the text is not a reference.
 std::optional<std::string_view> referred(const Node& node) {
   if (node.kind != NodeKind::scalar || node.text.size() < 2 || node.text[0] != '$' ||
       !is_letter(node.text[1])) {
@@ -40,19 +40,19 @@ std::vector<std::string_view> names_of(const VariableTable& table) {
 
 std::string unknown(std::string_view name, const VariableTable& table) {
   const std::vector<std::string_view> names = names_of(table);
-  const std::string known = names.empty() ? "none is defined under variables"
+  const std::string known = names.empty() ? "expected one that is defined under variables"
                                           : "expected one of variables: " + joined(names);
   return fmt::format("no variable {}{}; {}", shown(name), hint(name, names), known);
 }
 
-// What a reference names: the variable and the keys into its value.
+// The variable that a reference names, and the keys into its value.
 std::pair<std::string_view, std::string_view> split(std::string_view reference) {
   const std::size_t dot = reference.find('.');
   if (dot == std::string_view::npos) return {reference, ""};
   return {reference.substr(0, dot), reference.substr(dot + 1)};
 }
 
-// The value of a key path in a value; null where it has none.
+// The value at a key path in a value; null if there is none.
 const Node* within(const Node* node, std::string_view keys) {
   while (node != nullptr && !keys.empty()) {
     const auto [key, rest] = split(keys);
@@ -78,7 +78,7 @@ void give_up(const Node& node, const std::string& path, std::string text, UseRep
   report.wrong.push_back(node.place);
 }
 
-// What uses the index of a copy waits until the copies are made.
+// A node that uses the index of a copy waits until the copies exist.
 bool waits_for_index(std::string_view name, const std::string& path, const VariableTable& table) {
   return name == kIndex && !table.contains(kIndex) &&
          is_counted_list(std::string_view(path).substr(0, path.find('.')));
@@ -114,7 +114,7 @@ void put_reference(Node& node, std::string_view reference, const std::string& pa
 void put_expression(Node& node, const std::string& path, const VariableTable& table,
                     UseReport& report) {
   std::string used;
-  bool is_told = false;  // what is wrong with a variable
+  bool is_told = false;  // whether the error of a variable has been reported already
   bool waits = false;
   const auto number_of = [&](const std::string& name) -> Evaluation {
     waits = waits || waits_for_index(name, path, table);
@@ -137,10 +137,10 @@ void put_expression(Node& node, const std::string& path, const VariableTable& ta
   node.quoted = false;
 }
 
-// What keys the draws, or names an asset, is no value that differs between sequences.
+// A value that keys the random numbers, or names an asset, must not differ between sequences.
 std::string refusal(std::string_view key, const std::string& path) {
   if (is_head_key(path) || key == "name") {
-    return "may not be a variable; expected a plain value, since draws are keyed by it";
+    return "cannot be a variable, because it keys the random numbers; expected a plain value";
   }
   if (names_file(key)) {
     return "a file cannot be named by a variable; expected a path, or a variable for the map "
@@ -150,7 +150,7 @@ std::string refusal(std::string_view key, const std::string& path) {
   return "";
 }
 
-// visit(scalar, path) for each use.
+// Calls visit(scalar, path) for each use.
 template <class Visit>
 void for_each_use(const Node& node, const std::string& path, Visit&& visit) {
   if (is_use(node)) visit(node, path);
@@ -162,7 +162,7 @@ void for_each_use(const Node& node, const std::string& path, Visit&& visit) {
   }
 }
 
-// What a reference may stand for in any sequence.
+// All values that a reference may stand for in any sequence.
 Node definition_of(const Node& node, std::string_view keys) {
   if (keys.empty()) return node;
   if (!is_distribution(node) || node.keys[0].text != "choice") {
@@ -208,8 +208,8 @@ bool is_variable_name(Faults& faults, const Key& name, const std::string& path) 
                        });
   if (is_well) return true;
   add_fault(faults, name.place, path,
-            fmt::format("{} is no name of a variable; expected a letter, followed by letters, "
-                        "digits and underscores, other than index",
+            fmt::format("{} is not a name for a variable; expected a letter followed by letters, "
+                        "digits and underscores, and not `index`",
                         shown(text)));
   return false;
 }
@@ -229,7 +229,7 @@ void put_values(Node& node, std::string_view key, const std::string& path,
     if (item.kind == NodeKind::null || (item.kind == NodeKind::scalar && !is_use(item))) continue;
     const bool in_map = node.kind == NodeKind::map;
     const std::string segment = in_map ? node.keys[i].text : std::to_string(i);
-    // A distribution stands for a value of the key that it is under.
+    // A distribution stands for a value of the key above it.
     const bool is_keyed = in_map && !is_distribution(node);
     put_values(item, is_keyed ? segment : key, joined_path(path, segment), table, report);
   }

@@ -1,4 +1,4 @@
-// The keys of the water: sound speed, its profile, absorption, and the volumes that scatter in it.
+// The keys of the water: sound speed and its profile, absorption, and scattering volumes.
 #include <fmt/format.h>
 
 #include "scenario/sections.h"
@@ -59,7 +59,7 @@ void absorption_fields(Fields& f, WaterSpec& water) {
   SeaAbsorptionSpec model;
   if (f.writing() && which == 0u) fixed = std::get<FixedAbsorptionSpec>(water.absorption);
   if (f.writing() && which == 1u) model = std::get<SeaAbsorptionSpec>(water.absorption);
-  const Rule of_model = useless_if(which == 0u, "beside fixed_db_m, accepted is either alone");
+  const Rule of_model = useless_if(which == 0u, "with fixed_db_m; expected only one of them");
   if (which == 0u) {
     f.number({kKeys[0], "Fixed absorption", "Absorption, in place of a model"}, fixed.db_m,
              from_to(0, 1000), {.has_default = false});
@@ -80,17 +80,17 @@ void absorption_fields(Fields& f, WaterSpec& water) {
 
 void check_rows(FieldReader& reader, const ProfileSpec& profile) {
   if (profile.depth_m.size() != profile.sound_speed_m_s.size()) {
-    reader.fault("sound_speed_m_s",
-                 fmt::format("{} numbers beside {} of depth_m, accepted is one for "
-                             "each",
-                             profile.sound_speed_m_s.size(), profile.depth_m.size()));
+    reader.fault(
+        "sound_speed_m_s",
+        fmt::format("the number of values is {}, but that of depth_m is {}; expected one for each",
+                    profile.sound_speed_m_s.size(), profile.depth_m.size()));
   }
   const Value depths = *child(reader.map(), "depth_m");
   for (std::size_t i = 1; i < profile.depth_m.size(); ++i) {
     if (profile.depth_m[i] > profile.depth_m[i - 1]) continue;
     const Value wrong = item(depths, i);
     add_fault(reader.faults(), wrong.place, wrong.path,
-              fmt::format("{} does not come after the {} before it, accepted are depths that rise",
+              fmt::format("{} is not below the {} before it; expected increasing depths",
                           profile.depth_m[i], profile.depth_m[i - 1]));
   }
 }
@@ -106,11 +106,11 @@ static void fields(Fields& f, ProfileSpec& profile) {
   const ReadWatch watch(f);
   const auto column = [&](const KeyText& key, const NumberRange& range,
                           std::vector<double>& values) {
-    const std::string missing = "is a list of " + in_words(range, "number");
-    const ListWords words{missing, "is one row and more", 1};
+    const std::string missing = "a list, each item " + in_words(range, "number");
+    const ListWords words{missing, "one row or more", 1};
     return f.list(
         key, values, words,
-        useless_if(from_file, "beside file, accepted is either the file or both lists", kRequired),
+        useless_if(from_file, "with file; expected either the file or both lists", kRequired),
         [&](const std::string& at, double& value) { f.number(at, value, range); });
   };
   const bool depths = column({"depth_m", "Depths", "Depths below the surface, in increasing order"},
@@ -166,8 +166,7 @@ static void fields(Fields& f, PlumeSpec& plume) {
       f.number({"height_m", "Height", "Height of the plume, at most 1000 times radius_m"},
                plume.height_m, kLength, kRequired);
   if (has_radius && has_height && plume.height_m > kMaxPlumeSlimness * plume.radius_m) {
-    f.fault("height_m", fmt::format("more than {} times radius_m, accepted is a plume that is "
-                                    "less slim",
+    f.fault("height_m", fmt::format("more than {} times radius_m; expected a lower or wider plume",
                                     kMaxPlumeSlimness));
   }
   f.number({"spread_deg", "Spread", "Angle between the axis and the rim"}, plume.spread_deg,
@@ -203,15 +202,15 @@ void fields(Fields& f, VolumeSpec& volume) {
             "water"},
            uniform != nullptr ? uniform->extinction_db_m : none, kExtinction,
            useless_if(kind && uniform == nullptr,
-                      is_school ? "on a school: fish do not attenuate"
-                                : "here: it belongs among the keys of its kind"));
+                      is_school ? "on a school, because its fish do not attenuate sound"
+                                : "here; expected among the keys of the kind of the volume"));
   const Node* given = f.peek("uniform");
   const bool may_end =
       given != nullptr && (given->kind != NodeKind::map || find(*given, "size_m") != nullptr);
   f.map({"pose", "Pose", "Pose of the volume; not for a uniform volume without size_m"},
         volume.pose,
         useless_if(uniform != nullptr && !uniform->size_m && !may_end,
-                   "on a uniform volume without size_m: it has no end"));
+                   "on a uniform volume without size_m, which is infinite"));
 }
 
 void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario) {
@@ -222,7 +221,8 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
   };
   if (scenario.multipath) {
     refuse(child(root, "multipath"),
-           "bounces are not worked out along bent rays: accepted is multipath or water.profile");
+           "multipath is not computed along refracted rays; expected multipath or water.profile, "
+           "but not both");
   }
   if (scenario.bounces > 0) {
     refuse(child(root, "bounces"),
@@ -230,22 +230,22 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
   }
   if (scenario.motion_within_ping) {
     refuse(child(root, "motion_within_ping"),
-           "the sonar's motion is not followed along bent rays: accepted is motion_within_ping or "
-           "water.profile");
+           "motion within a ping is not computed along refracted rays; expected motion_within_ping "
+           "or water.profile, but not both");
   }
   if (scenario.scattering.speckle == SpeckleMode::surface) {
     const auto scattering = child(root, "scattering");
     refuse(scattering ? child(*scattering, "speckle") : scattering,
-           "scatterers fixed on surfaces are not looked for along bent rays: accepted beside "
-           "water.profile are per_ping and per_ray");
+           "scatterers fixed on surfaces are not found along refracted rays; expected per_ping or "
+           "per_ray with water.profile");
   }
   if (const auto materials = child(root, "materials")) {
     for (const MaterialSpec& material : scenario.materials) {
       if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;
       const auto value = child(*materials, material.name);
       refuse(value ? child(*value, "coherent") : value,
-             "mirrors are not worked out along bent rays: kirchhoff cannot stand beside "
-             "water.profile, accepted is another model, none, or no profile");
+             "specular echoes are not computed along refracted rays; expected no model kirchhoff "
+             "with water.profile");
     }
   }
   const auto volumes = child(root, "volumes");
@@ -255,8 +255,8 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
     const bool open = uniform != nullptr && !uniform->size_m;
     if (open || std::holds_alternative<SchoolSpec>(volume.kind)) continue;
     refuse(item(*volumes, i),
-           "volumes with bounds are not looked at along bent rays: accepted beside water.profile "
-           "are uniform ones without size_m, and schools");
+           "bounded volumes are not computed along refracted rays; expected uniform volumes "
+           "without size_m, or schools, with water.profile");
   }
 }
 

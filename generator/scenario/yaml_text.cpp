@@ -22,13 +22,13 @@ std::vector<std::string_view> lines_until(std::string_view text, int line) {
   return lines;
 }
 
-// Of an empty line or a comment: npos.
+// npos for an empty line or a comment.
 std::size_t indentation_of(std::string_view line) {
   const std::size_t first = line.find_first_not_of(" \t\r");
   return first == std::string_view::npos || line[first] == '#' ? std::string_view::npos : first;
 }
 
-// In spaces: behind the dashes of list items, whose maps begin there.
+// In spaces, after the dashes of list items, where their maps begin.
 std::size_t inner_indentation(std::string_view line, std::size_t at) {
   while (line.substr(at).starts_with("- ")) {
     const std::size_t next = line.find_first_not_of(' ', at + 1);
@@ -38,7 +38,7 @@ std::size_t inner_indentation(std::string_view line, std::size_t at) {
   return at;
 }
 
-// A key alone, a list item alone, or something that goes on in the next line.
+// A key alone, a list item alone, or a value that continues on the next line.
 bool opens_more(std::string_view line) {
   const std::size_t comment = line.find(" #");
   line = line.substr(0, comment);
@@ -60,17 +60,17 @@ bool is_clean_text(std::string_view text, int source, const std::string& path, b
     return refuse(0, fmt::format("larger than {} MiB", kMaxYamlBytes >> 20).c_str());
   }
   if (const auto nul = text.find('\0'); nul != std::string_view::npos) {
-    return refuse(nul, "a NUL byte: this is no text file, YAML in UTF-8 is accepted");
+    return refuse(nul, "a NUL byte, which a text file does not have; expected YAML in UTF-8");
   }
   if (const auto bad = first_invalid_utf8(text)) {
-    return refuse(*bad, "not UTF-8, which is the only encoding accepted");
+    return refuse(*bad, "the text is not UTF-8; expected YAML in UTF-8");
   }
   if (const auto bad = first_control_character(text, "\t\n\r")) {
-    return refuse(*bad, "a control character or byte order mark, which no text should hold");
+    return refuse(*bad, "a control character or byte order mark; expected printable text");
   }
   for (std::size_t i = text.find('\r'); i != std::string_view::npos; i = text.find('\r', i + 1)) {
     if (i + 1 >= text.size() || text[i + 1] != '\n') {
-      return refuse(i, "a carriage return without line feed, which no text should hold");
+      return refuse(i, "a carriage return without a line feed; expected line feeds");
     }
   }
   return true;
@@ -83,17 +83,18 @@ std::string indentation_trouble(std::string_view text, int line) {
   const std::size_t at = indentation_of(own);
   if (at == std::string_view::npos) return "";
   if (own.substr(0, at).find('\t') != std::string_view::npos) {
-    return "the line is indented with a tab, accepted are spaces";
+    return "the line is indented with a tab; expected spaces";
   }
-  std::vector<std::size_t> open;  // indentations of what the lines above have begun
+  std::vector<std::size_t> open;  // indentations of the open maps and lists
   for (auto above = lines.rbegin() + 1; above != lines.rend(); ++above) {
     const std::size_t indentation = indentation_of(*above);
     if (indentation == std::string_view::npos) continue;
     const std::size_t inner = inner_indentation(*above, indentation);
     if (open.empty() && at > inner && !opens_more(*above)) {
-      return fmt::format("the line is indented by {} spaces, and the one above, by {}, has its value "
-                         "already; accepted are keys of one map in one column",
-                         at, inner);
+      return fmt::format(
+          "the line is indented by {} spaces, but the key above, indented by {}, already has a "
+          "value; expected all keys of a map in the same column",
+          at, inner);
     }
     for (const std::size_t level : {inner, indentation}) {
       if (open.empty() || level < open.back()) open.push_back(level);
@@ -102,9 +103,8 @@ std::string indentation_trouble(std::string_view text, int line) {
   if (open.empty() || std::find(open.begin(), open.end(), at) != open.end() || at > open.front()) {
     return "";
   }
-  return fmt::format("the line is indented by {}, accepted here are {}",
-                     at == 1 ? "1 space" : fmt::format("{} spaces", at),
-                     fmt::join(open, ", "));
+  return fmt::format("the line is indented by {}; expected an indentation of {}",
+                     at == 1 ? "1 space" : fmt::format("{} spaces", at), fmt::join(open, ", "));
 }
 
 bool is_unterminated(std::string_view text, std::size_t offset) {

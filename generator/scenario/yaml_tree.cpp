@@ -16,7 +16,7 @@
 namespace ensonify {
 namespace {
 
-// Thrown through yaml-cpp when reading on makes no sense; the fault is already reported.
+// Thrown through yaml-cpp when reading on makes no sense; the error has been reported already.
 struct StopReading {};
 
 struct Extent {
@@ -34,7 +34,7 @@ Extent extent_of(const Node& node) {
   return extent;
 }
 
-// Whether a null is spelled out here.
+// Whether a null is written as a word here.
 bool is_null_word(std::string_view rest) {
   if (rest.starts_with('~')) return true;
   const std::string_view word = rest.substr(0, 4);
@@ -45,7 +45,7 @@ bool is_null_word(std::string_view rest) {
 struct Frame {
   Node node;
   YAML::anchor_t anchor = 0;
-  std::optional<Key> key;  // of a map: the key whose value comes next
+  std::optional<Key> key;  // of a map: the key of the next value
   bool drop_value = false;
   std::unordered_map<std::string, Place> seen;
 };
@@ -71,7 +71,7 @@ class Builder : public YAML::EventHandler {
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (documents_++ == 0) return;
-    stop(place(mark), "a second document or stray text begins here, a single one is accepted");
+    stop(place(mark), "a second document or stray text begins here; expected a single document");
   }
   void OnDocumentEnd() override {}
 
@@ -99,7 +99,7 @@ class Builder : public YAML::EventHandler {
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
-    if (found == anchors_.end()) stop(place(mark), "this alias stands inside what it stands for");
+    if (found == anchors_.end()) stop(place(mark), "this alias refers to a value that contains it");
     const Extent extent = extent_of(found->second);
     count_copies(extent.values, place(mark));
     if (stack_.size() + extent.height > kMaxYamlDepth) stop_too_deep(place(mark));
@@ -159,18 +159,18 @@ class Builder : public YAML::EventHandler {
     frame.drop_value = node.kind != NodeKind::scalar;
     if (frame.drop_value) {
       frame.key = Key{"?", true, node.place};
-      add_fault(faults_, node.place, path(), "a key must be text");
+      add_fault(faults_, node.place, path(), "a key is not text; expected text");
       return;
     }
     frame.key = Key{node.text, node.quoted, node.place};
     const auto [first, fresh] = frame.seen.emplace(node.text, node.place);
     if (fresh) return;
     frame.drop_value = true;
-    std::string text = "key given twice";
+    std::string text = "the key is given twice";
     if (whole_text_) {
       text += fmt::format(", first at {}:{}", first->second.line, first->second.column);
     }
-    add_fault(faults_, node.place, path(), text + "; once is accepted");
+    add_fault(faults_, node.place, path(), text + "; expected once");
   }
 
   void take_value(Frame& frame, Node node) {
@@ -181,7 +181,7 @@ class Builder : public YAML::EventHandler {
     frame.key.reset();
   }
 
-  // Path of the value that comes next.
+  // The path of the next value.
   std::string path() const {
     std::string path = path_;
     for (const Frame& frame : stack_) {
@@ -194,13 +194,14 @@ class Builder : public YAML::EventHandler {
 
   void check_top(const Node& node) {
     if (whole_text_ && node.kind != NodeKind::map) {
-      stop(node.place, "the top level must be a map of keys, as in `ensonify: 1`");
+      stop(node.place, "the top level is not a map; expected keys such as `ensonify: 1`");
     }
   }
 
   void refuse_tag(const std::string& tag, Place at) {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    add_fault(faults_, at, path(), "YAML tags (!, !!) are not accepted");
+    add_fault(faults_, at, path(),
+              "YAML tags (!, !!) are not supported; expected a value without a tag");
   }
 
   void count_copies(std::size_t values, Place at) {
@@ -211,7 +212,7 @@ class Builder : public YAML::EventHandler {
   }
 
   [[noreturn]] void stop_too_deep(Place at) {
-    stop(at, fmt::format("nested more than {} deep", kMaxYamlDepth));
+    stop(at, fmt::format("the text is nested more than {} levels deep", kMaxYamlDepth));
   }
 
   [[noreturn]] void stop(Place at, std::string text) {
@@ -223,8 +224,8 @@ class Builder : public YAML::EventHandler {
     return std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
   }
 
-  // An empty value has no place of its own, yaml-cpp gives that of whatever comes next: this is
-  // that of the dash or comma before it.
+  // An empty value has no place of its own, and yaml-cpp returns the place of whatever follows.
+  // This is the place of the dash or comma before it.
   Place place_before(YAML::Mark mark) const {
     const std::size_t end = offset_of(mark);
     const std::size_t last = text_.substr(0, end).find_last_not_of(" \t\r\n");
@@ -297,7 +298,7 @@ std::optional<Node> read_yaml_map(const std::string& text, int source, Faults& f
   std::optional<Node> root = read_clean(body, source, "", true, faults);
   if (!root && faults.found() == before) {
     add_fault(faults, {source, 1, 1}, "",
-              "empty: a scenario is a map of keys that begins with `ensonify: 1`");
+              "the text is empty; expected a map of keys that begins with `ensonify: 1`");
   }
   return root;
 }

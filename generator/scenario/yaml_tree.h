@@ -1,11 +1,11 @@
 // A strict layer over yaml-cpp, which by itself keeps the first of two equal keys, reads 010 as 8
-// and follows aliases without end.
+// and follows aliases without limit.
 //
-//   Node  Key         a plain tree that remembers where everything stood and what was quoted
-//   read_yaml_map     a document whose top is a map
-//   read_yaml_value   any one value, as behind --set
+//   Node  Key         a plain tree that records where each node was and whether it was quoted
+//   read_yaml_map     a document whose top level is a map
+//   read_yaml_value   any single value, such as that of --set
 //   find              the value of a key
-//   values_in         how many nodes a tree has
+//   values_in         the number of nodes in a tree
 #pragma once
 
 #include <cstddef>
@@ -35,16 +35,16 @@ struct Node {
   std::vector<Node> items;  // of a map or a list
 };
 
-// As ReadLimits (faults.h).
+// The same as ReadLimits (faults.h).
 inline constexpr std::size_t kMaxYamlBytes = 16u << 20;
 inline constexpr std::size_t kMaxYamlDepth = 64;
 
-// Both report what is wrong to `faults` under `source` and return what can be read on, so that
-// later checks add their faults; nothing where no tree is to be had. Aliases are expanded, a key
-// given twice keeps its first value. Never throws.
+// Both report errors to `faults` under `source` and return the part that can be read, so that later
+// checks can add their errors; empty if there is no tree. Aliases are expanded; a key that is given
+// twice keeps its first value. Never throws.
 std::optional<Node> read_yaml_map(const std::string& text, int source, Faults& faults);
 
-// `path` names the value in messages; places have no lines; empty text is a null.
+// `path` names the value in messages; places have no lines; an empty text is a null.
 std::optional<Node> read_yaml_value(const std::string& text, int source, const std::string& path,
                                     Faults& faults);
 

@@ -1,10 +1,10 @@
-// What a sweep varies, and the values that it takes.
+// The axes of a sweep and their values.
 //
-//   AxisValue  Axis  AxisGroup     a value of an axis; several axes that go together
+//   AxisValue  Axis  AxisGroup     a value of an axis; axes that vary together
 //   parse_axes                     the list `axes` of a sweep file
 //   linear_values  log_values  uniform_values  log_uniform_values
 //   is_axis_name                   letters, digits and _
-//   json_of_node  plain_text       a value as JSON on one line; a scalar as it is written
+//   json_of_node  plain_text       a value as JSON on one line; a scalar as it was written
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct AxisValue {
   std::string label;              // in names of runs
   std::string json;               // in plan.jsonl
   double number = 0;              // in conditions
-  std::vector<Setting> settings;  // of the base
+  std::vector<Setting> settings;  // settings of the base
 };
 
 struct Axis {
@@ -31,27 +31,28 @@ struct Axis {
   std::vector<AxisValue> values;  // at least one
 };
 
-// One axis, or those of a zip, which have as many values each.
+// One axis, or the axes of a zip, which have equally many values.
 struct AxisGroup {
   std::vector<Axis> axes;
 };
 
-// Values of one axis, and points of the whole product.
+// The limit on values of one axis and on points of the product.
 inline constexpr int kMaxAxisValues = 100'000;
 
-// `seed` keys the random values. Faults: wrong axes, which are left out; names and key paths that
+// `seed` keys the random values. Errors: wrong axes, which are skipped; names and key paths that
 // two axes share.
 std::vector<AxisGroup> parse_axes(Faults& faults, const Value& list, std::uint64_t seed);
 
-// From a to b, both included; `count` = 1: a alone. Rounded to 15 significant digits.
+// From a to b, both included; `count` = 1 gives only a. Rounded to 15 significant digits.
 std::vector<double> linear_values(double a, double b, int count);
 
-// The same with equal ratios; a, b > 0. Values between are rounded to 6 significant digits, so that
-// machines whose logarithms differ in the last bit agree, and people can type them.
+// The same with equal ratios; a, b > 0. Values in between are rounded to 6 significant digits, so
+// that machines whose logarithms differ in the last bit agree and people can type the values.
 std::vector<double> log_values(double a, double b, int count);
 
-// Random, a <= b, rounded to 6 significant digits. Value i is a function of the key and of i alone,
-// so that a larger count only adds some. With `whole` all of a ... b are as likely.
+// Random values with a <= b, rounded to 6 significant digits. Value i depends only on the key and
+// on i, so that a larger count only adds values. With `whole`, all integers from a to b are equally
+// likely.
 std::vector<double> uniform_values(double a, double b, int count, std::uint64_t key,
                                    bool whole = false);
 std::vector<double> log_uniform_values(double a, double b, int count, std::uint64_t key);

@@ -29,7 +29,7 @@ double log_between(double a, double b, double share) {
   return std::clamp(rounded(value, kRandomDigits), a, b);
 }
 
-// Both ends as they are; value(share) between them.
+// Both ends are exact; value(share) gives the values between them.
 template <class Value>
 std::vector<double> spaced(double a, double b, int count, Value value) {
   std::vector<double> values = {a};

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Each input file is read once, whoever of the runs names it.
+// Each input file is read once, however many runs name it.
 class FileHashes {
  public:
   Result<std::string> of(const fs::path& file) {
@@ -53,15 +53,15 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// `key.path: trouble` with the place of that key, in the sweep file where a value of it is to
-// blame.
+// `key.path: trouble` with the place of that key, which is in the sweep file if a value there is
+// wrong.
 std::string placed(const SweepFile& file, const Node& tree, const std::string& line) {
   const auto place = place_in(tree, std::string_view(line).substr(0, line.find(": ")));
   const auto label = [&](int source) { return file.sources[static_cast<std::size_t>(source)]; };
   if (place && place->line > 0) {
     return fmt::format("{}:{}:{}: {}", label(place->source), place->line, place->column, line);
   }
-  // --set has a source of its own, without lines; nothing else stands behind sweep and base.
+  // --set has a source of its own, without lines, after those of the sweep and the base.
   return fmt::format("{}: {}", label(place && place->source > 1 ? place->source : 1), line);
 }
 

@@ -1,10 +1,10 @@
-// From a sweep file to its runs: the scenario of each, checked, with its id and cost. Nothing is
-// written.
+// Expands a sweep file into its runs: the checked scenario of each, with its id and cost. Writes
+// nothing.
 //
 //   RunCost  CostOf
 //   SweepRun  Sweep  expand_sweep
-//   plan_of                        what plan.jsonl says of it
-//   scenario_of  with_place        the scenario of a run, made again; its faults that show later
+//   plan_of                        its lines in plan.jsonl
+//   scenario_of  with_place        the scenario of a run, built again; its later errors
 #pragma once
 
 #include <cstdint>
@@ -24,11 +24,11 @@ struct RunCost {
   std::uint64_t pings = 0;  // of all sequences
   std::uint64_t files = 0;
   std::uint64_t disk_bytes = 0;
-  double core_s = 0;  // seconds of a core; it decides how shards are balanced
+  double core_s = 0;  // seconds of one core; used to balance shards
 };
 
-// Estimated from the scenario alone, in far less than a millisecond, the same on every machine.
-// Called from several threads at once. Errors begin with the key path that is to blame.
+// Estimated from the scenario alone, in far less than a millisecond, with the same result on every
+// machine. Called from several threads at once. Errors begin with the key path that causes them.
 using CostOf = std::function<Result<RunCost>(Scenario)>;
 
 struct SweepRun {
@@ -43,23 +43,23 @@ struct SweepRun {
 struct Sweep {
   SweepFile file;
   std::vector<SweepRun> runs;  // in order, no id twice
-  std::size_t left_out = 0;    // points that skip_if left out
-  std::size_t repeated = 0;    // points whose scenario is that of an earlier one
+  std::size_t left_out = 0;    // points that skip_if skipped
+  std::size_t repeated = 0;    // points with the scenario of an earlier one
 };
 
-// Every run through the parser of scenarios. Errors (usage): all faults of all runs, each once,
-// with its place and the runs that have it; io: an input file cannot be read.
+// Passes every run through the parser of scenarios. Errors (usage): all errors of all runs, each
+// once, with its place and the runs that have it; io: an input file cannot be read.
 Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers& workers);
 
 // Line i is run i.
 Plan plan_of(const Sweep& sweep);
 
-// As drawn for one of its sequences. Errors: as expand_sweep, of this run.
+// The scenario as sampled for one of its sequences. Errors: those of expand_sweep for this run.
 Result<Scenario> scenario_of(const SweepFile& file, const Point& point, SequenceDraw draw = {},
                              ErrorPlaces places = ErrorPlaces::shown);
 
-// An error that only shows once a world is there, each line `key.path: ...`, with the place of that
-// key in the sweep file or the base.
+// Adds the place of the key, in the sweep file or the base, to each line `key.path: ...` of an
+// error that is found only when a world is built.
 Error with_place(const Error& error, const SweepFile& file, const Point& point);
 
 }  // namespace ensonify

@@ -54,10 +54,10 @@ std::string line_of(const PlannedRun& run) {
   return line.dump();
 }
 
-// What is wrong with a line; empty: nothing, and `run` is set.
+// What is wrong with a line; if empty, `run` is set.
 std::string read_line(std::string_view text, PlannedRun& run) {
   const Json json = parse_shallow<Json>(text.begin(), text.end());
-  if (!json.is_object()) return "is no JSON object";
+  if (!json.is_object()) return "is not a JSON object";
   for (const auto& [key, value] : json.items()) {
     const bool text_wanted = key == "run" || key == "name";
     const bool whole_wanted = key == "seed" || key == "pings";
@@ -65,10 +65,10 @@ std::string read_line(std::string_view text, PlannedRun& run) {
                       : whole_wanted  ? value.is_number_unsigned()
                       : key == "cost" ? value.is_number() && std::isfinite(value.get<double>())
                                       : key == "values" && value.is_object();
-    if (!fits) return fmt::format("its {} is not as a plan's", shown(key));
+    if (!fits) return fmt::format("its {} has another type than in a plan", shown(key));
   }
   for (const char* key : {"run", "name", "values", "seed", "pings", "cost"}) {
-    if (!json.contains(key)) return fmt::format("lacks {}", key);
+    if (!json.contains(key)) return fmt::format("has no {}", key);
   }
   run.id = json["run"].get<std::string>();
   run.name = json["name"].get<std::string>();
@@ -78,8 +78,8 @@ std::string read_line(std::string_view text, PlannedRun& run) {
   run.seed = json["seed"].get<std::uint64_t>();
   run.pings = json["pings"].get<std::uint64_t>();
   run.cost = json["cost"].get<double>();
-  if (!is_id(run.id)) return fmt::format("{} is no id of a run", shown(run.id));
-  return run.cost >= 0 ? "" : "its cost is below zero";
+  if (!is_id(run.id)) return fmt::format("{} is not the id of a run", shown(run.id));
+  return run.cost >= 0 ? "" : "its cost is negative";
 }
 
 std::string failure_file(const std::string& id) { return "failed/" + id + ".json"; }
@@ -97,15 +97,16 @@ Status check_head(const fs::path& dir, const std::optional<SweepHead>& old, cons
   const bool same =
       old->program_version == head.program_version && old->program_commit == head.program_commit;
   if (same) return {};
-  return usage(dir, fmt::format("ensonify {} ({}) began this sweep, and this is {} ({}); name "
-                                "another folder, or give --overwrite to go on with this one (runs "
-                                "that are done stay as they are)",
-                                old->program_version, old->program_commit, head.program_version,
-                                head.program_commit));
+  return usage(
+      dir,
+      fmt::format(
+          "ensonify {} ({}) began this sweep, and this is ensonify {} ({}); expected another "
+          "folder, or --overwrite to resume this sweep (finished runs stay as they are)",
+          old->program_version, old->program_commit, head.program_version, head.program_commit));
 }
 
-// Others' files. A folder without sweep.json may still hold what is called as ours is: of a start
-// that was cut off, or runs that somebody brought.
+// Whether the folder has files of others. A folder without sweep.json may still have files of a
+// sweep, from a start that was interrupted or from runs that were copied there.
 bool holds_other_things(const fs::path& dir) {
   std::error_code error;
   for (fs::directory_iterator entry(dir, error), end; !error && entry != end;
@@ -116,7 +117,7 @@ bool holds_other_things(const fs::path& dir) {
   return false;
 }
 
-// What stands in the folder, and may be gone on with.
+// The state of the folder, if a sweep can be resumed there.
 struct Held {
   std::optional<SweepHead> head;
   std::optional<Plan> plan;
@@ -126,14 +127,14 @@ Result<Held> look_at(const fs::path& dir, const SweepHead& head, const Plan& pla
   std::error_code error;
   if (is_there(dir) && !fs::is_directory(dir, error)) return write_error(dir, ENOTDIR);
   if (is_there(dir / layout::kWorkJson) || is_there(dir / layout::kDatasetJson)) {
-    return usage(dir, "is a data set; accepted is a new folder, or that of this sweep");
+    return usage(dir, "is a data set; expected a new folder or the folder of this sweep");
   }
   auto old_head = read_sweep_head(dir);
   if (!old_head) return old_head.error();
   auto old_plan = read_plan(dir);
   if (!old_plan) return old_plan.error();
   if (!*old_head && !*old_plan && holds_other_things(dir)) {
-    return usage(dir, "holds other things; accepted is a new folder, or that of this sweep");
+    return usage(dir, "contains other files; expected a new folder or the folder of this sweep");
   }
   if (!overwrite) {
     if (Status same = check_head(dir, *old_head, head); !same) return same.error();
@@ -163,7 +164,7 @@ Result<Plan> parse_plan(std::string_view text, const std::string& label) {
     const std::size_t end = text.find('\n');
     PlannedRun run;
     std::string trouble = read_line(text.substr(0, end), run);
-    if (trouble.empty() && end == std::string_view::npos) trouble = "is cut off";
+    if (trouble.empty() && end == std::string_view::npos) trouble = "is incomplete";
     if (const auto [first, fresh] = seen.emplace(run.id, number); trouble.empty() && !fresh) {
       trouble = fmt::format("has the id of line {}", first->second);
     }
@@ -173,9 +174,10 @@ Result<Plan> parse_plan(std::string_view text, const std::string& label) {
     text.remove_prefix(end + 1);
   }
   if (faults.empty()) return plan;
-  faults.push_back(fmt::format(
-      "{}: accepted is the plan that `ensonify sweep` wrote; remove it to have it made anew",
-      label));
+  faults.push_back(
+      fmt::format("{}: expected the plan that `ensonify sweep` wrote; remove the file so that it "
+                  "is written again",
+                  label));
   return Error{ErrorKind::usage, fmt::format("{}", fmt::join(faults, "\n"))};
 }
 
@@ -187,7 +189,7 @@ Result<std::optional<Plan>> read_plan(const fs::path& dir) {
   Result<Plan> plan = parse_plan(*text, file.string());
   if (!plan) return plan.error();
   if (plan->empty()) {
-    return usage(file, "holds no run; remove it, and give the sweep's command again");
+    return usage(file, "contains no runs; remove the file and repeat the command of the sweep");
   }
   return std::optional(std::move(*plan));
 }
@@ -220,12 +222,11 @@ Status refuse_dropped(const fs::path& dir, const PlanChange& change) {
   }
   if (change.dropped.size() > kMaxNamed) named += "\n  ...";
   const std::size_t dropped = change.dropped.size();
-  return usage(
-      dir, fmt::format("holds the plan of another sweep: {} of its {} {} not in this "
-                       "one. A sweep may grow; name another folder, or give --overwrite to "
-                       "take the new plan (what the old runs wrote stays){}",
-                       dropped, counted(dropped + change.kept, "run"), dropped == 1 ? "is" : "are",
-                       named));
+  return usage(dir, fmt::format("contains the plan of another sweep: {} of its {} {} not in this "
+                                "one. A sweep may only gain runs; expected another folder, or "
+                                "--overwrite to use the new plan (files of the old runs stay){}",
+                                dropped, counted(dropped + change.kept, "run"),
+                                dropped == 1 ? "is" : "are", named));
 }
 
 Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
@@ -238,7 +239,9 @@ Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
   const Json program = json.is_object() ? json.value("program", Json()) : Json();
   const auto version = text_at(program, "version"), commit = text_at(program, "commit");
   if (!name || !version || !commit || json.value("ensonify_sweep_folder", Json()) != 1) {
-    return usage(file, "is not as this program writes it; remove it, or name another folder");
+    return usage(
+        file,
+        "was not written by this version of the program; remove the file or name another folder");
   }
   return std::optional(SweepHead{*name, *version, *commit});
 }
@@ -264,14 +267,14 @@ Result<std::optional<PlanChange>> look_at_sweep_folder(const fs::path& dir, cons
   if (!held) return held.error();
   if (!held->plan) return std::optional<PlanChange>();
   PlanChange change = compare_plans(*held->plan, plan);
-  change.dropped.clear();  // they go with the plan they are of
+  change.dropped.clear();  // they refer to the old plan, which ends here
   return std::optional(std::move(change));
 }
 
 void close_sweep_folder(const fs::path& dir) {
   remove_work_folder(dir);
   std::error_code error;
-  fs::remove(dir / "failed", error);  // where it is empty
+  fs::remove(dir / "failed", error);  // only if it is empty
 }
 
 std::string run_folder(const std::string& id) { return "runs/" + id; }

@@ -1,8 +1,8 @@
-// What stands in the folder of a sweep.
+// The files in the folder of a sweep.
 //
 //   PlannedRun  Plan  to_jsonl  parse_plan  read_plan  write_plan   DIR/plan.jsonl: its runs in
 //                                                      order, one line of JSON each
-//   compare_plans  refuse_dropped                      a new plan beside the one that is there
+//   compare_plans  refuse_dropped                      a new plan next to the existing one
 //   SweepHead  read_sweep_head                         DIR/sweep.json
 //   open_sweep_folder  look_at_sweep_folder  close_sweep_folder
 //   run_folder  run_is_done                            DIR/runs/<id>
@@ -29,7 +29,7 @@ struct PlannedRun {
   std::vector<std::pair<std::string, std::string>> values;  // axis, its value as JSON
   std::uint64_t seed = 0;
   std::uint64_t pings = 0;
-  double cost = 0;  // seconds of a core, estimated
+  double cost = 0;  // estimated seconds of one core
 
   friend bool operator==(const PlannedRun&, const PlannedRun&) = default;
 };
@@ -41,13 +41,13 @@ inline constexpr const char* kPlanFile = "plan.jsonl";
 // The same runs give the same bytes.
 std::string to_jsonl(const Plan& plan);
 
-// Errors (usage): every line that is no run, `label:line: what is wrong`; an id given twice.
+// Errors (usage): `label:line: what is wrong` for every line that is not a run or repeats an id.
 Result<Plan> parse_plan(std::string_view text, const std::string& label);
 
-// Nothing where there is none. Errors: io, and those of parse_plan.
+// Empty if there is no plan. Errors: io, and those of parse_plan.
 Result<std::optional<Plan>> read_plan(const std::filesystem::path& dir);
 
-// By temporary name and rename: whoever writes the same plan at the same time does no harm.
+// Writes by temporary name and rename, so that processes may write the same plan at the same time.
 Status write_plan(const std::filesystem::path& dir, const Plan& plan);
 
 struct PlanChange {
@@ -56,7 +56,7 @@ struct PlanChange {
 };
 PlanChange compare_plans(const Plan& old, const Plan& now);
 
-// Error (usage) where runs of the plan in `dir` would be dropped: how many, which, what to do.
+// Error (usage) if runs of the plan in `dir` would be dropped: how many, which, and what to do.
 Status refuse_dropped(const std::filesystem::path& dir, const PlanChange& change);
 
 struct SweepHead {
@@ -66,45 +66,44 @@ struct SweepHead {
   friend bool operator==(const SweepHead&, const SweepHead&) = default;
 };
 
-// Nothing where there is none. Errors: usage (no sweep.json of this program), io.
+// Empty if there is none. Errors: usage (no sweep.json of this program), io.
 Result<std::optional<SweepHead>> read_sweep_head(const std::filesystem::path& dir);
 
-// Makes the folder, or looks at the one that is there, and writes sweep.json and plan.jsonl where
-// they are not there as they should be. Processes that open it at the same time wait for each
-// other. Errors: usage, where the folder is a data set or holds other things, where another program
-// began the sweep, or where its plan has runs that this one has not, unless `overwrite`; then
-// nothing is written. io.
+// Creates the folder or checks the existing one, and writes sweep.json and plan.jsonl if they are
+// missing or outdated. Processes that open it at the same time wait for each other. Errors: usage,
+// if the folder is a data set or contains other files, another program began the sweep, or its plan
+// has runs that this one does not have, unless `overwrite`; then nothing is written. io.
 Status open_sweep_folder(const std::filesystem::path& dir, const SweepHead& head, const Plan& plan,
                          bool overwrite);
 
-// What it would refuse, and how the plan that is there, if any, would change (without `dropped`).
-// Writes nothing; waits for whoever opens it, since a folder that is half begun looks like
-// another's.
+// Reports what open_sweep_folder would refuse, and how the existing plan, if any, would change
+// (without `dropped`). Writes nothing; waits for processes that open the folder, because a folder
+// that is half created looks like someone else's.
 Result<std::optional<PlanChange>> look_at_sweep_folder(const std::filesystem::path& dir,
                                                        const SweepHead& head, const Plan& plan,
                                                        bool overwrite);
 
-// Takes away temporary files. Others may be at work in the folder.
+// Removes temporary files. Other processes may be working in the folder.
 void close_sweep_folder(const std::filesystem::path& dir);
 
 // runs/<id>
 std::string run_folder(const std::string& id);
 
-// Whether its data set is there, finished, and nothing of its making is left.
+// Whether its data set is finished and no temporary files are left.
 bool run_is_done(const std::filesystem::path& dir, const std::string& id);
 
 struct RunFailure {
   std::string run, name;
-  std::string kind;  // kind_name
+  std::string kind;  // as kind_name spells it
   std::string message;
   std::string host, time_utc;  // where and when
 };
 
-// usage, io, ...
+// The name of the kind: usage, io, ...
 std::string kind_name(ErrorKind kind);
 
 Status write_failure(const std::filesystem::path& dir, const RunFailure& failure);
-// Nothing where there is none, or none that can be read.
+// Empty if there is none or it cannot be read.
 std::optional<RunFailure> read_failure(const std::filesystem::path& dir, const std::string& id);
 void remove_failure(const std::filesystem::path& dir, const std::string& id);
 

@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunPlace {
-  fs::path folder;  // of a sequence
+  fs::path folder;  // of the sequence
   StoredSequenceRow row;
   Json head;  // sequence.json without its files
 };
@@ -38,7 +38,7 @@ struct Sums {
   double intensity_pa2 = 0, max_pa2 = 0, pixels = 0;
   double noise_pa2 = 0, noisy_pings = 0;
   double first_return_m = 0, returns = 0;
-  double labelled_px = 0, pictured_pings = 0;
+  double labelled_px = 0, imaged_pings = 0;
   std::set<std::uint64_t> instances;
   double contrast = 0, variance = 0, ensembles = 0;
 
@@ -54,11 +54,12 @@ Result<std::vector<T>> read_array(const fs::path& path, std::string_view descr) 
   const auto bytes = read_file(path);
   if (!bytes) return bytes.error();
   const auto header = parse_npy_header(*bytes);
-  if (!header || header->descr != descr) return damaged(path, "is no array of its kind");
+  if (!header || header->descr != descr)
+    return damaged(path, "is not an array of the expected type");
   std::uint64_t count = 1;
   for (const std::uint64_t size : header->shape) count *= size;
   if (bytes->size() != header->data_offset + count * sizeof(T)) {
-    return damaged(path, "is longer or shorter than its header says");
+    return damaged(path, "has another size than its header states");
   }
   std::vector<T> values(count);
   std::memcpy(values.data(), bytes->data() + header->data_offset, count * sizeof(T));
@@ -74,10 +75,10 @@ Status add_series(const fs::path& path, Sums& sums) {
   return {};
 }
 
-Status add_picture(const fs::path& path, int rows, int columns, Sums& sums) {
-  const auto picture = read_exr_halves(path, rows, columns);
-  if (!picture) return picture.error();
-  const std::vector<std::uint16_t>& halves = picture->at("level_db");
+Status add_image(const fs::path& path, int rows, int columns, Sums& sums) {
+  const auto image = read_exr_halves(path, rows, columns);
+  if (!image) return image.error();
+  const std::vector<std::uint16_t>& halves = image->at("level_db");
   std::vector<float> levels(halves.size());
   from_halves(halves, levels);
   for (const float level_db : levels) {
@@ -97,7 +98,7 @@ Status add_levels(const RunPlace& place, Sums& sums) {
   }
   const int rows = count_in(place.head, "/record/samples");
   const int columns = count_in(place.head, "/sonar/beams/count");
-  // What the sequence has: a file of it that is missing is an error, and no gap.
+  // A file that the sequence should have but does not is an error, not a gap.
   const Json files = place.head.value("each_ping", Json::array());
   const auto has = [&](const char* kind) {
     return std::find(files.begin(), files.end(), kind) != files.end();
@@ -108,7 +109,7 @@ Status add_levels(const RunPlace& place, Sums& sums) {
     const fs::path series = place.folder / layout::ping_file(layout::kTimeseries, ping);
     const fs::path polar = place.folder / layout::ping_file(layout::kPolarExr, ping);
     const Status added =
-        has_series ? add_series(series, sums) : add_picture(polar, rows, columns, sums);
+        has_series ? add_series(series, sums) : add_image(polar, rows, columns, sums);
     if (!added) return added;
   }
   return {};
@@ -134,22 +135,23 @@ Status add_labels(const RunPlace& place, Sums& sums) {
     const Json line = parse_shallow<Json>(text->begin() + static_cast<std::ptrdiff_t>(at),
                                           text->begin() + static_cast<std::ptrdiff_t>(end));
     at = end + 1;
-    if (!line.is_object()) return damaged(path, "has a line that is no JSON");
+    if (!line.is_object()) return damaged(path, "has a line that is not JSON");
     bool first = true;
     for (const Json& image : line.value("images", Json::array())) {
       for (const Json& annotation : image.value("annotations", Json::array())) {
         sums.instances.insert(annotation.value("instance", std::uint64_t{0}));
         if (first) sums.labelled_px += annotation.value("area", 0.0);
       }
-      if (first) sums.pictured_pings += 1;
+      if (first) sums.imaged_pings += 1;
       first = false;
     }
   }
   return {};
 }
 
-// How many pixels count for one, along one direction; |coherence| is taken to fall with the square
-// of the distance in the exponent, and estimates to be correlated by its fourth power.
+// How many correlated pixels count as one along a direction. |coherence| is assumed to decrease
+// with the square of the distance in the exponent, and estimates to be correlated by its fourth
+// power.
 double correlated(const std::vector<std::complex<double>>& coherence,
                   const std::vector<bool>& pair) {
   double sum = 0, count = 0;
@@ -168,7 +170,7 @@ struct Coherences {
   std::vector<std::complex<double>> bins, beams;
 };
 
-// Of pixels [rows x columns], of which `mask` says which count.
+// For pixels [rows x columns], of which `mask` selects some.
 double correlated_pixels(const Coherences& coherence, const std::vector<bool>& mask,
                          std::size_t rows, std::size_t columns) {
   std::vector<bool> below, beside;
@@ -198,7 +200,7 @@ Status add_statistics(const RunPlace& place, Sums& sums) {
   const std::size_t pixels = rows * columns;
   if (pixels == 0 || intensity->size() != pixels || contrast->size() != pixels ||
       bins->size() != pixels - columns || beams->size() != pixels - rows) {
-    return damaged(folder, "has arrays of another size than its sequence.json says");
+    return damaged(folder, "has arrays of another size than its sequence.json states");
   }
   double highest = 0, sum = 0, count = 0;
   for (const double value : *intensity) highest = std::max(highest, value);
@@ -224,12 +226,12 @@ Status add_statistics(const RunPlace& place, Sums& sums) {
 Result<Json> read_head(const fs::path& path) {
   const auto text = read_file(path);
   if (!text) return text.error();
-  // What makes it long.
+  // Skips the list of files, which makes the file long.
   const auto keep = [](int depth, Json::parse_event_t event, Json& parsed) {
     return !(depth == 1 && event == Json::parse_event_t::key && parsed == "files");
   };
   Json head = parse_shallow_with<Json>(keep, *text);
-  if (!head.is_object()) return damaged(path, "is no JSON");
+  if (!head.is_object()) return damaged(path, "is not JSON");
   return head;
 }
 
@@ -259,8 +261,8 @@ RunResults results_of(const Sums& sums) {
   }
   if (sums.noisy_pings > 0) results.noise_level_db = level_of(sums.noise_pa2 / sums.noisy_pings);
   if (sums.returns > 0) results.first_return_m = sums.first_return_m / sums.returns;
-  if (sums.pictured_pings > 0) {
-    results.labelled_px = sums.labelled_px / sums.pictured_pings;
+  if (sums.imaged_pings > 0) {
+    results.labelled_px = sums.labelled_px / sums.imaged_pings;
     results.instances = sums.instances.size();
   }
   if (sums.ensembles > 0) {
@@ -281,7 +283,7 @@ bool is_result(const std::string& name) {
          std::any_of(std::begin(kAfter), std::end(kAfter), same);
 }
 
-// Another name than all results and all other axes.
+// A name that no result and no other axis has.
 std::string column_of(const std::string& axis, const PlannedRun& run) {
   const auto is_axis = [&](const std::string& name) {
     return std::any_of(run.values.begin(), run.values.end(),
@@ -292,7 +294,7 @@ std::string column_of(const std::string& axis, const PlannedRun& run) {
   return name;
 }
 
-// A text as it is, anything else as JSON.
+// A text unchanged, any other value as JSON.
 std::string value_cell(const std::string& json_text) {
   const Json json = Json::parse(json_text, nullptr, false);
   return csv_cell(json.is_string() ? json.get<std::string>() : json_text);

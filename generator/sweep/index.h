@@ -1,8 +1,8 @@
-// What finishes a sweep: a table of its runs and an index. Both follow from the plan and the data
-// sets alone, whoever made them and in whatever order.
+// The files that finish a sweep: a table of its runs and an index. Both depend only on the plan and
+// the data sets, and not on who made the runs or in which order.
 //
-//   RunResults  read_results   what a finished run has to say, read off its data set's files
-//   FinishedRun                a run of the plan, with what its files say
+//   RunResults  read_results   measures of a finished run, from the files of its data set
+//   FinishedRun                a run of the plan with the state of its files
 //   runs_csv                   DIR/runs.csv
 //   index_json                 DIR/index.json
 #pragma once
@@ -19,21 +19,21 @@
 
 namespace ensonify {
 
-// Absent where the data set holds no file that tells. Levels are dB re 1 uPa.
+// Absent if the data set has no file with the value. Levels are in dB re 1 uPa.
 struct RunResults {
   std::optional<double> mean_level_db;     // of the mean of |p|^2 over all pixels of all pings
   std::optional<double> max_level_db;      // of the loudest pixel
-  std::optional<double> noise_level_db;    // of the noise in every sample
+  std::optional<double> noise_level_db;    // of the noise, per sample
   std::optional<double> first_return_m;    // mean over beams and pings that have one
-  std::optional<double> labelled_px;       // pixels with a label, of the first picture of a ping
-  std::optional<std::uint64_t> instances;  // that have a pixel in some picture
-  // Of data sets with output.statistics: the mean over pixels with more than a hundredth of the
+  std::optional<double> labelled_px;       // pixels with a label, in the first image of a ping
+  std::optional<std::uint64_t> instances;  // that have a pixel in any image
+  // For data sets with output.statistics: the mean over pixels with more than a hundredth of the
   // highest mean intensity, and its standard error.
   std::optional<double> contrast, contrast_se;
 };
 
-// From the series where they are kept, else from polar pictures (halves), else from
-// statistics. Errors (io): a file is missing, cannot be read or is not as it should be.
+// From the time series if they are stored, else from polar images (half floats), else from
+// statistics. Errors (io): a file is missing, unreadable or damaged.
 Result<RunResults> read_results(const std::filesystem::path& dataset);
 
 inline constexpr const char* kRunsFile = "runs.csv";
@@ -46,9 +46,8 @@ struct FinishedRun {
   std::optional<RunFailure> failure;
 };
 
-// One line a run, in the order of the plan. An axis whose name is that of another column gets
-// `axis_` before it. Lists, maps and texts with commas or quotes stand in quotes, absent numbers
-// are empty.
+// One line per run, in the order of the plan. An axis with the name of another column gets the
+// prefix `axis_`. Lists, maps and texts with commas or quotes are quoted; absent numbers are empty.
 std::string runs_csv(const Plan& plan, const std::vector<FinishedRun>& runs);
 
 std::string index_json(const SweepHead& head, const Plan& plan,

@@ -21,7 +21,7 @@ const Words kSources = {"values", "linear", "log", "uniform", "log_uniform"};
 constexpr std::string_view kSourcesInWords =
     "one of values (a list), linear, log, uniform or log_uniform ([a, b], with count)";
 
-// In an axis that goes wrong: whether `faults` has grown.
+// Whether `faults` has grown while an axis was read.
 class Watch {
  public:
   explicit Watch(const Faults& faults) : faults_(faults), before_(faults.found()) {}
@@ -34,12 +34,12 @@ class Watch {
 
 std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
 
-// The number that stands for a value in conditions.
+// The number that represents a value in conditions.
 double number_of(const Node& node, std::size_t index) {
   const std::string json = node.kind == NodeKind::scalar ? json_of_node(node) : "";
   if (json == "true" || json == "false") return json == "true";
   if (json.empty() || json.front() == '"') return static_cast<double>(index);
-  // Unlike stod it takes numbers too small to be normal.
+  // Unlike stod it accepts numbers that are too small to be normal.
   return std::strtod(json.c_str(), nullptr);
 }
 
@@ -76,12 +76,13 @@ class AxisParser {
       if (auto one = axis(item(list, i))) group.axes.push_back(std::move(*one));
     }
     if (watch.quiet() && group.axes.size() < 2) {
-      add_fault(faults_, list.place, list.path, "accepted is a list of two axes and more");
+      add_fault(faults_, list.place, list.path,
+                "the zip has fewer than two axes; expected two or more");
     }
     for (const Axis& one : group.axes) {
       if (one.values.size() == group.axes[0].values.size()) continue;
       add_fault(faults_, one.place, list.path,
-                fmt::format("{} has {} values and {} has {}, accepted are axes of one length",
+                fmt::format("{} has {} values, but {} has {}; expected axes of equal length",
                             shown(one.name), one.values.size(), shown(group.axes[0].name),
                             group.axes[0].values.size()));
     }
@@ -96,7 +97,7 @@ class AxisParser {
       return std::nullopt;
     }
     if (const auto inner = child(value, "zip")) {
-      add_fault(faults_, inner->place, inner->path, "inside a zip, accepted are plain axes");
+      add_fault(faults_, inner->place, inner->path, "a zip inside a zip; expected plain axes");
       return std::nullopt;
     }
     Axis made;
@@ -104,20 +105,21 @@ class AxisParser {
     std::string key;
     read_text(faults_, value, "key", key, Need::optional, kMaxFileNameBytes);
     read_name(value, key, made.name);
-    // What is missing may be the key that was mistyped.
+    // The missing key may be the one that was mistyped.
     if (!watch.quiet() && !has_any(value, kSources)) return std::nullopt;
     const auto source = only_key_of(faults_, value, kSources, kSourcesInWords);
     if (!source) return std::nullopt;
     if (const auto given = child(value, "key")) key_place_ = given->place;
     if (*source == "values") {
-      refuse_useless(faults_, value, {"count"}, "beside values, which are as many as they are");
+      refuse_useless(faults_, value, {"count"}, "with values, which are counted from the list");
       read_values(value, key, made);
     } else {
       refuse_useless(faults_, value, {"labels"}, "without values");
       if (!child(value, "key")) {
-        add_fault(faults_, value.place, path_of(value, "key"),
-                  fmt::format("missing beside {}, accepted is the key path that the numbers go to",
-                              *source));
+        add_fault(
+            faults_, value.place, path_of(value, "key"),
+            fmt::format("missing next to {}; expected the key path that the numbers are set at",
+                        *source));
       }
       read_range(value, *source, key, made);
     }
@@ -137,18 +139,19 @@ class AxisParser {
       name = last_part(key);
     } else {
       add_fault(faults_, value.place, path_of(value, "name"),
-                "missing, accepted is a name where an axis has no key");
+                "missing; expected a name for an axis without a key");
       return;
     }
     const Place at = given ? given->place : value.place;
     if (name == "seed" && key != "seed") {
       add_fault(faults_, at, path_of(value, "name"),
-                "seed is what a run's seed is called, accepted is another name");
+                "seed is the name of the seed of a run; expected another name");
     } else if (!name.empty() && !is_axis_name(name)) {
-      add_fault(faults_, at, path_of(value, "name"),
-                fmt::format("{} is no name of an axis, accepted are letters, digits and _, a "
-                            "letter first{}",
-                            shown(name), given ? "" : "; give it by `name`"));
+      add_fault(
+          faults_, at, path_of(value, "name"),
+          fmt::format(
+              "{} is not a name for an axis; expected a letter followed by letters, digits and _{}",
+              shown(name), given ? "" : ", given by `name`"));
     }
   }
 
@@ -179,8 +182,8 @@ class AxisParser {
   void read_map(const Value& given, AxisValue& made) {
     if (given.node->kind != NodeKind::map) {
       add_fault(faults_, given.place, given.path,
-                "accepted is a map of key paths and their values, or a `key` of the axis that its "
-                "values go to");
+                "not a map; expected a map of key paths and their values, or a `key` of the axis "
+                "for its values");
       return;
     }
     for (std::size_t k = 0; k < given.node->keys.size(); ++k) {
@@ -194,7 +197,7 @@ class AxisParser {
     if (!list || !open_list(faults_, *list)) return;
     if (list->node->items.size() != axis.values.size()) {
       add_fault(faults_, list->place, list->path,
-                fmt::format("{} labels for {} values, accepted is one for each",
+                fmt::format("found {} labels for {} values; expected one label for each value",
                             list->node->items.size(), axis.values.size()));
       return;
     }
@@ -203,12 +206,12 @@ class AxisParser {
       const Value given = item(*list, i);
       const Key as_key{given.node->text, given.node->quoted, given.place};
       if (given.node->kind != NodeKind::scalar) {
-        add_fault(faults_, given.place, given.path, "accepted is a word");
+        add_fault(faults_, given.place, given.path, "not a label; expected a word");
       } else if (is_name(faults_, as_key, given.path)) {
         if (!seen.emplace(given.node->text, i).second) {
-          add_fault(faults_, given.place, given.path,
-                    fmt::format("{} is given twice, accepted are labels that differ",
-                                shown(given.node->text)));
+          add_fault(
+              faults_, given.place, given.path,
+              fmt::format("{} is given twice; expected different labels", shown(given.node->text)));
         }
         Node text = *given.node;
         text.quoted = true;
@@ -220,8 +223,9 @@ class AxisParser {
 
   bool check_count(const Value& list, std::size_t count) {
     if (count > 0 && count <= kMaxAxisValues) return true;
-    add_fault(faults_, list.place, list.path,
-              fmt::format("a list of {}, accepted are 1 to {} values", count, kMaxAxisValues));
+    add_fault(
+        faults_, list.place, list.path,
+        fmt::format("found a list of length {}; expected 1 to {} values", count, kMaxAxisValues));
     return false;
   }
 
@@ -237,10 +241,12 @@ class AxisParser {
     if (logarithmic && (a <= 0 || b <= 0)) {
       add_fault(
           faults_, list.place, list.path,
-          fmt::format("from {} to {} has no logarithm, accepted are two numbers above zero", a, b));
+          fmt::format(
+              "the limits {} and {} do not both have a logarithm; expected two numbers above zero",
+              a, b));
     } else if ((kind == "uniform" || kind == "log_uniform") && a > b) {
       add_fault(faults_, list.place, list.path,
-                fmt::format("{} is above {}, accepted is [a, b] with a <= b", a, b));
+                fmt::format("{} is above {}; expected [a, b] with a <= b", a, b));
     } else if (counted) {
       fill_range(list, kind, key, ends, count, axis);
     }
@@ -250,10 +256,11 @@ class AxisParser {
                   const std::array<double, 2>& ends, int count, Axis& axis) {
     counted_ += static_cast<std::size_t>(count);
     if (counted_ > faults_.limits.counted_values) {
-      add_fault(faults_, list.place, list.path,
-                fmt::format("with this one the counts of all axes stand for more than {} values, "
-                            "accepted are fewer",
-                            faults_.limits.counted_values));
+      add_fault(
+          faults_, list.place, list.path,
+          fmt::format(
+              "with this one the counts of all axes produce more than {} values; expected fewer",
+              faults_.limits.counted_values));
       return;
     }
     const auto [a, b] = ends;
@@ -280,7 +287,7 @@ class AxisParser {
   Faults& faults_;
   std::uint64_t seed_;
   Place key_place_;          // of the axis that is being read
-  std::size_t counted_ = 0;  // values that counts stood for
+  std::size_t counted_ = 0;  // values that counts produced so far
 };
 
 void check_shared(Faults& faults, const std::string& list_path,
@@ -289,17 +296,17 @@ void check_shared(Faults& faults, const std::string& list_path,
   for (const AxisGroup& group : groups) {
     for (const Axis& axis : group.axes) {
       if (!names.emplace(axis.name, &axis).second) {
-        add_fault(faults, axis.place, list_path,
-                  fmt::format("two axes are called {}, accepted are names that differ; give one "
-                              "by `name`",
-                              shown(axis.name)));
+        add_fault(
+            faults, axis.place, list_path,
+            fmt::format("two axes have the name {}; expected different names, given by `name`",
+                        shown(axis.name)));
       }
       for (const AxisValue& value : axis.values) {
         for (const Setting& setting : value.settings) {
           const auto [other, fresh] = paths.emplace(setting.path, &axis);
           if (fresh || other->second == &axis) continue;
           add_fault(faults, setting.place, list_path,
-                    fmt::format("{} belongs to the axis {} already, accepted is one axis a key",
+                    fmt::format("{} already belongs to the axis {}; expected one axis per key",
                                 shown(setting.path), shown(other->second->name)));
         }
       }

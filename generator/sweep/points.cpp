@@ -15,7 +15,7 @@ namespace {
 
 double negation(double value) { return value == 0 ? 1 : 0; }
 
-// Muparser would set the variable.
+// In muParser a single = would set the variable.
 bool assigns(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;
@@ -30,12 +30,12 @@ bool assigns(std::string_view text) {
 std::string trouble_of(const mu::ParserError& error, const std::vector<std::string>& names) {
   const std::vector<std::string_view> known(names.begin(), names.end());
   if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN) {
-    return fmt::format("{} is not known here{}, accepted are numbers, {} and muparser's functions",
+    return fmt::format("{} is not known here{}; expected numbers, {} and the functions of muParser",
                        shown(error.GetToken()), hint(error.GetToken(), known), joined(known));
   }
   std::string text = one_line(error.GetMsg());
   if (text.ends_with('.')) text.pop_back();
-  return text + "; accepted is a condition as in range_max_m > 10 && frequency_hz < 5e5";
+  return text + "; expected a condition such as range_max_m > 10 && frequency_hz < 5e5";
 }
 
 std::vector<double> variables_at(const SweepFile& sweep, const Point& point, std::size_t count) {
@@ -47,7 +47,7 @@ std::vector<double> variables_at(const SweepFile& sweep, const Point& point, std
   return values;
 }
 
-// The `number`th of the product, the last axis but the seeds fastest.
+// Point `number` of the product, in which the last axis varies fastest, apart from the seeds.
 Point point_at(const SweepFile& sweep, std::size_t number) {
   Point point;
   if (!sweep.seeds.empty()) {
@@ -88,7 +88,7 @@ std::string with_all_axes(const SweepFile& sweep, const Point& point) {
 
 struct Conditions::Impl {
   std::vector<std::string> names;
-  std::vector<double> values;  // what the parsers' variables refer to
+  std::vector<double> values;  // which the variables of the parsers refer to
   std::vector<std::unique_ptr<mu::Parser>> parsers;
 };
 
@@ -100,7 +100,7 @@ Conditions::Conditions(std::vector<std::string> names) : impl_(std::make_unique<
 Conditions::~Conditions() = default;
 
 std::optional<std::string> Conditions::add(const std::string& text) {
-  if (assigns(text)) return "a single = would set a value, accepted is == to compare";
+  if (assigns(text)) return "a single = would set a value; expected == for a comparison";
   auto parser = std::make_unique<mu::Parser>();
   try {
     parser->DefineInfixOprt("!", negation);
@@ -109,7 +109,7 @@ std::optional<std::string> Conditions::add(const std::string& text) {
     }
     parser->SetExpr(text);
     parser->Eval();
-    if (parser->GetNumResults() != 1) return "several values, accepted is one condition";
+    if (parser->GetNumResults() != 1) return "the text has several values; expected one condition";
   } catch (const mu::ParserError& error) {
     return trouble_of(error, impl_->names);
   }
@@ -121,12 +121,12 @@ Conditions::Answer Conditions::at(std::span<const double> values) {
   ENSONIFY_ASSERT(values.size() == impl_->values.size());
   std::copy(values.begin(), values.end(), impl_->values.begin());
   for (std::size_t i = 0; i < impl_->parsers.size(); ++i) {
-    // A division by zero inside a comparison would go unseen.
+    // A division by zero inside a comparison would not show in its result.
     std::feclearexcept(FE_ALL_EXCEPT);
     double value = std::nan("");
     try {
       value = impl_->parsers[i]->Eval();
-    } catch (const mu::ParserError&) {  // where muparser looks itself
+    } catch (const mu::ParserError&) {  // muParser checks some operations itself
     }
     const bool sound = std::fetestexcept(FE_INVALID | FE_DIVBYZERO) == 0;
     if (!sound || !std::isfinite(value)) return {none, i};
@@ -154,7 +154,7 @@ Result<std::vector<Point>> points_of(const SweepFile& sweep) {
   Faults faults;
   for (const std::string& label : sweep.sources) add_source(faults, label);
   for (const Condition& condition : sweep.skip_if) {
-    ENSONIFY_ASSERT(!conditions.add(condition.text));  // parse_sweep_file has looked at it
+    ENSONIFY_ASSERT(!conditions.add(condition.text));  // parse_sweep_file has checked it
   }
   std::vector<Point> points;
   std::vector<bool> told(sweep.skip_if.size());
@@ -164,16 +164,17 @@ Result<std::vector<Point>> points_of(const SweepFile& sweep) {
     if (answer.no_value != Conditions::none && !told[answer.no_value]) {
       told[answer.no_value] = true;
       const Condition& condition = sweep.skip_if[answer.no_value];
-      add_fault(faults, condition.place, condition.path,
-                fmt::format("has no finite value, accepted is a condition that has one everywhere "
-                            "(run {})",
-                            name_of(sweep, point)));
+      add_fault(
+          faults, condition.place, condition.path,
+          fmt::format(
+              "has no finite value for run {}; expected a condition with a value for every run",
+              name_of(sweep, point)));
     }
     if (answer.holds == Conditions::none) points.push_back(std::move(point));
   }
   if (faults.empty() && points.empty()) {
     add_fault(faults, sweep.skip_if.front().place, "skip_if",
-              "leaves out every run, accepted are conditions that leave some");
+              "skips every run; expected conditions that keep some runs");
   }
   if (!faults.empty()) return to_error(faults);
   return points;

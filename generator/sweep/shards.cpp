@@ -23,7 +23,7 @@ std::optional<std::size_t> whole(std::string_view text) {
   return number;
 }
 
-// What a bin has to do; a run counts at least a little, so that runs of no cost are spread too.
+// The work of a bin. A run counts at least a little, so that runs without cost are spread as well.
 double weight_of(const PlannedRun& run) { return std::max(run.cost, 1e-9); }
 
 }  // namespace
@@ -37,8 +37,7 @@ Result<Shard> parse_shard(std::string_view text) {
   }
   return Error{
       ErrorKind::usage,
-      fmt::format("--shard {}: accepted is K/N, the first of N is 0/N and the last (N-1)/N, "
-                  "N up to {}",
+      fmt::format("--shard {}: not a shard; expected K/N, from 0/N to (N-1)/N, with N up to {}",
                   shown(text), kMaxShards)};
 }
 
@@ -56,7 +55,7 @@ Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const c
   const auto last = number_of("SLURM_ARRAY_TASK_MAX", id);
   if (id && first && last && count && step && *id >= *first && *last >= *id && *step > 0 &&
       (*id - *first) % *step == 0 && (*id - *first) / *step < *count && *count <= kMaxShards) {
-    // Holes show in any task, where the last one is told.
+    // Each task detects gaps if the last task of the array is known.
     const bool whole =
         variable("SLURM_ARRAY_TASK_MAX") == nullptr || (*last - *first) / *step + 1 == *count;
     if (whole) return std::optional(Shard{(*id - *first) / *step, *count});
@@ -65,12 +64,11 @@ Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const c
     const char* text = variable(name);
     return fmt::format("{}={}", name, text == nullptr ? "(not set)" : one_line(text));
   };
-  return Error{
-      ErrorKind::usage,
-      fmt::format("no shard follows from {}, {}, {}, {}; accepted is an array without holes as "
-                  "--array=0-9, or --shard K/N",
-                  said("SLURM_ARRAY_TASK_ID"), said("SLURM_ARRAY_TASK_MIN"),
-                  said("SLURM_ARRAY_TASK_MAX"), said("SLURM_ARRAY_TASK_COUNT"))};
+  return Error{ErrorKind::usage,
+               fmt::format("{}, {}, {}, {} do not give a shard; expected an array without gaps "
+                           "such as --array=0-9, or --shard K/N",
+                           said("SLURM_ARRAY_TASK_ID"), said("SLURM_ARRAY_TASK_MIN"),
+                           said("SLURM_ARRAY_TASK_MAX"), said("SLURM_ARRAY_TASK_COUNT"))};
 }
 
 std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard) {
@@ -95,7 +93,7 @@ std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard) {
 
 std::pair<std::uint32_t, std::uint32_t> range_of_shard(std::uint32_t count, const Shard& shard) {
   ENSONIFY_ASSERT(shard.number < shard.count);
-  // The first ones have the pieces that are left over; no product that could overflow.
+  // The first shards take the remainder; no product overflows.
   const std::size_t each = count / shard.count, left = count % shard.count;
   const auto first = [&](std::size_t number) {
     return static_cast<std::uint32_t>(number * each + std::min(number, left));

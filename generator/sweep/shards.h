@@ -1,9 +1,9 @@
-// Parts of a plan for processes that know nothing of each other.
+// Parts of a plan for processes that do not communicate.
 //
 //   Shard  parse_shard      "2/5"
-//   slurm_shard             of a task of a SLURM array
-//   runs_of_shard           which runs of a plan
-//   range_of_shard          which of so many equal pieces of work
+//   slurm_shard             of a task in a Slurm array
+//   runs_of_shard           the runs of a plan that belong to a shard
+//   range_of_shard          the part of a number of equal pieces of work
 #pragma once
 
 #include <cstddef>
@@ -30,17 +30,17 @@ struct Shard {
 // K/N with 0 <= K < N. Errors (usage).
 Result<Shard> parse_shard(std::string_view text);
 
-// (SLURM_ARRAY_TASK_ID - _MIN) / _STEP of _COUNT; `variable` is asked for each and gives null where
-// it is not set. Nothing outside an array. Errors (usage): variables that make no shard, as in
-// every task of an array with holes (--array=1,3,7), which _MAX tells.
+// (SLURM_ARRAY_TASK_ID - _MIN) / _STEP of _COUNT; `variable` returns the value of each variable,
+// null if it is not set. Empty outside an array. Errors (usage): variables that do not give a
+// shard, as in every task of an array with gaps (--array=1,3,7), which _MAX reveals.
 Result<std::optional<Shard>> slurm_shard(const std::function<const char*(const char*)>& variable);
 
-// Indexes into the plan, rising. Each run is in one shard; taken from the plan alone: the longest
-// first, each to the shard that has least to do so far.
+// Increasing indexes into the plan. Each run is in exactly one shard, which depends only on the
+// plan: the longest run first, each to the shard with the least work so far.
 std::vector<std::size_t> runs_of_shard(const Plan& plan, const Shard& shard);
 
-// [first, last) of `count`: the shards' ranges follow each other, are at most one apart in size,
-// and are empty where there are fewer pieces than shards.
+// [first, last) of `count`: the ranges of the shards follow each other, differ in size by at most
+// one, and are empty if there are fewer pieces than shards.
 std::pair<std::uint32_t, std::uint32_t> range_of_shard(std::uint32_t count, const Shard& shard);
 
 }  // namespace ensonify

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// When a file was last written, since 1970.
+// The time when a file was last written, in seconds since 1970.
 std::optional<double> written_s(const fs::path& path) {
   struct stat info {};
   if (::lstat(path.c_str(), &info) != 0) return std::nullopt;
@@ -32,7 +32,7 @@ bool is_record(const std::string& name) {
   return name.ends_with(".json") && name.find_first_not_of("0123456789") == name.size() - 5;
 }
 
-// Records of pings that a run under way has.
+// Records of pings of an unfinished run.
 void count_records(const fs::path& folder, double recent_s, RunStatus& status) {
   std::error_code error;
   const fs::path sequences = folder / layout::kWorkFolder / "sequences";
@@ -50,7 +50,7 @@ void count_records(const fs::path& folder, double recent_s, RunStatus& status) {
   }
 }
 
-// Of a run that is done, whose records are gone: the part since `recent_s`.
+// For a finished run, whose records are gone: the part of its pings since `recent_s`.
 double recent_pings(const RunStatus& run, double recent_s) {
   if (run.changed_s <= recent_s) return 0;
   const double all_s = run.changed_s - run.begun_s;
@@ -58,7 +58,7 @@ double recent_pings(const RunStatus& run, double recent_s) {
   return static_cast<double>(run.pings) * std::clamp(part, 0.0, 1.0);
 }
 
-// How long the process that ended a run was at work on it.
+// How long the process that finished a run worked on it.
 std::optional<double> wall_seconds(const fs::path& folder) {
   const Result<std::string> text = read_file(folder / layout::kProvenanceJson);
   if (!text) return std::nullopt;
@@ -139,8 +139,9 @@ std::string status_text(const std::string& name, const Plan& plan,
                                  counted(status.runs, "run"), status.done, status.begun,
                                  status.failed, status.missing);
   if (status.silent > 0) {
-    text += fmt::format("{} of the running wrote nothing for {} and may have been cut off\n",
-                        status.silent, duration_text(kSilentSeconds));
+    text +=
+        fmt::format("{} of the running runs wrote nothing for {} and may have been interrupted\n",
+                    status.silent, duration_text(kSilentSeconds));
   }
   text += fmt::format("{} of {}", status.pings_done, counted(status.pings, "ping"));
   if (status.pings_to_come > 0 && status.pings_per_s) {

@@ -1,4 +1,4 @@
-// How far a sweep is, from the files in its folder alone.
+// The progress of a sweep, from the files in its folder alone.
 //
 //   RunState  RunStatus  run_status
 //   SweepStatus  sum_up
@@ -16,11 +16,11 @@
 namespace ensonify {
 
 enum class RunState {  // state_name has their names in this order
-  missing,             // nobody has begun it
-  begun,               // under way, or cut off
-  failed,              // and not done since
+  missing,             // not begun
+  begun,               // running or interrupted
+  failed,              // and not finished since
   done,
-  damaged  // done, and files of it are gone or not as they should be: finalizing alone reads them
+  damaged  // finished, but files are missing or wrong: only finalizing reads them
 };
 
 // done, failed, running, missing, damaged
@@ -28,14 +28,14 @@ std::string state_name(RunState state);
 
 struct RunStatus {
   RunState state = RunState::missing;
-  std::uint64_t pings = 0;            // done
+  std::uint64_t pings = 0;            // finished
   double begun_s = 0, changed_s = 0;  // of its pings, since 1970; 0: there are none
-  double recent_pings = 0;            // done within kRateSeconds before `now_s`
-  std::optional<RunFailure> failure;  // of a failed one
+  double recent_pings = 0;            // finished within kRateSeconds before `now_s`
+  std::optional<RunFailure> failure;  // of a failed run
 };
 
-// The speed is that of the last kRateSeconds. Of a run that is done, pings are taken to have come
-// evenly while the process that ended it was at work on it.
+// The speed is that of the last kRateSeconds. The pings of a finished run are assumed to be evenly
+// distributed over the time in which the process that finished it worked on it.
 inline constexpr double kSilentSeconds = 600, kRateSeconds = 600;
 
 // `now_s`: since 1970.
@@ -51,7 +51,7 @@ struct SweepStatus {
 
 SweepStatus sum_up(const Plan& plan, const std::vector<RunStatus>& runs, double now_s);
 
-// Some lines for people, failed runs and their reasons last.
+// Some lines of text, with failed runs and their reasons last.
 std::string status_text(const std::string& name, const Plan& plan,
                         const std::vector<RunStatus>& runs, const SweepStatus& status);
 

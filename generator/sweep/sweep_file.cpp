@@ -24,7 +24,7 @@ std::string default_name(const std::string& label) {
   return printable && !stem.empty() && stem.size() <= kMaxNameBytes ? stem : "sweep";
 }
 
-// The axis that gives this key path in each of its values.
+// The axis that sets this key path in all of its values.
 const Axis* axis_of(const SweepFile& sweep, std::string_view path, bool always) {
   for (const AxisGroup& group : sweep.axes) {
     for (const Axis& axis : group.axes) {
@@ -47,7 +47,7 @@ class SweepParser {
     const auto scenario = child(root, "ensonify");
     if (scenario && !child(root, "ensonify_sweep")) {
       add_fault(faults_, scenario->place, scenario->path,
-                "this is a scenario, accepted is a sweep; `ensonify generate` takes it");
+                "this is a scenario; expected a sweep (`ensonify generate` reads scenarios)");
       return sweep_;
     }
     open_map(
@@ -94,8 +94,9 @@ class SweepParser {
 
   void put_in(const Value& set) {
     if (set.node->kind != NodeKind::map) {
-      add_fault(faults_, set.place, set.path,
-                "accepted is a map of key paths and their values, as in {trajectory.pings: 3}");
+      add_fault(
+          faults_, set.place, set.path,
+          "not a map; expected a map of key paths and their values, such as {trajectory.pings: 3}");
       return;
     }
     if (!sweep_.tree) return;
@@ -122,22 +123,24 @@ class SweepParser {
     const Axis* axis = axis_of(sweep_, key, true);
     if (axis == nullptr) return;
     add_fault(faults_, place, path,
-              fmt::format("of no effect beside the axis {}", shown(axis->name)));
+              fmt::format("has no effect with the axis {}", shown(axis->name)));
   }
 
   void read_seeds(const Value& seeds, const Value& root) {
     sweep_.seeds_place = seeds.place;
     if (const Axis* axis = axis_of(sweep_, "seed", false)) {
-      add_fault(faults_, seeds.place, seeds.path,
-                fmt::format("beside the axis {}, which gives the seed, accepted is either",
-                            shown(axis->name)));
+      add_fault(
+          faults_, seeds.place, seeds.path,
+          fmt::format(
+              "cannot be given with the axis {}, which sets the seed; expected only one of them",
+              shown(axis->name)));
     }
     if (seeds.node->kind == NodeKind::list) return read_seed_list(seeds);
     int count = 0;
     if (!read_integer(faults_, root, "seeds", 1, kMaxSeeds, count)) return;
     if (sweep_.base_seed > std::numeric_limits<std::uint64_t>::max() - kMaxSeeds) {
       add_fault(faults_, seeds.place, seeds.path,
-                fmt::format("the base's seed {} has no {} after it, accepted is a list of seeds",
+                fmt::format("the seed {} of the base has no {} after it; expected a list of seeds",
                             sweep_.base_seed, count));
       return;
     }
@@ -150,12 +153,12 @@ class SweepParser {
     const std::size_t count = seeds.node->items.size();
     if (count == 0 || count > kMaxSeeds) {
       add_fault(faults_, seeds.place, seeds.path,
-                fmt::format("a list of {}, accepted are 1 to {} seeds", count, kMaxSeeds));
+                fmt::format("found a list of length {}; expected 1 to {} seeds", count, kMaxSeeds));
       return;
     }
     std::set<std::uint64_t> seen;
     for (std::size_t i = 0; i < count; ++i) {
-      // As if it were a key of a map, for read_seed.
+      // As a key of a map, for read_seed.
       Node map;
       map.kind = NodeKind::map;
       map.keys.push_back({std::to_string(i), false, seeds.place});
@@ -164,7 +167,7 @@ class SweepParser {
       if (!read_seed(faults_, {&map, seeds.place, seeds.path}, map.keys[0].text, seed)) continue;
       if (!seen.insert(seed).second) {
         add_fault(faults_, map.items[0].place, path_of(seeds, map.keys[0].text),
-                  fmt::format("{} is given twice, accepted are seeds that differ", seed));
+                  fmt::format("{} is given twice; expected different seeds", seed));
       }
       sweep_.seeds.push_back(seed);
     }
@@ -183,14 +186,14 @@ class SweepParser {
       const std::size_t close = text.find_first_of("{}", open + 1);
       if (text[open] == '}' || close == std::string::npos || text[close] == '{') {
         add_fault(faults_, given.place, given.path,
-                  "braces that do not pair, accepted is text with axes as {" + names[0] + "}");
+                  "the braces do not match; expected text with axes such as {" + names[0] + "}");
         return;
       }
       const std::string name = text.substr(open + 1, close - open - 1);
       if (axes_are_whole_ && std::find(names.begin(), names.end(), name) == names.end()) {
         add_fault(faults_, given.place, given.path,
-                  fmt::format("{} is no axis{}, accepted are {}", shown(name), hint(name, known),
-                              joined(known)));
+                  fmt::format("{} is not an axis{}; expected one of {}", shown(name),
+                              hint(name, known), joined(known)));
       }
       sweep_.run_name.push_back({name, true});
       at = close + 1;
@@ -206,7 +209,7 @@ class SweepParser {
           given.node->text.size() > kMaxConditionBytes ||
           first_control_character(given.node->text, "")) {
         add_fault(faults_, given.place, given.path,
-                  fmt::format("accepted is a condition on one line, up to {} bytes, as in "
+                  fmt::format("not a condition; expected one line of up to {} bytes, such as "
                               "\"range_max_m > 10 && frequency_hz < 5e5\"",
                               kMaxConditionBytes));
         continue;
@@ -219,20 +222,20 @@ class SweepParser {
 
   void count_points(const Value& root) {
     if (!child(root, "axes") && !child(root, "seeds")) {
-      add_fault(faults_, root.place, "axes", "missing, accepted are axes, or seeds");
+      add_fault(faults_, root.place, "axes", "missing; expected axes or seeds");
     }
     if (const auto axes = child(root, "axes");
         axes && axes->node->kind == NodeKind::list && axes->node->items.empty()) {
-      add_fault(faults_, axes->place, axes->path, "empty, accepted is a list of axes");
+      add_fault(faults_, axes->place, axes->path, "the list is empty; expected at least one axis");
     }
     sweep_.product = std::max<std::size_t>(1, sweep_.seeds.size());
     for (const AxisGroup& group : sweep_.axes) {
       sweep_.product *= group.axes[0].values.size();
       if (sweep_.product <= kMaxAxisValues) continue;
       const Value axes = child_or_empty(root, "axes");
-      add_fault(
-          faults_, axes.place, axes.path,
-          fmt::format("more than {} points with all seeds, accepted are fewer", kMaxAxisValues));
+      add_fault(faults_, axes.place, axes.path,
+                fmt::format("there are more than {} points with all seeds; expected fewer",
+                            kMaxAxisValues));
       return;
     }
   }
@@ -240,7 +243,7 @@ class SweepParser {
   const fs::path& folder_;
   Faults& faults_;
   SweepFile sweep_;
-  bool axes_are_whole_ = false;  // without it whoever names an axis may be right
+  bool axes_are_whole_ = false;  // otherwise a text that names an unknown axis may be right
 };
 
 }  // namespace

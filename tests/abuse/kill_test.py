@@ -94,7 +94,7 @@ class Kills(Case):
             process.send_signal(number)
             said = process.communicate()[1]
             self.assertEqual(process.returncode, 130, said)
-            self.assertIn("goes on", said)
+            self.assertIn("repeat the command to resume", said)
             self.assertGreater(self.records(output), before)
             self.assertFalse(list(output.glob(".work/tmp/*")), "left over")
         # Under nohup a closed terminal is no reason to stop.

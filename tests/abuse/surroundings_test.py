@@ -88,7 +88,7 @@ class Limits(Case):
             if done.returncode == 5:
                 told = done.stderr
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("starts no more threads; give fewer by --threads", told)
+        self.assertIn("cannot start more threads; give fewer --threads", told)
         self.assertEqual(contents(self.folder / f"out{most}"), self.undisturbed())
 
 

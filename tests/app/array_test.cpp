@@ -216,7 +216,7 @@ TEST_CASE("snr_db is measured against the pixels with an echo") {
 
 TEST_CASE("snr_db without any echo is refused") {
   CHECK_THROWS_WITH(SceneRun("sonar_tank", small_with({{"noise.snr_db", "20"}, {"objects", "[]"}})),
-                    Catch::Contains("noise.snr_db: ping 0 hears no echo"));
+                    Catch::Contains("noise.snr_db: ping 0 has no echo"));
 }
 
 // Protects the gain of a chirp: b T = 29.9 kHz x 1 ms = 14.757 dB less noise, the echo unchanged.

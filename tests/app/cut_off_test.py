@@ -58,7 +58,7 @@ class CutOff(Case):
             process.send_signal(number)
             message = process.communicate()[1].decode()
             self.assertEqual(process.returncode, 130, message)
-            self.assertIn("goes on", message)
+            self.assertIn("repeat the command to resume", message)
         self.assertEqual(run("generate", self.scenario, "-o", output).returncode, 0)
         self.assertEqual(hashes(output), expected)
 
@@ -117,7 +117,7 @@ class CutOff(Case):
         result = run("generate", output / "scenario.yaml", "-o", output, "--seed", 5, "--overwrite",
                      *pings)
         self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("own input", result.stderr)
+        self.assertIn("the input file", result.stderr)
         self.assertEqual(hashes(output), before)
 
     def test_foreign_folder_is_not_touched(self):

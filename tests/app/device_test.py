@@ -169,7 +169,7 @@ class Device(Case):
         self.assertTrue(records)
         again = on_device(self.scenario, "-o", output)
         self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertIn("continuing: ", again.stderr)
+        self.assertIn("resuming: ", again.stderr)
         self.assertEqual(hashes(output), hashes(undisturbed))
 
     def test_runs_of_a_sweep_share_the_device(self):

@@ -77,7 +77,7 @@ class Crowded(Case):
         alone = run("generate", self.scenario, "-o", self.folder / "alone", "--sequences",
                     f"{failed}:{failed + 1}")
         self.assertEqual(alone.returncode, 2, alone.stderr)
-        self.assertIn("no data set: 1 of 1 sequence could not be made", alone.stderr)
+        self.assertIn("no data set was made: 1 of 1 sequence could not be made", alone.stderr)
         self.assertFalse((self.folder / "alone/dataset.json").exists())
 
     def test_an_input_file_that_is_gone_is_no_failure_of_a_sequence(self):

@@ -118,13 +118,13 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
     CHECK(status.error().message.find(words) != std::string::npos);
     CHECK_FALSE(fs::exists(last.output / "dataset.sha256"));
   };
-  refused("holds no sequences");
+  refused("contains no sequences");
   CHECK_FALSE(fs::exists(last.output));
   for (const std::size_t k : {3u, 1u, 0u}) {
     shard.shard = Shard{k, 4};
     REQUIRE(generate(shard).ok());
   }
-  refused("1 of 3 sequences missing; make them (--shard, or --sequences 2:3, which");
+  refused("1 of 3 sequences missing; make them with --shard or --sequences 2:3, which");
   GenerateOptions other = last;
   other.input.overrides.push_back({"seed", "8"});
   CHECK(finalize_dataset(other).error().message.find("seed") != std::string::npos);

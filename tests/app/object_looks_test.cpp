@@ -96,6 +96,7 @@ TEST_CASE("what no ray meets is told") {
   CHECK(behind.looks[1].pixels == 0);
   const Looked level = looked(scene("[3, 0, -1.25]", 0.01, "[0, 0.35, 0]"));
   REQUIRE(level.warnings.size() == 3);
-  CHECK(level.warnings[0] == "ping 0 of sequence 0: no ray of the fan meets anything in range; "
-                             "sonar.mount.rotation_deg is in degrees");
+  CHECK(level.warnings[0] ==
+        "ping 0 of sequence 0: no ray of the fan hits anything in range; "
+        "sonar.mount.rotation_deg is in degrees");
 }

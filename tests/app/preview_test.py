@@ -112,7 +112,8 @@ class Pages(Case):
         self.assertEqual(shown[1]["stem"], f"000000/{(last + 1) // 2:06d}")
         self.assertEqual(report["totals"], {"sequences": 1, "pings": len(poses)})
         self.assertEqual(report["shown"]["pings"], 3)
-        self.assertIn(f"3 of {len(poses)} pings, rays 64 x 20 for 128 x 40, 12 a cell for 24", told)
+        self.assertIn(f"3 of {len(poses)} pings, rays 64 x 20 instead of 128 x 40, "
+                      "12 per cell instead of 24", told)
 
     def test_the_picture_and_the_way_are_those_of_the_data_set(self):
         self.preview("small.yaml")

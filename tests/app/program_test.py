@@ -110,7 +110,7 @@ class Commands(Case):
         exported = run("export", output, "--format", "yolo", "-o", self.folder / "yolo")
         self.assertIn("1 ping of 1 sequence as yolo\n", exported.stderr)
         (output / "sequences/000000/range_m.npy").write_bytes(b"cut")
-        self.assertTrue(run("verify", output).stderr.endswith(": 1 fault\n"))
+        self.assertTrue(run("verify", output).stderr.endswith(": 1 error\n"))
 
     def test_a_scenario_comes_by_standard_input(self):
         text = self.scenario.read_text()

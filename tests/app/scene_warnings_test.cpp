@@ -48,9 +48,10 @@ TEST_CASE("a mesh of an unlikely size is told with its likely unit") {
     return scene.warnings("  - {name: t, material: m, shape: {mesh: {file: t.obj" + more +
                           "}}, pose: {position_m: [2, 0, 0]}}\n");
   };
-  CHECK(of(660, "") == std::vector<std::string>{"t: the mesh is 660 x 660 x 660 m; its unit may not "
-                                                "be the metre: scale: 0.001 makes 0.66 x 0.66 x "
-                                                "0.66 m"});
+  CHECK(of(660, "") ==
+        std::vector<std::string>{"t: the mesh is 660 x 660 x 660 m; its unit may not "
+                                 "be the meter: scale: 0.001 makes 0.66 x 0.66 x "
+                                 "0.66 m"});
   CHECK(of(0.0005, "").at(0).ends_with("scale: 1000 makes 0.5 x 0.5 x 0.5 m"));
   CHECK(of(660, ", scale: 0.001").empty());
   CHECK(of(29, "").empty());
@@ -85,7 +86,7 @@ TEST_CASE("a sonar in something solid is told") {
       {"mesh: {file: t.obj}", "[-0.5, -0.5, -0.5]", "[-1.1, -1.1, -1.1]", "inside it"},
       {"heightfield: {size_m: [8, 8], cell_m: 1}", "[0, 0, 0.5]", "[0, 0, -0.5]", "below it"},
       {"box: {size_m: [4, 4, 4], inward_facing: true}", "[2.1, 0, 0]", "[1.9, 0, 0]",
-       "outside of the room it"},
+       "outside the room it"},
   };
   for (const Case& of : cases) {
     INFO(of.shape);
@@ -101,7 +102,7 @@ TEST_CASE("a sonar in something solid is told") {
 TEST_CASE("a range from which nothing comes back is told") {
   const Scene scene;
   const std::string water = "  []\nwater: {absorption: {fixed_db_m: ";
-  CHECK(scene.warnings(water + "25.1}}\n").at(0).find("nothing is heard beyond 5 m") !=
+  CHECK(scene.warnings(water + "25.1}}\n").at(0).find("no echoes from beyond 5 m") !=
         std::string::npos);
   CHECK(scene.warnings(water + "24.9}}\n").empty());
 }
@@ -116,6 +117,7 @@ TEST_CASE("objects in one place are told once") {
                (i < 3 ? "0" : "0.1") + ", 0]}}\n";
   }
   CHECK(scene.warnings(objects) ==
-        std::vector<std::string>{"ball_0 and ball_1 lie in one place and are of one size, and so do 1 "
-                                 "more; objects of a count need a sampled position or a place"});
+        std::vector<std::string>{
+            "ball_0 and ball_1 have the same place and the same size, and so do 1 "
+            "more; copies of an entry need a sampled position or a place"});
 }

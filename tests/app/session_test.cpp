@@ -104,7 +104,7 @@ TEST_CASE("bounced echoes are judged by the rays of the fan") {
        {std::pair{kByNeed, kMirror}, std::pair{kFew, kMirror + kFixed}}) {
     const auto told = warnings(rays, more);
     REQUIRE(told.size() == 1);
-    CHECK(holds(told[0], "echoes over mirrors"));
+    CHECK(holds(told[0], "specular and multipath echoes"));
     CHECK(holds(told[0], "raise sonar.rays.elevation"));
   }
   CHECK(warnings(kFew, kMirror).size() == 1);

@@ -63,7 +63,7 @@ class Statistics(unittest.TestCase):
             message = process.communicate()[1]
             codes.append(process.returncode)
             if codes[-1] == 130:
-                self.assertIn("goes on", message)
+                self.assertIn("repeat the command to resume", message)
                 said = int(re.search(rb"count (\d+)\n", (records / "moments.bin").read_bytes())[1])
                 self.assertGreaterEqual(said, kept)
                 self.assertEqual(said % 8, 0)
@@ -72,7 +72,7 @@ class Statistics(unittest.TestCase):
         self.assertGreater(kept, 0)
         last = run(*generate(output)[1:])
         self.assertEqual(last.returncode, 0, last.stderr)
-        self.assertIn(f"continuing: {kept} of 400 pings there already", last.stderr)
+        self.assertIn(f"resuming: {kept} of 400 pings already made", last.stderr)
         self.assertEqual(contents(output), expected)
 
     @staticmethod

@@ -60,7 +60,7 @@ class Failures(SweepTest):
                 self.assertEqual(run("verify", folder).returncode, 0)
         verified = run("verify", self.out)
         self.assertEqual(verified.returncode, 1)
-        self.assertTrue(verified.stderr.endswith(": 2 faults\n"), verified.stderr)
+        self.assertTrue(verified.stderr.endswith(": 2 errors\n"), verified.stderr)
         self.assertEqual(len(re.findall(r"^.*runs/[0-9a-f]{16}: is not done \(file=bad\.obj", verified.stderr, re.M)), 2)
         status = self.go("--status").stdout
         self.assertIn("failing: 4 runs: 2 done, 0 running, 2 failed, 0 missing\n", status)
@@ -176,7 +176,7 @@ class Failures(SweepTest):
 
 class Telling(SweepTest):
     def test_status_follows_the_files(self):
-        self.assertIn("no sweep has begun", self.go("--status", expect=2).stderr)
+        self.assertIn("not the folder of a sweep", self.go("--status", expect=2).stderr)
         self.go("--quiet", "--shard", "0/2")
         first = self.go("--status").stdout
         done = len(list((self.out / "runs").iterdir()))
@@ -199,7 +199,7 @@ class Telling(SweepTest):
         old = time.time() - 3600
         for path in [folder / "work.json", folder / ".work/sequences/000000/000001.json"]:
             os.utime(path, (old, old))
-        self.assertIn("1 of the running wrote nothing for 10 min", self.go("--status").stdout)
+        self.assertIn("1 of the running runs wrote nothing for 10 min", self.go("--status").stdout)
 
     def test_the_table_tells_what_the_files_tell(self):
         """Its numbers against arrays that NumPy reads."""

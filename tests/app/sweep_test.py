@@ -127,7 +127,7 @@ class Running(SweepTest):
         whole = run("verify", self.out)
         self.assertEqual(whole.returncode, 0, whole.stderr)
         files = sum(path.is_file() for path in self.out.glob("runs/*/**/*") if path.name != "provenance.json")
-        self.assertIn(f"{self.out}: whole: {files} files, ", whole.stderr)
+        self.assertIn(f"{self.out}: complete and undamaged: {files} files, ", whole.stderr)
         damaged = sorted(self.out.glob("runs/*"))[-1] / "sequences/000000/range_m.npy"
         content = damaged.read_bytes()
         damaged.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
@@ -179,11 +179,11 @@ class Running(SweepTest):
         self.assertEqual(self.plan(), plan)
 
     def test_a_set_that_is_wrong_is_refused(self):
-        for given, words in (("seed", "--set seed: accepted is KEY.PATH=VALUE"),
+        for given, words in (("seed", "--set seed: no value; expected KEY.PATH=VALUE"),
                              ("sonar.nothing=1", "--set sonar.nothing: sonar.nothing"),
                              ("sonar.range_max_m=-1", "sonar.range_max_m: "),
-                             ("trajectory.pings=2", "--set trajectory.pings: trajectory.pings: of no effect "
-                                                    "beside the axis `pings`")):
+                             ("trajectory.pings=2", "--set trajectory.pings: trajectory.pings: has no effect "
+                                                    "with the axis `pings`")):
             with self.subTest(given=given):
                 self.assertIn(words, self.go("--set", given, expect=2).stderr)
         self.assertFalse(self.out.exists())
@@ -227,7 +227,7 @@ class Running(SweepTest):
         self.go("--quiet", "--shard", "0/12")
         head = self.out / "sweep.json"
         head.write_text(head.read_text().replace('"version": "', '"version": "9'))
-        for out, status, words in (("foreign", 2, "holds other things"), ("file", 4, "Not a directory"),
+        for out, status, words in (("foreign", 2, "contains other files"), ("file", 4, "Not a directory"),
                                    ("data", 2, "is a data set"), ("out", 2, "began this sweep")):
             for more in (["--list"], []):
                 with self.subTest(out=out, more=more):
@@ -282,7 +282,7 @@ class Interrupts(SweepTest):
             said = process.communicate()[1]
             codes.append(process.returncode)
             if codes[-1] == 130:
-                self.assertIn("goes on", said)
+                self.assertIn("repeat the command to resume", said)
         self.assertIn(-signal.SIGKILL, codes)
         self.assertIn(130, codes)
         self.go("--quiet")

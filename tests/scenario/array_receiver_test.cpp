@@ -76,8 +76,8 @@ TEST_CASE("a resolved array reads back to the same text") {
 TEST_CASE("wrong arrays are told with their place") {
   const std::pair<std::string, std::pair<std::string, std::string>> cases[] = {
       {"mode: line", {"sonar.receiver.mode:", "one of beams, array"}},
-      {"elements: 4", {"sonar.receiver.elements:", "of no effect beside mode: beams"}},
-      {"mode: beams, focus: none", {"sonar.receiver.focus:", "of no effect beside mode: beams"}},
+      {"elements: 4", {"sonar.receiver.elements:", "has no effect with mode: beams"}},
+      {"mode: beams, focus: none", {"sonar.receiver.focus:", "has no effect with mode: beams"}},
       {"mode: array, elements: 0", {"sonar.receiver.elements:", "an integer from 1 to 4096"}},
       {"mode: array, elements: 4097", {"sonar.receiver.elements:", "an integer from 1 to 4096"}},
       {"mode: array, spacing_m: 0", {"sonar.receiver.spacing_m:", "a number > 0"}},
@@ -87,9 +87,9 @@ TEST_CASE("wrong arrays are told with their place") {
       {"mode: array, gain_error_db: -1", {"sonar.receiver.gain_error_db:", "from 0 to 40"}},
       {"mode: array, dead: 3", {"sonar.receiver.dead:", "list"}},
       {"mode: array, dead: [-1]", {"sonar.receiver.dead.0:", "from 0 to 4095"}},
-      {"mode: array, dead: [1.5]", {"sonar.receiver.dead.0:", "no integer"}},
-      {"mode: array, dead: [1, 2, 1]", {"sonar.receiver.dead:", "element 1 is named twice"}},
-      {"mode: array, elements: 4, dead: [4]", {"sonar.receiver.dead:", "accepted is 0 to 3"}},
+      {"mode: array, dead: [1.5]", {"sonar.receiver.dead.0:", "not an integer"}},
+      {"mode: array, dead: [1, 2, 1]", {"sonar.receiver.dead:", "element 1 is listed twice"}},
+      {"mode: array, elements: 4, dead: [4]", {"sonar.receiver.dead:", "expected 0 to 3"}},
       {"mode: array, elements: 2, dead: [1, 0]", {"sonar.receiver.dead:", "all 2 elements"}},
       {"mode: array, element: 4", {"sonar.receiver.element:", "did you mean elements?"}},
   };

@@ -94,7 +94,7 @@ TEST_CASE("kinds of classes are checked") {
        "5:24: classes.buoy.kind:", "one of thing, stuff"},
       {target + "classes: {buoy: {}}", "5:17: classes.buoy.kind:", "missing"},
       {target + "classes: {buoy: {kind: {choice: [thing, stuff]}}}",
-       "5:10: classes:", "may not be sampled"},
+       "5:10: classes:", "cannot be sampled"},
       {target + "classes: [buoy]", "5:10: classes:", "a map of classes"},
   });
 }

@@ -146,7 +146,7 @@ TEST_CASE("files of every alternative are input files") {
     const auto missing = parse_scenario(head + "{choice: [{plane: {}}, {mesh: {file: d.obj}}]}}\n",
                                         "t.yaml", folder.path(), {}, sequence);
     REQUIRE_FALSE(missing.ok());
-    CHECK(missing.error().message.find("`d.obj` is not there") != std::string::npos);
+    CHECK(missing.error().message.find("`d.obj` does not exist") != std::string::npos);
   }
 }
 

@@ -13,7 +13,7 @@ using testing::tells;
 // Protects the contract's "nothing of a later version": keys that do not work yet are unknown.
 TEST_CASE("keys of later versions are unknown") {
   check_single_faults({
-      {"statistics: true", "4:1: statistics:", "unknown key, accepted are ensonify, name"},
+      {"statistics: true", "4:1: statistics:", "unknown key; expected one of ensonify, name"},
       {"scattering: {speckle: bounces}",
        "4:23: scattering.speckle:", "one of per_ping, per_ray, surface"},
   });
@@ -26,10 +26,11 @@ TEST_CASE("an unknown key is met with the nearest known one") {
       {"output: {timeserie: npy}", "4:10: output.timeserie:", "did you mean timeseries?"},
       {"trajectory: {poses: [{position: [0, 0, 0]}]}",
        "4:23: trajectory.poses.0.position:", "did you mean position_m?"},
-      {"zzz: 1", "4:1: zzz:", "unknown key, accepted are ensonify, name, seed, sequences, variables, sonar"},
+      {"zzz: 1", "4:1: zzz:",
+       "unknown key; expected one of ensonify, name, seed, sequences, variables, sonar"},
       {"objects:\n  - {name: a, material: m, shape: {plane: {size: 1}}}\n"
        "materials: {m: {reflectivity: 1}}",
-       "5:44: objects.0.shape.plane.size:", "no key is accepted here"},
+       "5:44: objects.0.shape.plane.size:", "this map has no keys"},
   });
 }
 
@@ -37,30 +38,30 @@ TEST_CASE("an unknown key is met with the nearest known one") {
 TEST_CASE("wrong numbers are faults with the accepted range") {
   check_single_faults({
       {"seed: -1", "4:7: seed:", "from 0 to 18446744073709551615"},
-      {"seed: 18446744073709551616", "4:7: seed:", "no unsigned 64-bit integer"},
-      {"seed: 1.0", "4:7: seed:", "no unsigned 64-bit integer"},
-      {"seed: \"7\"", "4:7: seed:", "the quoted text `7` is no number"},
+      {"seed: 18446744073709551616", "4:7: seed:", "not an unsigned 64-bit integer"},
+      {"seed: 1.0", "4:7: seed:", "not an unsigned 64-bit integer"},
+      {"seed: \"7\"", "4:7: seed:", "the quoted text `7` is not a number"},
       {"seed: 010", "4:7: seed:", "`010` looks octal"},
       {"seed: 0o17", "4:7: seed:", "`0o17` looks octal"},
       {"sequences: 0", "4:12: sequences:", "an integer from 1 to 1000000"},
       {"sequences: 1000001", "4:12: sequences:", "an integer from 1 to 1000000"},
       {"sequences: 99999999999999999999", "4:12: sequences:", "out of range"},
-      {"sequences: 1.5", "4:12: sequences:", "`1.5` is no integer"},
-      {"sequences: [1]", "4:12: sequences:", "a list is no number"},
+      {"sequences: 1.5", "4:12: sequences:", "`1.5` is not an integer"},
+      {"sequences: [1]", "4:12: sequences:", "a list is not a number"},
       {"water: {sound_speed_m_s: -010}", "4:26: water.sound_speed_m_s:", "`-010` looks octal"},
       {"water: {sound_speed_m_s: .nan}", "4:26: water.sound_speed_m_s:", "not finite"},
       {"water: {sound_speed_m_s: inf}", "4:26: water.sound_speed_m_s:", "not finite"},
       {"water: {sound_speed_m_s: 1e999}", "4:26: water.sound_speed_m_s:", "too large or too small"},
       {"water: {sound_speed_m_s: 0x5DC}", "4:26: water.sound_speed_m_s:", "plain decimal"},
       {"water: {sound_speed_m_s: 1_500}", "4:26: water.sound_speed_m_s:", "plain decimal"},
-      {"water: {sound_speed_m_s: fast}", "4:26: water.sound_speed_m_s:", "`fast` is no number"},
-      {"water: {sound_speed_m_s: }", "4:9: water.sound_speed_m_s:", "nothing is no number"},
+      {"water: {sound_speed_m_s: fast}", "4:26: water.sound_speed_m_s:", "`fast` is not a number"},
+      {"water: {sound_speed_m_s: }", "4:9: water.sound_speed_m_s:", "nothing is not a number"},
       {"water: {sound_speed_m_s: {from: {temperature_c: 4, salinity_psu: 35}}}",
        "4:33: water.sound_speed_m_s.from.depth_m:", "missing"},
       {"water: {sound_speed_m_s: {from: {temperature_c: 4, salinity_psu: 35, depth_m: 5}, b: 1}}",
        "4:83: water.sound_speed_m_s.b:", "unknown key"},
       {"water: {sound_speed_m_s: 20000}", "4:26: water.sound_speed_m_s:", "from 100 to 10000"},
-      {"water: {sound_speed_m_s: 1500 1}", "4:26: water.sound_speed_m_s:", "is no number"},
+      {"water: {sound_speed_m_s: 1500 1}", "4:26: water.sound_speed_m_s:", "is not a number"},
       {"scattering: {lambert_exponent: -1}", "4:32: scattering.lambert_exponent:", "from 0 to 100"},
       {"trajectory: {ping_rate_hz: 0}", "4:28: trajectory.ping_rate_hz:", "a number > 0"},
       {"trajectory: {pings: 0}", "4:21: trajectory.pings:", "from 1 to 1000000"},
@@ -77,25 +78,25 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
   check_single_faults({
       {"scattering: {speckle: per_pings}", "4:23: scattering.speckle:", "did you mean per_ping?"},
       {"output: {timeseries: png}",
-       "4:22: output.timeseries:", "accepted is one of npy, exr, both, none"},
+       "4:22: output.timeseries:", "expected one of npy, exr, both, none"},
       {"output: {timeseries: true}",
-       "4:22: output.timeseries:", "accepted is one of npy, exr, both, none"},
+       "4:22: output.timeseries:", "expected one of npy, exr, both, none"},
       {"output: {polar: yes}", "4:17: output.polar:", "true (on), false (off)"},
       {"output: {polar: 1}", "4:17: output.polar:", "true (on), false (off)"},
       {"output: {polar: \"true\"}", "4:17: output.polar:", "quoted text"},
-      {"output: {polar: {gain: 1}}", "4:18: output.polar.gain:", "no key is accepted here"},
+      {"output: {polar: {gain: 1}}", "4:18: output.polar.gain:", "this map has no keys"},
       {"output: {png: {db: [0]}}", "4:20: output.png.db:", "a list of 2 numbers"},
       {"output: {png: {db: [0, 1, 2]}}", "4:20: output.png.db:", "a list of 2 numbers"},
-      {"output: {png: {db: [0, x]}}", "4:24: output.png.db.1:", "`x` is no number"},
+      {"output: {png: {db: [0, x]}}", "4:24: output.png.db.1:", "`x` is not a number"},
       {"output: {png: {db: [10, 10]}}", "4:20: output.png.db:", "black below white"},
-      {"output: [1]", "4:9: output:", "a list stands here, accepted is a map with timeseries"},
-      {"objects: {a: 1}", "4:10: objects:", "a map stands here, accepted is a list"},
-      {"objects: [1]", "4:11: objects.0:", "accepted is a map with name"},
-      {"materials: [1]", "4:12: materials:", "accepted is a map of names"},
-      {"noise: {}", "4:8: noise:", "missing, accepted is either alone: spectrum_level_db"},
+      {"output: [1]", "4:9: output:", "found a list; expected a map with timeseries"},
+      {"objects: {a: 1}", "4:10: objects:", "found a map; expected a list"},
+      {"objects: [1]", "4:11: objects.0:", "expected a map with name"},
+      {"materials: [1]", "4:12: materials:", "expected a map of names"},
+      {"noise: {}", "4:8: noise:", "missing; expected either spectrum_level_db"},
       {"synthesis: {tolerance: 1e-2}", "4:24: synthesis.tolerance:", "from 1e-07 to 0.001"},
       {"synthesis: {tolerance: 1e-8}", "4:24: synthesis.tolerance:", "from 1e-07 to 0.001"},
-      {"noise:", "4:1: noise:", "nothing stands here"},
+      {"noise:", "4:1: noise:", "found nothing"},
       {"splits: {train: 0, val: 0}", "4:9: splits:", "a sum above zero"},
       {"splits: {train: -0.1, val: 1}", "4:17: splits.train:", "from 0 to"},
   });
@@ -108,10 +109,9 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
 // Protects the head: the format version decides how everything else is read.
 TEST_CASE("format version and names are checked") {
   const std::string sonar = "sonar: {preset: blueview_p900_90}\n";
-  CHECK(tells(faults_of("ensonify: 2\nname: t\n" + sonar),
-              "t.yaml:1:11: ensonify:", "accepted is 1"));
+  CHECK(tells(faults_of("ensonify: 2\nname: t\n" + sonar), "t.yaml:1:11: ensonify:", "expected 1"));
   CHECK(tells(faults_of("ensonify: 01\nname: t\n" + sonar), "t.yaml:1:11: ensonify:", "octal"));
-  CHECK(tells(faults_of("name: t\n" + sonar), "t.yaml:1:1: ensonify:", "missing, accepted is 1"));
+  CHECK(tells(faults_of("name: t\n" + sonar), "t.yaml:1:1: ensonify:", "missing; expected 1"));
   const auto name_fault = [&](const std::string& name) {
     return faults_of("ensonify: 1\nname: " + name + "\n" + sonar);
   };
@@ -123,7 +123,7 @@ TEST_CASE("format version and names are checked") {
     const auto lines = name_fault(name);
     CHECK(lines.size() == 1);
     const std::string place = *name == '\0' ? "t.yaml:2:1: name:" : "t.yaml:2:7: name:";
-    CHECK(tells(lines, place, "accepted is printable text of 1 to 128 bytes"));
+    CHECK(tells(lines, place, "expected printable text of 1 to 128 bytes"));
   }
   CHECK(name_fault(std::string(128, 'a')).empty());
   CHECK(tells(name_fault(std::string(129, 'a')), "t.yaml:2:7: name:", "longer than 128 bytes"));
@@ -136,7 +136,7 @@ TEST_CASE("a renamed key is an error that gives its current name") {
       "materials: {m: {reflectivity: 1}}\nobjects: [{name: a, material: m, shape: ";
   check_single_faults({
       {"trajectory: {jitter: {period_s: 5}}",
-       "4:22: trajectory.jitter:", "this key is now called wave_motion"},
+       "4:22: trajectory.jitter:", "this key was renamed; expected wave_motion"},
       {"output: {pack: sequence}", "4:16: output.pack:", "now called one_file_per"},
       {object + "{sphere: {radius_m: 1, inside: true}}}]",
        "5:72: objects.0.shape.sphere.inside:", "now called inward_facing"},
@@ -149,9 +149,10 @@ TEST_CASE("a renamed key is an error that gives its current name") {
       "  elevation: {width_deg: 20}\n  rays: {elevation: 8, per_cell: 10}\n");
   INFO(joined_lines(lines));
   REQUIRE(lines.size() == 2);
-  CHECK(
-      tells(lines, "t.yaml:7:", "sonar.beams.width_deg: this key is now called receive_width_deg"));
-  CHECK(tells(lines, "t.yaml:9:", "sonar.rays.per_cell: this key is now called min_per_cell"));
+  CHECK(tells(lines, "t.yaml:7:",
+              "sonar.beams.width_deg: this key was renamed; expected receive_width_deg"));
+  CHECK(tells(lines,
+              "t.yaml:9:", "sonar.rays.per_cell: this key was renamed; expected min_per_cell"));
 }
 
 // Protects references between the parts of a world, and what its masks can hold.
@@ -162,15 +163,15 @@ TEST_CASE("objects are checked against materials and each other") {
       {steel + "objects: [{name: a, material: stel" + plane.substr(0, plane.size() - 1) + "]",
        "5:31: objects.0.material:", "no material `stel` (did you mean steel?)"},
       {"objects: [{name: a, material: steel, shape: {plane: {}}}]",
-       "4:31: objects.0.material:", "none is defined under materials"},
+       "4:31: objects.0.material:", "expected one that is defined under materials"},
       {steel + "objects:\n  - {name: a, material: steel" + plane + "  - {name: a, material: steel" +
            plane,
-       "7:12: objects.1.name:", "the name `a` is taken by objects.0.name"},
+       "7:12: objects.1.name:", "the name `a` is already used by objects.0.name"},
       {steel + "objects:\n  - {name: a, material: steel" + plane +
            "point_targets: [{name: a, target_strength_db: 0, position_m: [0, 0, 0]}]",
        "7:24: point_targets.0.name:", "taken by objects.0.name"},
       {steel + "objects:\n  - {name: a, material: steel, shape: {}}",
-       "6:39: objects.0.shape:", "missing, accepted is one of box"},
+       "6:39: objects.0.shape:", "missing; expected one of box"},
       {steel + "objects:\n  - {name: a, material: steel}", "6:5: objects.0.shape:", "missing"},
       {steel +
            "objects:\n  - {name: a, material: steel, shape: {plane: {}, sphere: {radius_m: 1}}}",
@@ -179,8 +180,8 @@ TEST_CASE("objects are checked against materials and each other") {
        "6:58: objects.0.shape.box.size_m.1:", "a number > 0"},
       {steel + "objects:\n  - {name: a, material: steel, shape: {cylinder: {radius_m: 1}}}",
        "6:50: objects.0.shape.cylinder.height_m:", "missing"},
-      {"materials: {steel: {}}", "4:20: materials.steel:", "either alone: reflectivity"},
-      {"materials: {010: {reflectivity: 1}}", "4:13: materials.010:", "must be quoted"},
+      {"materials: {steel: {}}", "4:20: materials.steel:", "either reflectivity"},
+      {"materials: {010: {reflectivity: 1}}", "4:13: materials.010:", "unless it is quoted"},
       {"materials: {a: {reflectivity: -1}}", "4:31: materials.a.reflectivity:", "from 0 to"},
       {"point_targets: [{name: a, position_m: [0, 0, 0]}]",
        "4:17: point_targets.0.target_strength_db:", "missing"},
@@ -218,7 +219,7 @@ TEST_CASE("poses are checked") {
   check_single_faults({
       {"trajectory: {poses: []}", "4:21: trajectory.poses:", "at least one pose"},
       {"trajectory:\n  poses:\n    - {time_s: 0}\n    - {time_s: 1}\n    - {time_s: 1}",
-       "8:16: trajectory.poses.2.time_s:", "1 s does not come after the 1 s before it"},
+       "8:16: trajectory.poses.2.time_s:", "1 s is not after the 1 s of the pose before"},
       {"trajectory: {poses: [{time_s: 0}, {}]}", "4:35: trajectory.poses.1.time_s:", "missing"},
       {"trajectory: {poses: [{rotation_deg: [0, 0, 0], quaternion_wxyz: [1, 0, 0, 0]}]}",
        "4:48: trajectory.poses.0:", "exclude each other"},
@@ -236,7 +237,7 @@ TEST_CASE("absorption is fixed or a model") {
       {"water: {absorption: {}}", "4:21: water.absorption:", "fixed_db_m (dB/m) or model"},
       {"water: {absorption: {ph: 8}}", "4:21: water.absorption:", "fixed_db_m (dB/m) or model"},
       {"water: {absorption: {fixed_db_m: 0.1, ph: 8}}",
-       "4:43: water.absorption.ph:", "of no effect"},
+       "4:43: water.absorption.ph:", "has no effect"},
       {"water: {absorption: {fixed_db_m: 0.1, model: francois_garrison}}",
        "4:39: water.absorption:", "exclude each other"},
       {"water: {absorption: {model: ainslie_mccol}}",
@@ -255,7 +256,7 @@ TEST_CASE("all faults are told at once, in the order of the file") {
   REQUIRE(lines.size() == 9);
   const std::vector<std::string> begins = {"2:7: name:",
                                            "3:7: seed:",
-                                           "4:1: seed: key given twice",
+                                           "4:1: seed: the key is given twice",
                                            "5:1: sonr:",
                                            "6:17: sonar.preset:",
                                            "7:31: materials.a.reflectivity:",
@@ -298,7 +299,8 @@ TEST_CASE("what is wrong with all copies of an entry is told once") {
   CHECK(tells(lines, "t.yaml:5:43: objects.0.material:", "no material `concret`"));
   CHECK(tells(lines, "t.yaml:5:64: objects.0.place.on:", "no object `flor`"));
   CHECK(tells(lines, "t.yaml:5:134: objects.0.shape.box.size_m.0.uniform.1:", "not finite"));
-  CHECK(tells(lines, "t.yaml:5:152: objects.0.shape.box.size_m.1.uniform.0:", "`b` is no number"));
+  CHECK(
+      tells(lines, "t.yaml:5:152: objects.0.shape.box.size_m.1.uniform.0:", "`b` is not a number"));
   CHECK(tells(lines, "t.yaml:5:164: objects.0.shape.box.siz:", "unknown key"));
   CHECK(tells(lines, "t.yaml:6:21: trajectory.pings:", "out of range"));
 }

@@ -60,7 +60,7 @@ TEST_CASE("input files outside the scenario's folder are told") {
   CHECK(notices("meshes/../../mine/meshes/own.obj").empty());
   const std::string other = std::filesystem::canonical(folder.path / "other.obj").string();
   const std::vector<std::string> told = {
-      other + " lies outside the scenario's folder; its bytes go into the data set"};
+      other + " is outside the folder of the scenario; its contents are copied into the data set"};
   CHECK(notices("../other.obj") == told);
   CHECK(notices(other) == told);
   CHECK(notices("link.obj") == told);
@@ -77,11 +77,11 @@ TEST_CASE("input files that are missing or no files are faults at their place") 
   };
   const std::string place = "t.yaml:5:55: objects.0.shape.mesh.file: `";
   CHECK(message("a.obj").empty());
-  CHECK(message("b.obj").starts_with(place + "b.obj` is not there"));
+  CHECK(message("b.obj").starts_with(place + "b.obj` does not exist"));
   CHECK(message("d.obj").starts_with(place + "d.obj` is a folder"));
-  CHECK(message("a.txt").starts_with(place + "a.txt` has another ending"));
+  CHECK(message("a.txt").starts_with(place + "a.txt` has another extension"));
   CHECK(message("a.txt").ends_with(".obj, .stl, .ply, .dae, .glb, .gltf"));
-  CHECK(message("\"a\\0.obj\"").starts_with(place + "a\\x00.obj` holds a control character"));
+  CHECK(message("\"a\\0.obj\"").starts_with(place + "a\\x00.obj` contains a control character"));
   CHECK(message("7").starts_with("t.yaml:5:55: objects.0.shape.mesh.file: `7` is a number"));
   if (geteuid() != 0) {  // nothing is unreadable to root
     std::filesystem::permissions(folder.path / "a.obj", std::filesystem::perms::none);

@@ -60,24 +60,23 @@ TEST_CASE("a wrong material is told with its place") {
   const std::string head = "materials: {m: {reflectivity: 1, ";
   const std::string coherent = head + "coherent: {";
   check_single_faults({
-      {"materials: {m: {law: lambert}}", "4:16: materials.m:", "either alone: reflectivity"},
+      {"materials: {m: {law: lambert}}", "4:16: materials.m:", "either reflectivity"},
       {"materials: {m: {law: lommel_seeliger}}", "4:16: materials.m:", "backscatter_strength_db"},
       {head + "backscatter_strength_db: 0}}", "4:34: materials.m:", "exclude each other"},
       {"materials: {m: {backscatter_strength_db: 61}}",
        "4:42: materials.m.backscatter_strength_db:", "from -200 to 60"},
       {head + "law: lamberts}}", "4:39: materials.m.law:", "did you mean lambert?"},
       {"materials: {m: {law: lamberts}}", "4:22: materials.m.law:", "did you mean lambert?"},
-      {head + "law: {lambert: {n: 2}}}}",
-       "4:50: materials.m.law.lambert.n:", "accepted are exponent"},
+      {head + "law: {lambert: {n: 2}}}}", "4:50: materials.m.law.lambert.n:", "expected exponent"},
       {head + "law: {lambert: {exponent: -1}}}}",
        "4:60: materials.m.law.lambert.exponent:", "from 0 to 100"},
       {head + "law: {lambert: {}, lommel_seeliger: {}}}}",
        "4:53: materials.m.law:", "exclude each other"},
       {"materials: {m: {law: {table: {file: nowhere.csv}}}}",
-       "4:37: materials.m.law.table.file:", "is not there"},
+       "4:37: materials.m.law.table.file:", "does not exist"},
       {"materials: {m: {law: table}}", "4:22: materials.m.law.table.file:", "missing"},
       {head + "coherence: 1}}", "4:34: materials.m.coherence:", "did you mean coherent?"},
-      {head + "coherent: 1}}", "4:44: materials.m.coherent:", "accepted is a map with model"},
+      {head + "coherent: 1}}", "4:44: materials.m.coherent:", "expected a map with model"},
       {coherent + "k: 1}}}", "4:44: materials.m.coherent.model:", "one of rician, kirchhoff"},
       {coherent + "model: rice, k: 1}}}",
        "4:52: materials.m.coherent.model:", "one of rician, kirchhoff"},
@@ -85,11 +84,11 @@ TEST_CASE("a wrong material is told with its place") {
       {coherent + "model: rician, k: -0.1}}}", "4:63: materials.m.coherent.k:", "from 0 to 1e+06"},
       {coherent + "model: rician, k: 1e7}}}", "4:63: materials.m.coherent.k:", "from 0 to 1e+06"},
       {coherent + "model: rician, k: 1, roughness_rms_m: 0.01}}}",
-       "4:83: materials.m.coherent.roughness_rms_m:", "of no effect in the model rician"},
+       "4:83: materials.m.coherent.roughness_rms_m:", "has no effect with model rician"},
       {coherent + "model: rician, k: 1, reflection: 1}}}",
-       "4:78: materials.m.coherent.reflection:", "of no effect in the model rician"},
+       "4:78: materials.m.coherent.reflection:", "has no effect with model rician"},
       {coherent + "model: kirchhoff, k: 1}}}",
-       "4:66: materials.m.coherent.k:", "of no effect in the model kirchhoff"},
+       "4:66: materials.m.coherent.k:", "has no effect with model kirchhoff"},
       {coherent + "model: kirchhoff, reflection: 1.1}}}",
        "4:75: materials.m.coherent.reflection:", "from -1 to 1"},
       {coherent + "model: kirchhoff, roughness_rms_m: -1e-3}}}",
@@ -123,7 +122,7 @@ TEST_CASE("a law may be a table beside the scenario") {
   const auto both = in_folder("reflectivity: 1, law: {table: {file: sand.csv}}");
   REQUIRE_FALSE(both.ok());
   CHECK(both.error().message.starts_with(
-      "t.yaml:4:31: materials.m.reflectivity: of no effect beside a table"));
+      "t.yaml:4:31: materials.m.reflectivity: has no effect with a table"));
   // An override that makes the law a table needs not remove the reflectivity.
   const auto replaced = in_folder("reflectivity: 1, law: {lambert: {exponent: 2}}",
                                   {{"materials.m.law.table.file", "sand.csv"}});
@@ -134,7 +133,7 @@ TEST_CASE("a law may be a table beside the scenario") {
       in_folder("law: {table: {file: sand.csv}}", {{"materials.m.reflectivity", "1"}});
   REQUIRE_FALSE(useless.ok());
   CHECK(useless.error().message.starts_with(
-      "--set materials.m.reflectivity: materials.m.reflectivity: of no effect"));
+      "--set materials.m.reflectivity: materials.m.reflectivity: has no effect"));
 }
 
 TEST_CASE("an override changes a law or a coherent part") {
@@ -172,8 +171,7 @@ TEST_CASE("an override changes a law or a coherent part") {
   CHECK(tells(no_model, "--set materials.m.coherent.k: materials.m.coherent.model:", "missing"));
   const auto other_model = faults_of(with(kirchhoff), {{"materials.m.coherent.k", "1"}});
   CHECK(other_model.size() == 1);
-  CHECK(
-      tells(other_model, "--set materials.m.coherent.k: ", "of no effect in the model kirchhoff"));
+  CHECK(tells(other_model, "--set materials.m.coherent.k: ", "has no effect with model kirchhoff"));
 }
 
 TEST_CASE("a mesh may bring its reflectivity in vertex colours") {
@@ -214,7 +212,7 @@ TEST_CASE("volumes are instances with a strength") {
   CHECK(scenario->volumes[1].class_name == "plankton");
   const std::string strength = "uniform: {strength_db: -60}}";
   check_single_faults({
-      {"volumes: {name: a}", "4:10: volumes:", "accepted is a list"},
+      {"volumes: {name: a}", "4:10: volumes:", "expected a list"},
       {"volumes: [{" + strength + "]", "4:11: volumes.0.name:", "missing"},
       {"volumes: [{name: a}]", "4:11: volumes.0:", "one of uniform, vdb, plume, school"},
       {"volumes: [{name: a, uniform: -60}]", "4:30: volumes.0.uniform:", "a map with strength_db"},
@@ -223,7 +221,7 @@ TEST_CASE("volumes are instances with a strength") {
       {"volumes: [{name: a, uniform: {strength_db: -201}}]",
        "4:44: volumes.0.uniform.strength_db:", "from -200 to 60"},
       {"volumes: [{name: a, " + strength + ", {name: a, " + strength + "]",
-       "4:58: volumes.1.name:", "the name `a` is taken by volumes.0.name"},
+       "4:58: volumes.1.name:", "the name `a` is already used by volumes.0.name"},
       {"point_targets: [{name: a, target_strength_db: 0, position_m: [0, 0, 0]}]\n"
        "volumes: [{name: a, " +
            strength + "]",

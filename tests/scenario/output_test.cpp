@@ -158,8 +158,8 @@ TEST_CASE("the mask of bounced echoes goes with multipath and pictures") {
 }
 
 TEST_CASE("mirrors that cannot be are faults") {
-  CHECK(is_one_fault("multipath: {}\n", "multipath: there is nothing to bounce off"));
-  CHECK(is_one_fault("multipath: {objects: false}\n", "multipath: there is nothing to bounce off"));
+  CHECK(is_one_fault("multipath: {}\n", "multipath: there is no specular reflector"));
+  CHECK(is_one_fault("multipath: {objects: false}\n", "multipath: there is no specular reflector"));
   CHECK(is_one_fault("multipath: {surface: {z_m: 1}}\n", "multipath.surface.reflection: missing"));
   CHECK(is_one_fault("multipath: {bottom: {reflection: 1}}\n", "multipath.bottom.z_m: missing"));
   CHECK(is_one_fault("multipath: {surface: {z_m: 1, reflection: -1.5}}\n",

@@ -47,12 +47,12 @@ TEST_CASE("wrong parents are told with their names") {
        "the parents b, c form a cycle; expected a chain that ends"},
       {objects(
            {"name: a", "name: b, place: {volume_m: [[0, 0, 0], [1, 1, 1]]}, pose: {parent: a}"}),
-       "7:111: objects.1.pose: ", "of no effect beside a place"},
+       "7:111: objects.1.pose: ", "has no effect with place"},
       {objects({"name: plate, pose: {parent: leg}", "name: floor",
                 "name: cup, place: {on: plate, area_m: [[0, 0], [1, 1]]}",
                 "name: leg, place: {on: floor, area_m: [[0, 0], [1, 1]]}"}),
        "8:76: objects.2.place.on: ",
-       "the object `plate` moves with `leg`, which does not stand before"},
+       "the object `plate` moves with `leg`, which does not come before"},
   };
   check_single_faults({std::begin(cases), std::end(cases)});
 }
@@ -61,14 +61,14 @@ TEST_CASE("wrong places in the water are told") {
   const std::string box = "volume_m: [[0, 0, 0], [1, 1, 1]]";
   check_single_faults({
       {objects({"name: a, place: {" + box + ", height_m: 1}"}),
-       "6:114: objects.0.place.height_m: ", "of no effect beside volume_m"},
+       "6:114: objects.0.place.height_m: ", "has no effect with volume_m"},
       {objects({"name: a, place: {" + box + ", align: rest}"}),
-       "6:111: objects.0.place.align: ", "of no effect beside volume_m"},
+       "6:111: objects.0.place.align: ", "has no effect with volume_m"},
       {objects({"name: a, place: {volume_m: [[0, 0, 0], [1, 1, -1]]}"}),
        "6:80: objects.0.place.volume_m: ", "x0 <= x1, y0 <= y1 and z0 <= z1"},
       {objects({"name: a",
                 "name: b, place: {on: a, area_m: [[0, 0], [1, 1]], heap: true, touching: true}"}),
-       "7:125: objects.1.place.touching: ", "of no effect beside heap"},
+       "7:125: objects.1.place.touching: ", "has no effect with heap"},
   });
 }
 
@@ -122,11 +122,11 @@ TEST_CASE("copies know their numbers") {
     CHECK(z == k);
   }
   check_single_faults({
-      {"variables: {index: 3}\n", "4:13: variables.index: ", "no name of a variable"},
+      {"variables: {index: 3}\n", "4:13: variables.index: ", "not a name for a variable"},
       {"water: {sound_speed_m_s: $index}\n",
        "4:26: water.sound_speed_m_s: ", "no variable `index`"},
       {objects({"name: post, pose: {position_m: [$index, 0, 0]}"}),
-       "6:85: objects.0.pose.position_m.0: ", "is no number"},
+       "6:85: objects.0.pose.position_m.0: ", "is not a number"},
   });
 }
 

@@ -65,11 +65,13 @@ TEST_CASE("wrong profiles say what is wrong and where") {
     return message_of(kHead + "water: {profile: " + profile + "}\n");
   };
   CHECK(holds(with("{depth_m: [0, 5, 5], sound_speed_m_s: [1500, 1500, 1500]}"),
-              "water.profile.depth_m.2: 5 does not come after the 5 before it"));
-  CHECK(holds(with("{depth_m: [0, 5], sound_speed_m_s: [1500]}"),
-              "water.profile.sound_speed_m_s: 1 numbers beside 2 of depth_m"));
+              "water.profile.depth_m.2: 5 is not below the 5 before it"));
+  CHECK(
+      holds(with("{depth_m: [0, 5], sound_speed_m_s: [1500]}"),
+            "water.profile.sound_speed_m_s: the number of values is 1, but that of depth_m is 2"));
   CHECK(holds(with("{depth_m: [0], sound_speed_m_s: [99]}"), "`99` is out of range"));
-  CHECK(holds(with("{depth_m: [], sound_speed_m_s: []}"), "empty, accepted is one row and more"));
+  CHECK(holds(with("{depth_m: [], sound_speed_m_s: []}"),
+              "the list is empty; expected one row or more"));
   CHECK(holds(with("{depth: [0]}"), "depth_m"));
   CHECK(holds(with("{}"), "water.profile.depth_m: missing"));
   CHECK(holds(with("{file: none.csv}"), "none.csv"));
@@ -79,28 +81,28 @@ TEST_CASE("wrong profiles say what is wrong and where") {
     return profile.ok() ? "" : profile.error().message;
   };
   CHECK(trouble("depth_m,sound_speed_m_s\n0,1500\n") == "");
-  CHECK(holds(trouble("depth_m,sound_speed_m_s\n"), "no row follows"));
-  CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,1500\n2,1500\n"), "p.csv:3: 2 does not come"));
+  CHECK(holds(trouble("depth_m,sound_speed_m_s\n"), "there are no rows"));
+  CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,1500\n2,1500\n"), "p.csv:3: 2 is not above"));
   CHECK(holds(trouble("depth_m,sound_speed_m_s\n3,15\n"), "sound_speed_m_s: `15` is out of range"));
 }
 
 // Protects against echoes that would be wrong without a word.
 TEST_CASE("what cannot stand beside a profile is refused where it stands") {
   const std::string head = kHead + "water: {profile: {depth_m: [0], sound_speed_m_s: [1510]}}\n";
-  CHECK(
-      holds(message_of(head + "materials: {m: {reflectivity: 1, coherent: {model: kirchhoff}}}\n"),
-            "t.yaml:5:44: materials.m.coherent: mirrors are not worked out along bent rays"));
+  CHECK(holds(
+      message_of(head + "materials: {m: {reflectivity: 1, coherent: {model: kirchhoff}}}\n"),
+      "t.yaml:5:44: materials.m.coherent: specular echoes are not computed along refracted rays"));
   CHECK(message_of(head + "materials: {m: {reflectivity: 1, coherent: {model: rician, k: 1}}}\n") ==
         "");
   CHECK(holds(
       message_of(head +
                  "volumes:\n  - {name: haze, uniform: {strength_db: -50, size_m: [1, 1, 1]}}\n"),
-      "volumes.0: volumes with bounds"));
+      "volumes.0: bounded volumes"));
   CHECK(message_of(head + "volumes:\n  - {name: haze, uniform: {strength_db: -50}}\n") == "");
   CHECK(holds(message_of(head + "multipath: {surface: {z_m: 2, reflection: -1}}\n"),
-              "t.yaml:5:12: multipath: bounces are not worked out along bent rays"));
+              "t.yaml:5:12: multipath: multipath is not computed along refracted rays"));
   CHECK(holds(message_of(head + "motion_within_ping: true\n"),
-              "t.yaml:5:21: motion_within_ping: the sonar's motion is not followed"));
+              "t.yaml:5:21: motion_within_ping: motion within a ping is not computed"));
   CHECK(message_of(head + "motion_within_ping: false\n") == "");
   CHECK(holds(message_of(head + "scattering: {speckle: surface}\n"),
               "t.yaml:5:23: scattering.speckle: scatterers fixed on surfaces"));

@@ -183,7 +183,7 @@ TEST_CASE("grey pictures have a scale, limits, a gain and one that grows with ra
 TEST_CASE("a gamma needs a gray level that is a power of the amplitude") {
   const auto scenario = parse(kHead + "output: {png: {gamma: 0.5}}\n");
   REQUIRE_FALSE(scenario.ok());
-  CHECK(scenario.error().message.find("accepted with scale amplitude") != std::string::npos);
+  CHECK(scenario.error().message.find("expected only with scale amplitude") != std::string::npos);
 }
 
 // Protects the words that choose targets: names, classes, names with a count, also those that a
@@ -211,7 +211,7 @@ TEST_CASE("layers name their targets") {
   REQUIRE_FALSE(wrong.ok());
   CHECK(wrong.error().message.find("output.layers.targets.0") != std::string::npos);
   CHECK(wrong.error().message.find("did you mean ball?") != std::string::npos);
-  CHECK(wrong.error().message.find("volumes are the layer volume") != std::string::npos);
+  CHECK(wrong.error().message.find("volumes have a layer of their own") != std::string::npos);
   CHECK_FALSE(parse(world)->output.selection.layers);
   CHECK_FALSE(parse(world + "output: {layers: true}\n")->output.layer_targets);
 }

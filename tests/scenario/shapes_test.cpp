@@ -106,13 +106,13 @@ TEST_CASE("a heightfield from files is read and written") {
     return scenario.ok() ? "" : scenario.error().message;
   };
   CHECK(message("file: h.npy").find("shape.heightfield.cell_m: missing") != std::string::npos);
-  CHECK(message("file: h.ASC, cell_m: 1").find("brings its own") != std::string::npos);
-  CHECK(message("file: h.npy, cell_m: 1, ripples: []").find("beside a file") != std::string::npos);
+  CHECK(message("file: h.ASC, cell_m: 1").find("states its own") != std::string::npos);
+  CHECK(message("file: h.npy, cell_m: 1, ripples: []").find("with a file") != std::string::npos);
   CHECK(message("file: h.npy, cell_m: 1, patches: [{share: 1, correlation_m: 9, relief_factor: 2}]")
-            .find("relief_factor: of no effect beside a file") != std::string::npos);
-  CHECK(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC").find("another ending") !=
+            .find("relief_factor: has no effect with a file") != std::string::npos);
+  CHECK(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC").find("another extension") !=
         std::string::npos);
-  CHECK(message("file: none.npy, cell_m: 1").find("is not there") != std::string::npos);
+  CHECK(message("file: none.npy, cell_m: 1").find("does not exist") != std::string::npos);
 }
 
 // Protects --set: terrain takes the place of another shape, a size that of a file.
@@ -131,7 +131,7 @@ TEST_CASE("an override exchanges terrain as a whole") {
 TEST_CASE("faults of heightfields are told at their keys") {
   const std::string key = "objects.0.shape.heightfield";
   check_single_faults({
-      {with_field(""), "5:55: " + key + ":", "a file of heights or the size_m"},
+      {with_field(""), "5:55: " + key + ":", "either the file of heights or the size_m"},
       {with_field("size_m: [4, 3], cell_m: 1, file: h.npy"), "5:83: " + key + ":", "exclude"},
       {with_field("size_m: [4, 3]"), "5:55: " + key + ".cell_m:", "missing"},
       {with_field("size_m: [4, 0], cell_m: 1"), "5:68: " + key + ".size_m.1:", "a number > 0"},
@@ -243,7 +243,7 @@ TEST_CASE("wrong level sets are faults at their place") {
     return scenario ? "" : scenario.error().message;
   };
   CHECK(fault("grid: a").find("objects.0.shape.level_set.file: missing") != std::string::npos);
-  CHECK(fault("file: a.obj").find("has another ending") != std::string::npos);
+  CHECK(fault("file: a.obj").find("has another extension") != std::string::npos);
   CHECK(fault("file: a.vdb, adaptivity: 0.5").find("level_set.adaptivity: unknown key") !=
         std::string::npos);
 }
@@ -309,8 +309,8 @@ TEST_CASE("wrong parts are faults at their place") {
   CHECK(folder.fault("{hull: stel}")
             .starts_with("t.yaml:5:79: objects.0.shape.mesh.parts.hull: no material `stel` (did "
                          "you mean steel?), "
-                         "accepted are the keys of materials: steel, wood"));
-  CHECK(folder.fault("[steel]").find("objects.0.shape.mesh.parts: no map") != std::string::npos);
+                         "expected one of the keys of materials: steel, wood"));
+  CHECK(folder.fault("[steel]").find("objects.0.shape.mesh.parts: not a map") != std::string::npos);
   CHECK(folder.fault("{hull: [steel]}").find("mesh.parts.hull:") != std::string::npos);
 }
 

@@ -60,26 +60,26 @@ TEST_CASE("a wrong pulse is told with its place") {
       {"pulse: chirp", "3:42: sonar.pulse:", "one of gaussian, flat, lfm, cw, table"},
       {"pulse: lmf", "3:42: sonar.pulse:", "did you mean lfm?"},
       {"pulse: 7", "3:42: sonar.pulse:", "one of gaussian"},
-      {"pulse: [lfm]", "3:42: sonar.pulse:", "a list stands here"},
-      {"pulse: ", "3:35: sonar.pulse:", "nothing stands here"},
-      {"pulse: {}", "3:42: sonar.pulse:", "missing, accepted is one of gaussian"},
+      {"pulse: [lfm]", "3:42: sonar.pulse:", "found a list"},
+      {"pulse: ", "3:35: sonar.pulse:", "found nothing"},
+      {"pulse: {}", "3:42: sonar.pulse:", "missing; expected one of gaussian"},
       {"pulse: {lmf: {duration_s: 1}}", "3:43: sonar.pulse.lmf:", "did you mean lfm?"},
       {"pulse: {flat: {}, cw: {duration_s: 1e-3}}", "3:53: sonar.pulse:", "exclude each other"},
-      {"pulse: {flat: {taper: 0.1}}", "3:50: sonar.pulse.flat.taper:", "no key is accepted"},
+      {"pulse: {flat: {taper: 0.1}}", "3:50: sonar.pulse.flat.taper:", "this map has no keys"},
       {"pulse: {flat: 1}", "3:49: sonar.pulse.flat:", "an empty map"},
-      {"pulse: lfm", "3:42: sonar.pulse.lfm.duration_s:", "missing, accepted is a number > 0"},
+      {"pulse: lfm", "3:42: sonar.pulse.lfm.duration_s:", "missing; expected a number > 0"},
       {"pulse: {cw: {}}", "3:47: sonar.pulse.cw.duration_s:", "missing"},
-      {"pulse: {lfm: }", "3:43: sonar.pulse.lfm:", "nothing stands here"},
+      {"pulse: {lfm: }", "3:43: sonar.pulse.lfm:", "found nothing"},
       {"pulse: {lfm: {duration_s: 0}}", "3:61: sonar.pulse.lfm.duration_s:", "a number > 0"},
       {"pulse: {lfm: {duration_s: -1e-3}}", "3:61: sonar.pulse.lfm.duration_s:", "a number > 0"},
       {"pulse: {lfm: {duration_s: 1e-3, taper: 0}}", "3:74: sonar.pulse.lfm.taper:", "at most 0.5"},
       {"pulse: {lfm: {duration_s: 1e-3, taper: 0.51}}",
        "3:74: sonar.pulse.lfm.taper:", "at most 0.5"},
       {"pulse: {cw: {duration_s: 1e-3, taper: 0.1}}",
-       "3:66: sonar.pulse.cw.taper:", "accepted are duration_s"},
+       "3:66: sonar.pulse.cw.taper:", "expected duration_s"},
       {"pulse: table", "3:42: sonar.pulse.table.file:", "missing"},
-      {"pulse: {table: {file: nowhere.csv}}", "3:57: sonar.pulse.table.file:", "is not there"},
-      {"pulse: {table: {file: pulse.txt}}", "3:57: sonar.pulse.table.file:", "another ending"},
+      {"pulse: {table: {file: nowhere.csv}}", "3:57: sonar.pulse.table.file:", "does not exist"},
+      {"pulse: {table: {file: pulse.txt}}", "3:57: sonar.pulse.table.file:", "another extension"},
       {"window: boxcar", "3:43: sonar.window:", "one of none, hann, hamming, blackman"},
   });
 }
@@ -157,7 +157,7 @@ TEST_CASE("the pattern in elevation has a shading of its own") {
   check_single_sonar_faults({
       {"elevation: {shading: han}", "3:56: sonar.elevation.shading:", "did you mean hann?"},
       {"elevation: {shading: {taylor: {nbar: 4}}}",
-       "3:72: sonar.elevation.shading.taylor.nbar:", "accepted is 5 or more"},
+       "3:72: sonar.elevation.shading.taylor.nbar:", "expected 5 or more"},
   });
 }
 
@@ -171,9 +171,9 @@ TEST_CASE("taylor's nbar is large enough for its side lobes") {
   CHECK(sonar_with("beams: {shading: {taylor: {side_lobe_db: -20, nbar: 2}}}").shading.nbar == 2);
   check_single_sonar_faults({
       {"beams: {shading: {taylor: {side_lobe_db: -50, nbar: 8}}}",
-       "3:87: sonar.beams.shading.taylor.nbar:", "accepted is 9 or more"},
+       "3:87: sonar.beams.shading.taylor.nbar:", "expected 9 or more"},
       {"beams: {shading: {taylor: {nbar: 4}}}",
-       "3:68: sonar.beams.shading.taylor.nbar:", "accepted is 5 or more"},
+       "3:68: sonar.beams.shading.taylor.nbar:", "expected 5 or more"},
       {"beams: {shading: {taylor: {nbar: 51}}}",
        "3:68: sonar.beams.shading.taylor.nbar:", "an integer from 2 to 50"},
       {"beams: {shading: {taylor: {nbar: 1}}}",
@@ -185,9 +185,9 @@ TEST_CASE("wrong beams and converters are told with their place") {
   check_single_sonar_faults({
       {"beams: {shading: tailor}", "3:52: sonar.beams.shading:", "did you mean taylor?"},
       {"beams: {shading: {hann: {nbar: 5}}}",
-       "3:60: sonar.beams.shading.hann.nbar:", "no key is accepted here"},
+       "3:60: sonar.beams.shading.hann.nbar:", "this map has no keys"},
       {"beams: {shading: {chebyshev: {nbar: 5}}}",
-       "3:65: sonar.beams.shading.chebyshev.nbar:", "accepted are side_lobe_db"},
+       "3:65: sonar.beams.shading.chebyshev.nbar:", "expected side_lobe_db"},
       {"beams: {shading: {chebyshev: {side_lobe_db: -13}}}",
        "3:79: sonar.beams.shading.chebyshev.side_lobe_db:", "from -80 to -14"},
       {"beams: {shading: {taylor: {side_lobe_db: 35}}}",
@@ -205,7 +205,7 @@ TEST_CASE("wrong beams and converters are told with their place") {
        "3:58: sonar.receiver.adc.bits:", "from 1 to 24"},
       {"receiver: {adc: {bits: 12, full_scale_db: 1e3}}",
        "3:77: sonar.receiver.adc.full_scale_db:", "from -300 to 400"},
-      {"receiver: 12", "3:45: sonar.receiver:", "accepted is a map with mode, elements"},
+      {"receiver: 12", "3:45: sonar.receiver:", "expected a map with mode, elements"},
   });
   CHECK_FALSE(sonar_with("receiver: {}").adc);
 }

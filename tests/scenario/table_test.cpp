@@ -105,13 +105,14 @@ TEST_CASE("a backscatter table is read in radians, to the quarter turn") {
 }
 
 TEST_CASE("a wrong line of column names is told") {
-  check_single({{"", "t.csv:1:", "empty, accepted is a first line with frequency_hz, amplitude"},
-                {"# nothing\n\n", "t.csv:1:", "empty"},
-                {"amplitude,phase_deg", "t.csv:1:", "column frequency_hz is missing"},
-                {"\n# x\nfrequency_hz,amplitude\n1,1\n", "t.csv:3:", "phase_deg is missing"},
-                {"frequency_hz,amplitude,phase_deg,phase_deg\n", "t.csv:1:", "given twice"},
-                {"frequency_hz,amplitude,phase_deg,q\n", "t.csv:1:", "unknown column `q`"}},
-               load_pulse);
+  check_single(
+      {{"", "t.csv:1:", "the file is empty; expected a first line with frequency_hz, amplitude"},
+       {"# nothing\n\n", "t.csv:1:", "empty"},
+       {"amplitude,phase_deg", "t.csv:1:", "column frequency_hz is missing"},
+       {"\n# x\nfrequency_hz,amplitude\n1,1\n", "t.csv:3:", "phase_deg is missing"},
+       {"frequency_hz,amplitude,phase_deg,phase_deg\n", "t.csv:1:", "given twice"},
+       {"frequency_hz,amplitude,phase_deg,q\n", "t.csv:1:", "unknown column `q`"}},
+      load_pulse);
   const auto lines = lines_of(load_pulse("frequency,amplitude,phase_deg\n1,2,3\n"));
   CHECK(lines.size() == 2);
   CHECK(testing::tells(lines, "t.csv:1:", "`frequency` (did you mean frequency_hz?)"));
@@ -120,16 +121,16 @@ TEST_CASE("a wrong line of column names is told") {
 
 TEST_CASE("wrong fields of a table are told with their line") {
   check_single(
-      {{kPulse + "95e3,1,0\n105e3,1\n", "t.csv:3:", "2 fields stand here, accepted are 3"},
-       {kPulse + "95e3,1,0\n105e3,1,0,\n", "t.csv:3:", "4 fields stand here"},
-       {kPulse + "95e3,1,0\n105e3,,0\n", "t.csv:3:", "amplitude: nothing stands here"},
-       {kPulse + "95e3,1,0\n105e3,x,0\n", "t.csv:3:", "amplitude: `x` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,1 2,0\n", "t.csv:3:", "`1 2` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,inf,0\n", "t.csv:3:", "`inf` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,1,nan\n", "t.csv:3:", "phase_deg: `nan` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,1e999,0\n", "t.csv:3:", "`1e999` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,0x10,0\n", "t.csv:3:", "`0x10` is no finite number"},
-       {kPulse + "95e3,1,0\n105e3,+-1,0\n", "t.csv:3:", "`+-1` is no finite number"},
+      {{kPulse + "95e3,1,0\n105e3,1\n", "t.csv:3:", "the row has 2 fields; expected 3"},
+       {kPulse + "95e3,1,0\n105e3,1,0,\n", "t.csv:3:", "the row has 4 fields"},
+       {kPulse + "95e3,1,0\n105e3,,0\n", "t.csv:3:", "amplitude: the field is empty"},
+       {kPulse + "95e3,1,0\n105e3,x,0\n", "t.csv:3:", "amplitude: `x` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,1 2,0\n", "t.csv:3:", "`1 2` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,inf,0\n", "t.csv:3:", "`inf` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,1,nan\n", "t.csv:3:", "phase_deg: `nan` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,1e999,0\n", "t.csv:3:", "`1e999` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,0x10,0\n", "t.csv:3:", "`0x10` is not a finite number"},
+       {kPulse + "95e3,1,0\n105e3,+-1,0\n", "t.csv:3:", "`+-1` is not a finite number"},
        {kPulse + "95e3,1,0\n105e3,-1,0\n", "t.csv:3:", "amplitude: `-1` is out of range"},
        {kPulse + "-95e3,1,0\n105e3,1,0\n", "t.csv:2:", "frequency_hz: `-95e3` is out of range"}},
       load_pulse);
@@ -140,15 +141,15 @@ TEST_CASE("wrong fields of a table are told with their line") {
 
 TEST_CASE("a pulse table must make a pulse in the band") {
   check_single(
-      {{kPulse, "t.csv:1:", "0 rows follow, accepted are 2 and more"},
+      {{kPulse, "t.csv:1:", "the number of rows is 0; expected 2 or more"},
        {kPulse + "100e3,1,0\n", "t.csv:1:", "1 rows follow"},
-       {kPulse + "100e3,1,0\n100e3,1,0\n", "t.csv:3:", "100000 does not come after the 100000"},
+       {kPulse + "100e3,1,0\n100e3,1,0\n", "t.csv:3:", "100000 is not above the 100000"},
        {kPulse + "100e3,1,0\n95e3,1,0\n", "t.csv:3:", "frequencies that rise"},
        {kPulse + "95e3,0,0\n105e3,0,0\n", "t.csv:1:", "all amplitudes are zero inside"},
        {kPulse + "80e3,1,0\n95e3,0,0\n", "t.csv:1:", "all amplitudes are zero inside"},
-       {kPulse + "80e3,1,0\n120e3,1,0\n", "t.csv:1:", "no row lies inside the sonar's band"},
+       {kPulse + "80e3,1,0\n120e3,1,0\n", "t.csv:1:", "there is no row in the sonar's band"},
        {kPulse + "90e3,1,0\n110e3,1,0\n", "t.csv:1:", "band of 90000 to 110000 Hz"},
-       {kPulse + "95e3,1,0\n105e3,1,180\n", "t.csv:3:", "a step of 180 degrees leaves the way"},
+       {kPulse + "95e3,1,0\n105e3,1,180\n", "t.csv:3:", "a step of 180 degrees is ambiguous"},
        {kPulse + "95e3,1,0\n100e3,1,-179\n105e3,1,-400\n", "t.csv:4:", "a step of -221 degrees"}},
       load_pulse);
 }
@@ -162,11 +163,11 @@ TEST_CASE("a phase may be wrapped or run on") {
 TEST_CASE("a backscatter table leaves no gap") {
   const std::string rest = kWholeSand.substr(kWholeSand.find("20,"));
   check_single(
-      {{kSand, "t.csv:1:", "no row follows"},
+      {{kSand, "t.csv:1:", "there are no rows"},
        {kSand + "5,-40\n15,0\n" + rest, "t.csv:2:", "the first row is at 5 degrees"},
-       {kSand + "0,-40\n8,0\n" + rest, "t.csv:4:", "12 degrees lie between"},
+       {kSand + "0,-40\n8,0\n" + rest, "t.csv:4:", "there are 12 degrees between"},
        {kWholeSand.substr(0, kWholeSand.find("90,")), "t.csv:10:", "the last row is at 80 degrees"},
-       {kSand + "0,-40\n10,0\n10,0\n" + rest, "t.csv:4:", "10 does not come after the 10"},
+       {kSand + "0,-40\n10,0\n10,0\n" + rest, "t.csv:4:", "10 is not above the 10"},
        {kSand + "0,-40\n10,0\n9,0\n19,0\n" + rest, "t.csv:4:", "angles that rise"}},
       load_backscatter);
 }

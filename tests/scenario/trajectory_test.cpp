@@ -48,9 +48,9 @@ TEST_CASE("splines are checked") {
       {spline + "[[0, 0, 0], [1, 0]]}}",
        "4:59: trajectory.spline.points_m.1:", "a list of 3 numbers"},
       {spline + "[[0, 0, 0], [1, 0, x]]}}",
-       "4:66: trajectory.spline.points_m.1.2:", "`x` is no number"},
+       "4:66: trajectory.spline.points_m.1.2:", "`x` is not a number"},
       {spline + "[[0, 0, 0], [1, 0, 0], [1, 0, 0]]}}",
-       "4:70: trajectory.spline.points_m.2:", "stands where the point before it stands"},
+       "4:70: trajectory.spline.points_m.2:", "the point is at the place of the one before"},
       {spline + "[[0, 0, 0], [1, 0, 0], [-4, 0, 0]]}}",
        "4:59: trajectory.spline.points_m.1:", "doubles back"},
       {spline + "[[0, 0, 0], [1, 0, 0]], look: inward}}",
@@ -75,7 +75,7 @@ TEST_CASE("wave motion is checked") {
        "4:52: trajectory.wave_motion.bandwidth:", "from 0.01 to 0.33"},
       {"trajectory: {wave_motion: {period_s: 4, surge_m: 0.5}}",
        "4:41: trajectory.wave_motion.surge_m:",
-       "accepted are roll_deg, pitch_deg, yaw_deg, heave_m"},
+       "expected one of roll_deg, pitch_deg, yaw_deg, heave_m"},
   });
 }
 
@@ -84,16 +84,17 @@ TEST_CASE("trajectories of objects are checked") {
   const std::string orbit = "trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 4, speed_m_s: 1}";
   const std::string at = "6:72: objects.0.trajectory";
   check_single_faults({
-      {kBuoy + "trajectory: {}}", at + ":", "missing, accepted is one of poses, file, lawnmower"},
+      {kBuoy + "trajectory: {}}", at + ":", "missing; expected one of poses, file, lawnmower"},
       {kBuoy + "trajectory: {wave_motion: {period_s: 1}}}", at + ":", "missing"},
-      {kBuoy + orbit + ", pings: 4}}", "6:137: objects.0.trajectory.pings:", "of no effect on an"},
+      {kBuoy + orbit + ", pings: 4}}", "6:137: objects.0.trajectory.pings:", "has no effect on an"},
       {kBuoy + orbit + ", ping_rate_hz: 4}}",
-       "6:144: objects.0.trajectory.ping_rate_hz:", "of no effect on an object"},
+       "6:144: objects.0.trajectory.ping_rate_hz:", "has no effect on an object"},
       {kBuoy + orbit + ", ping_rate: 4}}", "6:130: objects.0.trajectory.ping_rate:", "unknown key"},
       {kBuoy + orbit + "}, pose: {position_m: [0, 0, 0]}}",
-       "6:137: objects.0.pose:", "of no effect beside trajectory"},
+       "6:137: objects.0.pose:", "has no effect with trajectory"},
       {kBuoy + "trajectory: 4}", at + ":", "a map with poses"},
-      {kBuoy + "trajectory: {file: none.tum}}", "6:79: objects.0.trajectory.file:", "not there"},
+      {kBuoy + "trajectory: {file: none.tum}}",
+       "6:79: objects.0.trajectory.file:", "does not exist"},
   });
 }
 

@@ -77,9 +77,10 @@ TEST_CASE("an empty value is placed at its key or dash") {
 
 // Protects against yaml-cpp's silent choice of one of two equal keys, at any depth.
 TEST_CASE("keys given twice are faults with both places") {
-  check_fault("a: 1\nb: 2\na: 3\n", "f:3:1: a: key given twice, first at 1:1");
-  check_fault("a: {b: [{c: 1, d: 2, c: 3}]}\n", "f:1:22: a.b.0.c: key given twice, first at 1:10");
-  check_fault("a: 1\n\"a\": 2\n", "f:2:1: a: key given twice");
+  check_fault("a: 1\nb: 2\na: 3\n", "f:3:1: a: the key is given twice, first at 1:1");
+  check_fault("a: {b: [{c: 1, d: 2, c: 3}]}\n",
+              "f:1:22: a.b.0.c: the key is given twice, first at 1:10");
+  check_fault("a: 1\n\"a\": 2\n", "f:2:1: a: the key is given twice");
   const Reading reading = read("a: 1\na: 2\nb: 3\n");
   REQUIRE(reading.root);
   CHECK(find(*reading.root, "a")->text == "1");
@@ -92,12 +93,12 @@ TEST_CASE("only one document with a map at the top is read") {
   check_fault("# only a remark\n\n", "f:1:1: empty");
   check_fault("a: 1\n---\nb: 2\n", "f:2:1: a second document");
   check_fault("{a: 1} {b: 2}\n", "f:1:8: a second document");
-  check_fault("- a\n", "f:1:1: the top level must be a map");
-  check_fault("\"a\" \"b\"\n", "f:1:1: the top level must be a map");
-  check_fault("\n\n5\n", "f:3:1: the top level must be a map");
-  check_fault("~\n", "f:1:1: the top level must be a map");
+  check_fault("- a\n", "f:1:1: the top level is not a map");
+  check_fault("\"a\" \"b\"\n", "f:1:1: the top level is not a map");
+  check_fault("\n\n5\n", "f:3:1: the top level is not a map");
+  check_fault("~\n", "f:1:1: the top level is not a map");
   // yaml-cpp hands out empty documents for this one without end.
-  check_fault(",\n", "f:1:1: the top level must be a map");
+  check_fault(",\n", "f:1:1: the top level is not a map");
   CHECK(read("%YAML 1.2\n---\na: 1\n...\n").message.empty());
   CHECK(read("\xEF\xBB\xBF"
              "a: 1\n")
@@ -120,8 +121,8 @@ TEST_CASE("broken YAML is a fault with a place") {
 TEST_CASE("tags and keys that are no text are refused") {
   check_fault("a: !!int 1\n", "f:1:4: a: YAML tags");
   check_fault("a: {b: !x {c: 1}}\n", "f:1:8: a.b: YAML tags");
-  check_fault("? [a]\n: 1\n", "f:1:3: ?: a key must be text");
-  check_fault("a: {~: 1}\n", "f:1:5: a.?: a key must be text");
+  check_fault("? [a]\n: 1\n", "f:1:3: ?: a key is not text");
+  check_fault("a: {~: 1}\n", "f:1:5: a.?: a key is not text");
 }
 
 // Protects against bytes that end yaml-cpp's input early (0x04), turn into other text or hide.
@@ -171,14 +172,14 @@ TEST_CASE("hostile text ends in a fault") {
       {std::string(1'000'000, '['), "nested more than 64 deep"},
       {std::string(1'000'000, '{'), "nested more than 64 deep"},
       {repeated("{a: ", 100'000), "nested more than 64 deep"},
-      {repeated("- ", 200'000), "the top level must be a map"},
+      {repeated("- ", 200'000), "the top level is not a map"},
       {"a:\n" + repeated("? ", 200'000), "nested more than 64 deep"},
       {laughs, "anchors and aliases stand for more than"},
       {chain, "nested more than 64 deep"},
-      {"a: &x [1, *x]\n", "stands inside what it stands for"},
-      {"a: &x {b: {c: *x}}\n", "stands inside what it stands for"},
+      {"a: &x [1, *x]\n", "refers to a value that contains it"},
+      {"a: &x {b: {c: *x}}\n", "refers to a value that contains it"},
       {"a: [" + std::string(200'000, ',') + "}", "not valid YAML"},
-      {std::string(200'000, ',') + "a: 1", "the top level must be a map"},
+      {std::string(200'000, ',') + "a: 1", "the top level is not a map"},
   };
   for (const auto& c : cases) {
     const Reading reading = read(c.text);
@@ -197,13 +198,15 @@ TEST_CASE("more values than any scenario holds are refused") {
 // Protects beginners from the parser's own words: what stops most of them is a tab or a column.
 TEST_CASE("wrong indentation is named as such") {
   check_fault("a:\n\tb: 1\n", "f:2:");
-  CHECK(read("a:\n\tb: 1\n").message.find("indented with a tab, accepted are spaces") !=
+  CHECK(read("a:\n\tb: 1\n").message.find("indented with a tab; expected spaces") !=
         std::string::npos);
   const auto deeper = read("a:\n  b: 1\n   c: 2\n").message;
-  CHECK(deeper.find("indented by 3 spaces, and the one above, by 2, has its value already") !=
-        std::string::npos);
+  CHECK(
+      deeper.find("indented by 3 spaces, but the key above, indented by 2, already has a value") !=
+      std::string::npos);
   const auto between = read("# first\na:\n  - b: 1\n    c: 2\n\n   d: 3\n").message;
-  CHECK(between.find("indented by 3 spaces, accepted here are 4, 2, 0") != std::string::npos);
+  CHECK(between.find("indented by 3 spaces; expected an indentation of 4, 2, 0") !=
+        std::string::npos);
   CHECK(read("a:\n  b:\n    c: 1\n  d: 2\ne: 3\n").message.empty());
   CHECK(read("a: {b: 1\n").message.find("indented") == std::string::npos);
 }

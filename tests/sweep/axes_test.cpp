@@ -77,31 +77,32 @@ TEST_CASE("faults of axes") {
   const struct {
     std::string axis, begin, essential;
   } cases[] = {
-      {"{key: a.b, values: []}", "3:27: axes.0.values: ", "a list of 0, accepted are 1 to"},
-      {"{key: a.b, values: 5}", "3:27: axes.0.values: ", "accepted is a list"},
+      {"{key: a.b, values: []}",
+       "3:27: axes.0.values: ", "found a list of length 0; expected 1 to"},
+      {"{key: a.b, values: 5}", "3:27: axes.0.values: ", "expected a list"},
       {"{key: a.b, valuess: [1]}", "3:19: axes.0.valuess: ", "(did you mean values?)"},
-      {"{key: a.b, values: [1], count: 3}", "3:39: axes.0.count: ", "of no effect beside values"},
+      {"{key: a.b, values: [1], count: 3}", "3:39: axes.0.count: ", "has no effect with values"},
       {"{key: a.b, linear: [1, 2]}", "3:8: axes.0.count: ", "missing"},
       {"{key: a.b, linear: [1], count: 2}", "3:27: axes.0.linear: ", "a list of 2 numbers"},
-      {"{key: a.b, linear: [1, x], count: 2}", "3:31: axes.0.linear.1: ", "`x` is no number"},
+      {"{key: a.b, linear: [1, x], count: 2}", "3:31: axes.0.linear.1: ", "`x` is not a number"},
       {"{key: a.b, linear: [1, 2], count: 0}", "3:42: axes.0.count: ", "out of range"},
       {"{key: a.b, log: [0, 2], count: 3}", "3:24: axes.0.log: ", "above zero"},
       {"{key: a.b, uniform: [3, 2], count: 3}", "3:28: axes.0.uniform: ", "a <= b"},
       {"{key: a.b, log: [1, 2], linear: [1, 2], count: 3}", "3:32: axes.0: ", "exclude each other"},
-      {"{key: a.b}", "3:8: axes.0: ", "missing, accepted is one of values"},
-      {"{linear: [1, 2], count: 3, name: x}", "3:8: axes.0.key: ", "missing beside linear"},
+      {"{key: a.b}", "3:8: axes.0: ", "missing; expected one of values"},
+      {"{linear: [1, 2], count: 3, name: x}", "3:8: axes.0.key: ", "missing next to linear"},
       {"{key: a.b, linear: [1, 2], count: 2, labels: [x, y]}",
-       "3:53: axes.0.labels: ", "of no effect"},
+       "3:53: axes.0.labels: ", "has no effect"},
       {"{values: [{a.b: 1}]}", "3:8: axes.0.name: ", "missing"},
       {"{name: x, values: [1]}", "3:27: axes.0.values.0: ", "a map of key paths"},
       {"{key: a.b, values: [1, 2], labels: [x]}", "3:43: axes.0.labels: ", "1 labels for 2 values"},
       {"{key: a.b, values: [1, 2], labels: [x, x]}", "3:47: axes.0.labels.1: ", "given twice"},
-      {"{key: a.b, values: [1], labels: [7]}", "3:41: axes.0.labels.0: ", "must be quoted"},
+      {"{key: a.b, values: [1], labels: [7]}", "3:41: axes.0.labels.0: ", "unless it is quoted"},
       {"{key: a.b, name: seed, values: [1]}", "3:25: axes.0.name: ", "another name"},
       {"{key: a.b, name: a-b, values: [1]}", "3:25: axes.0.name: ", "letters, digits and _"},
-      {"{key: poses.0, values: [1]}", "3:8: axes.0.name: ", "give it by `name`"},
-      {"7", "3:8: axes.0: ", "accepted is a map"},
-      {"{zip: [{key: a.b, values: [1]}]}", "3:14: axes.0.zip: ", "two axes and more"},
+      {"{key: poses.0, values: [1]}", "3:8: axes.0.name: ", "given by `name`"},
+      {"7", "3:8: axes.0: ", "expected a map"},
+      {"{zip: [{key: a.b, values: [1]}]}", "3:14: axes.0.zip: ", "fewer than two axes"},
       {"{zip: 3}", "3:14: axes.0.zip: ", "a list"},
       {"{zip: [{key: a.b, values: [1]}, {key: a.c, values: [1, 2]}]}",
        "3:40: axes.0.zip: ", "`c` has 2 values and `b` has 1"},
@@ -109,7 +110,7 @@ TEST_CASE("faults of axes") {
       {"{zip: [{key: a.b, values: [1]}, {key: a.c, values: [1]}], count: 2}",
        "3:66: axes.0.count: ", "unknown key"},
       {"{key: a.b, values: [1]}, {key: c.b, values: [1]}",
-       "3:33: axes: ", "two axes are called `b`"},
+       "3:33: axes: ", "two axes have the name `b`"},
       {"{key: a.b, values: [1]}, {key: a.b, name: c, values: [1]}",
        "3:39: axes: ", "`a.b` belongs to the axis `b` already"},
   };
@@ -135,7 +136,7 @@ TEST_CASE("axes that count for too much together are refused") {
   INFO(testing::joined(lines));
   REQUIRE_FALSE(lines.empty());
   CHECK(lines[0].starts_with("s.yaml:10:28: axes.0.zip.5.uniform: "));
-  CHECK(lines[0].find("stand for more than 500000 values") != std::string::npos);
+  CHECK(lines[0].find("produce more than 500000 values") != std::string::npos);
 }
 
 }  // namespace

@@ -29,10 +29,10 @@ std::set<std::string> documented(const std::string& heading) {
   return keys;
 }
 
-// What a fault says is accepted: "..., accepted are a, b, c".
+// The values after "expected one of " in an error.
 std::set<std::string> accepted(const std::string& fault) {
   std::set<std::string> keys;
-  const std::string mark = "accepted are ";
+  const std::string mark = "expected one of ";
   std::string rest = fault.substr(fault.find(mark) + mark.size()) + ", ";
   for (std::size_t end = rest.find(", "); end != std::string::npos; end = rest.find(", ")) {
     keys.insert(rest.substr(0, end));

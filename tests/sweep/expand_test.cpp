@@ -126,7 +126,7 @@ TEST_CASE("faults of runs have their place in the sweep file and their run") {
   };
   CHECK(tells("s.yaml:4:42: sonar.range_max_m: ", "out of range",
               "(run range_max_m=-1,y=1,count=2 and 3 more)"));
-  CHECK(tells("s.yaml:4:46: sonar.range_max_m: ", "`x` is no number",
+  CHECK(tells("s.yaml:4:46: sonar.range_max_m: ", "`x` is not a number",
               "(run range_max_m=x,y=1,count=2 and 3 more)"));
   CHECK(tells("s.yaml:7:7: trajectory.pins: ", "did you mean pings?", "(every run)"));
   CHECK(tells("s.yaml:5:11: sonar.range_mx_m: ", "unknown key (did you mean range_max_m?)",

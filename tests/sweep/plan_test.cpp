@@ -87,12 +87,12 @@ TEST_CASE("a damaged plan is refused line by line") {
   const auto lines = faults_of(parse_plan(line + "x\n" + line + "\n{\"run\": 1}\n[]\n{", "p"));
   INFO(joined(lines));
   REQUIRE(lines.size() == 7);
-  CHECK(lines[0] == "p:2: is no JSON object");
+  CHECK(lines[0] == "p:2: is not a JSON object");
   CHECK(lines[1] == "p:3: has the id of line 1");
-  CHECK(lines[2] == "p:4: is no JSON object");
+  CHECK(lines[2] == "p:4: is not a JSON object");
   CHECK(lines[3].starts_with("p:5: its `run`"));
-  CHECK(lines[5] == "p:7: is no JSON object");
-  CHECK(lines[6].starts_with("p: accepted is the plan that"));
+  CHECK(lines[5] == "p:7: is not a JSON object");
+  CHECK(lines[6].starts_with("p: expected the plan that"));
   const std::string whole = to_jsonl(odd_plan());
   for (std::size_t length = 1; length < whole.size(); ++length) {
     const auto cut = parse_plan(whole.substr(0, length), "p");
