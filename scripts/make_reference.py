@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Makes output_schema/scenario.schema.json by the program, and from the schemas and configs/sonars
-docs/scenario_keys.md, docs/file_members.md and the tables of docs/sonars.md.
+docs/scenario_keys.md, docs/file_members.md and the tables of docs/sonars.md; from the sources docs/messages.txt.
 
     scripts/make_reference.py            writes them all
     scripts/make_reference.py --check    writes nothing; exit status 1 where one is not up to date
@@ -10,14 +10,14 @@ import pathlib
 import subprocess
 import sys
 
-from reference import files_page, presets, scenario_page
+from reference import files_page, messages, presets, scenario_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 def pages(root=ROOT):
     return {"scenario_keys.md": scenario_page.make(root)[0], "file_members.md": files_page.make(root),
-            "sonars.md": presets.make(root)}
+            "sonars.md": presets.make(root), "messages.txt": messages.make(root)}
 
 
 def schema(program):

@@ -451,7 +451,7 @@ class SonarDataset:
     def split(self, name: str) -> "SonarDataset":
         """The sequences that splits/NAME.txt lists; it may be empty."""
         if name not in SPLITS:
-            raise DatasetError(f"no split {name!r}: accepted is one of {', '.join(SPLITS)}")
+            raise DatasetError(f"no split {name!r}; expected one of {', '.join(SPLITS)}")
         path = self.folder / "splits" / f"{name}.txt"
         with told_of(path):
             listed = {int(stem.split("/")[0]) for stem in read_bytes(path).decode().split()}

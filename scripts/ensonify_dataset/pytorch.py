@@ -32,12 +32,12 @@ class TorchPings(torch.utils.data.Dataset):
                  transform: Optional[Callable[[Sample, Ping], Sample]] = None,
                  render: Optional[str] = None, display: Optional[Display] = None):
         if view not in ("polar", "cartesian"):
-            raise ValueError(f"view is {view!r}: accepted is polar or cartesian")
+            raise ValueError(f"view is {view!r}; expected polar or cartesian")
         for name in (*inputs, *targets):
             if not isinstance(getattr(View, name, None), property) or name == "annotations":
                 raise ValueError(f"a view has no array {name!r}")
         if render is not None and display is not None:
-            raise ValueError("render and display are both given: accepted is one of them")
+            raise ValueError("render and display are both given; expected one of them")
         if (render is not None or display is not None) and "grey" not in inputs:
             raise ValueError("render and display are of the input grey, which is not asked for")
         self.dataset, self.view, self.transform = dataset, view, transform

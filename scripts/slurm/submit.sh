@@ -35,7 +35,7 @@ while [ $# -gt 0 ]; do
 done
 [ -n "$out" ] || usage
 [[ -z $tasks || $tasks =~ ^[1-9][0-9]{0,5}$ ]] ||
-  fail "--tasks $tasks: accepted is a whole number from 1"
+  fail "--tasks $tasks: expected a whole number from 1"
 for option in "${options[@]}"; do
   case $option in
     --array* | -a*) fail "$option: the array is made by --tasks, a shard for each task" ;;

@@ -28,7 +28,7 @@ def twice_the_rays(bench):
             rows.append(
                 Row(
                     f"convergence.{scene.split('.', maxsplit=1)[0]}.{direction}",
-                    f"{scene}: mean clean level with twice the rays in {direction}",
+                    f"{scene}: mean expected level with twice the rays in {direction}",
                     before,
                     scene_level(bench, scene, (fan_alone, f"sonar.rays.{direction}={count}")),
                     0.1,

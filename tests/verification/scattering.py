@@ -82,7 +82,7 @@ def seabed_power(law, sonar, samples):
 
 @case("law")
 def laws(bench):
-    """Clean level of the seabed at several grazing angles, mean over 3 degrees of each."""
+    """Expected level of the seabed at several grazing angles, mean over 3 degrees of each."""
     rows = []
     for name, material, exponent, law in LAWS:
         sonar, clean = seabed_run(bench, material, exponent)
@@ -102,7 +102,7 @@ def laws(bench):
             rows.append(
                 Row(
                     f"law.{name}.{grazing}",
-                    f"{name}: clean level of a flat seabed at grazing " f"{grazing} deg",
+                    f"{name}: expected level of a flat seabed at grazing " f"{grazing} deg",
                     float(measure.level(wanted)),
                     float(measure.level(got)),
                     0.1,

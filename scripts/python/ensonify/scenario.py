@@ -169,7 +169,7 @@ def _overrides(values: Optional[Mapping[str, Any]]) -> List[Tuple[str, str]]:
 
 def _request(scenario: Scenario, sequences: Iterable[int], want: Optional[Iterable[str]]) -> "_core.StreamRequest":
     if isinstance(want, str):
-        raise ValueError(f"want is {want!r}: accepted is a list of names, as [{want!r}]")
+        raise ValueError(f"want is {want!r}; expected a list of names, as [{want!r}]")
     request = _core.StreamRequest()
     request.flags = flags_of(want, scenario._core.flags)
     if isinstance(sequences, range) and sequences.step > 0:

@@ -57,7 +57,7 @@ def flags_of(want: Optional[Iterable[str]], made: Iterable[str]) -> List[str]:
         if name not in table:
             near = get_close_matches(name, table, 1)
             hint = f" (did you mean {near[0]!r}?)" if near else ""
-            raise ValueError(f"want: {name!r} is nothing that a ping has{hint}; accepted are series, layers, channels, "
+            raise ValueError(f"want: {name!r} is not part of a ping{hint}; expected series, layers, channels, "
                              f"annotations, grey and the planes of a view, with cartesian. before those of that view")
         flags = table[name]
         if name == "series" and "timeseries" not in there:
