@@ -11,6 +11,11 @@ RANGE_M = 5.0
 FAN_DEG = 0.5
 
 
+def widest_pattern(sin_elevation):
+    """Two-way amplitude of the widest vertical pattern, 180 degrees; each direction of a path has its root."""
+    return np.sinc(0.884 * np.asarray(sin_elevation) / math.pi)
+
+
 def obj(triangles):
     """A mesh of single triangles."""
     lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for corners in triangles for x, y, z in corners]
@@ -85,7 +90,7 @@ def corners(bench):
 
 @case("V22")
 def plate_over_plane(bench):
-    """A Lambert plate over a smooth plane: direct, two equal paths by the plane, and both ways by it."""
+    """A Lambert plate over a smooth plane: direct, two equal paths one way by it, and both ways by it."""
     height, ahead, reflection, mu = 1.0, 4.0, 0.8, 1e-2
     side = 0.1
     sequence = bench.run(
@@ -93,7 +98,7 @@ def plate_over_plane(bench):
             "sonar": {
                 "range_max_m": 6,
                 "beams": {"count": 41, "spacing_deg": 0.25},
-                "elevation": {"width_deg": 1000, "fan_deg": 80},
+                "elevation": {"width_deg": 180, "fan_deg": 80},
                 "rays": {"azimuth": 2, "elevation": 1600},
             },
             "bounces": 2,
@@ -116,17 +121,20 @@ def plate_over_plane(bench):
     direct, image = ahead, math.hypot(ahead, 2 * height)
     cosine = ahead / image
 
+    down = widest_pattern(2 * height / image)
+
     def sound(out, back, cos_out, cos_back, bounces):
-        return mu * cos_out * cos_back * side**2 / (out * back) ** 2 * reflection ** (2 * bounces)
+        spread = mu * cos_out * cos_back * side**2 / (out * back) ** 2
+        return spread * reflection ** (2 * bounces) * down**bounces
 
     wanted = {
         "direct": sound(direct, direct, 1, 1, 0),
-        "out by the plane": sound(image, direct, cosine, 1, 1),
-        "back by the plane": sound(direct, image, 1, cosine, 1),
-        "both by the plane": sound(image, image, cosine, cosine, 2),
+        # Out by the plane and back by it, two equal paths that add in phase in their one beam.
+        "one way by the plane": 4 * sound(image, direct, cosine, 1, 1),
+        "both ways by the plane": sound(image, image, cosine, cosine, 2),
     }
-    name = {("specular", "diffuse"): "out by the plane", ("diffuse", "specular"): "back by the plane",
-            ("specular", "diffuse", "specular"): "both by the plane"}
+    name = {("specular", "diffuse"): "one way by the plane", ("diffuse", "specular"): "one way by the plane",
+            ("specular", "diffuse", "specular"): "both ways by the plane"}
     rows = []
     for which, expected in wanted.items():
         mine = [name.get(tuple(kinds.get(p, ())), "direct" if p == 0 else "") == which for p in echoes["path"]]
@@ -146,7 +154,7 @@ def closed_sphere(bench):
             "sonar": {
                 "range_max_m": 20,
                 "beams": {"count": 90, "spacing_deg": 2},
-                "elevation": {"width_deg": 100000, "fan_deg": fan_deg},
+                "elevation": {"width_deg": 180, "fan_deg": fan_deg},
                 "rays": {"azimuth": 1, "elevation": 120},
             },
             "bounces": 3,
@@ -159,14 +167,18 @@ def closed_sphere(bench):
     energy = echoes["variance"] * echoes["gain"].astype(float) ** 2
     surfaces = {path["id"]: len(path["out"]) for path in sequence.info["paths"]}
     order = np.array([surfaces.get(int(p), 1) for p in echoes["path"]])
-    # Half the sphere is in the fan; a path counts where both its ends are, each with this probability.
-    share = 0.5 * math.sin(math.radians(fan_deg / 2))
-    first = 4 * albedo / radius**2 * share
+    # The sine of the elevation is uniform over a sphere, and half the azimuths are in the fan; a longer path
+    # needs both its ends there, which are independent.
+    sines = np.linspace(-1, 1, 20001)
+    inside = np.abs(sines) <= math.sin(math.radians(fan_deg / 2))
+    share = 0.5 * np.mean(widest_pattern(sines) * inside)
+    whole = 4 * albedo / radius**2
+    first = whole * 0.5 * np.mean(widest_pattern(sines) ** 2 * inside)
     rows = [Row("V23.1", "closed Lambert sphere, albedo 0.6, first order: 4 pi mu / R^2 of the fan's share",
                 10 * math.log10(first), 10 * math.log10(energy[order == 1].sum()), 0.05)]
     for k in (2, 3, 4):
         # One pair in 90 arrives in one beam, with twice the energy.
-        expected = first * share * albedo ** (k - 1) * (1 + 1 / 90)
+        expected = whole * share**2 * albedo ** (k - 1) * (1 + 1 / 90)
         rows.append(Row(f"V23.{k}", f"the same, order {k}: albedo^{k - 1}, both ends in the fan",
                         10 * math.log10(expected), 10 * math.log10(energy[order == k].sum()), 0.15))
     return rows
