@@ -99,7 +99,7 @@ def plate_over_plane(bench):
                 "range_max_m": 6,
                 "beams": {"count": 41, "spacing_deg": 0.25},
                 "elevation": {"width_deg": 180, "fan_deg": 80},
-                "rays": {"azimuth": 2, "elevation": 1600},
+                "rays": {"azimuth": 6, "elevation": 2400},
             },
             "bounces": 2,
             "materials": {
@@ -108,7 +108,7 @@ def plate_over_plane(bench):
             },
             "objects": [
                 diffuse("floor", {"plane": {}}, (0, 0, -height), material="mirror"),
-                diffuse("plate", {"box": {"size_m": [0.01, side, side]}}, (ahead + 0.005, 0, 0)),
+                diffuse("plate", {"box": {"size_m": [0.001, side, side]}}, (ahead + 0.0005, 0, 0)),
             ],
         },
         scatterers=True,
