@@ -22,9 +22,9 @@ WIDEST_PX = 320
 LARGEST_BYTES = 25_000
 QUALITIES = (80, 65, 50, 35, 20)
 
-# Where the first ping does not show what the scene is about.
+# The ping of scenes whose first ping does not show what the scene is about.
 PING = {"pile_inspection": 30, "wreck_survey": 8}
-# Where the scene keeps no pings, or has worlds that the image does not need.
+# Settings of scenes that keep no pings, or that have worlds that the image does not need.
 SETTINGS = {
     "random_debris": ["sequences=1"],
     "speckle_wall": ["output.statistics=false", "output.pings=true"],
@@ -32,7 +32,7 @@ SETTINGS = {
 
 
 def generate(program, scene, folder):
-    """The data set of one ping, as the reader opens it."""
+    """Generates one ping; returns it, as the reader opens it, and its Cartesian image file."""
     ping = PING.get(scene.stem, 0)
     settings = ["output.timeseries=none", *SETTINGS.get(scene.stem, [])]
     options = [word for setting in settings for word in ("--set", setting)]

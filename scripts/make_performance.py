@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Fills the tables of docs/performance.md from what `ensonify bench --json FILE` wrote.
+"""Fills the tables of docs/performance.md from the file that `ensonify bench --json FILE` wrote.
 
     scripts/make_performance.py BENCH.json
     scripts/make_performance.py BENCH.json --machine "AMD EPYC 9354"
 
-A table keeps its numbers where the file has none for it, as after `bench --only stages`.
+A table keeps its numbers if the file has none for it, as after `bench --only stages`.
 """
 import argparse
 import json
@@ -14,7 +14,7 @@ import re
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/performance.md"
 BLOCK = re.compile(r"(<!-- made by scripts/make_performance.py: (\w+) -->\n).*?(<!-- end of what is made -->)", re.S)
 
-# Kinds of files of the data set `full`, and what the scenes ask for.
+# Descriptions of the kinds of files of the data set `full`, and of the files that the scenes write.
 FILES = {
     "series": "time series as NPY, the least", "series_exr": "… and as EXR",
     "polar": "series, polar images, masks, annotations", "polar_shadow": "`polar`, shadow masks",
@@ -25,17 +25,17 @@ FILES = {
     "every": "every file of this scene"}
 SCENES = {"random_debris": "default", "wreck_survey": "default", "rippled_seabed": "default",
           "shallow_water": "default, signal components"}
-# What the table of stages shows, and that of a device.
+# Columns of the table of stages, and rows of the table of a device.
 STAGES_OF_FULL, STAGES_OF_SCENES = ("polar", "default"), ("random_debris", "wreck_survey", "shallow_water")
 DEVICE_KINDS = ("series", "polar", "default")
-# Everything that stays on the host when a device computes the series.
+# Stages that stay on the host when a device computes the time series.
 HOST = {"rays, scatterers": ("trace", "scatterers", "hidden"), "labels": ("labels", "shadow", "annotations"),
         "resampling": ("cartesian", "grey"), "encoding": ("encode_npy", "encode_exr", "encode_png", "encode_other"),
         "hashing": ("hash",), "records, writing, rest": ("record", "store", "rest")}
 
 
 def digits(value):
-    """Three digits, or all before the point."""
+    """Three digits, or all before the decimal point."""
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 

@@ -3,8 +3,8 @@
 
     scripts/make_readme_image.py [--program PROGRAM]
 
-It is the first ping of scenes/stony_seabed.yaml, seen from above. The panels are colored here from the polar arrays;
-the texts are titles that `ensonify figure` draws. Needs NumPy, cwebp and dwebp.
+It is the first ping of scenes/stony_seabed.yaml, seen from above. This script colors the panels from the polar
+arrays; the texts are titles that `ensonify figure` draws. Needs NumPy, cwebp and dwebp.
 """
 import argparse
 import pathlib
@@ -74,7 +74,7 @@ def fan(ping, image):
 
 
 def text(program, folder, words, width_px):
-    """The ink of a text, 0 to 1: the title of a figure of that width."""
+    """The ink of a text, 0 to 1, cut from the title of a figure of that width."""
     run(program, "figure", folder / "data", "-o", folder / "text.png", "--title", words, "--width-px", width_px,
         "--overwrite", "--quiet")
     webp = run("cwebp", "-quiet", "-lossless", folder / "text.png", "-o", "-")

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""Makes output_schema/scenario.schema.json by the program, and from the schemas and configs/sonars
-docs/scenario_keys.md, docs/file_members.md and the tables of docs/sonars.md; from the sources docs/messages.txt.
+"""Makes the reference pages and the schema of scenarios:
+
+    output_schema/scenario.schema.json                from the program
+    docs/scenario_keys.md and docs/file_members.md    from output_schema/
+    the tables of docs/sonars.md                      from configs/sonars/
+    docs/messages.txt                                 from generator/
 
     scripts/make_reference.py            writes them all
-    scripts/make_reference.py --check    writes nothing; exit status 1 where one is not up to date
+    scripts/make_reference.py --check    writes nothing; exit status 1 if one is not up to date
 """
 import argparse
 import pathlib
@@ -26,7 +30,7 @@ def schema(program):
 
 
 def replaced(path, text, write):
-    """Whether the file held something else."""
+    """Whether the file did not hold `text`. Writes `text` to it if `write`."""
     if path.exists() and path.read_text() == text:
         return False
     if write:

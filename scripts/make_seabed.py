@@ -3,7 +3,7 @@
 
     ./scripts/make_seabed.py [FILE]
 
-The same bytes every time: no random numbers, heights rounded to a tenth of a millimetre.
+The same bytes every time: no random numbers, heights rounded to a tenth of a millimeter.
 """
 import math
 import pathlib
@@ -13,7 +13,7 @@ LENGTH_M, WIDTH_M, STEP_M = 16.0, 12.0, 0.16
 
 
 def height_m(x: float, y: float) -> float:
-    """Hills of 5-9 m and ripples of 0.8 m wavelength whose crests bend a little."""
+    """Hills of 5-9 m and ripples of 0.8 m wavelength with slightly curved crests."""
     hills = 0.10 * math.sin(2 * math.pi * x / 9.0 + 0.7) * math.cos(2 * math.pi * y / 7.0)
     hills += 0.05 * math.cos(2 * math.pi * (x + y) / 5.0)
     ripples = 0.03 * math.sin(2 * math.pi * (x + 0.3 * math.sin(y)) / 0.8)

@@ -3,9 +3,9 @@
 
     ./scripts/make_wreck.py [FILE]
 
-Metres, z up, bow to +x, origin amidships on the keel. The half breadth follows a parabola along the
+Meters, z up, bow to +x, origin amidships on the keel. The half breadth follows a parabola along the
 length and a power law over the depth, as the first sketch of any hull does. The same bytes every
-time: no random numbers, coordinates rounded to a millimetre.
+time: no random numbers, coordinates rounded to a millimeter.
 """
 import math
 import pathlib
@@ -22,7 +22,7 @@ def half_breadth_m(x: float, z: float) -> float:
 
 
 def sheer_m(x: float) -> float:
-    """The deck rises towards bow and stern."""
+    """The deck rises toward bow and stern."""
     return DEPTH_M + 0.5 * (2 * x / LENGTH_M) ** 2 + 0.2 * max(0.0, 2 * x / LENGTH_M) ** 3
 
 

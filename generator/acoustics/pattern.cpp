@@ -21,7 +21,7 @@ double half_power_u(const ShadedLine& line) {
   return (low + high) / 2;
 }
 
-// T_(elements-1)(x0 cos(pi u / elements)), in units of the main lobe: all its side lobes are equal.
+// T_(elements-1)(x0 cos(pi u / elements)) relative to its main lobe; all side lobes are equal.
 // Dolph, Proc. IRE 34, 1946.
 double dolph_array(double side_lobe_db, int elements, double u) {
   const int order = elements - 1;

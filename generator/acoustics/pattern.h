@@ -34,13 +34,13 @@ ENSONIFY_HD inline double line_pattern(double angle_rad, double width_rad) {
 ENSONIFY_HD inline double hann_line(double u) {
   const double v = std::abs(u);
   if (v < 0.5) return sinc(v) / (1.0 - v * v);
-  return sinc(1.0 - v) / (v * (1.0 + v));  // the same, but whole at u = 1
+  return sinc(1.0 - v) / (v * (1.0 + v));  // the same, but finite at u = 1
 }
 
 // sinc(u) prod_{n=1}^{nbar-1} (1 - u^2/(sigma^2 (A^2 + (n - 1/2)^2))) / (1 - u^2/n^2).
 ENSONIFY_HD inline double taylor_line(double u, int nbar, double a_squared, double sigma_squared) {
   const double v = std::abs(u);
-  // The zero of the sine that is nearest to u is taken with the factor that has its pole there.
+  // The zero of the sine that is nearest to u is combined with the factor that has its pole there.
   const int pole = v < nbar - 0.5 ? static_cast<int>(v + 0.5) : 0;
   double product = sinc(v);
   if (pole > 0) {
@@ -61,8 +61,8 @@ ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
   return top / std::cosh(kPi * std::sqrt(a_squared));
 }
 
-// The amplitude of a shaded line aperture. With u = aperture sin(angle), aperture in
-// wavelengths, B(0) = 1:
+// The amplitude of a shaded line aperture. With u = aperture sin(angle), aperture in wavelengths,
+// B(0) = 1:
 //   uniform    sinc(u), aperture = 0.884 / width (Choi et al. 2021, Eq 17)
 //   hann       hann_line
 //   taylor     taylor_line with sigma = nbar / sqrt(A^2 + (nbar - 1/2)^2),
@@ -70,11 +70,12 @@ ENSONIFY_HD inline double chebyshev_line(double u, double a_squared) {
 //              (Taylor, IRE Trans. Antennas Propag. 3, 1955)
 //   chebyshev  chebyshev_line, A as before: the limit of Dolph's array of many elements
 //              (van der Maas, J. Appl. Phys. 25, 1954)
-// The shaded ones get the aperture that makes B(width / 2) = 1/sqrt(2) at small widths. Needs
-// side_lobe_db < 0 and nbar >= 1; Taylor's lobes are as ordered from nbar of about 2 A^2 + 1/2 on.
+// Shaded lines get the aperture for which B(width / 2) = 1/sqrt(2) at small widths. Needs
+// side_lobe_db < 0 and nbar >= 1; Taylor's side lobes reach side_lobe_db only if nbar is at least
+// about 2 A^2 + 1/2.
 ShadedLine make_shaded_line(const BeamShading& shading, double width_rad);
 
-// At u = aperture sin(angle).
+// The amplitude of a line at u = aperture sin(angle).
 ENSONIFY_HD inline double shaded_line(const ShadedLine& line, double u) {
   switch (line.shading.kind) {
     case Shading::hann:
@@ -94,8 +95,8 @@ ENSONIFY_HD inline double shaded_pattern(const ShadedLine& line, double angle_ra
   return shaded_line(line, line.aperture * std::sin(angle_rad));
 }
 
-// Two-way amplitude B_el, applied once (Choi et al. 2021, Eq 18-22): line_pattern, or that of the
-// sonar's shaded elevation_line.
+// Two-way amplitude B_el, applied once (Choi et al. 2021, Eq 18-22): line_pattern, or the pattern
+// of the sonar's shaded elevation_line.
 ENSONIFY_HD inline double elevation_pattern(const Sonar& sonar, double elevation_rad) {
   if (sonar.elevation_line.shading.kind == Shading::uniform) {
     return line_pattern(elevation_rad, sonar.elevation_width_rad);
@@ -104,16 +105,17 @@ ENSONIFY_HD inline double elevation_pattern(const Sonar& sonar, double elevation
 }
 
 // The two-way pattern of sound that departs and arrives in different directions, from its values in
-// both: h(departure) h(arrival), h = sqrt|B|, with the sign at the arrival; B where both are equal.
+// both: h(departure) h(arrival) with h = sqrt|B| and the sign of the arrival; B if both are equal.
 ENSONIFY_HD inline double two_direction_pattern(double departure, double arrival) {
   if (departure == arrival) return arrival;
   return std::copysign(std::sqrt(std::abs(departure * arrival)), arrival);
 }
 
-// Weights of a line of elements, their sum 1: against u = elements spacing sin(angle) / lambda the
-// line has the continuous pattern of the same shading at every whole u below elements / 2
-// (Woodward and Lawson, J. IEE 95, 1948), and of chebyshev that of Dolph's array of so many
-// elements, whose side lobes are all alike. [elements]. Needs elements >= 1.
+// Weights of a line of elements, [elements], with the sum 1. As a function of
+// u = elements spacing sin(angle) / lambda, the line has the continuous pattern of the same shading
+// at every integer u below elements / 2 (Woodward and Lawson, J. IEE 95, 1948). For chebyshev it
+// has the pattern of Dolph's array with the same number of elements, whose side lobes are all
+// equal. Needs elements >= 1.
 std::vector<double> array_weights(const BeamShading& shading, int elements);
 
 // One-way transmit amplitude in azimuth, sinc(0.442946 sin(azimuth) / sin(width/2)): -3 dB at

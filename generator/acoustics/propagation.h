@@ -1,4 +1,4 @@
-// The way out and back in homogeneous water.
+// Loss and delay of the path out and back in homogeneous water.
 #pragma once
 
 #include <cmath>
@@ -7,14 +7,14 @@
 
 namespace ensonify {
 
-// r^-2 10^(-alpha 2r / 20): spherical spreading out and back and absorption over both ways
-// (Choi et al. 2021, Eq 8), as amplitude, 1/m^2.
+// r^-2 10^(-alpha 2r / 20), amplitude in 1/m^2: spherical spreading and absorption out and back
+// (Choi et al. 2021, Eq 8).
 ENSONIFY_HD inline double two_way_loss(double range_m, double absorption_db_m) {
   constexpr double kLn10 = 2.302585092994045684;  // exp is half the time of pow
   return std::exp(-absorption_db_m * range_m * (kLn10 / 10.0)) / (range_m * range_m);
 }
 
-// The same over a way out and another one back: 10^(-alpha (r_out + r_back) / 20) / (r_out r_back).
+// The same for different paths out and back: 10^(-alpha (r_out + r_back) / 20) / (r_out r_back).
 ENSONIFY_HD inline double path_loss(double out_m, double back_m, double absorption_db_m) {
   constexpr double kLn10 = 2.302585092994045684;
   return std::exp(-absorption_db_m * (out_m + back_m) * (kLn10 / 20.0)) / (out_m * back_m);

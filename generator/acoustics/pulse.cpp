@@ -13,7 +13,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// std::complex's own product looks for NaNs, which takes longer than the product.
+// The product of std::complex checks for NaNs, which takes longer than the product itself.
 Complex times(Complex a, Complex b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
@@ -47,7 +47,7 @@ class Transform {
   std::vector<Complex> gathered_;  // scratch of join
 };
 
-// Takes every stride-th number of `in`: transforms of radix interleaved parts, joined.
+// Transforms every stride-th number of `in`: the transforms of `radix` interleaved parts, joined.
 void Transform::part(const Complex* in, Complex* out, std::size_t count, std::size_t stride) {
   if (count == 1) {
     *out = *in;
@@ -83,7 +83,7 @@ void Transform::join_four(Complex* out, std::size_t part_count, std::size_t stri
 
 void Transform::join(Complex* out, std::size_t radix, std::size_t part_count, std::size_t stride) {
   gathered_.resize(radix);
-  const std::size_t step = part_count * stride;  // a radix-th of a turn
+  const std::size_t step = part_count * stride;  // one turn / radix
   for (std::size_t k = 0; k < part_count; ++k) {
     for (std::size_t q = 0; q < radix; ++q) {
       gathered_[q] = times(out[k + q * part_count], turn_[q * k * stride]);
@@ -101,13 +101,13 @@ void Transform::join(Complex* out, std::size_t radix, std::size_t part_count, st
   }
 }
 
-constexpr double kEdge = 0.1;        // part of the band, at each edge, over which T falls
-constexpr int kPeakGrid = 32;        // instants a sample
-constexpr int kExtentGrid = 8;       // the same, where tails are looked for
+constexpr double kEdge = 0.1;        // part of the band at each edge in which T falls
+constexpr int kPeakGrid = 32;        // instants per sample
+constexpr int kExtentGrid = 8;       // the same, for the search for tails
 constexpr double kTailPower = 1e-9;  // -90 dB
 constexpr int kLongestRecord = 1 << 16;
 
-// x = (f - f_c)/b.
+// T at x = (f - f_c)/b, which falls over `part` of the band at each edge.
 double edge_taper(double x, double part) {
   const double into = std::abs(x) - (0.5 - part);
   if (into <= 0) return 1;
@@ -123,7 +123,7 @@ double window_weight(Window window, double x) {
     case Window::hamming:
       return 0.54 + 0.46 * std::cos(turn);
     case Window::blackman:
-      // Zero at the band's edges; rounding must not make it less.
+      // Zero at the band's edges; rounding must not make it negative.
       return std::max(0.0, 0.42 + 0.5 * std::cos(turn) + 0.08 * std::cos(2 * turn));
     case Window::none:
       break;
@@ -151,7 +151,7 @@ Complex at_frequency(const std::vector<PulseTableRow>& rows, double frequency_hz
                     low.phase_rad + part * (high.phase_rad - low.phase_rad));
 }
 
-// P, of the sent pulse. `rows` are the table's, unwrapped.
+// P, of the transmitted pulse, at x = (f - f_c)/b. `rows` are the table's, unwrapped.
 Complex sent_pulse(const Sonar& sonar, const std::vector<PulseTableRow>& rows, double x) {
   switch (sonar.pulse.shape) {
     case PulseShape::gaussian:
@@ -180,7 +180,7 @@ Complex unscaled(const Sonar& sonar, const std::vector<PulseTableRow>& rows, dou
 
 double peak(const std::vector<Complex>& spectrum) {
   double sum = 0;
-  bool in_phase = true;  // then they add up at t = 0, and nowhere to more
+  bool in_phase = true;  // then |s(t)| is largest at t = 0, where all add up
   for (const Complex& bin : spectrum) {
     sum += bin.real();
     in_phase = in_phase && bin.imag() == 0 && bin.real() >= 0;
@@ -190,7 +190,7 @@ double peak(const std::vector<Complex>& spectrum) {
   return std::sqrt(*std::max_element(squared.begin(), squared.end()));
 }
 
-// The furthest that a piece of the table moves its part of the band, in samples.
+// The longest delay that a piece of the table gives to its part of the band, in samples.
 double longest_delay(const Sonar& sonar, const std::vector<PulseTableRow>& rows) {
   double longest_s = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -204,7 +204,7 @@ double longest_delay(const Sonar& sonar, const std::vector<PulseTableRow>& rows)
   return longest_s * sonar.bandwidth_hz;
 }
 
-// The table's rows, unwrapped; nothing of other pulses.
+// The table's rows, unwrapped; empty for other pulses.
 std::vector<PulseTableRow> rows_of(const Sonar& sonar) {
   if (sonar.pulse.shape != PulseShape::table) return {};
   ENSONIFY_ASSERT(sonar.pulse.table.size() >= 2);
@@ -221,7 +221,7 @@ std::vector<Complex> unscaled_spectrum(const Sonar& sonar, int transform) {
   return spectrum;
 }
 
-// In samples, of a record whose second half is the time before 0.
+// The extent in samples. The second half of the record is the time before 0.
 double tabulated_extent(const Sonar& sonar, int transform) {
   const std::vector<double> squared =
       envelope_squared(unscaled_spectrum(sonar, transform), kExtentGrid);
@@ -251,7 +251,7 @@ std::vector<double> envelope_squared(const std::vector<Complex>& spectrum, int o
     step[m] = std::polar(1.0, 2 * kPi * (static_cast<double>(m) - middle) /
                                   (static_cast<double>(count) * oversampling));
   }
-  // One transform gives every oversampling-th instant; then all of time moves on by one.
+  // One transform gives every oversampling-th instant; then the spectrum is shifted by one instant.
   std::vector<double> squared(count * oversampling);
   for (int q = 0; q < oversampling; ++q) {
     transform.run(shifted.data(), samples.data());
@@ -280,7 +280,7 @@ double pulse_extent_s(const Sonar& sonar) {
   const bool is_table = sonar.pulse.shape == PulseShape::table;
   const bool is_steep = sonar.pulse.shape == PulseShape::lfm && sonar.pulse.taper < kEdge;
   if (!is_table && !is_steep) return 0;
-  // Long enough for every piece of the table to come at its own delay, then for the tails to end.
+  // First long enough for the delay of every piece of the table, then doubled until the tails end.
   const double delay = is_table ? longest_delay(sonar, unwrapped(sonar.pulse.table)) : 0;
   int transform = 1024;
   while (transform < 4 * delay && transform < kLongestRecord) transform *= 2;
@@ -298,7 +298,7 @@ double pulse_width_s(const Sonar& sonar, int transform) {
   const long count = static_cast<long>(squared.size());
   const long top = std::max_element(squared.begin(), squared.end()) - squared.begin();
   const double half = squared[top] / 2;
-  // Steps from the peak to where it falls below the half, to either side around the record.
+  // Steps from the peak to half power on one side; the record is periodic.
   const auto reach = [&](long side) {
     const auto at = [&](long k) { return squared[((top + side * k) % count + count) % count]; };
     long k = 1;

@@ -2,11 +2,11 @@
 //
 //   pulse_spectrum       S_m on the bins of a record
 //   pulse_is_heard       whether any of it falls on a bin
-//   pulse_extent_s       how long it rings: T_p
-//   pulse_width_s        how long it is loud
+//   pulse_extent_s       T_p, by which a record is longer than its echoes
+//   pulse_width_s        -3 dB width
 //   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
-//   DopplerPulse  make_doppler_pulse   the pulse of echoes that come back shifted
+//   DopplerPulse  make_doppler_pulse   the pulse of echoes with Doppler
 //   doppler_bin  doppler_spectrum      S_m of one of them
 //   envelope_squared     the envelope of a pulse between the samples, without a transform library
 #pragma once
@@ -34,35 +34,35 @@ namespace ensonify {
 // A table needs two rows, and some amplitude on a bin of the band (pulse_is_heard).
 std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform);
 
-// Whether S is not zero on all bins: a table's band may lie between them.
+// Whether S differs from 0 on any bin: the band of a table may lie between two bins.
 bool pulse_is_heard(const Sonar& sonar, int transform);
 
-// T_p, by which a record is longer than its echoes: the duration of cw; of a table, and of an lfm
-// whose taper is below a tenth, the shortest interval that holds t = 0 and all |s(t)| above -90 dB
-// of the peak, looked for at t = k / (8b) and rounded outward to it (65,536 samples at most); 0 of
-// the others.
+// T_p, by which a record is longer than its echoes. For cw it is the duration. For a table, and for
+// an lfm whose taper is below a tenth, it is the shortest interval that contains t = 0 and all
+// |s(t)| above -90 dB of the peak, searched at t = k / (8b) and rounded outward to that grid
+// (65,536 samples at most). For others it is 0.
 double pulse_extent_s(const Sonar& sonar);
 
-// The -3 dB width of |s(t)|^2 about its peak, looked for at t = k / (32 b) and interpolated.
+// The -3 dB width of |s(t)|^2 around its peak, searched at t = k / (32 b) and interpolated.
 double pulse_width_s(const Sonar& sonar, int transform);
 
-// b duration of lfm, 1 of the others: noise power is divided by it.
+// b duration for lfm, 1 for others. The noise power is divided by it.
 double processing_gain(const Sonar& sonar);
 
 // Q_k for k = 0 .. M-1: |s(t)|^2 = Q_0 + 2 Re sum_{k>=1} Q_k e^(i 2 pi k (b/M) t).
 std::vector<std::complex<double>> pulse_autospectrum(
     const std::vector<std::complex<double>>& spectrum);
 
-// S = P W T: the sent pulse P (gaussian: exp(..), cw: sinc(..), table: A e^(i phi), flat and lfm:
-// 1) behind the receiver's window and the edges of its band. An echo of relative shift eta > -1 is
-// the pulse e^(i 2 pi f_c eta (t - tau)) P((1 + eta)(t - tau)) behind the same receiver:
+// S = P W T: the transmitted pulse P (gaussian: exp(..), cw: sinc(..), table: A e^(i phi), flat and
+// lfm: 1) after the receiver's window and the edges of its band. An echo with Doppler eta > -1 is
+// the pulse e^(i 2 pi f_c eta (t - tau)) P((1 + eta)(t - tau)) after the same receiver:
 //   S_eta(f) = P(f') W(f - f_c) T(f - f_c) / (1 + eta),  f' = (f - f_c - eta f_c)/(1 + eta)
-// scaled as S is. What is shifted out of the band is lost. doppler 0 gives pulse_spectrum.
+// scaled as S is. What Doppler moves out of the band is lost. doppler 0 gives pulse_spectrum.
 struct DopplerPulse {
   Sonar sonar;
   int transform = 0;
   std::vector<PulseTableRow> table;  // of table: phases unwrapped
-  double peak = 1;                   // what pulse_spectrum is divided by
+  double peak = 1;                   // divisor of pulse_spectrum
 };
 DopplerPulse make_doppler_pulse(const Sonar& sonar, int transform);
 
@@ -71,7 +71,7 @@ std::complex<double> doppler_bin(const DopplerPulse& pulse, double doppler, int 
 std::vector<std::complex<double>> doppler_spectrum(const DopplerPulse& pulse, double doppler);
 
 // |s(t)|^2 of s(t) = sum_m S_m e^(i 2 pi (m - M/2)(b/M) t) at t = k / (oversampling b),
-// k = 0 .. oversampling M - 1. Quick where M, the number of bins, has small prime factors alone.
+// k = 0 .. oversampling M - 1. Fast if the number of bins, M, has only small prime factors.
 std::vector<double> envelope_squared(const std::vector<std::complex<double>>& spectrum,
                                      int oversampling);
 

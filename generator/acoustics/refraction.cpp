@@ -12,10 +12,11 @@ namespace {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
-// Swings about a border are followed down to this.
+// Smaller swings around a border are not followed.
 constexpr double kLeastSwing_m = 1e-9;
 
-// cos(h) and sin(h)/h. Pieces of rays turn by little: then the series is exact, and quicker.
+// cos(h) and sin(h)/h. Pieces of rays turn by small angles, for which the series is exact and
+// faster.
 struct HalfTurn {
   double cosine, sine_ratio;
 };
@@ -48,16 +49,17 @@ int layer_at(const SoundLayers& layers, double z_m) {
 double length_to(const RayArc& arc, double rise_m, double sine, double speed_m_s) {
   const RayPoint& from = arc.start;
   const double cosine = from.cos_phi * speed_m_s / from.speed_m_s;
-  // A chord has the mean direction of its ends; where the ray turned they take each other away.
+  // A chord has the mean direction of its ends. If the ray turned, the sines at its ends cancel,
+  // and their difference gives the distance instead.
   const bool turned = from.sin_phi * sine < 0;
   const double across = turned ? (from.sin_phi - sine) / arc.curvature_m
                                : rise_m * (from.cos_phi + cosine) / (from.sin_phi + sine);
   const double chord = std::hypot(across, rise_m);
-  // Of two arcs on the same chord the one beyond the half circle is never met: |phi| <= 90 degrees.
+  // Of two arcs on the same chord the longer one never occurs, because |phi| <= 90 degrees.
   return chord * asin_ratio(arc.curvature_m * chord / 2);
 }
 
-// How far the ray goes in its layer, and where it leaves it.
+// Sets the length of the ray in its layer, and the border at which it leaves.
 void find_end(const SoundLayers& layers, RayArc& arc) {
   const RayPoint& from = arc.start;
   const double p = from.cos_phi / from.speed_m_s;
@@ -90,7 +92,7 @@ void enter_layer(const SoundLayers& layers, int layer, RayArc& arc) {
   find_end(layers, arc);
 }
 
-// Along a border that bends the ray back from both sides.
+// The ray along a border that refracts it back from both sides.
 RayArc along_border(RayArc arc) {
   arc.start.sin_phi = 0;
   arc.start.cos_phi = 1;
@@ -144,7 +146,7 @@ RayArc start_ray(const SoundLayers& layers, double z_m, double cos_phi, double s
   arc.source_speed_m_s = arc.start.speed_m_s;
   arc.opening = 1 / arc.source_speed_m_s;
   int layer = layer_at(layers, z_m);
-  // On a border it belongs to the layer into which it goes.
+  // A ray that starts on a border belongs to the layer that it enters.
   if (layer > 0 && z_m == layers.z_m[layer - 1]) {
     const bool down = sin_phi < 0 || (sin_phi == 0 && layers.gradient_s[layer] > 0 && cos_phi > 0);
     if (down) --layer;
@@ -193,11 +195,11 @@ RayArc next_arc(const SoundLayers& layers, const RayArc& arc) {
   const int layer = up ? arc.layer + 1 : arc.layer - 1;
   at.z_m = layers.z_m[border];
   at.speed_m_s = layers.speed_m_s[border];
-  // Snell from the layer's start to here.
+  // Snell's law, from the start of the arc.
   at.cos_phi = std::min(arc.start.cos_phi * at.speed_m_s / arc.start.speed_m_s, 1.0);
   const double sine = std::sqrt((1 - at.cos_phi) * (1 + at.cos_phi));
   at.sin_phi = up ? sine : -sine;
-  // Rays side by side cross the kink of c at different heights.
+  // Neighboring rays cross the kink of c at different points.
   const double kink = layers.gradient_s[layer] - arc.gradient_s;
   const double ratio = at.cos_phi / at.speed_m_s;
   const double steep = std::max(sine, 1e-12);
@@ -254,7 +256,7 @@ struct Aim {
     return {phi_rad, end->z_m - end_z_m, {cosine, sine, *end}};
   }
 
-  // What is left of the miss lies along the ray, where it is steep.
+  // Removes the remaining miss, which lies along the ray where it is steep.
   Eigenray at_target(const Shot& shot) const {
     Eigenray ray = shot.ray;
     RayPoint& end = ray.end;
@@ -272,7 +274,8 @@ struct Aim {
     return std::abs(shot.miss_m) * shot.ray.end.cos_phi <= 1e-12 * way;
   }
 
-  // Between a ray that passes below and one above. None: they part around the target.
+  // Searches between a ray that passes below the target and one above. None: none of the rays
+  // between hits it.
   std::optional<Shot> between(double low, double high, double first) const {
     double phi = first;
     constexpr int kMost = 200;
@@ -289,7 +292,7 @@ struct Aim {
     return std::nullopt;
   }
 
-  // Where no double lies between two directions: as near as can be.
+  // The nearest ray, if no double lies between two directions; none if it still misses.
   std::optional<Shot> last_of(const Shot& shot) const {
     if (!std::isfinite(shot.miss_m)) return std::nullopt;
     const double step = 1e-15 * std::abs(shot.ray.end.spread_m);
@@ -300,7 +303,7 @@ struct Aim {
 
 constexpr double kSteepest_rad = kPi / 2 - 1e-9;
 
-// The fastest of all rays, by their misses' changes of sign.
+// The fastest of all rays, found where the miss changes its sign between directions.
 std::optional<Aim::Shot> fastest_of_all(const Aim& aim) {
   constexpr int kSteps = 360;
   std::optional<Aim::Shot> best;

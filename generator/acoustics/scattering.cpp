@@ -13,14 +13,14 @@ double tabulated_db(const BackscatterTable& table, double grazing_rad) {
   ENSONIFY_ASSERT(grazing.size() >= 2 && grazing.size() == table.strength_db.size());
   const auto above = std::upper_bound(grazing.begin() + 1, grazing.end() - 1, grazing_rad);
   const std::size_t high = above - grazing.begin(), low = high - 1;
-  // Rounding may leave the last row a hair short of 90 degrees.
+  // Rounding may leave the last row slightly below 90 degrees.
   const double part =
       std::clamp((grazing_rad - grazing[low]) / (grazing[high] - grazing[low]), 0.0, 1.0);
   return table.strength_db[low] + part * (table.strength_db[high] - table.strength_db[low]);
 }
 
-// s_b / cos(alpha): of a unit of the rays' cross-section. Not from the quotient where the law has
-// the cosine, which would be 0/0 along the surface.
+// s_b / cos(alpha): per unit of the rays' cross-section. Laws with a factor cos(alpha) are not
+// divided by it, which would give 0/0 at grazing incidence.
 double per_cross_section(const Material& material, double cos_incidence) {
   switch (material.law) {
     case ScatteringLaw::lommel_seeliger:
@@ -30,7 +30,7 @@ double per_cross_section(const Material& material, double cos_incidence) {
     case ScatteringLaw::lambert:
       break;
   }
-  // Lambert's own law needs no power, and is what most rays meet.
+  // Lambert's law, which most rays meet, needs no power.
   if (material.lambert_exponent == 1) return material.reflectivity * cos_incidence;
   return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent);
 }

@@ -1,11 +1,11 @@
-// How much a patch of surface, or a target, throws back.
+// How much sound an element of surface, or a target, scatters.
 //
 //   cell_solid_angle_sr
 //   backscatter_strength       of a unit of surface: the scattering laws
 //   scatterer_moments          mean and variance of a ray's scatterer
 //   rician_moments
-//   bistatic_strength  bistatic_moments   where sound leaves another way than it came
-//   kirchhoff_amplitude_m      of a cell of mirror
+//   bistatic_strength  bistatic_moments   for different directions of incidence and scattering
+//   kirchhoff_amplitude_m      of a plane cell of a smooth surface
 //   coherent_reflection
 //   target_amplitude_m         of a point target
 #pragma once
@@ -28,15 +28,15 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
 
 // Backscatter cross-section of a unit of surface area, per steradian, at cos alpha = sin(grazing):
 //   lambert          mu cos^(n+1)(alpha); n = 1 is Lambert's law, n = 2 Eq 14 of Choi et al. 2021
-//   lommel_seeliger  mu cos(alpha): mu 2 cos_i cos_s / (cos_i + cos_s), back where it came from
+//   lommel_seeliger  mu cos(alpha): bistatic_strength at cos_i = cos_s
 //   table            10^(S_b/10), S_b linear in dB between the rows
-// In the first two mu is the value at normal incidence.
+// In the first two, mu is the value at normal incidence.
 double backscatter_strength(const Material& material, double cos_incidence);
 
 // Mean and variance of the amplitude of one ray's scatterer, in m and m^2:
-// sigma^2 = factor s_b(alpha) dA / cos(alpha), dA = r^2 dOmega. rician shares it out: mean =
-// sigma sqrt(K/(K+1)), variance = sigma^2/(K+1); otherwise the mean is 0. Not finite where
-// cos_incidence is 0 and the law does not vanish there: the caller leaves such a ray out.
+// sigma^2 = factor s_b(alpha) dA / cos(alpha), dA = r^2 dOmega. For rician, the mean is
+// sigma sqrt(K/(K+1)) and the variance sigma^2/(K+1); otherwise the mean is 0. Not finite if
+// cos_incidence is 0 and the law does not vanish there; the caller leaves such a ray out.
 struct ScattererMoments {
   double mean_m = 0, variance_m2 = 0;
 };
@@ -44,33 +44,35 @@ ScattererMoments scatterer_moments(const Material& material, double reflectivity
                                    double cos_incidence, double range_m, double solid_angle_sr);
 
 // Scattering cross-section of a unit of surface area, per steradian, from one direction to another,
-// each at its cosine to the normal; the same both ways round, and backscatter_strength where they
-// are equal:
+// each given by its cosine to the normal. Symmetric in both, and backscatter_strength if they are
+// equal:
 //   lambert          mu (cos_i cos_s)^((n+1)/2)
 //   lommel_seeliger  mu 2 cos_i cos_s / (cos_i + cos_s)
 //   table            the geometric mean of both directions' backscatter
 double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering);
 
-// As scatterer_moments, which it is where both are equal: sigma^2 = factor bistatic_strength dS,
-// dS = r^2 dOmega / cos(incidence) of the cell that the element was found by.
+// As scatterer_moments, and equal to it if both cosines are equal:
+// sigma^2 = factor bistatic_strength dS, where dS = r^2 dOmega / cos(incidence) is the area of the
+// cell in which a ray found the element.
 ScattererMoments bistatic_moments(const Material& material, double reflectivity_factor,
                                   double cos_incidence, double cos_scattering, double range_m,
                                   double solid_angle_sr);
 
-// Shares sigma^2 out between a constant and a random part, K to 1.
+// Splits sigma^2 into a constant and a random part in the ratio of K to 1.
 ENSONIFY_HD inline ScattererMoments rician_moments(double sigma_squared_m2, double k) {
   return {std::sqrt(sigma_squared_m2 * k / (k + 1)), sigma_squared_m2 / (k + 1)};
 }
 
-// Kirchhoff's amplitude of a plane cell: (i/lambda) R dA sinc(x_azimuth) sinc(x_elevation) with
-// dA = r^2 dOmega = cos(alpha) dS, R = reflection e^(-2 k^2 h^2 cos^2 alpha), k = 2 pi/lambda, and
-// x = 2 (change of range across the cell)/lambda along its two sides. In m.
+// Kirchhoff's amplitude of a plane cell, in m: (i/lambda) R dA sinc(x_azimuth) sinc(x_elevation),
+// where dA = r^2 dOmega = cos(alpha) dS, R is coherent_reflection, and x = 2 (change of range
+// across the cell)/lambda along each of its two sides.
 std::complex<double> kirchhoff_amplitude_m(const Material& material, double wavelength_m,
                                            double cos_incidence, double range_m,
                                            double solid_angle_sr, double range_change_azimuth_m,
                                            double range_change_elevation_m);
 
-// R: what a rough mirror keeps in phase.
+// R = reflection e^(-2 k^2 h^2 cos^2 alpha), k = 2 pi/lambda: the coherent reflection of a rough
+// surface.
 ENSONIFY_HD inline double coherent_reflection(double reflection, double roughness_rms_m,
                                               double wavelength_m, double cos_incidence) {
   const double kh = 2.0 * kPi / wavelength_m * roughness_rms_m * cos_incidence;

@@ -29,7 +29,7 @@ void add_run(Mask& mask, int rows, int column, int row, int length) {
   mask.bottom = std::max(mask.bottom, last_row);
   mask.area += length;
   if (start == mask.end && !mask.counts.empty()) {
-    mask.counts.back() += length;  // goes on from the foot of the column before
+    mask.counts.back() += length;  // continues from the bottom of the previous column
   } else {
     mask.counts.push_back(start - mask.end);
     mask.counts.push_back(length);
@@ -43,7 +43,7 @@ struct ColumnRun {
   int row = 0, length = 0;
 };
 
-// Calls visit(i) where two rows differ. Most of a row equals the one above it and is passed eight
+// Calls visit(i) where two rows differ. Most of a row equals the one above it and is skipped eight
 // bytes at a time.
 template <class T, class Visit>
 void for_each_difference(const T* above, const T* here, int count, Visit&& visit) {
@@ -94,7 +94,7 @@ void for_each_run(const std::vector<T>& pixels, int rows, int columns, Visit&& v
   }
 }
 
-// By instance id; those without a pixel have no area.
+// Masks by instance id; instances without a pixel have the area 0.
 class MaskTable {
  public:
   Mask& of(std::uint16_t id) {
@@ -170,7 +170,7 @@ std::string rle_counts(const std::vector<std::int64_t>& counts) {
     for (bool more = true; more;) {
       int group = static_cast<int>(value & 0x1f);
       value >>= 5;
-      // Done when what is left is only the sign, and the group's top bit says the same.
+      // Done if only the sign is left and the top bit of the group has the same sign.
       more = (group & 0x10) ? value != -1 : value != 0;
       if (more) group |= 0x20;
       *out++ = static_cast<char>(group + 48);

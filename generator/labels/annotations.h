@@ -1,7 +1,7 @@
-// Boxes and run-length masks of the instances in a picture, in COCO's conventions.
+// Boxes and run-length masks of the instances in an image, in COCO's conventions.
 //
 //   annotations   one entry for each instance that has a pixel, by id
-//   add_amodal    what of each is hidden
+//   add_amodal    amodal masks and occlusion
 //   rle_counts    COCO's compressed run lengths
 #pragma once
 
@@ -16,13 +16,14 @@ namespace ensonify {
 
 std::vector<Annotation> annotations(const LabelledImage& image);
 
-// Puts amodal mask and occlusion (by instance id) into the annotations of the same picture, and
-// gives those of the instances that have no pixel of their own, by id.
+// Adds amodal masks and occlusion (`occlusion` by instance id) to the annotations of the same
+// image. Returns the annotations of the instances without a pixel of their own, by id.
 std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const double> occlusion,
                                    std::vector<Annotation>& annotations);
 
-// The text that COCO's tools use for run lengths (zeros first, column-major): each count, from the
-// fourth on less the one two before it, in 5-bit groups, low first, bit 6 for more, offset 48.
+// The text that COCO's tools use for run lengths (zeros first, column-major). Each count, from the
+// fourth on minus the one two before it, is written in 5-bit groups, low group first; the sixth bit
+// marks that more follow, and 48 is added.
 std::string rle_counts(const std::vector<std::int64_t>& counts);
 
 }  // namespace ensonify

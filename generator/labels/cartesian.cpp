@@ -13,8 +13,8 @@
 namespace ensonify {
 namespace {
 
-// Neighbours in the picture lie far apart in the polar image, whose rows it crosses; a tile of it
-// needs no more polar rows than the processor keeps at hand.
+// Neighboring pixels of a row lie far apart in the polar image, whose rows they cross. A tile needs
+// no more polar rows than the processor's cache holds.
 constexpr int kTile_px = 64;
 struct Tile {
   int first_row = 0, end_row = 0, first_column = 0, end_column = 0;
@@ -34,7 +34,7 @@ void for_each_plane(ResampledPlanes planes, const LabelledImage& from, LabelledI
   }
 }
 
-// Planes that are only there when asked for may be empty.
+// Optional planes may be empty.
 void check_sizes(const LabelledImage& image) {
   const auto pixels =
       static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
@@ -72,7 +72,7 @@ void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std:
   for (const Pixel& pixel : pixels) to[pixel.to] = from[pixel.from];
 }
 
-// Copies `pixels` into a blank image and leaves those of them in the list that hold an echo.
+// Copies `pixels` into a blank image and keeps only those in the list that hold an echo.
 void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
                  ResampledPlanes planes, std::vector<Pixel>& pixels, LabelledImage& image) {
   const auto copy = [&](bool is_level) {
@@ -90,10 +90,11 @@ void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& ho
   copy(false);
 }
 
-// Far under a pixel, far over what rounding does.
+// Far below a pixel, far above rounding errors.
 constexpr double kSlack = 1e-9;
 
-// Of the sectors' borders; what is not ahead is infinitely far to its side.
+// The tangents of the borders of beam cells; infinite, with the sign of the side, if not ahead of
+// the sonar.
 std::vector<double> edge_tangents(const Sonar& sonar) {
   std::vector<double> edges;
   for (int k = 0; k <= sonar.beam_count; ++k) {
@@ -105,8 +106,8 @@ std::vector<double> edge_tangents(const Sonar& sonar) {
   return edges;
 }
 
-// What sector_of says of atan2(y, x), for y that fall along a row. The arc tangent took two thirds
-// of a map's time: only pixels on a border, or not ahead, need it.
+// sector_of(atan2(y, x)) for falling y along a row, by comparing tangents. The arc tangent took two
+// thirds of a map's time; only pixels on a border, or not ahead, need it.
 class SectorsOfRow {
  public:
   SectorsOfRow(const Sonar& sonar, std::span<const double> edges, double x)
@@ -131,7 +132,7 @@ class SectorsOfRow {
   int beam_;  // edges_[beam_] <= tangent < edges_[beam_ + 1]
 };
 
-// That of hypot, which is needed half way between two samples alone.
+// The result of hypot, which is needed only halfway between two samples.
 long nearest_sample(double x, double y, double samples_per_m) {
   const double at = std::sqrt(x * x + y * y) * samples_per_m, below = std::floor(at);
   if (std::abs(at - below - 0.5) < kSlack * at) {
@@ -150,7 +151,7 @@ CartesianGrid cartesian_grid(const Sonar& sonar, int height_px) {
   CartesianGrid grid;
   grid.height_px = height_px;
   grid.m_per_px = (reach - bottom) / height_px;
-  // The small slack keeps a width that is whole up to rounding from growing by a column.
+  // The slack keeps rounding from adding a column to an integer width.
   grid.width_px = std::max(1, static_cast<int>(std::ceil(2 * side / grid.m_per_px - 1e-9)));
   grid.x_top_m = reach;
   grid.y_left_m = grid.width_px * grid.m_per_px / 2;
@@ -186,7 +187,7 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
   image.columns = grid.width_px;
   for_each_plane(planes, polar, image,
                  [&](const auto&, auto& to, const ImagePlane&) { to.reserve(map.size()); });
-  // Most pixels hold none, and a map of bytes is looked up faster than an image of floats.
+  // Most pixels hold no echo, and a map of bytes is read faster than an image of floats.
   std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
   std::transform(polar.elevation_rad.begin(), polar.elevation_rad.end(), holds_echo.begin(),
                  [](float elevation) { return std::uint8_t{!std::isnan(elevation)}; });
@@ -200,7 +201,7 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
       copy_pixels(polar, holds_echo, planes, pixels, image);
     }
   }
-  // These have values where no echo is heard.
+  // Optional planes also have values where no echo is heard.
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.wanted == nullptr || (planes == ResampledPlanes::ids && is_float_plane(plane))) {
       continue;

@@ -1,8 +1,8 @@
 // Images in Cartesian coordinates: the fan seen from above, boresight up, port left, nearest
 // neighbor from the polar image.
 //
-//   cartesian_grid             which metres a pixel stands for
-//   cartesian_map              which polar pixel it shows
+//   cartesian_grid             the position of a pixel in meters
+//   cartesian_map              the polar pixel that it shows
 //   ResampledPlanes  resample  the image
 #pragma once
 
@@ -18,8 +18,8 @@ namespace ensonify {
 CartesianGrid cartesian_grid(const Sonar& sonar, int height_px);
 
 // For each Cartesian pixel, row-major, the index of the polar pixel (sample * beams + beam) whose
-// sector holds its azimuth and whose sample is nearest to its range; -1 outside the fan and beyond
-// the record.
+// beam cell contains its azimuth and whose sample is nearest to its range; -1 outside the fan and
+// beyond the record.
 std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& sonar,
                                         const Water& water, const Record& record);
 
@@ -32,7 +32,7 @@ LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map,
                        ResampledPlanes planes = ResampledPlanes::all);
 
-// The same of a grey picture; black outside the fan.
+// The same for an 8-bit image; black outside the fan.
 GreyImage resample(const GreyImage& polar, const CartesianGrid& grid,
                    const std::vector<std::int32_t>& map);
 

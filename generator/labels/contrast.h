@@ -1,4 +1,4 @@
-// How far an instance stands out from the ground around it.
+// The expected level of an instance relative to the ground around it.
 //
 //   contrasts_db
 #pragma once
@@ -11,12 +11,12 @@
 
 namespace ensonify {
 
-// For each of `annotations`, those of the polar image: 10 log10 of the mean expected power
-// (`clean_power_pa2`, [beams x samples]) over the instance's pixels by that over the ground's
-// pixels in its box, enlarged on every side by half its width or height, at least
-// kContrastMargin_px. Ground of an instance is every other that is more than kGroundSize times as
-// large; `size_m` by instance id, infinite for what always is ground. NaN where the enlarged box
-// holds no ground, and where either mean is 0.
+// For each of `annotations` of the polar image: 10 log10 of the mean expected power
+// (`clean_power_pa2`, [beams x samples]) of the instance's pixels divided by that of the ground's
+// pixels in its box. The box is enlarged on every side by half its width or height, at least by
+// kContrastMargin_px. The ground of an instance is every other one that is more than kGroundSize
+// times as large; `size_m` by instance id, infinite for what is always ground. NaN if the enlarged
+// box contains no ground, or if either mean is 0.
 std::vector<double> contrasts_db(const LabelledImage& polar, std::span<const float> clean_power_pa2,
                                  std::span<const Annotation> annotations,
                                  std::span<const double> size_m);

@@ -22,7 +22,7 @@ std::array<double, 255> steps_of(const Display& display) {
   return steps;
 }
 
-// One place early, so that rounding never begins too late.
+// One entry early, so that rounding never makes the search begin too late.
 std::vector<std::uint8_t> starts_of(const DisplayTable& table) {
   std::vector<std::uint8_t> starts(kStarts + 2);
   for (std::size_t i = 0; i < starts.size(); ++i) {
@@ -44,7 +44,7 @@ std::uint8_t gray_level(const DisplayTable& table, double shown_db) {
   return static_cast<std::uint8_t>(level);
 }
 
-// What comes on top of the time-varied gain.
+// The gain in addition to the time-varied gain.
 double further_gain_db(const DisplayTable& table, std::size_t columns,
                        std::span<const float> level_db) {
   const Display& display = table.display;

@@ -2,8 +2,8 @@
 //
 //   DisplayTable  display_table   a display at the ranges of a sequence
 //   DisplayedImage  displayed     the gray levels of a polar image
-//   echo_levels_db  default_limits_db   the limits where none are given
-//   db_limits_from_clean                ... of one image, without gain
+//   echo_levels_db  default_limits_db   the limits if none are given
+//   db_limits_from_clean                the same for one image, without gain
 #pragma once
 
 #include <array>
@@ -20,12 +20,12 @@ struct DisplayTable {
   Display display;
   std::vector<double> tvg_db;          // [samples]
   std::array<double, 255> steps_db{};  // the level at which gray level k becomes k + 1, rising
-  // Where to begin to look for the gray level of s: at starts[(s - steps_db[0]) * starts_per_db].
+  // The search for the gray level of s begins at starts[(s - steps_db[0]) * starts_per_db].
   std::vector<std::uint8_t> starts;
   double starts_per_db = 0;
 };
 
-// tvg_db[n] = spreading log10(r / 1 m) + 2 alpha r with r = n step_m, of sample 0 that of sample 1.
+// tvg_db[n] = spreading log10(r / 1 m) + 2 alpha r with r = n step_m, and tvg_db[0] = tvg_db[1].
 // Gray level k begins where the image would show k - 1/2: with limits b and w at
 // s = b + (k - 1/2) (w - b) / 255 (db), or s = w + 20 / gamma log10((k - 1/2) / 255) (amplitude).
 // `absorption_db_m`: alpha, one way. Needs b < w and gamma > 0.
@@ -38,23 +38,23 @@ struct DisplayedImage {
 };
 
 // [rows x columns], rows are samples: the rounded 255 (s - b) / (w - b), or
-// 255 10^(gamma (s - w) / 20), from 0 to 255; 0 without energy. With automatic gain each image gets
-// the further gain that puts the level at rank 0.995 (n - 1), rounded down, of its n pixels with
-// energy on the white limit; gain_db comes on top. `color_map` and `flip` are left to the caller.
-// `elevation_rad`: NaN where a pixel holds no echo.
+// 255 10^(gamma (s - w) / 20), from 0 to 255; 0 without energy. Automatic gain shifts the level at
+// rank 0.995 (n - 1), rounded down, of the n pixels with energy to the white limit of each image;
+// gain_db is added to it. The caller applies `color_map` and `flip`. `elevation_rad`: NaN where a
+// pixel holds no echo.
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
                          std::span<const float> level_db, std::span<const float> elevation_rad);
 
-// The clean levels plus time-varied gain of the pixels that hold an echo (whose elevation is known)
-// and energy.
+// The expected levels plus time-varied gain of the pixels that have energy and hold an echo (their
+// elevation is known).
 std::vector<float> echo_levels_db(const DisplayTable& table, const LabelledImage& polar);
 
-// From 10 dB under the 5th percentile to 7 dB over the 99.5th, in whole dB, 40 to 80 dB apart;
-// [60, 120] where there are none. Speckle is 7 dB over its mean in 0.7 % of the pixels: fewer than
-// 1 % become white where levels are alike.
+// From 10 dB below the 5th percentile to 7 dB above the 99.5th, in whole dB, 40 to 80 dB apart;
+// [60, 120] if there are no levels. Speckle is 7 dB above its mean in 0.7 % of the pixels, so fewer
+// than 1 % become white where levels are alike.
 std::array<double, 2> default_limits_db(std::vector<float> levels_db);
 
-// The same of one image's pixels.
+// The same for the pixels of one image.
 std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
                                            std::span<const float> elevation_rad);
 

@@ -31,8 +31,8 @@ struct Samples {
   int first = 0, end = 0;
 };
 
-// Calls visit(sample, echoes) for every one of the samples in which a beam hears an echo of its own
-// sector within c/2b.
+// Calls visit(sample, echoes) for each of the samples in which a beam hears an echo of its beam
+// cell within c/2b.
 template <class Visit>
 void for_each_hearing_pixel(const PolarInput& input, int beam,
                             const std::vector<SectorEcho>& sector, const Samples& samples,
@@ -53,14 +53,14 @@ void for_each_hearing_pixel(const PolarInput& input, int beam,
   }
 }
 
-// What the echoes of one pixel amount to.
+// The label of one pixel.
 struct PixelLabel {
   std::uint32_t instance = 0;
   double fraction = 0, elevation_rad = kNaN, elevation_std_rad = kNaN, energy = 0;
   std::uint32_t ghost = 0;
 };
 
-// Kept from pixel to pixel.
+// Buffers that are reused from pixel to pixel.
 struct Scratch {
   std::vector<EnergyShare> shares;
   std::vector<SectorEcho> direct, bounced;
@@ -97,8 +97,8 @@ PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>
   return label;
 }
 
-// Some of the echoes bounced: the label is that of the others alone, with their winner's fraction
-// of all.
+// The label if some echoes bounced: that of the direct echoes alone, with their winner's fraction
+// of all energy.
 PixelLabel mixed_label_of(std::span<const SectorEcho> echoes, Scratch& scratch) {
   scratch.direct.clear();
   scratch.bounced.clear();
@@ -133,8 +133,8 @@ LabelledImage blank_image(int rows, int columns, bool multipath) {
   return image;
 }
 
-// A piece of the image that stays in the first cache: inputs run along samples, the image along
-// beams.
+// A block of the image that fits into the first-level cache: inputs run along samples, the image
+// along beams.
 constexpr int kBlockBeams = 16, kBlockSamples = 128;
 struct Block {
   int first_beam = 0, beams = 0;
@@ -156,7 +156,7 @@ void write_levels(const PolarInput& input, const Block& block, Power&& power,
     const std::size_t to = std::size_t(block.samples.first + i) * input.beams + block.first_beam;
     float* row = image.data() + to;
     if (block.beams == kBlockBeams) {
-      // A count that the compiler knows: a few wide stores instead of a loop.
+      // With a constant count the compiler uses a few wide stores instead of a loop.
       for (int j = 0; j < kBlockBeams; ++j) row[j] = levels[j][i];
     } else {
       for (int j = 0; j < block.beams; ++j) row[j] = levels[j][i];
@@ -185,7 +185,7 @@ void write_labels(const PolarInput& input, int beam, const std::vector<SectorEch
       });
 }
 
-// Beams of the image, in blocks that fill its cache lines.
+// Writes one block of beams, which fills the image's cache lines.
 void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) {
   const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
   const float* clean = input.clean_power_pa2.data();
@@ -264,10 +264,10 @@ std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
       const Scatterer& s = scatterers.items[i];
       if (s.path != 0) continue;
-      // Echoes are sorted by delay, which is that of the distance but for rounding.
+      // Echoes are sorted by delay, which follows the distance except for rounding.
       if (s.delay_s > latest_s) break;
       latest_s = std::min(latest_s, s.delay_s * (1 + kRoundingSlack));
-      // The root of the least square is the least length.
+      // Without a speed these are squares; the root is taken at the end.
       const double range = instrument_speed_m_s > 0 ? instrument_speed_m_s * s.delay_s / 2
                                                     : dot(s.position_m, s.position_m);
       nearest = std::min(nearest, range);

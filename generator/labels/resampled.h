@@ -1,4 +1,4 @@
-// Polar planes seen through the map of cartesian.h. Private to labels/.
+// Polar planes resampled by the map of cartesian.h. Private to labels/.
 //
 //   resampled
 #pragma once
@@ -11,7 +11,8 @@
 
 namespace ensonify {
 
-// In squares of the image, which need few polar rows each; `outside` where the map names no pixel.
+// Works in squares of the image, which need few polar rows each; `outside` where the map has no
+// pixel.
 template <class T>
 std::vector<T> resampled(const std::vector<T>& polar, const CartesianGrid& grid,
                          const std::vector<std::int32_t>& map, T outside = {}) {

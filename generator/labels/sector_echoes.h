@@ -1,10 +1,10 @@
-// The echoes of one sector as labels count them.
+// The echoes of one beam cell, as labels count them.
 //
 //   expected_energy
 //   SectorEcho  gather_sector   the echoes of a list that have any energy, by delay
-//   EchoWindow                  those within one sample of a sample that only grows
+//   EchoWindow                  those within one sample of a sample, for rising samples
 //   for_each_cell_beside        the cells of a volume that a pixel hears
-//   EnergyShare  add_share  strongest   what each instance has of the energy
+//   EnergyShare  add_share  strongest   the energy of each instance
 #pragma once
 
 #include <algorithm>
@@ -29,12 +29,12 @@ struct SectorEcho {
   double sample = 0;  // its delay in samples
   double energy = 0, elevation_rad = 0, elevation_variance_rad2 = 0;
   std::uint32_t instance = 0;
-  std::uint32_t occluder = 0;  // the instance that alone hides it; 0: it is heard, or several do
+  std::uint32_t occluder = 0;  // the only instance that hides it; 0: none or several do
   bool bounced = false;
-  std::uint32_t item = 0;  // of a scatterer: its place in the list
+  std::uint32_t item = 0;  // of a scatterer: its index in the list
 };
 
-// `occluder` is empty for what is heard.
+// `occluder`: one for each item of the list; empty for echoes that are heard.
 inline void gather_sector(const ScattererList& list, std::span<const std::uint32_t> occluder,
                           std::size_t beam, double bandwidth_hz, std::vector<SectorEcho>& echoes) {
   echoes.clear();
@@ -62,7 +62,7 @@ class EchoWindow {
     while (low_ < high_ && echoes_[low_].sample < sample - 1.0) ++low_;
     return echoes_.subspan(low_, high_ - low_);
   }
-  // Where at() found none, silence lasts until a sample before the next echo.
+  // If at() found none: the last sample up to which no echo can be heard, at most `end`.
   int silent_until(int end) const {
     if (high_ == echoes_.size() || echoes_[high_].sample > end) return end;
     return static_cast<int>(echoes_[high_].sample) - 2;
@@ -73,8 +73,8 @@ class EchoWindow {
   std::size_t low_, high_;
 };
 
-// visit(cell, weight) for a pixel's own cell of [beams x samples] and half of the two beside it,
-// since a cell reaches c/4b and the pixel c/2b to either side.
+// Calls visit(cell, weight) for a pixel's own cell of [beams x samples] with weight 1 and the two
+// adjacent ones with weight 1/2, since a cell extends c/4b and the pixel c/2b to either side.
 template <class Visit>
 void for_each_cell_beside(int beam, int sample, int samples, Visit&& visit) {
   for (int n = std::max(0, sample - 1); n <= std::min(samples - 1, sample + 1); ++n) {
@@ -90,7 +90,7 @@ struct EnergyShare {
 
 inline void add_share(std::uint32_t instance, double energy, double power,
                       std::vector<EnergyShare>& shares) {
-  // Most often the same as the last.
+  // From the end, because most often the instance is that of the last echo.
   for (std::size_t i = shares.size(); i-- > 0;) {
     if (shares[i].instance != instance) continue;
     shares[i].energy += energy;
@@ -100,7 +100,7 @@ inline void add_share(std::uint32_t instance, double energy, double power,
   shares.push_back({instance, energy, power});
 }
 
-// There is at least one; ties go to the lower id.
+// Needs at least one share; of equal ones the lower id wins.
 inline const EnergyShare& strongest(const std::vector<EnergyShare>& shares) {
   return *std::ranges::min_element(shares, [](const EnergyShare& a, const EnergyShare& b) {
     return a.energy != b.energy ? a.energy > b.energy : a.instance < b.instance;

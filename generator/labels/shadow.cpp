@@ -11,12 +11,12 @@
 namespace ensonify {
 namespace {
 
-// Beams side by side, so that whole stretches of an image's rows are written.
+// Beams in a block, so that long stretches of an image's rows are written at once.
 constexpr int kShadowBlockBeams = 32;
 
 bool is_bounced(const SectorEcho& echo) { return echo.bounced; }
 
-// The sets of a block by their numbers, 0 being empty.
+// The sets of a block and their numbers; 0 is the empty set.
 class SetTable {
  public:
   // `sorted` by id.
@@ -42,7 +42,7 @@ struct BlockLabels {
   SetTable sets;
 };
 
-// One sector's pixels.
+// Labels the pixels of one beam.
 class BeamLabeller {
  public:
   BeamLabeller(const HiddenInput& input, const LabelledImage& image)
@@ -111,7 +111,7 @@ class BeamLabeller {
     const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
     const auto is_own = [own](const SectorEcho& echo) { return echo.instance == own; };
     shares_.clear();
-    // Most pixels hold echoes of their own instance alone, whose power does not matter.
+    // Most pixels hold only echoes of their own instance, whose power does not matter.
     if (!std::ranges::all_of(hidden, is_own) || !std::ranges::all_of(heard, is_own)) {
       for (const auto& echoes : {heard, hidden}) {
         for (const SectorEcho& echo : echoes) {
@@ -137,7 +137,7 @@ class BeamLabeller {
   std::vector<std::uint16_t> instances_;
 };
 
-// Puts blocks of beams into images whose rows are samples.
+// Labels blocks of beams and puts them into images whose rows are samples.
 class HiddenLabeller {
  public:
   HiddenLabeller(const HiddenInput& input, const LabelledImage& image)
@@ -179,14 +179,14 @@ class HiddenLabeller {
   }
 
  private:
-  // Columns that lie one after the other into the image's rows.
+  // Writes consecutive columns into the image's rows.
   template <class T>
   void put_block(const std::vector<T>& columns, int first, int count, std::vector<T>& image) const {
     for (int n = 0; n < samples_; ++n) {
       const T* from = columns.data() + n;
       T* to = image.data() + std::size_t(n) * beams_ + first;
       if (count == kShadowBlockBeams) {
-        // A count that the compiler knows: a few wide stores instead of a loop.
+        // With a constant count the compiler uses a few wide stores instead of a loop.
         for (int j = 0; j < kShadowBlockBeams; ++j) to[j] = from[std::size_t(j) * samples_];
       } else {
         for (int j = 0; j < count; ++j) to[j] = from[std::size_t(j) * samples_];

@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// Beams whose pixels share cache lines are one worker's.
+// One worker writes this many beams, because their pixels share cache lines.
 constexpr int kBeamsTogether = 16;
 
 float rounded(double value, double quantum) {
@@ -57,10 +57,10 @@ class PixelSurfaces {
 
   std::span<const SectorEcho> echoes_;
   std::uint32_t instance_ = 0;
-  std::vector<double> elevations_;  // kept from pixel to pixel
+  std::vector<double> elevations_;  // reused from pixel to pixel
 };
 
-// Where a normal goes.
+// Indices of a pixel and of its normal.
 struct NormalPlace {
   std::size_t pixel = 0, normal = 0;
 };
@@ -103,7 +103,7 @@ class BeamSurfaces {
     put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
     image_.surface_count[at] =
         static_cast<float>(pixel_.count(kSurfaceGap * input_.elevation_step_rad));
-    // Most often that of the pixel before.
+    // Most often it is the strongest scatterer of the previous pixel as well.
     const std::uint32_t item = pixel_.strongest->item;
     if (items_.empty() || items_.back() != item) items_.push_back(item);
     places_.push_back({at, items_.size() - 1});

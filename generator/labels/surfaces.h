@@ -1,4 +1,4 @@
-// The surfaces that collapse into each pixel of a polar image.
+// The surfaces that fall into each pixel of a polar image.
 //
 //   SurfaceInput  NormalsAt  add_surfaces   their elevations, ranges, normals and number
 #pragma once
@@ -14,8 +14,8 @@
 
 namespace ensonify {
 
-// Fills in one normal for each of the scatterers, given by their places in the list: unit length,
-// sonar frame, towards the sonar; NaN where a scatterer is on no surface. Called by several threads
+// Writes one normal for each of the scatterers, given by their indices in the list: unit length,
+// sonar frame, toward the sonar; NaN if a scatterer is not on a surface. Called by several threads
 // at once.
 using NormalsAt =
     std::function<void(std::span<const std::uint32_t> scatterers, std::span<Vec3> normals)>;
@@ -28,15 +28,16 @@ struct SurfaceInput {
 };
 
 // Adds the planes of surfaces to polar_image's image. They describe the direct scatterers of the
-// pixel's instance within c/2b of its sample in its own sector; volumes have no surface. Range is
+// pixel's instance in its beam cell within c/2b of its sample; volumes have no surface. Range is
 // c/2 times the delay, elevation that of arrival.
-//   surface_*            the scatterer of largest expected energy E|a|^2 gain^2, the nearest of
-//   equal lowest_*, highest_*  the scatterers of least and of largest elevation surface_count one
-//   more than the gaps between neighbours in elevation of more than
-//                        kSurfaceGap steps: a ray through a gap meets nothing of the instance there
-// NaN and 0 where a pixel has no instance or its instance no scatterer. Rounded to
-// kSurfaceAngleQuantum_rad, kSurfaceRangeQuantum_m and kSurfaceNormalQuantum, since digits beyond
-// them take most of the file and mean nothing.
+//   surface_*            the scatterer of largest expected energy E|a|^2 gain^2; of equal ones the
+//                        nearest
+//   lowest_*, highest_*  the scatterers of least and of largest elevation
+//   surface_count        1 + the number of gaps of more than kSurfaceGap steps between neighbors in
+//                        elevation: a ray through such a gap meets nothing of the instance there
+// NaN and 0 if a pixel has no instance, or its instance no scatterer. Rounded to
+// kSurfaceAngleQuantum_rad, kSurfaceRangeQuantum_m and kSurfaceNormalQuantum, because further
+// digits would take most of the file without meaning.
 void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image);
 
 inline constexpr double kSurfaceGap = 1.5;

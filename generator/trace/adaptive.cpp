@@ -35,7 +35,8 @@ Slant slant_of(Vec3 normal, double range_m, const Turn& azimuth, const Turn& ele
 
 Turn turn_of(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 
-// The slants at hits of a fan, whose rows and columns share their angles.
+// The slants at the hits of a fan. The rays of a row share an elevation, those of a column an
+// azimuth.
 class FanSlants {
  public:
   FanSlants(const Fan& fan, const Pose& sonar_in_world)
@@ -63,7 +64,8 @@ struct Piece {
   double solid_angle_sr = 0;
 };
 
-// The cells of the fan's rows, cut. Columns that cut a row alike share its pieces.
+// The pieces into which cells of the fan are cut. Columns that cut a row into equally many pieces
+// share these.
 class CutRows {
  public:
   CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces)
@@ -108,7 +110,7 @@ class CutRows {
   std::vector<Piece> pieces_;
 };
 
-// What all sectors share.
+// What all beam cells share.
 struct CutFan {
   const Fan& fan;
   const FanRaysMet& met;
@@ -126,7 +128,8 @@ struct Echo {
   const RayPath* path;  // null where rays are straight
 };
 
-// The rays through cells of a sector that are cut, column by column, and the sector's echoes.
+// The rays through the cut cells of one beam cell, column by column, and the echoes of the beam
+// cell.
 struct PieceWork : SectorWork {
   std::vector<Vec3> direction;  // in the world
   std::vector<Hit> hits;
@@ -271,7 +274,8 @@ std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionC
     const Slant slant = slants.at(ray, hits[ray]);
     pieces[ray] = pieces_for(sonar, scatterers_per_cell(sonar, cell, slant));
   }
-  // A surface that leaves the range within a cell is met by a part of it.
+  // A ray that misses takes the cut of its neighbors in elevation, since a part of its cell may
+  // still meet their surface.
   std::vector<std::uint16_t> all = pieces;
   const std::size_t rows = fan.elevation_rad.size();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {

@@ -1,9 +1,10 @@
-// Rays where those of the fan are too few: a surface that is seen at a slant passes many cells of
-// range between two rays, and speckle needs many scatterers in each.
+// Adaptive refinement: more rays where those of the fan are too few. At small grazing angles a
+// surface crosses many range cells between two rays, and speckle needs many scatterers in each of
+// them.
 //
 //   ResolutionCell  resolution_cell
 //   scatterers_per_cell   how many the rays of a fan give
-//   undersampled_share         where they are too few
+//   undersampled_share    where they are too few
 //   adaptive_pieces  adaptive_surface_scatterers
 #pragma once
 
@@ -26,41 +27,41 @@ struct ResolutionCell {
 // `transform` bins of the pulse's spectrum (Record::transform).
 ResolutionCell resolution_cell(const Sonar& sonar, const Water& water, int transform);
 
-// How a surface that a ray meets recedes with the ray's angles, as a plane does: change of range in
-// m/rad.
+// Change of range with the angles of the ray at a hit, in m/rad, on the tangent plane of the
+// surface.
 struct Slant {
   double azimuth_m = 0, elevation_m = 0;
 };
-// `normal` and the direction in the sonar's frame.
+// `normal` and the angles are in the sonar's frame.
 Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation_rad);
 
-// Rays of a fan of the sonar's in one resolution cell of a surface: those of the area of angles
-//   width_rad range_m / |dr/delevation|,   min(width_rad, range_m / |dr/dazimuth|) fan
-// whichever is smaller.
+// Number of the fan's rays in one resolution cell of a surface: the area of the cell in angles,
+//   min(width_rad range_m / |dr/delevation|, min(width_rad, range_m / |dr/dazimuth|) fan),
+// divided by the area that belongs to one ray.
 double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant);
 
-// The share of the range that the surface rays pass over (in all sectors) where a cell has fewer
-// than `least` scatterers, after the cuts where sonar.rays_per_cell is set. 0 where no ray meets
-// anything.
+// The share of the range that the rays pass along surfaces, summed over all beam cells, in which a
+// resolution cell has fewer than `least` scatterers. Pieces count as rays if sonar.rays_per_cell is
+// set. 0 if no ray meets anything.
 double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
                           std::span<const Hit> hits, const Pose& sonar_in_world, double least);
 
-// Into how many equal pieces of elevation each cell of the fan is cut so that a resolution cell has
-// sonar.rays_per_cell of them, kMostPieces at most; [fan.size()]. A cell whose ray misses is cut as
-// its neighbours in elevation are.
+// [fan.size()]: the number of equal pieces in elevation into which each cell of the fan is cut, so
+// that a resolution cell holds sonar.rays_per_cell of them; at most kMostPieces. A cell whose ray
+// misses is cut as its neighbors in elevation are.
 inline constexpr int kMostPieces = 1024;
 std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionCell& cell,
                                            const Fan& fan, std::span<const Hit> hits,
                                            const Pose& sonar_in_world);
 
-// What the rays of the fan met; `paths` as surface_scatterer_list wants them.
+// The hits of the fan's rays; `paths` as for surface_scatterer_list.
 struct FanRaysMet {
   std::span<const Hit> hits;
   std::span<const RayPath> paths = {};
 };
 
-// As surface_scatterer_list, with a ray through the middle of every piece. Pieces of one cell are
-// keyed by the fan's ray and, in the upper half, by their number from 0.
+// As surface_scatterer_list, with a ray through the middle of every piece. The key of a piece is
+// that of the fan's ray, with the number of the piece, from 0, in the upper 32 bits.
 ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
                                           std::span<const std::uint16_t> pieces,
                                           const Tracer& tracer, const Pose& sonar_in_world,

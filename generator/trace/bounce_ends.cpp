@@ -17,7 +17,8 @@ double signed_height_m(const PlacedMirror& mirror, Vec3 point_m) {
   return dot(mirror.normal, point_m) - mirror.offset_m;
 }
 
-// No mirror of a leg can be met from its back, nor farther off than sound gets.
+// False if an image of the sonar lies behind the next reflector of the leg, or farther from it than
+// sound travels.
 bool images_are_before(std::span<const PlacedMirror> mirrors, const Leg& leg, double length_max_m) {
   Vec3 image;
   for (const std::uint16_t m : leg) {
@@ -106,7 +107,7 @@ std::optional<LegEnd> Bounces::reach(std::uint16_t number, Vec3 point_m, double 
   if (!walk(mirrors, leg, (1 / end.length_m) * image, end.length_m, wavelength_m, end.way)) {
     return std::nullopt;
   }
-  // A point on the last mirror, or behind it, is not seen in it.
+  // The last reflector shows no image of a point that lies on it or behind it.
   if (end.length_m - end.way.length_m <= end.length_m * kOnSurface ||
       !stays_in_water(leg, end.way)) {
     return std::nullopt;

@@ -15,11 +15,11 @@
 namespace ensonify {
 namespace {
 
-// Keys: apart from those of rays, targets and kirchhoff_scatterers.
+// Keeps the keys apart from those of rays, targets and kirchhoff_scatterers.
 constexpr std::uint64_t kBounceKey = std::uint64_t{1} << 61;
-constexpr int kKeysOfRay = 8;  // in bits
-// A drawn direction that carries little is followed with a probability of four times its share of the
-// energy, and of no less than this.
+constexpr int kKeysOfRay = 8;  // bits for the echoes of a ray
+// A sampled direction is followed with a probability of kFollowed times its share of the energy,
+// limited to [kLeastFollowed, 1].
 constexpr double kLeastFollowed = 1.0 / 8, kFollowed = 4;
 constexpr double kLeastCosine = 1e-6;
 
@@ -28,15 +28,15 @@ bool scatters(const Material& material, const Hit& hit) {
          (material.law == ScatteringLaw::table || material.reflectivity > 0);
 }
 
-// A path on its way from the sonar.
+// A path from the sonar, as far as it has been followed.
 struct Travel {
-  WalkStep at;        // the surface that it has reached
-  double energy = 0;  // W
-  int surfaces = 1;   // reached, `at` among them
-  unsigned kinds = 0;  // of those before `at`
+  WalkStep at;         // the surface that it has reached
+  double energy = 0;   // W of bounced_off_surfaces
+  int surfaces = 1;    // reached so far, including `at`
+  unsigned kinds = 0;  // of the surfaces before `at`
   std::array<std::uint32_t, kMostSurfaces> instance{};
-  // The first surface that scattered it; none yet: 0.
-  int first_scatterer = 0;  // counted from 1
+  // The first surface that scattered the sound, counted from 1; 0: none yet.
+  int first_scatterer = 0;
   Vec3 first_point_m;
   double first_length_m = 0;
 
@@ -46,14 +46,14 @@ struct Travel {
   }
 };
 
-// One ray of the fan: what its echoes share.
+// What the echoes of one ray of the fan share.
 struct FanRay {
   std::size_t index = 0;
   std::uint32_t beam = 0;
   double azimuth_rad = 0, elevation_rad = 0, solid_angle_sr = 0;
 };
 
-// Directions of an echo at the sonar, either way round.
+// The direction at the sonar in which a path leaves or arrives, and its beam.
 struct SonarSide {
   double azimuth_rad = 0, elevation_rad = 0;
   std::uint32_t beam = 0;
@@ -88,8 +88,8 @@ double RayEchoes::bistatic(const WalkStep& at, double cos_scattering) const {
          bistatic_strength(context_.material(at.hit), at.hit.cos_incidence, cos_scattering);
 }
 
-// `energy` holds all spreading; the record wants an amplitude in m and a gain in 1/m^2, of which only
-// the product matters.
+// `energy` includes all spreading. A Scatterer has an amplitude in m and a gain in 1/m^2, of which
+// only the product matters.
 bool RayEchoes::add(const Travel& travel, const SonarSide& out, const SonarSide& back,
                     double delay_m, double energy, double extinction_db, bool reversed,
                     double received_m, Vec3 place_m) {
@@ -126,7 +126,7 @@ bool RayEchoes::add(const Travel& travel, const SonarSide& out, const SonarSide&
   return true;
 }
 
-// Connects a surface that scatters to the sonar; both ways round.
+// Connects a surface that scatters to the sonar, and adds both directions of the path.
 void RayEchoes::hear(const Travel& travel) {
   const std::optional<Connection> back = connect(context_, travel.at);
   if (!back) return;
@@ -156,7 +156,7 @@ void RayEchoes::hear(const Travel& travel) {
   ++next_key_;
 }
 
-// Over mirrors to a surface that scatters, and back over the same ones.
+// Adds the path over specular reflectors to a surface that scatters, and back over the same ones.
 void RayEchoes::hear_over_same_mirrors(const Travel& travel, double spreading_per_m2) {
   const int mirrors = travel.surfaces - 1;
   Travel whole = travel;
@@ -167,24 +167,25 @@ void RayEchoes::hear_over_same_mirrors(const Travel& travel, double spreading_pe
     whole.instance[whole.surfaces - 1 - i] = travel.instance[i];
   }
   const double cosine = travel.at.hit.cos_incidence;
-  const double reflected = travel.energy / ray_.solid_angle_sr;  // R^2 of all mirrors
+  const double reflected = travel.energy / ray_.solid_angle_sr;  // R^2 of all specular reflectors
   const double energy =
       travel.energy * reflected * bistatic(travel.at, cosine) / cosine * spreading_per_m2;
   const SonarSide side{ray_.azimuth_rad, ray_.elevation_rad, ray_.beam};
-  // The labelled surface is that which scatters, as in a reversed path.
+  // The label is the surface that scatters, as in a reversed path.
   add(whole, side, side, 2 * travel.at.length_m, energy, 2 * travel.at.extinction_db, true,
       travel.at.length_m, travel.at.point_m);
   ++next_key_;
 }
 
-// The next direction, and the energy that goes there: as from a mirror, or drawn. False: the path
-// ends here.
+// Chooses the next direction, specular or sampled, and updates the energy. False: the path ends
+// here.
 bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const WalkStep& at = travel.at;
   const Material& material = context_.material(at.hit);
   const Philox4 words = random_words(context_.ping.key, context_.ping.ping, ray_.index, next_draw_++);
   const double incidence = at.hit.cos_incidence;
-  // From a mirror on a path that has scattered before: one of both ways, by their energies.
+  // After its first scattering, a path continues in one of two ways, chosen by their energies:
+  // reflected or scattered.
   const double by_mirror = travel.first_scatterer > 0 ? at.reflection * at.reflection : 0;
   const double scattered =
       scatters(material, at.hit) ? kPi * bistatic(at, incidence) / (incidence * incidence) : 0;
@@ -240,7 +241,7 @@ void RayEchoes::follow(const MirrorWalk& walk) {
         hear_over_same_mirrors(travel, spreading_per_m2(context_, ray_.azimuth_rad,
                                                         ray_.elevation_rad, walk, i));
       }
-      // A mirror that scatters as well goes on both ways.
+      // If the specular reflector also scatters, both parts are followed.
       Travel scattered = travel;
       scatter_on(scattered);
     }

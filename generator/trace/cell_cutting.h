@@ -1,10 +1,10 @@
-// Cells of the fan cut into parts over which the range is nearly linear, for coherent sums. Private to
-// trace/.
+// Cells of the fan cut into parts over which the range is nearly linear, for coherent sums. Private
+// to trace/.
 //
-//   CellPart  cell_of     a cell or a part of one, with what nine rays through it found
+//   CellPart  cell_of     a cell or a part of one, with the hits of nine rays through it
 //   Bend  bend_of         the range over a part, by finite differences
-//   bend_factor           what the bend adds to the sum over a part, to first order
-//   divide                cuts a cell until each part is nearly linear, and hands over each part
+//   bend_factor           the first-order effect of the bend on the sum over a part
+//   divide                cuts a cell until each part is nearly linear, and passes on each part
 #pragma once
 
 #include <algorithm>
@@ -17,38 +17,38 @@
 
 namespace ensonify {
 
-// The most that the bend of a part may add to its linear phase. Its first order is in the amplitude;
-// 0.02 rad are left.
+// Largest phase of the bend of a part, in addition to the linear phase. The amplitude includes the
+// bend to first order, which leaves an error of 0.02 rad.
 inline constexpr double kBend_rad = 0.2;
-// Where cutting ends: for the phase, and for an edge. An edge that runs along a side of its parts
-// errs by as much in all of them, and so is found more closely.
+// The smallest sides of parts that are cut for their phase or for an edge. An edge along a side of
+// its parts causes the same error in all of them, so such parts are cut further.
 inline constexpr double kSmallestSide_wavelengths = 0.25;
 inline constexpr double kSmallestEdge_wavelengths = 1.0 / 8;
 inline constexpr double kSmallestStraightEdge_wavelengths = 1.0 / 32;
-// In units of c/b. A part is heard at one delay, with the sinc of the carrier: longer ones leave
-// echoes in the middle of an oblique plate.
+// Longest extent of a part in range, in units of c/b. A part has one delay and the sinc at the
+// carrier; longer parts leave echoes in the middle of an oblique plate.
 inline constexpr double kLongestRange_pulses = 1.0 / 24;
 
-// A cell of the fan or a part of one, with what rays through its corners, the middles of its sides and
-// its middle found. A Sample has range_m, and there are
-//   same_body(a, b)     whether their ranges belong together
-//   same_surface(a, b)  whether no edge runs between them
+// A cell of the fan or a part of one, with the hits of rays through its corners, the middles of its
+// sides and its middle. A Sample has range_m and the functions
+//   same_body(a, b)     whether their ranges may be compared
+//   same_surface(a, b)  whether no edge lies between them
 template <class Sample>
 struct CellPart {
   std::array<double, 3> azimuth_rad{}, elevation_rad{};  // low, middle, high
   std::array<std::array<Sample, 3>, 3> hits;             // [azimuth][elevation]
 };
 
-// The range over a part: linear in the angles, and what bends away from that.
+// The range over a part: its linear change with the angles, and the deviations from it.
 struct Bend {
   double change_azimuth_m = 0, change_elevation_m = 0;  // across the part
   double azimuth_m = 0, elevation_m = 0;                // at the middles of the sides
-  double twist_m = 0;   // at the corners, of the product of both angles
-  double corner_m = 0;  // at the corners, the largest in all
+  double twist_m = 0;   // at the corners, from the product of both angles
+  double corner_m = 0;  // largest total deviation at a corner
 };
 
-// The change of range from side to side, from as many of the two sides as lie on the middle's own
-// surface.
+// The change of range across the part, from those of its two sides that lie on the surface of the
+// middle.
 template <class Sample>
 double change_across(const Sample& low, const Sample& middle, const Sample& high) {
   const bool below = same_body(low, middle), above = same_body(high, middle);
@@ -57,7 +57,7 @@ double change_across(const Sample& low, const Sample& middle, const Sample& high
   return below ? 2 * (middle.range_m - low.range_m) : 0;
 }
 
-// From the hits on the middle's own surface; what they do not show is taken for none.
+// Uses the hits on the surface of the middle; deviations that these do not show count as 0.
 template <class Sample>
 Bend bend_of(const CellPart<Sample>& part) {
   const auto& hits = part.hits;
@@ -86,8 +86,8 @@ Bend bend_of(const CellPart<Sample>& part) {
   return bend;
 }
 
-// Means of x e^(-i g x), over i, and of x^2 e^(-i g x) over x in [-1, 1]. Below 1e-2 the series are
-// exact to 1e-9; the quotients would lose their digits.
+// The mean of x e^(-i g x) divided by i, and the mean of x^2 e^(-i g x), over x in [-1, 1]. For |g|
+// below 1e-2 the series are exact to 1e-9, where the quotients would lose their digits.
 inline double first_moment(double g) {
   if (std::abs(g) < 1e-2) return -g / 3 * (1 - g * g / 10);
   return (std::cos(g) - std::sin(g) / g) / g;
@@ -97,12 +97,12 @@ inline double second_moment(double g) {
   return std::sin(g) / g + 2 * (std::cos(g) - std::sin(g) / g) / (g * g);
 }
 
-// What the bend adds to sinc . sinc, to first order: the mean over the part of
+// The first-order effect of the bend, which is added to sinc . sinc: the mean over the part of
 // -i 2k (azimuth x^2 + elevation y^2 + twist x y) e^(-i (g_x x + g_y y)), x and y in [-1, 1].
 inline std::complex<double> bend_factor(const Bend& bend, double wavelength_m) {
   const double two_k = 4 * kPi / wavelength_m;
   const double gx = two_k * bend.change_azimuth_m / 2, gy = two_k * bend.change_elevation_m / 2;
-  // Beyond what is cut for, at limbs and creases, a first order says nothing.
+  // The bend is larger than this only at limbs and creases, where a first order is not valid.
   const auto phase = [&](double range_m) {
     return std::clamp(two_k * range_m, -kBend_rad, kBend_rad);
   };
@@ -118,7 +118,7 @@ struct CutWish {
   bool azimuth = false, elevation = false;
 };
 
-// Where an edge runs through the part: between rays that are neighbors.
+// Asks for cuts if an edge runs between neighboring rays of the part.
 template <class Sample>
 CutWish cuts_for_edges(const CellPart<Sample>& part) {
   CutWish want;
@@ -131,7 +131,7 @@ CutWish cuts_for_edges(const CellPart<Sample>& part) {
   return want;
 }
 
-// Where the range bends or changes too much for one scatterer.
+// Asks for cuts if the range bends or changes too much for one scatterer.
 template <class Sample, class Aim>
 CutWish cuts_for_phase(const CellPart<Sample>& part, const Aim& aim) {
   const Bend bend = bend_of(part);
@@ -140,14 +140,14 @@ CutWish cuts_for_phase(const CellPart<Sample>& part, const Aim& aim) {
   const double in_azimuth = std::abs(bend.azimuth_m), in_elevation = std::abs(bend.elevation_m);
   const double worst = std::max({in_azimuth, in_elevation, bend.corner_m});
   if (4 * kPi / aim.wavelength_m * worst <= kBend_rad) return want;
-  // What the sides do not explain of a corner's bend is a twist, which either cut lessens.
+  // The part of a corner's bend that the sides do not explain is a twist, which either cut reduces.
   const double twist = std::max(0.0, bend.corner_m - in_azimuth - in_elevation);
   want.azimuth |= in_azimuth + twist >= (in_elevation + twist) / 2;
   want.elevation |= in_elevation + twist >= (in_azimuth + twist) / 2;
   return want;
 }
 
-// The side to cut, the longer one where both want it; none where the part is done.
+// The side to cut, the longer one if both need it; none if the part needs no cut.
 template <class Sample, class Aim>
 Cut cut_of(const CellPart<Sample>& part, const Aim& aim) {
   double range = 0;
@@ -185,7 +185,7 @@ CellPart<Sample> half_of(const CellPart<Sample>& part, Cut cut, int half, const 
     const auto hit = [&](CellPart<Sample>& p, int k) -> Sample& {
       return in_azimuth ? p.hits[k][i] : p.hits[i][k];
     };
-    // The outer ones first: both are the parent's, and one of them stays where it was.
+    // Copies both outer samples first: they come from the parent, and one of them keeps its place.
     const Sample first = hit(result, half), last = hit(result, half + 1);
     hit(result, 0) = first;
     hit(result, 2) = last;
@@ -195,9 +195,9 @@ CellPart<Sample> half_of(const CellPart<Sample>& part, Cut cut, int half, const 
   return result;
 }
 
-// Hands each part of a cell in which a ray met a mirror to aim.add. An Aim has wavelength_m,
-// range_limit_m (the longest that a part may be in range), shoot(azimuth, elevation), is_mirror(sample)
-// and add(part).
+// Cuts a cell and passes each part in which a ray met a smooth surface to aim.add. An Aim has
+// wavelength_m, range_limit_m (longest extent of a part in range), shoot(azimuth, elevation),
+// is_mirror(sample) and add(part).
 template <class Sample, class Aim>
 void divide(const CellPart<Sample>& part, Aim& aim) {
   const bool any = std::any_of(part.hits.begin(), part.hits.end(), [&](const auto& column) {

@@ -1,8 +1,10 @@
-// From one hit or place to its scatterer, and keys. Private to trace/.
+// From one hit or position to its scatterer, and keys. Private to trace/.
 //
 //   in_range  is_usable  is_an_echo
-//   EchoDirection  echo_direction  set_echo  set_refracted  echo_from   what follows from a place
-//   alone point_target_key  fish_key FanDirections
+//   EchoDirection  echo_direction   what depends on the direction alone
+//   set_echo  set_refracted  echo_from
+//   point_target_key  fish_key
+//   FanDirections  elevation_part  directions_of
 //   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
 #pragma once
 
@@ -21,13 +23,13 @@
 
 namespace ensonify {
 
-// A finite number above zero within [range_min, range_max].
+// Whether a range is finite, above zero and within [range_min, range_max].
 inline bool in_range(double range_m, const Sonar& sonar) {
   return std::isfinite(range_m) && range_m > 0 && range_m >= sonar.range_min_m &&
          range_m <= sonar.range_max_m;
 }
 
-// What an echo's direction brings: worked out once where many echoes share it.
+// What depends on the direction of an echo alone, computed once if many echoes share it.
 struct EchoDirection {
   double azimuth_rad = 0, elevation_rad = 0;
   Vec3 unit;
@@ -35,8 +37,9 @@ struct EchoDirection {
 };
 EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar);
 
-// Delay 2r/c, place, directions, sector, and the gain r^-2 10^(-absorption 2r/20) B_el(elevation)
-// B_tx(azimuth). Amplitude, instance and key are the caller's.
+// Sets delay 2r/c, position, directions, beam, received path, and the gain
+// r^-2 10^(-absorption 2r/20) B_el(elevation) B_tx(azimuth). The caller sets amplitude, instance
+// and key.
 inline void set_echo(double range_m, const EchoDirection& direction, std::uint32_t beam,
                      const Water& water, Scatterer& s) {
   s.delay_s = two_way_delay_s(range_m, water.sound_speed_m_s);
@@ -50,7 +53,7 @@ inline void set_echo(double range_m, const EchoDirection& direction, std::uint32
   s.received_path_m = static_cast<float>(range_m);
 }
 
-// What a refracted path changes of it: the place, the gain, the curvature of what comes back.
+// Sets what differs for a refracted path: position, gain, and the curvature of the returning wave.
 inline void set_refracted(const RayPath& path, const EchoDirection& direction, const Water& water,
                           Scatterer& s) {
   constexpr double kLn10 = 2.302585092994045684;
@@ -63,13 +66,13 @@ inline void set_refracted(const RayPath& path, const EchoDirection& direction, c
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);
 
-// A constant amplitude without a random part is one; NaN and infinity are not.
+// False for an amplitude of zero, NaN or infinity. A constant amplitude needs no random part.
 inline bool is_an_echo(const ScattererMoments& moments) {
   return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
          moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
 }
 
-// Beyond every ray's key; a target is not drawn, its key only settles ties.
+// Above the keys of all rays. A target has no random amplitude; its key only orders equal delays.
 inline std::uint64_t point_target_key(std::uint32_t instance) {
   return std::uint64_t{1} << 63 | instance;
 }
@@ -82,7 +85,7 @@ inline bool is_usable(const Hit& hit, const Sonar& sonar) {
          hit.cos_incidence <= 1;
 }
 
-// The directions of a fan from what its rows and columns share.
+// The directions of a fan, from the values that its rows and columns share.
 struct FanDirections {
   struct Part {
     double angle_rad = 0, cosine = 1, sine = 0, pattern = 1;
@@ -118,7 +121,8 @@ inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
   return directions;
 }
 
-// Of the scatterer at a hit; false for a hit that makes no echo. `path`: of a refracted ray.
+// The moments of the scatterer at a hit; false if the hit gives no echo. `path`: of a refracted
+// ray, else null.
 inline bool surface_moments(const SurfaceScattering& scattering, const Hit& hit,
                             double solid_angle_sr, const RayPath* path, ScattererMoments& moments) {
   if (!is_usable(hit, scattering.sonar)) return false;
@@ -129,7 +133,7 @@ inline bool surface_moments(const SurfaceScattering& scattering, const Hit& hit,
   return is_an_echo(moments);
 }
 
-// The scatterer at a hit, into what is all zero before.
+// Writes the scatterer at a hit into `s`, whose members must all be zero.
 inline void set_surface_echo(const SurfaceScattering& scattering, const EchoDirection& direction,
                              std::uint32_t beam, std::uint64_t key, const Hit& hit,
                              const ScattererMoments& moments, const RayPath* path, Scatterer& s) {
@@ -153,7 +157,7 @@ struct SurfaceEchoes {
     return surface_moments(scattering, hit, fan.solid_angle_sr[e], path, moments);
   }
 
-  // `i` counts the rays of a sector; `hit` is on ray i of the beam.
+  // `i` counts the rays of a beam cell; `hit` is that of ray i.
   void set(std::uint32_t beam, std::uint32_t i, const Hit& hit, const ScattererMoments& moments,
            Scatterer& s, const RayPath* path = nullptr) const {
     const auto rows = static_cast<std::uint32_t>(fan.rays_elevation);

@@ -1,4 +1,4 @@
-// Embree 3 or 4: the few calls that changed between them.
+// Wrappers for the few calls that differ between Embree 3 and 4.
 //
 //   EmbreeContext  init_context
 //   intersect_one  intersect_packet   of 4, 8 or 16 rays
@@ -16,8 +16,8 @@ inline auto intersect_of(const RTCRayHit4&) { return rtcIntersect4; }
 inline auto intersect_of(const RTCRayHit8&) { return rtcIntersect8; }
 inline auto intersect_of(const RTCRayHit16&) { return rtcIntersect16; }
 
-// The rays of intersect_packet start at one place and have about the same direction; valid[i] is
-// -1, or 0 for no ray.
+// The rays of intersect_packet start at one point in similar directions; valid[i] is -1 for a ray
+// and 0 for none.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 inline void init_context(EmbreeContext& context) { rtcInitRayQueryContext(&context); }

@@ -11,7 +11,7 @@ namespace ensonify {
 
 static bool same_body(const Hit& a, const Hit& b) { return a.instance == b.instance; }
 
-// Where the material changes there is an edge, though the surface goes on.
+// A change of material is an edge, although the surface continues.
 static bool same_surface(const Hit& a, const Hit& b) {
   return a.instance == b.instance && a.part == b.part;
 }
@@ -30,7 +30,7 @@ bool any_smooth(std::span<const Material> materials) {
   });
 }
 
-// What the parts of one sector share.
+// What the parts of one beam cell share.
 struct Sector {
   const Tracer& tracer;
   const Pose& pose;
@@ -80,7 +80,7 @@ void Sector::add(const Part& part) {
   scatterers.push_back(s);
 }
 
-// Whether the cell's own ray, or that of one of the eight around it, meets a mirror.
+// Whether the cell's own ray, or one of the eight around it, meets a smooth surface.
 bool is_candidate(const Fan& fan, std::span<const Hit> hits, std::size_t column, int elevation,
                   const SurfaceScattering& scattering) {
   const std::size_t last_column = std::min(column + 1, fan.azimuth_rad.size() - 1);
@@ -123,7 +123,8 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
       const std::size_t column = beam * fan.rays_azimuth + a;
       for (int e = 0; e < fan.rays_elevation; ++e) {
         if (!is_candidate(fan, hits, column, e, scattering)) continue;
-        // Apart from the keys of rays and targets; nothing is drawn, they only settle ties.
+        // Keeps the keys apart from those of rays and targets. No amplitude is random here; keys
+        // only order equal delays.
         sector.next_key =
             (std::uint64_t{1} << 62) | (std::uint64_t{column * fan.rays_elevation + e} << 28);
         divide(cell_of<Hit>(fan.azimuth_rad[column], azimuth_step, fan.elevation_rad[e],

@@ -20,7 +20,7 @@ struct Span {
 
 std::array<double, 3> as_array(Vec3 v) { return {v.x, v.y, v.z}; }
 
-// Where a ray is between `low` and `high` on every axis; empty where from >= to.
+// The part of a ray, up to `end`, that lies in the box from `low` to `high`; empty if from >= to.
 Span span_within(Vec3 origin, Vec3 direction, Vec3 low, Vec3 high, double end) {
   const auto o = as_array(origin), d = as_array(direction), l = as_array(low), h = as_array(high);
   Span span{0, end};
@@ -44,7 +44,8 @@ void add_uniform(Span span, double step_m, DensityColumn& column) {
   }
 }
 
-// A ray among the bricks of a grid, in units of indices from its origin.
+// Walks along a ray from brick to brick of a grid. Positions are sample indices from the grid's
+// origin.
 class BrickWalk {
  public:
   BrickWalk(const DensityGrid& grid, Vec3 origin, Vec3 direction, double end)
@@ -124,7 +125,7 @@ void add_grid(const DensityGrid& grid, const Ray& local, double step_m, double e
   const auto middle = [&](std::int64_t p) {
     return (double(p) * part_m + std::min(double(p + 1) * part_m, end_m)) / 2;
   };
-  // Each part belongs to the brick that its middle lies in.
+  // Each part belongs to the brick that contains its middle.
   std::int64_t part = 0;
   for (; !walk.done(); walk.step()) {
     const float* brick = walk.samples();

@@ -13,13 +13,13 @@
 
 namespace ensonify {
 
-// Cosine between two normals: below it they are of two faces of one body.
+// Normals whose cosine is below this belong to different faces of a body.
 static constexpr double kSameFace = 0.9;
 
-// A ray over a chain of mirrors and straight back.
+// A ray over a chain of specular reflectors and straight back to the sonar.
 struct ChainSample {
   double range_m = 0;  // half of the path
-  int mirrors = 0;     // 0: there is no such chain
+  int mirrors = 0;     // 0: no chain
   std::array<Hit, kMostSurfaces> hit;
   Vec3 end_m;          // from the sonar
   double out_m = 0, reflection = 0, obliquity = 0, cos_incidence = 0, leaving_sine = 0;
@@ -43,13 +43,13 @@ namespace {
 
 using ChainPart = CellPart<ChainSample>;
 
-// How far from the direction of the sonar a ray may leave the last mirror, as a sine. Farther off,
-// a chain answers by its edges alone.
+// Largest sine of the angle between the ray that leaves the last reflector and the direction to the
+// sonar. Beyond it only the edges of a chain contribute.
 constexpr double kLeavingSine = 0.15;
-// Keys: apart from those of rays, targets and kirchhoff_scatterers.
+// Keeps the keys apart from those of rays, targets and kirchhoff_scatterers.
 constexpr std::uint64_t kChainKey = std::uint64_t{1} << 62 | std::uint64_t{1} << 61;
 
-// The connection of a walk's first mirrors back to the sonar.
+// Connects the first `mirrors` reflectors of a walk to the sonar.
 ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int mirrors) {
   ChainSample sample;
   if (walk.mirrors < mirrors) return sample;
@@ -78,7 +78,7 @@ ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int 
   return sample;
 }
 
-// What the parts of one sector share, for chains of one length.
+// What the parts of one beam cell share, for chains of one length.
 struct ChainSector {
   const BounceContext& context;
   int mirrors = 2;
@@ -105,8 +105,8 @@ ChainSample ChainSector::shoot(double azimuth_rad, double elevation_rad) const {
                    mirrors);
 }
 
-// The cross-section of the part's ray tube at the last mirror, by differences of places; from as many
-// sides as lie on the middle's own chain.
+// The cross-section of the part's ray tube at the last reflector, from differences between
+// positions on those sides that belong to the chain of the middle.
 double tube_area_m2(const ChainPart& part) {
   const auto across = [&](const ChainSample& low, const ChainSample& high) {
     const ChainSample& middle = part.hits[1][1];
@@ -119,7 +119,7 @@ double tube_area_m2(const ChainPart& part) {
   const Vec3 in_elevation = across(part.hits[1][0], part.hits[1][2]);
   const ChainSample& middle = part.hits[1][1];
   const Hit& last = middle.hit[middle.mirrors - 1];
-  // On the surface, then across the ray.
+  // The area on the surface, projected across the ray.
   return std::abs(dot(cross(in_azimuth, in_elevation), last.normal)) * middle.cos_incidence;
 }
 
@@ -168,7 +168,7 @@ void ChainSector::add(const ChainPart& part) {
   scatterers.push_back(s);
 }
 
-// One bit for each number of mirrors over which a ray comes back to the sonar.
+// Bit n is 1 if a ray returns to the sonar over n specular reflectors.
 using ComesBack = std::uint8_t;
 
 std::vector<ComesBack> what_comes_back(const BounceContext& context,
@@ -189,7 +189,7 @@ std::vector<ComesBack> what_comes_back(const BounceContext& context,
   return found;
 }
 
-// Of the cell's own ray and the eight around it.
+// The bits of the cell's own ray and the eight around it.
 ComesBack around(const Fan& fan, std::span<const ComesBack> found, std::size_t column,
                  int elevation) {
   ComesBack any = 0;

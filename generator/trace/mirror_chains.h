@@ -1,9 +1,10 @@
-// Paths that only mirrors shape: rays followed from smooth surface to smooth surface. Private to trace/.
+// Paths over specular reflectors of any shape: rays followed from one smooth surface to the next.
+// Private to trace/.
 //
-//   MirrorWalk  follow_mirrors    where a ray goes
-//   spreading_per_m2              of the tube about it
+//   MirrorWalk  follow_mirrors    the surfaces that a ray meets
+//   spreading_per_m2              of the ray tube around it
 //   Connection  connect           the last piece of a path, straight back to the sonar
-//   chain_scatterers              the coherent echoes of chains of mirrors
+//   chain_scatterers              the coherent echoes of chains of reflectors
 #pragma once
 
 #include <array>
@@ -17,22 +18,23 @@ namespace ensonify {
 
 inline constexpr int kMostSurfaces = kMostBounces + 1;
 
-// Where a path meets a surface. Places are seen from the sonar, turned as the world is.
+// A point where a path meets a surface. Positions are relative to the sonar, along the axes of the
+// world.
 struct WalkStep {
-  Vec3 point_m, direction;  // in which sound comes
-  Vec3 normal;              // on the side that sound comes from
+  Vec3 point_m, direction;  // of the incoming sound
+  Vec3 normal;              // on the side of the incoming sound
   Hit hit;
   double length_m = 0;       // from the sonar to here, unfolded
-  double reflection = 0;     // R of the surface, 0 where it is no mirror
+  double reflection = 0;     // R of the surface, 0 if not specular
   double extinction_db = 0;  // of volumes, up to here
 };
 
 struct MirrorWalk {
-  int steps = 0, mirrors = 0;  // all surfaces met; those in front that are mirrors
+  int steps = 0, mirrors = 0;  // all surfaces met; the specular ones at the start
   std::array<WalkStep, kMostSurfaces> step;
 };
 
-// What a sequence and a ping fix, worked out once.
+// What is fixed for a ping, computed once.
 struct BounceContext {
   const BouncePing& ping;
   double wavelength_m = 0, length_max_m = 0, extinction_step_m = 0;
@@ -41,21 +43,22 @@ struct BounceContext {
   Vec3 to_sonar(Vec3 v) const { return rotate(conjugate(ping.sonar_in_world.rotation), v); }
   const Material& material(const Hit& hit) const { return material_at(ping.scattering, hit); }
   double piece_extinction_db(Vec3 from_m, Vec3 direction, double piece_m) const;
-  // The next surface from a step in a direction; none where nothing is met in reach.
+  // The next surface from a step in a direction; none if no surface is in reach.
   std::optional<WalkStep> next(const WalkStep& from, Vec3 direction) const;
 };
 
 BounceContext bounce_context(const BouncePing& ping);
 
-// Where the sonar's direct ray met something.
+// The step at the hit of a direct ray from the sonar.
 WalkStep first_step(const BounceContext& context, Vec3 world_direction, const Hit& hit);
 
-// From a first surface on, up to `most` surfaces, the last of which need not be a mirror.
+// Follows specular reflections from a first step over at most `most` surfaces, the last of which
+// need not be specular.
 MirrorWalk follow_mirrors(const BounceContext& context, const WalkStep& first, int most);
 
-// J = dOmega / dA of the ray tube about a ray of the fan at surface `surface` of its walk, by two rays
-// beside it; 1/r^2 of the unfolded length where these go another way. At most 1/(lambda d), d the last
-// piece.
+// J = dOmega / dA of the ray tube around a ray of the fan at surface `surface` of its walk, from
+// two neighboring rays. 1/r^2 with the unfolded length r if these meet other surfaces. At most
+// 1/(lambda d), where d is the length of the last piece.
 double spreading_per_m2(const BounceContext& context, double azimuth_rad, double elevation_rad,
                         const MirrorWalk& walk, int surface);
 
@@ -67,10 +70,12 @@ struct Connection {
   std::uint32_t beam = 0;
 };
 
-// None outside the fan, from behind the surface, or where something stands between.
+// The straight path from a surface back to the sonar. None if it is outside the fan, behind the
+// surface, blocked or too long.
 std::optional<Connection> connect(const BounceContext& context, const WalkStep& from);
 
-// Echoes over two to bounces + 1 mirrors and nothing else. `walks`: of every ray of the fan.
+// Echoes over two to bounces + 1 specular reflectors and no other surface. `walks`: one for each
+// ray of the fan.
 std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan& fan,
                                         std::span<const MirrorWalk> walks, const Workers& workers);
 

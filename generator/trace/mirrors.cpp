@@ -12,7 +12,7 @@
 namespace ensonify {
 namespace {
 
-// Where a ray starts on one mirror it does not meet the next.
+// A ray that starts on one reflector must go at least this far to meet the next.
 constexpr double kNearest_m = 1e-6;
 
 const KirchhoffSpec* kirchhoff_of(const Scenario& scenario, const std::string& material) {
@@ -67,7 +67,7 @@ void add_mirrors(const Scenario& scenario, BouncePlan& plan) {
   }
 }
 
-// Whether sound may go from one mirror to the next.
+// Whether sound can travel from one reflector to another.
 bool may_follow(const Scenario& scenario, const std::vector<Mirror>& mirrors, std::uint16_t from,
                 std::uint16_t to) {
   if (from == to) return false;
@@ -77,7 +77,7 @@ bool may_follow(const Scenario& scenario, const std::vector<Mirror>& mirrors, st
   return box != nullptr && box->inside;
 }
 
-// False: more than there may be paths.
+// False: more than kMaxSoundPaths legs.
 bool add_legs(const Scenario& scenario, BouncePlan& plan) {
   plan.legs = {{}};
   std::size_t first = 0;
@@ -106,7 +106,8 @@ std::vector<std::string> names_of(const BouncePlan& plan, const Leg& leg, bool b
   return names;
 }
 
-// False: too many. A leg is written from the sonar on; on the way back it is met from its end.
+// False: more than kMaxSoundPaths paths. A leg lists reflectors from the sonar on; on the way back
+// sound meets them in reverse order.
 bool add_paths(std::size_t bounces_max, BouncePlan& plan) {
   std::map<std::pair<std::size_t, std::size_t>, std::uint16_t> id_of;
   for (std::size_t bounces = 1; bounces <= bounces_max; ++bounces) {

@@ -1,8 +1,8 @@
-// Flat mirrors and the ways over them, by the images of the sonar.
+// Flat specular reflectors and the paths over them, by images of the sonar.
 //
-//   Mirror  LegPair  BouncePlan   make_bounce_plan   what a sequence fixes
-//   PlacedMirror  place_mirrors   at the moment of a ping, seen from the sonar
-//   image_seen_over  Walk  walk   geometry alone: nothing is traced
+//   Mirror  LegPair  BouncePlan   make_bounce_plan   fixed for a sequence
+//   PlacedMirror  place_mirrors   at the time of a ping, relative to the sonar
+//   image_seen_over  Walk  walk   geometry alone, without tracing
 #pragma once
 
 #include <array>
@@ -26,19 +26,20 @@ struct Mirror {
   int object = kNoObject;  // in World::objects; none: horizontal, at z_m
   double z_m = 0;
   int axis = 2;          // of the object's frame, along the normal
-  double side = 1;       // +1, -1: of the box's face; of a horizontal one where its water is
+  double side = 1;       // +1 or -1: which face of the box; if horizontal, the side of the water
   bool bounded = false;  // a face
   double reflection = 0, roughness_rms_m = 0;
 };
 
-// A leg is the mirrors that sound meets on its path from the sonar; number 0 is the straight path.
+// A leg lists the reflectors that sound meets on its path from the sonar; leg 0 is the straight
+// path.
 using Leg = std::vector<std::uint16_t>;
 
-// Two legs that make a path each way; first <= second.
+// Two legs that form one path in each direction; first <= second.
 struct LegPair {
   std::uint16_t first = 0, second = 0;
-  std::uint16_t out_first = 0;   // path: out over the first, back over the second
-  std::uint16_t out_second = 0;  // the other way round; the same where first == second
+  std::uint16_t out_first = 0;   // path id: out over the first, back over the second
+  std::uint16_t out_second = 0;  // of the reverse path; the same if first == second
 };
 
 struct BouncePlan {
@@ -49,12 +50,12 @@ struct BouncePlan {
   std::vector<SoundPath> paths;   // by id; ids by bounces, then by the legs out and back
 };
 
-// Nothing where the scenario asks for no multipath. No leg has a mirror twice in a row, or two
-// faces of a body seen from outside. Errors (usage): no mirror, or more than kMaxSoundPaths
-// paths.
+// Empty if the scenario asks for no multipath. No leg has, in a row, one reflector twice or two
+// faces of a body that is seen from outside. Errors (usage): no specular reflector, or more than
+// kMaxSoundPaths paths.
 Result<BouncePlan> make_bounce_plan(const Scenario& scenario);
 
-// Turned as the world is; the sonar is the origin.
+// Along the axes of the world, with the sonar at the origin.
 struct PlacedMirror {
   Vec3 normal;
   double offset_m = 0;  // normal . p = offset_m on it
@@ -68,20 +69,21 @@ struct PlacedMirror {
 std::vector<PlacedMirror> place_mirrors(const BouncePlan& plan, const World& world,
                                         std::span<const Pose> object_in_world, Vec3 sonar_m);
 
-// Where the sonar sees a point over a leg: in its direction, at the length of the path.
+// The image of a point over a leg: in the direction in which the sonar sees it, at the unfolded
+// length of the path.
 Vec3 image_seen_over(std::span<const PlacedMirror> mirrors, const Leg& leg, Vec3 point_m);
 
-// How a ray from the sonar goes over a leg.
+// The path of a ray from the sonar over a leg.
 struct Walk {
   std::array<Vec3, kMaxBounces> at_m;
-  std::array<double, kMaxBounces> piece_m{};  // up to each mirror
+  std::array<double, kMaxBounces> piece_m{};  // up to each reflector
   std::array<Vec3, kMaxBounces + 1> direction;
-  double length_m = 0;    // up to the last mirror
-  double reflection = 1;  // of all mirrors, their roughness included
+  double length_m = 0;    // up to the last reflector
+  double reflection = 1;  // product over all reflectors, including roughness
 };
 
-// False where the ray does not meet the mirrors one after the other, each within its bounds and on
-// the side that it is one from, or where length_m would be above `length_max_m`.
+// Follows a ray over a leg. False if it does not meet the reflectors in order, each within its
+// bounds and on its reflecting side, or if length_m would exceed `length_max_m`.
 bool walk(std::span<const PlacedMirror> mirrors, const Leg& leg, Vec3 direction,
           double length_max_m, double wavelength_m, Walk& way);
 

@@ -12,11 +12,11 @@ namespace ensonify {
 namespace {
 
 constexpr double kExact_s = 1e-15;
-constexpr int kMostSteps = 60;  // a body at half the speed of sound is there by then
-// Sound may come back later than from the end of the range where the sonar goes away from it.
+constexpr int kMostSteps = 60;  // enough for a body at half the speed of sound
+// The last echo arrives later than the delay of the largest range if the sonar moves away from it.
 constexpr double kSpanMargin = 1.05;
 
-// t = value(t) from a first guess.
+// Solves t = value(t) by iteration from a first guess.
 template <class Value>
 double fixed_point(double t, const Value& value) {
   for (int i = 0; i < kMostSteps; ++i) {
@@ -32,7 +32,7 @@ Direction direction_of(Vec3 unit) {
           static_cast<float>(std::asin(std::clamp(unit.z, -1.0, 1.0)))};
 }
 
-// What the way of an echo makes of its gain, against what it was with everything at rest.
+// The factor by which motion changes the gain of an echo, relative to everything at rest.
 double change_of_gain(const Scatterer& before, const Flight& flight, const Flight& still,
                       Direction departure, Direction arrival, const Sonar& sonar,
                       const Water& water) {
@@ -55,7 +55,7 @@ double change_of_gain(const Scatterer& before, const Flight& flight, const Fligh
          std::exp(-water.absorption_db_m * further_m * (kLn10 / 20)) * is / was;
 }
 
-// False: it is not heard.
+// False if the echo is not heard.
 bool move_echo(const Movement& movement, const Sonar& sonar, const Water& water, Scatterer& s) {
   const PoseTrack* object = nullptr;
   if (s.path == 0 && s.instance < movement.object.size() && movement.object[s.instance]) {
@@ -87,7 +87,8 @@ bool move_echo(const Movement& movement, const Sonar& sonar, const Water& water,
   return true;
 }
 
-// V and v: velocities of what throws the sound back and of the sonar.
+// The formula of direct_flight. thrown_v: velocity of the scatterer; sent_v, heard_v: of the sonar
+// at transmission and reception.
 double doppler_of(const Flight& flight, Vec3 sent_v, Vec3 heard_v, Vec3 thrown_v,
                   double sound_speed_m_s) {
   const auto mach = [&](Vec3 unit, Vec3 v) { return dot(unit, v) / sound_speed_m_s; };
@@ -124,7 +125,7 @@ Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 poi
                      double sound_speed_m_s) {
   const double c = sound_speed_m_s;
   const Pose& sent_from = movement.sent_from;
-  const Vec3 at_transmission = rotate(sent_from.rotation, point_m);  // seen from p(0), as all here
+  const Vec3 at_transmission = rotate(sent_from.rotation, point_m);  // relative to p(0)
   Vec3 thrown = at_transmission, local, velocity;
   double out_s = length(at_transmission) / c;
   if (object != nullptr) {
@@ -190,7 +191,7 @@ MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, con
     for (std::size_t i = block * kBlock; i < end; ++i) {
       Scatterer s = list.items[i];
       if (!move_echo(movement, sonar, water, s)) continue;
-      // Its place in the list settles ties as its key did, and says later where it was.
+      // The index orders equal delays as the key did, and becomes `origin` below.
       s.key = i;
       heard[block].push_back(s);
     }

@@ -14,14 +14,14 @@ namespace {
 
 constexpr int kPairShift = 40;
 
-// What one surface element, or target, throws back.
+// What scatters the sound: a surface element or a target.
 struct Reflector {
   Vec3 position_m;  // sonar frame
   std::uint32_t instance = 0;
   std::uint64_t key = 0;
 };
 
-// Both ways round over two ends; none where out of range.
+// Adds both directions of a path over two ends, unless it is out of range.
 void add_echoes(const LegPair& pair, const LegEnd& first, const LegEnd& second, const Bounces& b,
                 const Reflector& reflector, const ScattererMoments& moments,
                 std::vector<Scatterer>& scatterers) {
@@ -54,7 +54,7 @@ class ElementEchoes {
   ElementEchoes(const Bounces& bounces, std::vector<Scatterer>& scatterers)
       : b_(bounces), scatterers_(scatterers) {}
 
-  // `first` is told by the ray; `solid_angle_sr` is of its cell.
+  // `first`: the end that the ray found; `solid_angle_sr`: of the ray's cell.
   void add(std::span<const LegPair> pairs, const Hit& hit, LegEnd& first, std::size_t ray,
            double solid_angle_sr) {
     if (!(hit.cos_incidence >= 0 && hit.cos_incidence <= 1) || !b_.is_in_water(first.point_m)) {
@@ -98,7 +98,7 @@ class ElementEchoes {
   std::vector<Scatterer>& scatterers_;
 };
 
-// The echoes of one sector's rays over one leg.
+// The echoes of the rays of one beam cell over one leg.
 void add_beam(const Bounces& b, const Fan& fan, std::span<const Hit> hits, std::uint16_t leg,
               std::size_t beam, std::vector<Scatterer>& scatterers) {
   const std::span<const LegPair> pairs = pairs_of(b.plan, leg);

@@ -1,8 +1,8 @@
-// Echoes over mirrors: what sound does between the sonar and what throws it back.
+// Multipath: echoes over flat specular reflectors between the sonar and a scatterer.
 //
 //   BouncedMoment  bounced_echoes
 //   both_ways_as_one
-//   LegEnd    one end of a path: a point, seen over a leg
+//   LegEnd    one end of a path: a point at the end of a leg
 //   Bounces   make_bounces   straight trace reach is_free   of one ping
 //   echo_of   from two ends to a scatterer
 #pragma once
@@ -30,41 +30,42 @@ struct BouncedMoment {
   const SurfaceScattering& scattering;
 };
 
-// The scatterers of all paths of the plan but the direct one, in a fixed order, whatever the
-// workers. `hits`: the direct rays of the fan, as trace_fan gave them.
+// The scatterers of all paths of the plan except the direct one, in an order that does not depend
+// on the workers. `hits`: the direct rays of the fan, from trace_fan.
 //
-// For every leg with at most half the bounces the fan is traced over it; for the surface element
-// that a ray meets, and every later leg that it is seen over too, both ways round are heard (once
-// where the legs are the same). An element has the area r^2 dOmega / cos of its ray, r the unfolded
-// length, and throws back by bistatic_moments. Point targets and fish are looked at over all legs.
+// The fan is traced over every leg with at most half the bounces. For the surface element that a
+// ray meets, and for every later leg over which the element is seen as well, both directions of the
+// path give an echo (one echo if the legs are the same). An element has the area r^2 dOmega / cos
+// of its ray, where r is the unfolded length, and scatters by bistatic_moments. Point targets and
+// fish are tested over all legs.
 //
-// A path is heard where every mirror is met within its bounds, nothing stands in any of its pieces,
-// no point of it is above the surface (nor below the bottom, where it bounces off that), both its
-// directions at the sonar are inside the fan, and c delay/2 is within the ranges. Its gain is
-// path_loss times all reflections, the elevation pattern of both directions, the transmit pattern
-// of the departure, and what volumes take on all pieces.
+// A path gives an echo if every reflector is met within its bounds, nothing blocks any of its
+// pieces, no point of it is above the surface (nor below the bottom, if it reflects off that), both
+// its directions at the sonar are inside the fan, and c delay/2 is within the ranges. Its gain is
+// path_loss times all reflection coefficients, the elevation pattern of both directions, the
+// transmit pattern of the departure, and the extinction by volumes on all pieces.
 //
-// Both ways round share amplitude and key: pair's lower path 2^40 + ray over the first leg; a
-// target's is that of its direct echo.
+// Both directions share amplitude and key: the pair's lower path id times 2^40, plus the ray over
+// the first leg. A target keeps the key of its direct echo.
 std::vector<Scatterer> bounced_echoes(const BouncedMoment& moment, const Fan& fan,
                                       std::span<const Hit> hits, const Workers& workers);
 
-// Both ways round of a pair that arrive in one sector as one echo of the first's path, with the sum
-// of their gains: they have one delay and one amplitude, and so add in phase, which a sum of
-// energies would not know. For a receiver of sectors, to which they are the same. `echoes` as
-// bounced_echoes gave them.
+// Merges the two directions of a pair that arrive in one beam cell into one echo with the first
+// one's path and the sum of their gains. They have the same delay and amplitude and add in phase,
+// which a sum of energies would miss. This is for receivers that form beams from beam cells, which
+// cannot distinguish the two. `echoes` as returned by bounced_echoes.
 std::vector<Scatterer> both_ways_as_one(std::vector<Scatterer> echoes);
 
 struct LegEnd {
   std::uint16_t leg = 0;
-  Vec3 point_m;    // from the sonar, turned as the world is
-  Vec3 direction;  // in which sound from the sonar comes to the point
+  Vec3 point_m;    // relative to the sonar, along the axes of the world
+  Vec3 direction;  // of the sound that arrives at the point
   Walk way;
   double length_m = 0, reflection = 1;
   double azimuth_rad = 0, elevation_rad = 0;  // at the sonar, in its frame
   std::uint32_t beam = 0;
   double cos_incidence = 0;
-  std::optional<double> extinction_db;  // of volumes, this way alone
+  std::optional<double> extinction_db;  // by volumes, on this leg alone
 };
 
 struct Bounces {
@@ -74,9 +75,9 @@ struct Bounces {
   const SurfaceScattering& scattering;
   Pose pose;
   std::vector<PlacedMirror> mirrors;
-  std::vector<bool> possible;  // by leg: whether the sonar's images are before the next mirrors
+  std::vector<bool> possible;  // by leg: whether the sonar's images face the reflectors
   double wavelength_m = 0;
-  double length_max_m = 0;  // of one leg, the other being ever so short
+  double length_max_m = 0;  // of one leg, if the other one has length 0
   bool volumes_attenuate = false;
 
   bool is_possible(std::uint16_t leg) const { return possible[leg]; }
@@ -84,16 +85,17 @@ struct Bounces {
   bool is_in_water(Vec3 point_m) const;
   Vec3 to_sonar(Vec3 point_m) const { return rotate(conjugate(pose.rotation), point_m); }
 
-  // What a direct ray met.
+  // The end of a direct ray.
   LegEnd straight(Vec3 sonar_direction, double range_m) const;
-  // What a ray meets over a leg, and the hit; the angles are the caller's.
+  // The end of a ray over a leg, and its hit; the caller sets the angles. None if the ray does not
+  // follow the leg or meets nothing.
   std::optional<LegEnd> trace(std::uint16_t leg, Vec3 sonar_direction, Hit& hit) const;
-  // By geometry alone; none outside the fan, or where the path there and back, `other_m` being the
-  // length of the other leg, is too long.
+  // The end at a given point, by geometry alone. None if the leg does not show the point inside the
+  // fan, or if the path is too long with `other_m`, the length of the other leg.
   std::optional<LegEnd> reach(std::uint16_t leg, Vec3 point_m, double other_m) const;
-  // Whether nothing stands in the way.
+  // Whether nothing blocks the leg.
   bool is_free(const LegEnd& end) const;
-  // Once; nothing where no volume attenuates.
+  // Computes the extinction once; does nothing if no volume attenuates.
   void add_extinction(LegEnd& end) const;
 
  private:
@@ -103,8 +105,8 @@ struct Bounces {
 
 Bounces make_bounces(const BouncedMoment& moment);
 
-// Delay, directions, sector, gain, incidence and received length; none out of range, or where
-// nothing is left.
+// Sets delay, directions, beam, gain, incidence and received path. None if out of range or if the
+// gain is 0.
 std::optional<Scatterer> echo_of(const LegEnd& out, const LegEnd& back, const Sonar& sonar,
                                  const Water& water);
 

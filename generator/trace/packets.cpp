@@ -12,7 +12,7 @@
 namespace ensonify {
 namespace {
 
-// What Embree says of a tile's rays, and what is made of it.
+// Embree's results for the rays of a tile, and the hits computed from them.
 struct TileHits {
   std::array<Found, kMostRays> found;
   std::array<Hit, kMostRays> hits;
@@ -88,7 +88,7 @@ bool before(const Hit& a, const Hit& b) {
 }
 
 void add(const Hit& hit, Layers& layers) {
-  // In this order a NaN is no hit.
+  // Written so that a NaN is no hit.
   if (!(hit.range_m <= layers.range_max_m)) return;
   int place = layers.count;
   while (place > 0 && before(hit, layers.hits[place - 1])) --place;
@@ -99,7 +99,7 @@ void add(const Hit& hit, Layers& layers) {
   layers.hits[place] = hit;
 }
 
-// Rays of a query that an object is to be tried with, by their places in it.
+// The rays to test against an object, as indices in a query.
 struct Tried {
   int count = 0;
   std::array<unsigned, kMostRays> ray;
@@ -122,10 +122,10 @@ void set_ray(const Ray& local, float far, unsigned lane, RTCRayHit16& packet) {
   hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
 }
 
-// Through the mesh's own hierarchy, in its frame.
+// Traces the rays through the mesh's own hierarchy, in its frame.
 void meet_mesh(const Scene& scene, const Query& query, unsigned geometry, const Tried& tried) {
   const Mesh* mesh = std::get<MeshShape>(scene.by_geometry[geometry].object->shape).mesh.get();
-  // All lanes: Debian's Embree asserts that rays are sound also in those that are none.
+  // Zeroed in all lanes: Debian's Embree asserts that rays are valid even in inactive lanes.
   alignas(64) RTCRayHit16 packet{};
   alignas(64) std::array<int, kMostRays> valid{};
   unsigned used = 0;
@@ -184,7 +184,7 @@ void along_bounds(const RTCBoundsFunctionArguments* arguments) {
   *arguments->bounds_o = bounds_of(scene, scene.by_geometry[arguments->primID]);
 }
 
-// Leaves the rays as they are: to Embree none of them hits anything.
+// Leaves the rays unchanged: for Embree none of them hits anything, so all continue.
 void along_intersect(const RTCIntersectFunctionNArguments* arguments) {
   const Scene& scene = *static_cast<const AlongScene*>(arguments->geometryUserPtr)->scene;
   const auto& query = *reinterpret_cast<const Query*>(arguments->context);
@@ -205,7 +205,8 @@ void along_intersect(const RTCIntersectFunctionNArguments* arguments) {
   }
 }
 
-// One tile of the fan: continues its rays, whose layers are then those of the strip's lanes.
+// Continues the rays of one tile of the fan; their layers are then in the lanes of the strip's
+// query.
 template <class RayHits>
 void continue_tile(const AlongScene& along, const FanRays& rays, std::span<const Hit> first,
                    int first_elevation, int elevations, Strip<RayHits>& strip) {
@@ -227,7 +228,8 @@ void continue_tile(const AlongScene& along, const FanRays& rays, std::span<const
   meet_planes(rays.scene, strip.query, tried);
 }
 
-// Calls visit(ray, place) for the rays of a strip, tile by tile, each with its place in its tile.
+// Calls visit(ray, place) for the rays of a strip, tile by tile; `place` is the index of a ray in
+// its tile.
 template <class BeginTile, class Visit>
 void for_each_ray(const FanRays& rays, std::size_t first_column, int columns, BeginTile&& begin,
                   Visit&& visit) {

@@ -1,15 +1,14 @@
-// Rays in packets, which Embree takes through its hierarchy together: the first hits of a fan,
-// whose packets are tiles of neighbouring columns and elevations, and rays that go on behind what
-// they meet.
+// Packets of rays, which Embree takes through its hierarchy together: for the first hits of a fan,
+// whose packets are tiles of neighboring columns and elevations, and for rays that continue behind
+// a hit.
 //
-// For the latter every object is one primitive of a scene of its own, whose callback takes down
-// where a ray first meets the object and lets the ray go on, as if it had missed. So one pass finds
-// the first hit of every instance along a ray, in any order, without starting anew behind a hit;
-// and an object that is met first is asked no second time.
+// For the latter every object is one primitive of a separate scene. Its callback records where a
+// ray first meets the object and lets the ray continue as if it had missed. So one pass finds the
+// first hit of every instance along a ray, in any order and without a restart behind each hit.
 //
 //   fan_tracer  bundle_tracer  packet_rays
 //   AlongScene  build_along_scene
-//   Layers      what one ray meets
+//   Layers      hits along one ray
 //   hits_along  trace_behind   those of Tracer
 #pragma once
 
@@ -35,7 +34,7 @@ using BundleTracer = void(const Scene& scene, Vec3 origin_m, std::span<const Vec
                           double range_max_m, std::span<Hit> hits);
 BundleTracer* bundle_tracer(int rays);
 
-// As many as this processor takes at once.
+// How many rays Embree traces at once on this processor.
 int packet_rays(const Scene& scene);
 
 struct AlongScene {
@@ -49,10 +48,10 @@ struct AlongScene {
   AlongScene& operator=(const AlongScene&) = delete;
 };
 
-// `scene` must outlive what is built. Throws as the constructor of Tracer.
+// `scene` must outlive `along`. Throws like the constructor of Tracer.
 void build_along_scene(const Scene& scene, AlongScene& along);
 
-// The nearest hits along one ray, one an instance, by range, then id.
+// The nearest hits along one ray, one per instance, by range, then id.
 struct Layers {
   std::uint32_t skip = 0;  // the instance that is transparent; 0: none
   int most = kMostLayers;

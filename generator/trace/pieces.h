@@ -9,10 +9,10 @@
 
 namespace ensonify {
 
-// What is met nearer than this to a surface that a piece starts on is that surface itself.
+// A hit nearer than this to the surface on which a piece starts is that surface itself.
 inline constexpr double kOnMirror_m = 1e-4;
 
-// The first surface beyond the one that a piece starts on.
+// The first hit of a piece. If it starts on a surface, that surface does not count.
 inline Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double range_max_m,
                      bool on_surface) {
   Hit hit = tracer.first_hit({from_m, direction}, range_max_m);
@@ -23,7 +23,7 @@ inline Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double r
   return hit;
 }
 
-// Whether nothing stands between a surface and a place `piece_m` from it.
+// Whether nothing stands between a point on a surface and the point `piece_m` from it.
 inline bool is_free_piece(const Tracer& tracer, Vec3 from_m, Vec3 direction, double piece_m) {
   const Hit hit = hit_after(tracer, from_m, direction, piece_m, true);
   return hit.instance == 0 || hit.range_m >= piece_m * (1 - kOnSurface);

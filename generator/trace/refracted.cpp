@@ -11,11 +11,12 @@
 namespace ensonify {
 namespace {
 
-// How far a chord may leave its ray.
+// Largest distance between a chord and its ray.
 constexpr double kSagitta_m = 1e-4;
-// A chord is looked at this far beyond its end, so that nothing slips through between two.
+// A chord is traced this far beyond its end, so that no surface is missed between two chords.
 constexpr double kOverlap_m = 1e-3;
-// Steeper than this a surface's plane says where the ray crosses it.
+// Least cosine between ray and normal at which the tangent plane determines where the ray crosses
+// it.
 constexpr double kGrazing = 1e-6;
 
 // A part of an arc.
@@ -26,7 +27,7 @@ struct BentPiece {
 
 // The vertical plane of a ray.
 struct RayPlane {
-  Vec3 origin_m, ahead;  // ahead: level, of unit length
+  Vec3 origin_m, ahead;  // ahead: horizontal, of unit length
 
   Vec3 at(const RayPoint& p) const {
     const Vec3 level = p.x_m * ahead;
@@ -42,7 +43,7 @@ RayPlane plane_of(Vec3 origin_m, Vec3 direction) {
   return {origin_m, level > 0 ? Vec3{direction.x / level, direction.y / level, 0} : Vec3{1, 0, 0}};
 }
 
-// One chord, over as many layers as the ray stays near it.
+// One chord. It extends over several layers while the ray stays near it.
 struct Chord {
   static constexpr int kMostPieces = 64;
 
@@ -50,14 +51,14 @@ struct Chord {
   std::array<BentPiece, kMostPieces> pieces;
   int count = 0;
   double way_m = 0;      // along the pieces
-  double turns_rad = 0;  // at most, in all
+  double turns_rad = 0;  // upper limit of the total
   RayPoint start, end;
 
   Ray ray() const { return {plane.at(start), normalized(plane.at(end) - plane.at(start))}; }
   double length_m() const { return length(plane.at(end) - plane.at(start)); }
 
-  // Whether one more piece leaves the ray near the chord: a curve of length L that turns by t in
-  // all lies within L t / 4 of its chord, an arc within L t / 8.
+  // Whether the ray stays near the chord with one more piece. A curve of length L that turns by t
+  // in total lies within L t / 4 of its chord, an arc within L t / 8.
   bool takes(double more_m, double more_rad) const {
     if (count == kMostPieces) return false;
     const double parts = count == 0 ? 8 : 4;
@@ -71,7 +72,7 @@ struct Chord {
   }
 };
 
-// Follows a ray chord by chord; calls visit(chord) until it says false or the time is over.
+// Follows a ray chord by chord; calls visit(chord) until it returns false or the time has passed.
 template <class Visit>
 void walk(const RefractedRays& rays, Vec3 direction, double time_max_s, Visit&& visit) {
   Chord chord;
@@ -105,8 +106,8 @@ void walk(const RefractedRays& rays, Vec3 direction, double time_max_s, Visit&& 
   flush();
 }
 
-// The point of the ray that lies way_m behind the start of the chord; before and behind the chord
-// its first and last arcs go on.
+// The point of the ray at way_m from the start of the chord. Outside the chord, its first and last
+// arcs are extended.
 RayPoint point_along(const Chord& chord, double way_m) {
   for (int i = 0; i + 1 < chord.count; ++i) {
     const BentPiece& piece = chord.pieces[i];
@@ -117,8 +118,8 @@ RayPoint point_along(const Chord& chord, double way_m) {
   return point_on(last.arc, last.from_m + way_m);
 }
 
-// Where the ray crosses the plane that touches what its chord met, by Newton's method. Along a
-// surface the chord's own place is as good.
+// The point where the ray crosses the tangent plane at its chord's hit, by Newton's method. At
+// grazing incidence, where that fails, the position of the hit along the chord.
 RayPoint crossing(const Chord& chord, const Ray& ray, const Hit& hit) {
   const Vec3 met = ray.origin_m + hit.range_m * ray.direction;
   const double guess = hit.range_m * chord.way_m / chord.length_m();

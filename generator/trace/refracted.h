@@ -1,14 +1,14 @@
-// Rays in water whose sound speed changes with depth, against the world.
+// Rays in water whose sound speed changes with depth, traced against the world.
 //
-//   RayPath  FanHits  FanHitsBehind   what rays meet, and the path there
-//   trace_fan  trace_behind           straight, or refracted where the water bends rays
-//   RefractedRays                          rays of one moment, one by one
+//   RayPath  FanHits  FanHitsBehind   hits of rays, and the paths to them
+//   trace_fan  trace_behind           straight, or refracted if the sound speed varies
+//   RefractedRays                     rays at one moment, one by one
 //   RefractedHit  first_refracted_hit  refracted_hits_along
 //
-// A refracted ray is followed as chords that leave it by a tenth of a millimetre at most; what a
-// chord meets is put where the ray itself crosses the plane that touches the surface there. So the
-// travel time is that of the closed forms on whatever is plane, and off by that distance squared
-// over the surface's radius elsewhere.
+// A refracted ray is followed as chords within a tenth of a millimeter of it. The hit of a chord is
+// moved to where the ray itself crosses the tangent plane of the surface there. So the travel time
+// to a plane is that of the closed forms; elsewhere its error is that distance squared over the
+// radius of the surface.
 #pragma once
 
 #include <optional>
@@ -22,17 +22,17 @@
 
 namespace ensonify {
 
-// Beside a Hit, whose range_m is then the one that the instrument shows: its sound speed times the
-// travel time one way.
+// Goes with a Hit, whose range_m is then the one that the instrument shows: its sound speed times
+// the one-way travel time.
 struct RayPath {
-  Vec3 position_m;                // where it ends, in the sonar frame
+  Vec3 position_m;                // end of the path, sonar frame
   double length_m = 0;            // along the ray
   double tube_area_m2 = 0;        // A / dOmega
   double spreading_m2 = 0;        // two_way_spreading_m2
-  double curvature_radius_m = 0;  // of the wave that comes back, sideways
+  double curvature_radius_m = 0;  // of the returning wave, horizontally
 };
 
-// In the order of ray_index. `paths` is empty where rays are straight, else as long as `hits`.
+// In the order of ray_index. `paths` is empty for straight rays, else as long as `hits`.
 struct FanHits {
   std::vector<Hit> hits;
   std::vector<RayPath> paths;
@@ -42,8 +42,8 @@ struct FanHitsBehind {
   std::vector<RayPath> paths;
 };
 
-// Tracer's where !bends(water); else each ray along its refracted path, as far as the record is
-// long. The same for any workers.
+// Tracer's functions if !bends(water); otherwise each ray follows its refracted path for the length
+// of the record. The result does not depend on the workers.
 FanHits trace_fan(const Tracer& tracer, const Fan& fan, const Pose& sonar_in_world,
                   const Sonar& sonar, const Water& water, const Workers& workers);
 FanHitsBehind trace_behind(const Tracer& tracer, const Fan& fan, std::span<const Hit> hits,
@@ -70,11 +70,11 @@ struct RefractedHit {
   RayPath path;
 };
 
-// What a ray from the sonar meets first within time_max_s, one way.
+// The first hit of a ray from the sonar within a one-way travel time of time_max_s.
 std::optional<RefractedHit> first_refracted_hit(const RefractedRays& rays, Vec3 direction,
                                                 double time_max_s);
 
-// The first hit of every instance but `skip`, nearest first, the nearest `most`.
+// The first hit of every instance except `skip`, nearest first, at most `most`.
 std::vector<RefractedHit> refracted_hits_along(const RefractedRays& rays, Vec3 direction,
                                                double time_max_s, std::uint32_t skip = 0,
                                                int most = kMostLayers);

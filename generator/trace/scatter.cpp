@@ -15,17 +15,17 @@
 namespace ensonify {
 namespace {
 
-// What the echoes of point reflectors share.
+// What the echoes of point targets and fish share.
 struct PointEchoes {
   const Tracer& tracer;
   const Pose& pose;
   const Sonar& sonar;
   const Water& water;
-  const std::vector<HiddenTarget>* hidden = nullptr;  // where hidden ones are asked for
+  const std::vector<HiddenTarget>* hidden = nullptr;  // null: hidden ones are not wanted
 
-  std::optional<RefractedRays> refracted;  // where the water bends rays
+  std::optional<RefractedRays> refracted;  // if the sound speed varies
 
-  // None where the point is outside the fan and its ranges. With what hides it told, where it does.
+  // None if the point is outside the fan or its ranges. `hidden_by`: as returned by what_hides.
   std::optional<Scatterer> at(Vec3 position_m, double target_strength_db,
                               std::optional<std::uint32_t>& hidden_by) const {
     std::optional<Scatterer> s =
@@ -83,7 +83,7 @@ struct PointEchoes {
     return first->hit.instance;
   }
 
-  // None: nothing. 0: more than one instance, or it is not asked for.
+  // The instance that hides a point. None: nothing does. 0: several do, or it is not wanted.
   std::optional<std::uint32_t> what_hides(const Ray& ray, double range_m) const {
     const double before_m = range_m * (1 - kOnSurface);
     const Hit first = tracer.first_hit(ray, range_m);
@@ -95,7 +95,7 @@ struct PointEchoes {
     return first.instance;
   }
 
-  // The echo goes where it belongs.
+  // Adds an echo to those that are heard or, if wanted, to those that are not.
   void sort_out(const Scatterer& s, std::optional<std::uint32_t> hidden_by,
                 std::vector<Scatterer>& heard, std::vector<HiddenTarget>* not_heard) const {
     if (!hidden_by) {
@@ -113,10 +113,10 @@ PointEchoes point_echoes(const Tracer& tracer, const Pose& pose, const Sonar& so
   return echoes;
 }
 
-// Keys of hidden echoes: a ray's hits one after the other, then the targets.
+// Keys of hidden echoes: the hits of each ray in order, then the targets, with this bit.
 constexpr std::uint64_t kTargetKey = std::uint64_t{1} << 63;
 
-// How many rays, targets and fish meet an instance, and before how many another one stands.
+// How many rays, targets and fish lead to an instance, and how many of them meet another one first.
 struct Meetings {
   std::uint64_t all = 0, behind = 0;
 };

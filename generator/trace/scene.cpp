@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// In the object's frame; a mesh's need not be about the origin.
+// A box in the object's frame; that of a mesh need not be centered on the origin.
 struct LocalBox {
   Vec3 centre, half;
 };
@@ -118,7 +118,7 @@ RTCBounds bounds_of(const Scene& scene, const PlacedObject& placed) {
                    std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
                    std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
   const Vec3 centre = transform_point(pose, middle) - scene.origin_m;
-  // Wider by more than a float can round away: the boxes decide what is tested at all.
+  // Wider than float rounding, since the boxes decide what is tested at all.
   const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
   RTCBounds bounds{};
   bounds.lower_x = static_cast<float>(centre.x - reach.x - slack);
@@ -137,8 +137,8 @@ RTCScene new_scene(RTCDevice device) {
   return made;
 }
 
-// One thread: the order in which several would sort triangles into leaves decides which of two
-// triangles owns their common edge.
+// Uses one thread: several would sort triangles into leaves in a varying order, which decides which
+// of two triangles owns their common edge.
 void commit(RTCDevice device, RTCScene part) {
   Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
   if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
@@ -163,7 +163,7 @@ std::vector<Pose> own_poses(const World& world) {
 
 std::shared_ptr<const MeshHierarchies> build_hierarchies(const World& world) {
   auto meshes = std::make_shared<MeshHierarchies>();
-  // Embree builds its scenes on TBB's threads unless it is kept to the caller's.
+  // Embree builds its scenes on TBB's threads unless it is limited to the caller's.
   meshes->device = rtcNewDevice(workers_are_tbb() ? nullptr : "threads=1");
   if (meshes->device == nullptr) throw DeviceFailure("Embree cannot start");
   for (const WorldObject& object : world.objects) {

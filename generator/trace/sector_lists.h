@@ -1,6 +1,6 @@
-// A list of scatterers made sector by sector, each sorted by itself. Private to trace/.
+// A list of scatterers made by beam cells, each sorted separately. Private to trace/.
 //
-//   SectorWork        what sorting a sector needs
+//   SectorWork        buffers for one beam cell
 //   list_of_sectors
 #pragma once
 
@@ -17,14 +17,15 @@
 
 namespace ensonify {
 
-// Kept from one sector to the next.
+// Buffers that are reused from one beam cell to the next.
 struct SectorWork {
   std::vector<SortKey> order;
   std::vector<ScattererMoments> moments;
 };
 
-// fill(beam, work, scatterers) appends those of a beam, most[beam] at most, sorted by delay and
-// key. One thread fills the list itself; several fill a part each, so that it is copied once.
+// fill(beam, work, scatterers) appends the scatterers of a beam, at most most[beam], sorted by
+// delay and key. One thread fills the list itself; several fill one part each, which is copied
+// once.
 template <class Work, class Fill>
 ScattererList list_of_sectors(std::span<const std::uint32_t> most, const Workers& workers,
                               const Fill& fill) {

@@ -1,10 +1,10 @@
-// How a fan is cut into packets of rays: tiles of neighbouring columns and elevations. Private to
+// How a fan is cut into packets of rays: tiles of neighboring columns and elevations. Private to
 // packets.cpp.
 //
 //   Tile     tile_of
 //   FanRays  fan_rays   what all tiles of a fan share
-//   Strip    init_strip aim   the columns of a tile's breadth, and a packet to go through them
-//   start_at  load            a packet of any rays from one place
+//   Strip    init_strip aim   columns as wide as a tile, and a packet that moves along them
+//   start_at  load            a packet of any rays from one point
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,9 @@ struct Tile {
   int columns = 1, elevations = 1;
 };
 
-// Neighbours in azimuth are at about the same range also where a floor is met at a small angle,
-// neighbours in elevation are not: four times as wide as high, as far as the fan goes.
+// The tile of a packet, about four times as wide as high if the fan allows it: where rays meet a
+// floor at a small grazing angle, neighbors in azimuth have about the same range, but neighbors in
+// elevation do not.
 Tile tile_of(const Fan& fan, int rays);
 
 struct FanRays {
@@ -57,7 +58,7 @@ struct Strip {
   std::array<ClosedFormHit, kRays> closed_form;
 };
 
-// All rays of the packet start there; `origins` is the same place in all frames.
+// All rays of the packet start at origin_m; `origins` is the same point in all frames.
 template <class RayHits>
 void start_at(const Scene& scene, Vec3 origin_m, const LocalOrigins& origins,
               Strip<RayHits>& strip) {
@@ -92,8 +93,8 @@ void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) 
   start_at(rays.scene, rays.pose.position_m, rays.origins, strip);
 }
 
-// Hands the query's first `count` directions to Embree; the lanes behind them hold others, without
-// a ray.
+// Loads the query's directions into the packet. Only the first `count` lanes are active; the others
+// must hold valid directions.
 template <class RayHits>
 void load(Strip<RayHits>& strip, int count, double range_max_m) {
   const Directions& to = strip.query.directions;
@@ -111,7 +112,7 @@ void load(Strip<RayHits>& strip, int count, double range_max_m) {
   }
 }
 
-// Aims the packet at a tile, column by column. Lanes without a ray go along with the last one.
+// Aims the packet at a tile, column by column. Inactive lanes repeat the last ray.
 template <class RayHits>
 void aim(const FanRays& rays, int first_elevation, int elevations, Strip<RayHits>& strip) {
   constexpr int kRays = Strip<RayHits>::kRays;

@@ -10,13 +10,13 @@
 namespace ensonify {
 namespace {
 
-// A place is found again within this part of the ray's length.
+// A hit within this part of the range is the same point.
 constexpr double kSamePlace = 1e-5;
-// The ray from just before a place: part of its range, and the least length.
+// How far before a point the second ray starts: part of the range, and least distance.
 constexpr double kApproach = 1e-3, kLeastApproach_m = 1e-3;
 
-// Along a line that is free as far as there: water that bends rays lets sound come around what
-// stands in the straight way.
+// Traces only the last piece of the straight line: refracted sound may pass an obstacle that blocks
+// the line.
 Hit hit_from_nearby(const Tracer& tracer, Vec3 place_m, Vec3 direction, double range_m,
                     std::uint32_t instance) {
   const double before_m = std::max(kApproach * range_m, kLeastApproach_m);

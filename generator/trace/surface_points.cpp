@@ -10,14 +10,14 @@
 namespace ensonify {
 namespace {
 
-// Which surface stands at a range is told this exactly: along it Embree's float may name the
-// neighbour of the triangle that is meant.
+// A hit within this part of the range, or this distance, is the leaf's own surface. Ranges are
+// compared, not triangles: Embree, in float, may return a neighbor of the triangle that is meant.
 constexpr double kSameRange = 1e-6, kSameRange_m = 1e-5;
-// Leaves below this depth are not worth a look at what holds them.
+// With no more levels than this left, testing the enclosing ball costs more than it saves.
 constexpr std::uint32_t kLeavesAtOnce = 2;
-// Rays that are traced together, and tiles that are shared out together.
+// Rays that are traced together, and tiles that one task handles.
 constexpr std::size_t kBundle = 1024, kBlock = 32;
-// Draw 0 of a scatterer is its amplitude's.
+// Draw 0 of a scatterer is its amplitude.
 constexpr std::uint32_t kPlaceDraw = 1;
 
 template <class P>
@@ -34,7 +34,8 @@ SurfaceLeaf leaf_of(const P& patch, const SurfaceTile& tile, std::uint64_t path,
   return leaf;
 }
 
-// Visits the leaves `levels` halvings below; holds(ball): whether a part is looked into at all.
+// Visits the leaves `levels` halvings below a patch; leaves out parts for which holds(ball) is
+// false.
 template <class P, class Holds, class Visit>
 void descend(const P& patch, std::uint32_t levels, std::uint64_t path, const Holds& holds,
              const Visit& visit) {
@@ -65,7 +66,7 @@ struct View {
   std::uint32_t instance = 0;
 };
 
-// A scatterer inside the fan, on its way to being seen.
+// A scatterer inside the fan that is not yet known to be visible.
 struct Candidate {
   std::uint64_t key = 0;
   double range_m = 0, azimuth_rad = 0, elevation_rad = 0;
@@ -73,7 +74,7 @@ struct Candidate {
   std::uint32_t beam = 0, instance = 0;
 };
 
-// What a block of tiles has in hand.
+// Buffers for a block of tiles.
 struct Bundle {
   std::vector<Candidate> candidates;
   std::vector<Vec3> directions;  // in the world
@@ -119,7 +120,7 @@ struct Listener {
     if (bundle.candidates.size() == kBundle) trace(bundle);
   }
 
-  // Those that are seen become scatterers.
+  // Turns the visible candidates into scatterers and empties the bundle.
   void trace(Bundle& bundle) const {
     bundle.hits.resize(bundle.candidates.size());
     tracer.first_hits(sonar_in_world.position_m, bundle.directions, scattering.sonar.range_max_m,
@@ -131,7 +132,7 @@ struct Listener {
       const bool is_seen =
           hit.instance == c.instance && apart <= std::max(kSameRange * c.range_m, kSameRange_m);
       if (!is_seen) continue;
-      // A cross-section of that area at 1 m.
+      // The leaf's area in place of r^2 dOmega: range 1 m, solid angle shown_m2.
       const ScattererMoments moments = scatterer_moments(
           material_at(scattering, hit), hit.reflectivity, hit.cos_incidence, 1, c.shown_m2);
       if (!is_an_echo(moments)) continue;

@@ -18,17 +18,17 @@
 namespace ensonify {
 namespace {
 
-// A tile's radius over its distance: all of it then wants about the same leaves.
+// Largest ratio of a tile's radius to its distance, so that one size of leaves suits all of it.
 constexpr double kTileSize = 0.25;
-// Parts that are cut side by side.
+// Parts are cut in parallel as soon as there are this many.
 constexpr std::size_t kJobs = 64;
 
 // Undivided surfaces of an object: the triangles of a mesh, the faces of a body, squares of a
 // plane.
 struct Primitives {
   const Mesh* mesh = nullptr;
-  std::vector<Patch> patches;         // of others
-  std::vector<std::uint64_t> number;  // of others: which of the object's it is
+  std::vector<Patch> patches;         // of other shapes
+  std::vector<std::uint64_t> number;  // of other shapes: which of the object's it is
   std::vector<Ball> balls;
 
   Patch patch(std::uint32_t i) const {
@@ -58,7 +58,7 @@ void add_primitives(Primitives& all, const Body& body) {
 
 void add_primitives(Primitives& all, const MeshShape& mesh) { all.mesh = mesh.mesh.get(); }
 
-// Squares as wide as the sonar hears, from multiples of that on.
+// Squares of a plane, on a grid as wide as the largest range, rounded up to a power of two.
 void add_plane(Primitives& all, double range_max_m, std::span<const Pose> eyes) {
   const double side = std::exp2(std::ceil(std::log2(range_max_m)));
   std::set<std::pair<std::int32_t, std::int32_t>> squares;
@@ -95,9 +95,9 @@ Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const
   return all;
 }
 
-// What is still to be cut: some primitives, or a part of one; and from where it is seen.
+// What is still to be cut: some primitives or a part of one, and the eyes that may see it.
 struct TilePiece {
-  std::uint32_t begin = 0, end = 0;  // of Cutter::order; one: a part of this primitive
+  std::uint32_t begin = 0, end = 0;  // in Cutter::order; one entry: a part of this primitive
   std::uint64_t path = 0;            // 0: whole primitives
   Patch patch;
   std::vector<std::uint32_t> eyes;
@@ -108,10 +108,10 @@ struct Cutter {
   const SurfaceViews& views;
   std::uint32_t object = 0;
   std::uint64_t object_key = 0;
-  std::vector<Pose> eyes;  // no two the same in a row
+  std::vector<Pose> eyes;  // no two equal ones in a row
   Primitives primitives;
-  std::vector<std::uint32_t> order;  // of primitives, changed as they are sorted into groups
-  std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;  // by eye, of the tiles that it may hear
+  std::vector<std::uint32_t> order;  // of primitives, reordered while they are grouped
+  std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;  // by eye, in the tiles that it may hear
 };
 
 Ball ball_of(const Cutter& cutter, const TilePiece& piece) {
@@ -125,7 +125,7 @@ Ball ball_of(const Cutter& cutter, const TilePiece& piece) {
   return {0.5 * (low + high), 0.5 * length(high - low)};
 }
 
-// Keeps the eyes that may hear the ball; the nearest range of all.
+// Keeps the eyes that may hear the ball, and returns the least range of all.
 double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32_t>& eyes) {
   double nearest = HUGE_VAL;
   std::erase_if(eyes, [&](std::uint32_t eye) {
@@ -134,7 +134,7 @@ double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32
     if (range) nearest = std::min(nearest, *range);
     return !range;
   });
-  // Nearer than the pulse is long nothing is told apart.
+  // The sonar resolves nothing within the length of its pulse.
   return std::max(nearest, cutter.views.resolution_m);
 }
 
@@ -145,7 +145,7 @@ void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double n
   tile.root = mix64(cutter.object_key ^ mix64(~cutter.primitives.number_of(primitive)));
   const double wanted = leaf_area_m2(cutter.views, nearest_m);
   double area = std::visit([](const auto& p) { return area_m2(p); }, piece.patch);
-  // So that a path's bits are enough.
+  // The bits of a path limit the depth.
   const int deepest = std::countl_zero(piece.path) - 1;
   while (area > wanted && static_cast<int>(tile.levels) < deepest) {
     area /= 2;
@@ -157,7 +157,7 @@ void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double n
   tiles.push_back(std::move(tile));
 }
 
-// Two groups of primitives, parted where they lie farthest apart.
+// Splits a group of primitives in two along the axis on which their middles are spread most.
 void part_group(Cutter& cutter, TilePiece& piece, const Ball& around,
                 std::vector<TilePiece>& rest) {
   const auto first = cutter.order.begin() + piece.begin, last = cutter.order.begin() + piece.end;
@@ -182,7 +182,7 @@ void part_group(Cutter& cutter, TilePiece& piece, const Ball& around,
   rest.push_back(std::move(second));
 }
 
-// A tile, or two pieces in place of the one.
+// Makes a tile of a piece, or replaces it by two pieces; drops what no eye may hear.
 void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
          std::vector<SurfaceTile>& tiles) {
   if (piece.path == 0 && piece.end == piece.begin + 1) {
@@ -206,7 +206,7 @@ void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
       piece.patch);
 }
 
-// Eyes without repetitions, and which one each ping looks from.
+// Collects the eyes, equal ones in a row only once, and returns the index of each ping's eye.
 std::vector<std::uint32_t> part_eyes(std::span<const Pose> by_ping, std::vector<Pose>& eyes) {
   std::vector<std::uint32_t> of_ping;
   for (const Pose& pose : by_ping) {
@@ -224,7 +224,7 @@ void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>
   std::iota(all.begin(), all.end(), 0u);
   std::vector<TilePiece> jobs, next;
   jobs.push_back({0, static_cast<std::uint32_t>(cutter.order.size()), 0, {}, std::move(all)});
-  // In breadth until there is enough to share out, then each in depth.
+  // Breadth first until there is enough for all workers, then each job depth first.
   while (!jobs.empty() && jobs.size() < kJobs) {
     for (TilePiece& job : jobs) cut(cutter, std::move(job), next, tiles);
     jobs = std::exchange(next, {});
@@ -242,7 +242,7 @@ void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>
   for (auto& part : made) tiles.insert(tiles.end(), part.begin(), part.end());
 }
 
-// Objects without a name, which only tests have, are told apart by how many came before.
+// Objects without a name, which only tests have, are distinguished by their order.
 std::uint64_t key_of(const World& world, const WorldObject& object,
                      std::map<std::string, std::uint64_t>& seen) {
   const std::size_t i = object.instance - 1;
@@ -258,7 +258,7 @@ Pose pose_in(const Pose& object_in_world, const Pose& sonar_in_world) {
 }
 
 std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
-  // Its highest bits tell keys of points and mirrors.
+  // Its highest bits mark the keys of point targets and kirchhoff_scatterers.
   return mix64(root ^ path) >> 2;
 }
 
@@ -275,7 +275,7 @@ std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
   if (range - reach > sonar.range_max_m || range + reach < sonar.range_min_m) return std::nullopt;
   const double nearest = std::max(range - reach, sonar.range_min_m);
   if (range <= reach) return nearest;
-  // Wider by what rounding could take.
+  // Allows for rounding.
   constexpr double kSlack = 1e-9;
   const double sine = std::min(1.0, reach / range), apart = std::asin(sine) + kSlack;
   const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));

@@ -16,15 +16,15 @@ namespace {
 using Lanes = std::array<double, kMostRays>;
 using FloatLanes = std::array<float, kMostRays>;
 
-// Hits on triangles of one mesh, in its frame, side by side.
+// Hits on triangles of one mesh, in its frame, in separate arrays.
 struct TriangleHits {
   int count = 0;
   std::array<int, kMostRays> ray;
   alignas(64) std::array<std::array<FloatLanes, 3>, 3> corner;  // [corner][x, y, z]
   FloatLanes embree_range_m;
   alignas(64) std::array<Lanes, 3> direction;  // in the world at first, then in the mesh's frame
-  alignas(64) std::array<Lanes, 3> smooth;     // interpolated normals, where the mesh has any
-  alignas(64) Lanes range_m, cos_incidence, normal_x, normal_y, normal_z;  // found, in the world
+  alignas(64) std::array<Lanes, 3> smooth;     // interpolated normals, if the mesh has any
+  alignas(64) Lanes range_m, cos_incidence, normal_x, normal_y, normal_z;  // results, in the world
 };
 
 Vec3 at(const std::array<Lanes, 3>& lanes, int i) {
@@ -32,7 +32,7 @@ Vec3 at(const std::array<Lanes, 3>& lanes, int i) {
 }
 
 double cos_incidence(Vec3 direction, Vec3 normal) {
-  // In this order a NaN stays one, for surface_scatterers to leave out.
+  // In this order a NaN stays NaN, and surface_scatterers leaves it out.
   return std::min(std::abs(dot(direction, normal)), 1.0);
 }
 
@@ -41,7 +41,7 @@ std::array<double, 3> weights_of(const Found& found) {
   return {1 - u - v, u, v};
 }
 
-// All rays of a query that met one mesh.
+// Collects the rays of a query that met one mesh.
 void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, unsigned instance,
             TriangleHits& t) {
   t.count = 0;
@@ -67,8 +67,8 @@ void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, 
   }
 }
 
-// Ranges and normals on the triangles that Embree named, in double. Embree's own range where the
-// ray lies in the triangle's plane and the quotient says nothing.
+// Ranges and normals on the triangles that Embree found, in double precision. Keeps Embree's range
+// if the ray lies in the triangle's plane, where the quotient is not valid.
 ENSONIFY_VECTOR_CLONES void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
   for (int i = 0; i < t.count; ++i) {
     const auto corner = [&](int k) {
@@ -93,8 +93,7 @@ ENSONIFY_VECTOR_CLONES void meet_triangles(Vec3 local_origin_m, Quat rotation, T
   }
 }
 
-// Interpolated normals in place of the faces' own. Missing normals, or ones that cancel, leave
-// those of the face.
+// Replaces the normals of faces by interpolated ones, except where these are missing or cancel.
 ENSONIFY_VECTOR_CLONES void smooth_normals(Quat rotation, TriangleHits& t) {
   for (int i = 0; i < t.count; ++i) {
     const Vec3 smooth = at(t.smooth, i);
@@ -117,7 +116,7 @@ float reflectivity_at(const Mesh& mesh, const Found& found) {
   return static_cast<float>(factor);
 }
 
-// Where a plane is nearer than what was found so far.
+// Replaces the nearest hit by one on a plane, if that is nearer.
 void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
   for (std::size_t i = 0; i < scene.planes.size(); ++i) {
     const std::optional<Hit> hit = plane_hit(scene, query, ray, i);
@@ -205,7 +204,7 @@ void refine(const Scene& scene, const Query& query, std::span<const Found> found
       hits[i] = hit_of(form.surface, form.local_direction, scene.by_geometry[f.geometry]);
     } else {
       const auto same = [&](const Found& other) { return other.instance == f.instance; };
-      // The first ray on a mesh takes the others along.
+      // The first ray on a mesh refines all rays on it.
       if (std::none_of(found.begin(), found.begin() + i, same)) {
         refine_on_mesh(scene, query, found, f.instance, hits);
       }
@@ -223,7 +222,7 @@ struct Tracer::Impl {
   Scene scene;
   FanTracer* trace_fan = nullptr;
   BundleTracer* trace_bundle = nullptr;
-  // Built when it is first asked for: not every data set wants what is behind.
+  // Built at first use, because not every data set needs the hits behind others.
   mutable std::once_flag along_once;
   mutable AlongScene along_scene;
 

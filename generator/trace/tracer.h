@@ -1,10 +1,10 @@
-// Rays against the world: first hits, in double precision, and what is behind them.
+// Rays traced against the world: first hits, in double precision, and the hits behind them.
 //
-//   Fan         make_fan  ray_index   every sector cut into cells of azimuth and elevation, a ray
-//               through the middle of each
+//   Fan         make_fan  ray_index   every beam cell cut into cells of azimuth and elevation, with
+//               a ray through the middle of each
 //   Tracer      at first_hit first_hits trace_fan hits_along trace_behind
-//   Hit         what one ray found
-//   HitsBehind  what the rays of a fan would find farther on
+//   Hit         the result of one ray
+//   HitsBehind  hits of the rays of a fan behind the first ones
 #pragma once
 
 #include <cstdint>
@@ -40,19 +40,18 @@ struct Hit {
   double range_m = 0;
   float cos_incidence = 0;     // |ray . normal|
   std::uint32_t instance = 0;  // 0: the ray missed
-  float reflectivity = 1;      // factor of the mesh's own on the material's
-  std::uint16_t part = 0;      // 0: of the object's own material; k: WorldObject::parts
+  float reflectivity = 1;      // factor of the mesh on the material's
+  std::uint16_t part = 0;      // 0: the object's own material; k: WorldObject::parts
   Vec3 normal{};               // unit length, of either sign, in the world
 };
 
-// The most surfaces along one ray that are told: the nearest.
+// Most surfaces that are kept along one ray, the nearest ones.
 inline constexpr int kMostLayers = 8;
 
-// A point is hidden by what stands in front of it, not by the surface that it lies on: part of its
-// range.
+// Part of a range: a surface this near to a point does not hide it, because the point lies on it.
 inline constexpr double kOnSurface = 1e-6;
 
-// Where each ray would first meet each other instance, were all that it meets before transparent.
+// The first hit of each ray on each other instance, as if all instances in front were transparent.
 struct HitsBehind {
   std::vector<std::uint32_t> offset;  // [rays + 1]
   std::vector<Hit> hits;              // of ray i [offset[i], offset[i + 1]), nearest first
@@ -62,44 +61,43 @@ struct HitsBehind {
   }
 };
 
-// The world at one moment. A value: copies share what was built, and may be used at once.
+// The world at one moment. Copies share what was built and may be used concurrently.
 class Tracer {
  public:
   // Every object at its own pose. Builds the acceleration structures; `world` must outlive the
-  // tracer and all that come from it.
-  // Throws DeviceFailure where Embree finds no memory or cannot start.
+  // tracer and all tracers made from it. Throws DeviceFailure if Embree has not enough memory or
+  // cannot start.
   explicit Tracer(const World& world);
 
-  // The same world with each object at another pose (in the world, in the order of
-  // World::objects). Builds what holds the objects, never a mesh again; nothing where no pose is
-  // another.
+  // The same world with other poses of the objects (in the world, in the order of World::objects).
+  // Rebuilds the scene of the objects but no mesh; builds nothing if all poses are the same.
   Tracer at(std::span<const Pose> object_in_world) const;
 
-  // The nearest surface within (0, range_max_m]. Embree finds which surface it is, in float; range
-  // and incidence are worked out again in double.
+  // The nearest surface within (0, range_max_m]. Embree finds the surface, in float; range and
+  // incidence are then computed in double precision.
   Hit first_hit(const Ray& ray, double range_max_m) const;
 
-  // The same for many rays from one place, in packets: neighbours should have about the same
-  // direction.
+  // The same for many rays from one point, in packets: neighbors should have similar directions.
   void first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
                   std::span<Hit> hits) const;
 
-  // One hit a ray, in the order of ray_index; pose is the sonar's in the world.
+  // One hit per ray, in the order of ray_index; `pose` is the sonar's in the world.
   std::vector<Hit> trace_fan(const Fan& fan, const Pose& pose, double range_max_m,
                              const Workers& workers) const;
 
-  // The first hit of every instance along a ray, nearest first (of equal ranges the lower id): the
-  // nearest kMostLayers within (0, range_max_m]. Ranges are those of first_hit.
+  // The first hit of every instance along a ray, nearest first (at equal ranges the lower id
+  // first): the nearest kMostLayers within (0, range_max_m]. Ranges are those of first_hit.
   std::vector<Hit> hits_along(const Ray& ray, double range_max_m) const;
 
-  // Continues the rays of a fan that met something, `hits` as trace_fan gave them: the other
-  // instances along each, as hits_along has them, at most kMostLayers - 1. A ray's own instance is
-  // transparent as a whole, its far side too. The same for any workers.
+  // Continues the rays of a fan that met something; `hits` are those of trace_fan. Finds the other
+  // instances along each ray, as hits_along does, at most kMostLayers - 1. The instance of the
+  // first hit is transparent as a whole, including its far side. The result does not depend on the
+  // workers.
   HitsBehind trace_behind(const Fan& fan, std::span<const Hit> hits, const Pose& pose,
                           double range_max_m, const Workers& workers) const;
 
-  // The instruction set that Embree runs on here ("avx512", "avx2", "sse"): hits at edges may
-  // differ between them.
+  // The instruction set that Embree uses here ("avx512", "avx2", "sse"): hits at edges may differ
+  // between them.
   std::string instruction_set() const;
 
  private:

@@ -40,7 +40,7 @@ bool is_inside(Vec3 p, const Sonar& sonar) {
 }  // namespace
 
 std::vector<Vec3> surface_samples(const Shape& shape) {
-  // Steps of the golden ratio's fraction: with those of equal area they make a lattice.
+  // Steps by the fraction of the golden ratio: with steps of equal area they form a lattice.
   constexpr double kGolden = 0.6180339887498949;
   const auto patches = std::visit([](const auto& s) { return patches_of(s); }, shape);
   double whole = 0;

@@ -1,7 +1,7 @@
-// How much of an object lies outside of what the sonar hears.
+// The share of an object that lies outside of what the sonar hears.
 //
 //   surface_samples   points on a surface
-//   truncated_share   which of them are outside of the fan
+//   truncated_share   the share of them that is outside of the fan
 #pragma once
 
 #include <span>
@@ -15,13 +15,13 @@ namespace ensonify {
 
 inline constexpr int kSurfaceSamples = 1000;
 
-// kSurfaceSamples points in the shape's frame, spread evenly over its area, the same on every call;
-// none for a plane, which has no end.
+// kSurfaceSamples points in the shape's frame, spread evenly over its area, the same in every call;
+// none for a plane, which is infinite.
 std::vector<Vec3> surface_samples(const Shape& shape);
 
-// The share of the points outside of the sectors of all beams, of the fan of rays in elevation, or
-// of the ranges [range_min, range_max], along straight lines from the sonar; hidden ones count like
-// others. NaN where there are no points.
+// The share of the points outside of all beam cells, of the fan in elevation, or of the ranges
+// [range_min, range_max], along straight lines from the sonar; hidden points count as well. NaN if
+// there are no points.
 double truncated_share(std::span<const Vec3> points_m, const Pose& object_in_world,
                        const Pose& sonar_in_world, const Sonar& sonar);
 

@@ -12,14 +12,14 @@
 namespace ensonify {
 namespace {
 
-// All rays of a sector that reach some range, together: their weights dOmega B_el^2 B_tx^2 and the
-// first two moments of their elevation.
+// Sums over all rays of a beam cell that reach some range: their weights dOmega B_el^2 B_tx^2 and
+// the first two moments of their elevation.
 struct Reach {
-  double range_m = 0;  // as far as the nearest of them goes
+  double range_m = 0;  // where the shortest of them ends
   double weight = 0, elevation = 0, elevation_square = 0;
 };
 
-// By rising range. Each entry holds its own ray and all that go farther.
+// By rising range. Each entry includes its own ray and all longer ones.
 std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, int beam,
                                      const Sonar& sonar) {
   std::vector<Reach> rays;
@@ -47,19 +47,19 @@ std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, 
   return rays;
 }
 
-// Half a range cell: cell n takes the steps 2n - 1 and 2n of a ray.
+// Half a range cell: cell n consists of the steps 2n - 1 and 2n of a ray.
 double step_of(const Sonar& sonar, const Water& water) {
   return water.sound_speed_m_s / (4 * sonar.bandwidth_hz);
 }
 
 bool attenuates(const Volume& volume) { return volume.extinction_db_m > 0; }
 
-// What a sector's sums of one volume are kept in.
+// Sums for one volume in one beam cell.
 struct Cells {
   std::vector<double> energy, elevation, elevation_square;
 };
 
-// The volumes of one sector where they have bounds or extinction.
+// Marches through the volumes of one beam cell, if any volume has bounds or extinction.
 class SectorMarch {
  public:
   SectorMarch(const Fan& fan, const std::vector<Volume>& volumes, const Pose& pose,
@@ -95,7 +95,7 @@ class SectorMarch {
     }
   }
 
-  // The sums so far, which begin anew.
+  // Moves the sums to the echoes of a beam and resets them.
   void move_to(std::vector<VolumeEcho>& echoes, int beam) {
     const std::size_t samples = cell_loss_.size();
     for (std::size_t v = 0; v < volumes_.size(); ++v) {
@@ -113,7 +113,7 @@ class SectorMarch {
   }
 
  private:
-  // The columns of one ray.
+  // Adds the columns of one ray to the sums.
   void add_ray(double weight, double elevation_rad) {
     constexpr double kNepers_per_db = 0.2302585092994045684;  // ln 10 / 10: energy
     int first = std::numeric_limits<int>::max(), last = 0;
@@ -129,7 +129,7 @@ class SectorMarch {
       for (std::size_t v = 0; v < volumes_.size(); ++v) {
         more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(columns_[v], k);
       }
-      // The mean over the step of what is left.
+      // The mean over the step of the energy that is left.
       const double left = std::exp(-depth) * (more > 0 ? -std::expm1(-more) / more : 1.0);
       depth += more;
       const std::size_t n = (std::size_t(k) + 1) / 2;
@@ -155,10 +155,10 @@ class SectorMarch {
   double step_m_ = 0;
   std::vector<double> cell_loss_;       // [samples], r^2 (two_way_loss)^2; 0: not heard
   std::vector<DensityColumn> columns_;  // of one ray, by volume
-  std::vector<Cells> cells_;            // of one sector, by volume
+  std::vector<Cells> cells_;            // of one beam cell, by volume
 };
 
-// Where no volume has bounds or extinction.
+// The beam cell of a beam, if no volume has bounds or extinction.
 void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<Volume>& volumes,
                    const Sonar& sonar, const Water& water, const Record& record, std::size_t beam,
                    std::vector<VolumeEcho>& echoes) {
@@ -202,7 +202,7 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
   const bool open = std::all_of(volumes.begin(), volumes.end(), [](const Volume& volume) {
     return !attenuates(volume) && std::holds_alternative<DensityEverywhere>(volume.density);
   });
-  // Sectors side by side in blocks, so that what one needs is made once for several.
+  // Beam cells are processed in blocks, so that buffers are made once for several.
   constexpr std::size_t kSectors = 8;
   const std::size_t beams = fan.beams;
   workers.for_each((beams + kSectors - 1) / kSectors, [&](std::size_t block) {

@@ -1,9 +1,9 @@
-// Reverberation of the water itself, up to the first surface that each ray meets, and what it takes
-// from the sound that passes.
+// Reverberation of the water, up to the first surface that each ray meets, and its extinction of
+// sound.
 //
 //   DensityColumn  march  extinction_db   how much density lies on each step of a ray
 //   volume_echoes         expected energy of every volume
-//   attenuate             what is behind volumes gets weaker
+//   attenuate             weakens echoes behind volumes
 #pragma once
 
 #include <span>
@@ -17,7 +17,7 @@
 
 namespace ensonify {
 
-// Integrals of the density over the steps [k step_m, (k + 1) step_m) of a ray, in metres of density
+// Integrals of the density over the steps [k step_m, (k + 1) step_m) of a ray, in meters of density
 // 1; zero outside [first, last).
 struct DensityColumn {
   int first = 0, last = 0;
@@ -27,29 +27,30 @@ struct DensityColumn {
   void add(int step, double more_m);
 };
 
-// The volume as a ray of the world (of unit length) meets it up to end_m. Boxes are exact; a grid
-// is looked at in the middle of each step, or of parts of it no longer than its spacing, 64 at
-// most. Bricks without density are skipped, which changes nothing.
+// The density of a volume along a ray (of the world, with unit direction) up to end_m. Boxes are
+// exact. A grid is sampled in the middle of each step, or of at most 64 parts of it no longer than
+// the grid's spacing. Bricks without density are skipped, which does not change the result.
 void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
            DensityColumn& column);
 
-// The extinction along a ray up to end_m, of all volumes, one way.
+// The one-way extinction of all volumes along a ray up to end_m, in dB. `column` is a buffer.
 double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double step_m,
                      double end_m, DensityColumn& column);
 
-// One echo a volume of the world, in its order. In sector j and sample n >= 1 of range r = c
-// n/(2b), within [range_min, range_max]: s_v (sum over the sector's rays: dOmega B_el^2 B_tx^2
-// int rho 10^(-2A/10) dr') r^2 (two_way_loss(r))^2, r' within [r - c/(4b), r + c/(4b)] and no
-// farther than the ray's surface; rho the volume's density and A the extinction of all volumes on
-// the way there in dB, both in steps of c/(4b). Where no volume has bounds or extinction, a ray
-// counts with the whole cell, c/(2b), if it reaches r.
+// One echo per volume of the world, in its order. In beam cell j and sample n >= 1 of range
+// r = c n/(2b), within [range_min, range_max], its energy is
+//   s_v (sum over rays: dOmega B_el^2 B_tx^2 int rho 10^(-2A/10) dr') r^2 (two_way_loss(r))^2
+// over the rays of the beam cell, with r' in [r - c/(4b), r + c/(4b)] and no farther than the ray's
+// surface. rho is the volume's density and A the one-way extinction of all volumes up to r' in dB,
+// both in steps of c/(4b). If no volume has bounds or extinction, a ray counts with the whole cell,
+// c/(2b), if it reaches r.
 std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const std::vector<Volume>& volumes,
                                       const Pose& sonar_in_world, const Sonar& sonar,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
 
-// Multiplies each gain of a direct echo by 10^(-2A/20), A as above.
+// Multiplies the gain of each direct echo by 10^(-2A/20), A as above.
 void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,
                const Sonar& sonar, const Water& water, const Workers& workers);
 

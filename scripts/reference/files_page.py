@@ -3,7 +3,7 @@ import json
 
 from .schema_words import code, describe, limits, meaning, meant, own_keys, slug, table, without_unit, words, PATTERNS
 
-# File, schema, where it is explained.
+# File, schema, and the page and heading that explain it.
 FILES = [
     ("dataset.json", "dataset", "dataset.md", "Top level"),
     ("work.json", "work", "dataset.md", "Top level"),
@@ -35,7 +35,7 @@ whose layout has no schema, are there alone. Axes, signs and ids are in [convent
 
 
 class Rows:
-    """The rows of one schema; a definition that comes again refers to where it came first."""
+    """The rows of one schema; a definition that is used again refers to its first place."""
 
     def __init__(self, whole):
         self.whole, self.seen, self.found, self.kinds = whole, {}, [], []

@@ -1,7 +1,7 @@
 """docs/messages.txt: every error, warning and help text of the program, by the file that holds it.
 
 The texts are the string literals of generator/ with three words or more, adjacent ones joined. Titles and
-meanings of keys are left out: they stand in docs/scenario_keys.md.
+meanings of keys are left out: docs/scenario_keys.md has them.
 """
 import re
 
@@ -9,7 +9,7 @@ HEAD = """\
 Every error, warning and help text of the program, by source file. Made by scripts/make_reference.py, so that all of
 them can be read in one sitting and a change of one shows in review. {…} stands for what a message fills in.
 """
-# What no user reads: scripts of the report page, and its styles.
+# Scripts and styles of the report page, which no user reads.
 LEFT_OUT = ("report/page/",)
 LITERAL = re.compile(r'(?:u8|R)?"((?:[^"\\\n]|\\.)*)"')
 ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\", "'": "'"}
@@ -21,7 +21,7 @@ def without_comments(text):
 
 
 def literals(text):
-    """The string literals of a source, adjacent ones joined, what stands between them in order."""
+    """The string literals of a source in their order, adjacent ones joined."""
     text = re.sub(r'R"(\w*)\((.*?)\)\1"', lambda raw: '"' + raw[2].replace("\\", "\\\\").replace('"', '\\"').replace(
         "\n", "\\n") + '"', without_comments(re.sub(r"^\s*#include.*$", "", text, flags=re.MULTILINE)), flags=re.DOTALL)
     joined, end = [], None

@@ -7,14 +7,14 @@ NUMBERS = ("preset", "f, kHz", "range, m", "source level, dB", "beams", "field o
            "vertical width, °", "fan of rays, °", "rays")
 BANDWIDTHS = ("preset", "bandwidth, kHz, by range setting (range bin)")
 SOUND_SPEED_M_S = 1500
-# A paragraph that so many heads have is printed once.
+# A paragraph that at least this many presets have is printed once.
 COMMON = 5
 MARK = "<!-- made by scripts/make_reference.py: {} -->\n"
 END = "<!-- end of what is made -->"
 
 
 def value(text):
-    """A plain value or a flow map, which is all that presets hold behind a key."""
+    """A plain value or a flow map: presets hold no other values."""
     if text.startswith("{"):
         return {key: value(inner) for key, inner in (part.split(": ", 1) for part in parts(text[1:-1]))}
     return float(text) if re.fullmatch(r"-?[0-9.]+(e-?[0-9]+)?", text) else text
@@ -33,7 +33,7 @@ def parts(text):
 
 
 def paragraphs(lines):
-    """Those of a head: one begins at a capital letter that follows a line with a full stop at its end."""
+    """The paragraphs of a head. One begins with a capital letter after a line that ends with a full stop."""
     found = []
     for line in lines:
         if found and not (found[-1].endswith(".") and line[:1].isupper()):
@@ -44,7 +44,7 @@ def paragraphs(lines):
 
 
 def read(path):
-    """(values, paragraphs of the head) of a preset: `key: value`, and lists of flow maps, one a line."""
+    """(values, paragraphs of the head) of a preset: `key: value`, and lists of flow maps, one per line."""
     found, comment = {}, []
     for line in path.read_text().splitlines():
         item = re.fullmatch(r"  - (\{.*\})", line)
@@ -62,7 +62,7 @@ def read(path):
 
 
 def shading(kind):
-    """`uniform`, or a kind and its side lobes."""
+    """`uniform`, or a kind of shading and its side lobes."""
     if isinstance(kind, str):
         return kind
     (name, keys), = kind.items()
@@ -70,7 +70,7 @@ def shading(kind):
 
 
 def numbers(name, sonar):
-    """The row of the table of numbers. Takes what it shows from `sonar`."""
+    """The row of the table of numbers. Removes the keys that it shows from `sonar`."""
     beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
     width = elevation.pop("width_deg")
     return (f"`{name}`", f"{sonar.pop('frequency_hz') / 1e3:g}",
@@ -81,7 +81,7 @@ def numbers(name, sonar):
 
 
 def bandwidths(name, sonar):
-    """The row of the table of bandwidths. Takes what it shows from `sonar`."""
+    """The row of the table of bandwidths. Removes the keys that it shows from `sonar`."""
     plain = sonar.pop("bandwidth_hz")
     settings = [(row["bandwidth_hz"], f" up to {row['up_to_m']:g} m") for row in sonar.pop("by_range_max_m", [])]
     return f"`{name}`", ", ".join(f"{hertz / 1e3:g}{where} ({SOUND_SPEED_M_S / (2 * hertz) * 1e3:.3g} mm)"
@@ -96,7 +96,7 @@ def written(entry):
 
 
 def sources(heads, others):
-    """The heads of all presets, what is common to many of them once, and their keys that no table has."""
+    """The heads of all presets, with common paragraphs once, and the keys that no table shows."""
     every = [paragraph for head in heads.values() for paragraph in head[1:]]
     common = [text for text in dict.fromkeys(every) if every.count(text) >= COMMON]
     lines = []
@@ -115,7 +115,7 @@ def sources(heads, others):
 
 
 def made_parts(root):
-    """The parts of docs/sonars.md that are made, by name."""
+    """The generated parts of docs/sonars.md, by name."""
     heads, others, rows, bands = {}, {}, [], []
     for path in sorted((root / "configs/sonars").glob("*.yaml")):
         sonar, heads[path.stem] = read(path)
@@ -128,7 +128,7 @@ def made_parts(root):
 
 
 def make(root):
-    """docs/sonars.md as it is, with its parts between marks made again."""
+    """docs/sonars.md with the parts between marks generated again."""
     text = (root / "docs/sonars.md").read_text()
     for name, made in made_parts(root).items():
         before, start, after = text.partition(MARK.format(name))

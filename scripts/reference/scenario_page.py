@@ -3,8 +3,8 @@ import json
 
 from .schema_words import code, describe, meaning, meant, own_keys, slug, table
 
-# A heading, the definition whose keys stand under it, and the heading of docs/scenario.md that explains
-# them. Parents stand before their parts; a definition without a heading stands in the table of its parent.
+# A heading, the definition whose keys it lists, and the heading of docs/scenario.md that explains them.
+# Parents come before their parts. The table of a parent includes definitions without a heading.
 SECTIONS = [
     ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse", "Pulses"),
     ("receiver", "receiver", "Array of elements"), ("Shading", "shading", "Shading"),
@@ -46,11 +46,11 @@ class Page:
         self.places = {name: [] for name in self.sections}
         self.places[""] = [""]
         self.rows_of = {}
-        self.seen = {}      # maps that have their rows, by identity: the path
+        self.seen = {}      # path of each map that has rows, by the map's identity
         self.shown = []     # (map, key) of every row
 
     def default(self, where, key, use):
-        """What the key is when left out."""
+        """The value of a key that is left out."""
         if "default" in use:
             value = json.dumps(use["default"]).replace('"', "").replace("e-0", "e-")
             return f"`{value}`"

@@ -1,7 +1,7 @@
-"""What a JSON Schema says of a value, in the words of the reference pages."""
+"""Describes the values in a JSON Schema in the words of the reference pages."""
 import re
 
-# Members of a map that say how it is drawn, not what it holds.
+# Members of a map that describe how a value is sampled, not what it holds.
 DRAWS = {"choice", "uniform", "log_uniform", "normal"}
 PATTERNS = {
     "^[0-9a-f]{64}$": "64 hexadecimal digits",
@@ -11,14 +11,14 @@ PATTERNS = {
     "\\{ping\\}": "with `{ping}`",
     "^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$": "1 to 64 letters, digits, `-`, `_` and `.`",
 }
-# Text that stands for the value of a variable, where anything else may.
+# Patterns of text that refers to a variable, in place of any other value.
 VARIABLES = {r"^\$[A-Za-z]", r"^=|^\$[A-Za-z]"}
 NAMES = {"number": "number", "integer": "integer", "boolean": "true or false", "string": "text", "null": "null"}
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def meant(whole, use):
-    """`use` with all that it refers to laid under it, and the names of the definitions on the way."""
+    """`use` merged over the definitions to which it refers, and the names of these definitions."""
     if "$ref" in use:
         name = use["$ref"].rsplit("/", 1)[-1]
         under, names = meant(whole, whole["definitions"][name])
@@ -31,7 +31,7 @@ def meant(whole, use):
 
 
 def number(value):
-    """A limit: powers of ten and of two as such, thousands parted by commas."""
+    """A limit as text: 2⁶⁴ − 1 and powers of ten as powers, thousands separated by commas."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     if value == 2**64 - 1:
@@ -62,18 +62,18 @@ def words(values):
 
 
 def drawn_only(use):
-    """Whether an object is there only so that something else may be drawn."""
+    """Whether an object is accepted only to sample a value of another type."""
     return set(use.get("properties", {})) <= DRAWS and use.get("additionalProperties") is False
 
 
 def own_keys(node):
-    """The keys of a map, without those by which it is drawn."""
+    """The keys of a map, without those that only sample it."""
     hidden = DRAWS if drawn_only(node) else {"choice"}
     return {key: use for key, use in node.get("properties", {}).items() if isinstance(use, dict) and key not in hidden}
 
 
 class Said:
-    """Of a value: its type, what is accepted, and the schema of the map that it is or holds, if any."""
+    """The description of a value: its type, what is accepted, and the schema of its map or of the map that it holds."""
 
     def __init__(self, kind, accepted="", names=(), inner=None, step=""):
         self.kind, self.accepted, self.names = kind, accepted, list(names)
@@ -130,7 +130,7 @@ def of_alternatives(whole, use, names):
             continue
         said = describe(whole, part)
         all_names += said.names
-        if said.accepted == "`{}`":    # options of which there are none
+        if said.accepted == "`{}`":    # a map without options
             continue
         kinds.append(said.kind)
         accepted += [said.accepted] if said.accepted else []
@@ -141,7 +141,7 @@ def of_alternatives(whole, use, names):
 
 
 def describe(whole, use):
-    """What a schema says of a value, as Said."""
+    """The description of a value by its schema."""
     use, names = meant(whole, use)
     if "anyOf" in use and "properties" not in use:
         return of_alternatives(whole, use, names)
@@ -170,7 +170,7 @@ def describe(whole, use):
 
 
 def slug(heading):
-    """The anchor that a heading has."""
+    """The anchor of a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
@@ -179,7 +179,7 @@ PROPER = {"Francois", "Frictionless", "Slurm", "Python"}
 
 
 def without_unit(text, unit):
-    """A description without the unit that stands in a column of its own."""
+    """A description without the unit, which has its own column."""
     for name in [unit, {"°": "degrees", "px": "pixels"}.get(unit, unit)] if unit else []:
         at = f"(?:{re.escape(name)}|{re.escape(name.capitalize() if len(name) > 4 else name)})"
         text = re.sub(rf"^{at}(?:, |; |: |\.$)", "", text)
@@ -188,13 +188,13 @@ def without_unit(text, unit):
 
 
 def code(text):
-    """Keys, files and maps in a description as code."""
+    """A description with keys, files and maps marked as code."""
     return re.sub(r"(`[^`]*`)|(\{(?:[^{}]|\{[^{}]*\})*\}|\b(?!\w_\w\b)\w+(?:[._]\w*[a-z]\w*)+\b)",
                   lambda found: found[1] or f"`{found[2]}`", text)
 
 
 def meaning(title, text, unit=""):
-    """What stands in the last column: title and description as one phrase."""
+    """The text of the last column: title and description as one phrase."""
     text = without_unit(text, unit).strip()
     first = re.match(r"[A-Z][a-z]*\b(?!_)", text)
     if first and (len(first[0]) > 1 or first[0] == "A") and first[0] not in PROPER:
