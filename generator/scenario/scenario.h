@@ -137,11 +137,20 @@ struct KirchhoffSpec {
 };
 using CoherentSpec = std::variant<std::monostate, RicianSpec, KirchhoffSpec>;
 
+// Patches of a surface on which another material has grown.
+struct GrowthSpec {
+  std::string material;
+  double cover = 0;  // share of the surface
+  double correlation_m = 0;
+};
+
 struct MaterialSpec {
   std::string name;
   double reflectivity = 0;  // for lambert and lommel_seeliger, where it is required
   LawSpec law;
   CoherentSpec coherent;
+  std::optional<SurfaceTexture> texture = {};
+  std::optional<GrowthSpec> growth = {};
 };
 
 struct BoxSpec {

@@ -66,6 +66,7 @@ struct Scene {
   RTCScene top = nullptr;
   std::vector<PlacedObject> planes;       // without end: outside any box
   std::vector<PlacedObject> by_geometry;  // object of each geometry of `top`
+  std::vector<PlacedObject> uneven;       // by instance id, as far as fields go; empty: none has any
 
   Scene() = default;
   ~Scene();
@@ -131,6 +132,9 @@ RTCRayHit one_ray(const Scene& scene, const Ray& ray, double range_max_m, Query&
 // Where a query's rays start, and one of them, in the frame of geometry `geometry`.
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry);
 Ray local_ray(const Scene& scene, const Query& query, unsigned ray, unsigned geometry);
+
+// Factors and patches of uneven surfaces, by the place of the hit in its object's frame.
+void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits);
 
 // The nearest hit of a closed form, given in its frame; a mesh has none.
 std::optional<SurfaceHit> intersect_closed_form(const Shape& shape, const Ray& local);
