@@ -153,6 +153,13 @@ void check_growth(Fields& f, const std::vector<MaterialSpec>& materials) {
 }
 
 void fields(Fields& f, MaterialSpec& material) {
+  const std::vector<std::string> known = known_materials();
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  std::size_t preset = 0;
+  f.word({"preset", "Preset",
+          "Built-in material whose keys the other keys override; `ensonify presets materials` prints "
+          "them all. A material that is named without being listed here is that preset as it is"},
+         names, preset, written_if(false, {.has_default = false}));
   reflectivity_fields(f, material);
   law_fields(f, material.law);
   const bool has_part = !std::holds_alternative<std::monostate>(material.coherent);
