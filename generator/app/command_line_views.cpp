@@ -286,8 +286,8 @@ Status run_render(const ViewArguments& arguments) {
 
 void add_presets(CLI::App& app, std::optional<std::string>& preset) {
   CLI::App& command =
-      *app.add_subcommand("presets", "list the sonar presets, or print one with its sources");
-  offer(*command.add_option("NAME", preset, "preset to print"), sonar_presets());
+      *app.add_subcommand("presets", "list the sonar presets, or print one, or the materials, with their sources");
+  offer(*command.add_option("NAME", preset, "preset to print, or materials"), sonar_presets());
 }
 
 }  // namespace ensonify

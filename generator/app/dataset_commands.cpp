@@ -14,14 +14,21 @@
 
 namespace ensonify {
 
+// Not the name of a sonar.
+static constexpr std::string_view kMaterialPresets = "materials";
+
 Status presets(const std::optional<std::string>& name) {
-  std::string names;
+  if (name == kMaterialPresets) {
+    answer("{}", materials_yaml());
+    return {};
+  }
+  std::string names(kMaterialPresets);
   for (const SonarPreset& preset : sonar_presets()) {
     if (name && preset.name == *name) {
       answer("{}", preset.yaml);
       return {};
     }
-    names += (names.empty() ? "" : ", ") + preset.name;
+    names += ", " + preset.name;
   }
   if (name) {
     return Error{ErrorKind::usage,
@@ -40,7 +47,7 @@ Status presets(const std::optional<std::string>& name) {
            s.beam_count, s.beam_width_deg, s.range_max_m);
   }
   answer(
-      "\nensonify presets NAME prints one with its sources. b is the bandwidth at the longest "
+      "\nensonify presets NAME prints one with its sources, ensonify presets materials the materials. b is the bandwidth at the longest "
       "range; presets\nwith rows under by_range_max_m have a larger one at shorter ranges.\n");
   return {};
 }

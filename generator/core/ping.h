@@ -150,6 +150,14 @@ struct InstancePart {
   Material scattering;
 };
 
+// Patches of a surface with another material.
+struct InstanceGrowth {
+  std::string on;        // the material that it grows on
+  std::string material;  // what has grown
+  Material scattering;
+  double cover = 0, correlation_m = 0;
+};
+
 struct Instance {
   std::uint16_t id = 0;  // 1, 2, ...: objects as in the scenario, then point targets, then volumes
   std::string name;
@@ -162,6 +170,7 @@ struct Instance {
   double target_strength_db = 0;         // of a point target
   double volume_strength_db = 0;         // of a volume, dB re 1/m
   std::vector<InstancePart> parts = {};  // of a surface: what has another material
+  std::vector<InstanceGrowth> growth = {};
   std::optional<OrientedBox> box = {};   // absent: a point, or infinite
 };
 

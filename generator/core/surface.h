@@ -32,6 +32,20 @@ struct BackscatterTable {
   std::vector<double> strength_db;  // dB re 1 m^2/m^2 per steradian of backscatter
 };
 
+enum class TextureModel { none, gamma, lognormal };
+constexpr const char* name_of(TextureModel model) {
+  constexpr const char* kNames[] = {"none", "gamma", "lognormal"};
+  return kNames[static_cast<int>(model)];
+}
+
+// How the reflectivity varies over a surface, around its mean.
+struct SurfaceTexture {
+  TextureModel model = TextureModel::none;
+  double shape = 1;      // nu of gamma: the relative variance is 1/nu
+  double spread_db = 3;  // of lognormal: standard deviation of the level
+  double correlation_m = 0;
+};
+
 struct Material {
   ScatteringLaw law = ScatteringLaw::lambert;
   double reflectivity = 0;      // mu, of lambert and lommel_seeliger
@@ -41,6 +55,7 @@ struct Material {
   double rician_k = 0;         // K, power ratio of the constant part to the random one
   double reflection = 0;       // R of kirchhoff, -1 ... 1
   double roughness_rms_m = 0;  // h of kirchhoff
+  SurfaceTexture texture{};
 };
 
 // Parts of a mesh whose material differs from that of their object.

@@ -44,18 +44,49 @@ void coherent_members(Io& io, Value& material) {
   });
 }
 
+// Left out of even surfaces.
+template <class Io, class Value>
+void texture_members(Io& io, Value& material) {
+  if (Io::kWrites && material.texture.model == TextureModel::none) return;
+  io.group_if("texture", material.texture.model != TextureModel::none, [&](Io& texture) {
+    texture.word("model", material.texture.model, TextureModel::lognormal);
+    if (material.texture.model == TextureModel::gamma) texture("shape", material.texture.shape);
+    if (material.texture.model == TextureModel::lognormal) {
+      texture("spread_db", material.texture.spread_db);
+    }
+    texture("correlation_m", material.texture.correlation_m);
+  });
+}
+
+template <class Io, class Value>
+void growth_members(Io& io, Value& instance) {
+  if (Io::kWrites && instance.growth.empty()) return;
+  io.list("growth", instance.growth, [](Io& item, auto& growth) {
+    item("on", growth.on);
+    item("material", growth.material);
+    item("cover", growth.cover);
+    item("correlation_m", growth.correlation_m);
+    item.group("law", [&](Io& law) { law_members(law, growth.scattering); });
+    coherent_members(item, growth.scattering);
+    texture_members(item, growth.scattering);
+  });
+}
+
 template <class Io, class Value>
 void surface_members(Io& io, Value& instance) {
   io("material", instance.material);
   io.group("law", [&](Io& law) { law_members(law, instance.scattering); });
   io("vertex_reflectivity", instance.vertex_reflectivity);
   coherent_members(io, instance.scattering);
+  texture_members(io, instance.scattering);
+  growth_members(io, instance);
   if (Io::kWrites && instance.parts.empty()) return;
   io.list("parts", instance.parts, [](Io& item, auto& part) {
     item("name", part.name);
     item("material", part.material);
     item.group("law", [&](Io& law) { law_members(law, part.scattering); });
     coherent_members(item, part.scattering);
+    texture_members(item, part.scattering);
   });
 }
 

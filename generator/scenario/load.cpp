@@ -87,6 +87,7 @@ void add_drawn_places(const Node& node, bool within, DrawnPlaces& places) {
 // Returns how many values were read.
 std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::string& label,
                          const InputFolder& input) {
+  lay_known_materials(tree);
   std::vector<Place> wrong;
   std::vector<VariableUse> uses;
   draw_extremes(tree, extreme, input.faults, wrong, uses);
@@ -136,6 +137,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
                                             const std::filesystem::path& folder, Faults& faults,
                                             SequenceDraw draw) {
   const InputFolder input{folder, faults};
+  lay_known_materials(tree);
   const Value root{&tree, tree.place, ""};
   auto sections = keep_drawn_sections(tree, input);
   const bool drawn = holds_distribution(tree);

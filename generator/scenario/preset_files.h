@@ -1,4 +1,4 @@
-// The files of configs/sonars as the build embeds them.
+// The files of configs as the build embeds them.
 #pragma once
 
 #include <span>
@@ -12,5 +12,7 @@ struct PresetFile {
 
 // Sorted by name. Defined in a source file that scripts/cmake/EmbedFiles.cmake writes.
 std::span<const PresetFile> preset_files();
+// configs/materials.yaml alone.
+std::span<const PresetFile> material_files();
 
 }  // namespace ensonify

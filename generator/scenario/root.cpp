@@ -236,6 +236,7 @@ void fields(Fields& f, Scenario& scenario) {
   instrument_fields(f, scenario);
   materials_fields(f, scenario.materials);
   know_materials(f, scenario.materials);
+  check_growth(f, scenario.materials);
   world_fields(f, scenario);
   motion_fields(f, scenario);
   noise_fields(f, scenario);

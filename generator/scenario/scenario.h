@@ -5,7 +5,7 @@
 //   load_scenario     file + overrides -> Scenario, or all errors together
 //   check_draws       whether distributions stay within the valid values of their keys
 //   to_yaml           Scenario -> the resolved text
-//   sonar_preset_...  the built-in presets
+//   sonar_preset_...  materials_yaml   the built-in presets
 #pragma once
 
 #include <array>
@@ -137,11 +137,20 @@ struct KirchhoffSpec {
 };
 using CoherentSpec = std::variant<std::monostate, RicianSpec, KirchhoffSpec>;
 
+// Patches of a surface on which another material has grown.
+struct GrowthSpec {
+  std::string material;
+  double cover = 0;  // share of the surface
+  double correlation_m = 0;
+};
+
 struct MaterialSpec {
   std::string name;
   double reflectivity = 0;  // for lambert and lommel_seeliger, where it is required
   LawSpec law;
   CoherentSpec coherent;
+  std::optional<SurfaceTexture> texture = {};
+  std::optional<GrowthSpec> growth = {};
 };
 
 struct BoxSpec {
@@ -342,5 +351,7 @@ struct SonarPreset {
 
 // The presets of configs/sonars, built into the program and sorted by name.
 const std::vector<SonarPreset>& sonar_presets();
+// The materials that a scenario may name, with their sources: configs/materials.yaml.
+std::string_view materials_yaml();
 
 }  // namespace ensonify

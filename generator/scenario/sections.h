@@ -44,6 +44,12 @@ void fields(Fields& f, PlaceSpec& place);
 void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning);
 void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
+// The materials of configs/materials.yaml, and a tree before sampling in which those that it names and
+// does not define stand under `materials`, and each `preset` of a material is replaced by its keys.
+std::vector<std::string> known_materials();
+void lay_known_materials(Node& root);
+// Adds an error for a growth of no other material.
+void check_growth(Fields& f, const std::vector<MaterialSpec>& materials);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
 
 // The keys of a built-in preset, by its index in sonar_presets(). Where the preset lists rows under

@@ -367,6 +367,7 @@ std::vector<Hit> hits_along(const AlongScene& along, const Ray& ray, double rang
   Tried tried;
   tried.ray[tried.count++] = 0;
   meet_planes(scene, query, tried);
+  apply_fields(scene, ray, std::span(layers.hits).first(layers.count));
   return {layers.hits.begin(), layers.hits.begin() + layers.count};
 }
 
@@ -376,7 +377,18 @@ HitsBehind trace_behind(const AlongScene& along, const Fan& fan, std::span<const
   const auto trace = along.rays == 16  ? behind_in_packets<RTCRayHit16>
                      : along.rays == 8 ? behind_in_packets<RTCRayHit8>
                                        : behind_in_packets<RTCRayHit4>;
-  return trace(along, fan, hits, pose, range_max_m, workers);
+  HitsBehind behind = trace(along, fan, hits, pose, range_max_m, workers);
+  if (along.scene->uneven.empty()) return behind;
+  workers.for_each(fan.azimuth_rad.size(), [&](std::size_t column) {
+    for (std::size_t e = 0; e < fan.elevation_rad.size(); ++e) {
+      const std::size_t ray = column * fan.elevation_rad.size() + e;
+      const Vec3 direction = unit_vector(fan.azimuth_rad[column], fan.elevation_rad[e]);
+      apply_fields(*along.scene, {pose.position_m, rotate(pose.rotation, direction)},
+                   std::span(behind.hits)
+                       .subspan(behind.offset[ray], behind.offset[ray + 1] - behind.offset[ray]));
+    }
+  });
+  return behind;
 }
 
 }  // namespace ensonify

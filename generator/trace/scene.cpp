@@ -184,6 +184,10 @@ void build_scene(const World& world, std::span<const Pose> object_in_world,
   scene.top = new_scene(scene.meshes->device);
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const PlacedObject placed{&world.objects[i], object_in_world[i]};
+    if (!placed.object->fields.empty()) {
+      scene.uneven.resize(std::max<std::size_t>(scene.uneven.size(), placed.object->instance + 1));
+      scene.uneven[placed.object->instance] = placed;
+    }
     if (const auto* mesh = std::get_if<MeshShape>(&placed.object->shape)) {
       add_mesh(scene, placed, *mesh->mesh);
     } else if (std::holds_alternative<PlaneShape>(placed.object->shape)) {

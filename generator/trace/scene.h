@@ -67,6 +67,7 @@ struct Scene {
   RTCScene top = nullptr;
   std::vector<PlacedObject> planes;       // infinite, so not in `top`
   std::vector<PlacedObject> by_geometry;  // object of each geometry of `top`
+  std::vector<PlacedObject> uneven;       // by instance id, as far as fields go; empty: none has any
 
   Scene() = default;
   ~Scene();
@@ -132,6 +133,9 @@ RTCRayHit one_ray(const Scene& scene, const Ray& ray, double range_max_m, Query&
 // The start of a query's rays, and one of the rays, in the frame of geometry `geometry`.
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry);
 Ray local_ray(const Scene& scene, const Query& query, unsigned ray, unsigned geometry);
+
+// Factors and patches of uneven surfaces, by the place of the hit in its object's frame.
+void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits);
 
 // The nearest hit on a closed form, in its frame; none for a mesh.
 std::optional<SurfaceHit> intersect_closed_form(const Shape& shape, const Ray& local);

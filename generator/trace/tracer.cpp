@@ -192,6 +192,19 @@ std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ra
   return hit_of(*hit, local.direction, placed);
 }
 
+void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits) {
+  if (scene.uneven.empty()) return;
+  for (Hit& hit : hits) {
+    if (hit.instance == 0 || hit.instance >= scene.uneven.size()) continue;
+    const auto& [object, pose] = scene.uneven[hit.instance];
+    if (object == nullptr || hit.part >= object->fields.size()) continue;
+    const MaterialFields& fields = object->fields[hit.part];
+    const Vec3 local = inverse_transform_point(pose, ray.origin_m + hit.range_m * ray.direction);
+    if (fields.texture) hit.reflectivity *= fields.texture->at(local);
+    if (fields.growth && fields.growth->at(local) > 0.5f) hit.part = fields.growth_part;
+  }
+}
+
 void refine(const Scene& scene, const Query& query, std::span<const Found> found,
             double range_max_m, Hit* hits) {
   const auto count = static_cast<unsigned>(found.size());
@@ -213,6 +226,7 @@ void refine(const Scene& scene, const Query& query, std::span<const Found> found
   for (unsigned i = 0; i < count; ++i) {
     refine_on_planes(scene, query, i, hits[i]);
     if (!(hits[i].range_m <= range_max_m)) hits[i] = {};
+    apply_fields(scene, {query.origin_m, query.directions[i]}, {hits + i, 1});
   }
 }
 

@@ -19,6 +19,7 @@
 #include "core/surface.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
+#include "world/surface_field.h"
 #include "world/mesh.h"
 #include "world/path.h"
 #include "world/shapes.h"
@@ -42,6 +43,7 @@ struct WorldObject {
   Material material;
   std::shared_ptr<const Path> path = nullptr;  // null: at rest
   PartMaterials parts = {};
+  ObjectFields fields = {};  // by Hit::part; empty: even surfaces
 };
 
 struct PointTarget {

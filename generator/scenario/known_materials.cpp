@@ -1,0 +1,125 @@
+#include <algorithm>
+
+#include "core/error.h"
+#include "scenario/merge.h"
+#include "scenario/preset_files.h"
+#include "scenario/sections.h"
+
+namespace ensonify {
+namespace {
+
+constexpr std::string_view kMaterials = "materials", kMaterial = "material", kParts = "parts";
+
+const Node& known_tree() {
+  static const Node tree = [] {
+    Faults faults;
+    auto read = read_yaml_map(std::string(materials_yaml()), add_source(faults, "materials"), faults);
+    ENSONIFY_ASSERT(read && faults.empty());
+    return std::move(*read);
+  }();
+  return tree;
+}
+
+// Errors in the keys of a preset are reported where the scenario names it.
+void set_place(Node& node, const Place& place) {
+  node.place = place;
+  for (Key& key : node.keys) key.place = place;
+  for (Node& item : node.items) set_place(item, place);
+}
+
+void add_scalars(const Node& node, std::vector<std::string>& names) {
+  if (node.kind == NodeKind::scalar) names.push_back(node.text);
+  for (const Node& item : node.items) add_scalars(item, names);
+}
+
+// Whatever stands under a key that names materials, in distributions too.
+void add_material_names(const Node& node, std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const bool is_name = node.kind == NodeKind::map &&
+                         (node.keys[i].text == kMaterial || node.keys[i].text == kParts);
+    if (is_name) {
+      add_scalars(node.items[i], names);
+    } else {
+      add_material_names(node.items[i], names);
+    }
+  }
+}
+
+Node without_preset(Node material) {
+  for (std::size_t i = material.keys.size(); i-- > 0;) {
+    if (material.keys[i].text != "preset") continue;
+    material.keys.erase(material.keys.begin() + static_cast<std::ptrdiff_t>(i));
+    material.items.erase(material.items.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return material;
+}
+
+// A reflectivity of the scenario's own replaces the strength of the preset, and the other way round.
+Node over_preset(Node lower, const Node& upper) {
+  for (const auto& [given, other] : {std::pair{"reflectivity", "backscatter_strength_db"},
+                                     std::pair{"backscatter_strength_db", "reflectivity"}}) {
+    if (find(upper, given) == nullptr) continue;
+    for (std::size_t i = lower.keys.size(); i-- > 0;) {
+      if (lower.keys[i].text != other) continue;
+      lower.keys.erase(lower.keys.begin() + static_cast<std::ptrdiff_t>(i));
+      lower.items.erase(lower.items.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  return merge_over(std::move(lower), upper);
+}
+
+void lay_presets(Node& materials) {
+  for (Node& material : materials.items) {
+    const Node* preset = material.kind == NodeKind::map ? find(material, "preset") : nullptr;
+    if (preset == nullptr || preset->kind != NodeKind::scalar) continue;
+    const Node* known = find(known_tree(), preset->text);
+    if (known == nullptr) continue;  // reported when the material is read
+    Node lower = *known;
+    set_place(lower, preset->place);
+    material = over_preset(std::move(lower), without_preset(material));
+  }
+}
+
+}  // namespace
+
+std::string_view materials_yaml() { return material_files().front().text; }
+
+std::vector<std::string> known_materials() {
+  std::vector<std::string> names;
+  for (const Key& key : known_tree().keys) names.push_back(key.text);
+  return names;
+}
+
+void lay_known_materials(Node& root) {
+  if (root.kind != NodeKind::map) return;
+  const auto section = std::ranges::find(root.keys, kMaterials, &Key::text);
+  const std::size_t at = static_cast<std::size_t>(section - root.keys.begin());
+  if (section != root.keys.end()) {
+    Node& materials = root.items[at];
+    if (materials.kind != NodeKind::map) return;
+    lay_presets(materials);
+  }
+  std::vector<std::string> names;
+  add_material_names(root, names);
+  Node used;
+  used.kind = NodeKind::map;
+  for (const std::string& name : names) {
+    const Node* known = find(known_tree(), name);
+    if (known == nullptr || find(used, name) != nullptr) continue;
+    if (section != root.keys.end() && find(root.items[at], name) != nullptr) continue;
+    used.keys.push_back({.text = name});
+    used.items.push_back(*known);
+    set_place(used.items.back(), root.place);
+  }
+  if (used.keys.empty()) return;
+  if (section == root.keys.end()) {
+    root.keys.push_back({.text = std::string(kMaterials)});
+    root.items.push_back(std::move(used));
+    return;
+  }
+  Node& materials = root.items[at];
+  materials.keys.insert(materials.keys.end(), used.keys.begin(), used.keys.end());
+  materials.items.insert(materials.items.end(), used.items.begin(), used.items.end());
+}
+
+}  // namespace ensonify

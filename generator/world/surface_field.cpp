@@ -1,0 +1,101 @@
+#include "world/surface_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <boost/math/distributions/gamma.hpp>
+
+#include "core/random.h"
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+constexpr int kLattice = 64;
+constexpr double kFieldEnd = 5;  // a normal value passes it once in two million
+constexpr int kTableSteps = 1000;
+// Mean correlation along an axis after this many cells is 1/e: of a normalized linear interpolation,
+// averaged over the place in the cell.
+constexpr double kCorrelationCells = 0.9;
+
+double normal_share_below(double g) { return std::erfc(-g / std::sqrt(2.0)) / 2; }
+
+std::shared_ptr<SurfaceField> gaussian_field(double correlation_m, std::uint64_t key) {
+  auto field = std::make_shared<SurfaceField>();
+  field->per_m = kCorrelationCells / correlation_m;
+  field->lattice.resize(std::size_t{kLattice} * kLattice * kLattice);
+  for (std::size_t i = 0; i < field->lattice.size(); i += 2) {
+    const ComplexDraw draw = complex_normal(key, 0, i, 0);
+    field->lattice[i] = static_cast<float>(std::sqrt(2.0) * draw.re);
+    field->lattice[i + 1] = static_cast<float>(std::sqrt(2.0) * draw.im);
+  }
+  return field;
+}
+
+template <class Value>
+void fill_table(SurfaceField& field, const Value& value) {
+  field.values.reserve(kTableSteps + 1);
+  for (int i = 0; i <= kTableSteps; ++i) {
+    field.values.push_back(static_cast<float>(value(kFieldEnd * (2.0 * i / kTableSteps - 1))));
+  }
+}
+
+}  // namespace
+
+float SurfaceField::at(Vec3 local_m) const {
+  // Turned, so that faces of boxes do not lie along the lattice.
+  static const Quat kTurn = normalized(Quat{0.8, 0.31, 0.42, 0.29});
+  const Vec3 p = per_m * rotate(kTurn, local_m);
+  const std::array<double, 3> at{p.x, p.y, p.z};
+  std::array<std::array<std::size_t, 2>, 3> node;
+  std::array<std::array<double, 2>, 3> weight;
+  double squares = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = std::floor(at[axis]), part = at[axis] - low;
+    const auto index = static_cast<std::int64_t>(low);
+    for (int side = 0; side < 2; ++side) {
+      node[axis][side] = static_cast<std::uint64_t>(index + side) % kLattice;
+      weight[axis][side] = side == 0 ? 1 - part : part;
+    }
+    squares *= part * part + (1 - part) * (1 - part);
+  }
+  double sum = 0;
+  for (int z = 0; z < 2; ++z) {
+    for (int y = 0; y < 2; ++y) {
+      const std::size_t row = (node[2][z] * kLattice + node[1][y]) * kLattice;
+      sum += weight[2][z] * weight[1][y] *
+             (weight[0][0] * lattice[row + node[0][0]] + weight[0][1] * lattice[row + node[0][1]]);
+    }
+  }
+  const double g = std::clamp(sum / std::sqrt(squares), -kFieldEnd, kFieldEnd);
+  const double step = (g / kFieldEnd + 1) / 2 * kTableSteps;
+  const auto low = std::min(static_cast<std::size_t>(step), std::size_t{kTableSteps - 1});
+  const double part = step - static_cast<double>(low);
+  return static_cast<float>(values[low] + part * (values[low + 1] - values[low]));
+}
+
+std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, std::uint64_t key) {
+  const auto field = gaussian_field(texture.correlation_m, key);
+  if (texture.model == TextureModel::gamma) {
+    const boost::math::gamma_distribution<double> gamma(texture.shape, 1 / texture.shape);
+    fill_table(*field, [&](double g) {
+      // From the nearer end, where the share keeps its digits.
+      return g < 0 ? quantile(gamma, normal_share_below(g))
+                   : quantile(complement(gamma, normal_share_below(-g)));
+    });
+  } else {
+    const double sigma = texture.spread_db * std::log(10.0) / 10;
+    fill_table(*field, [&](double g) { return std::exp(sigma * g - sigma * sigma / 2); });
+  }
+  return field;
+}
+
+std::shared_ptr<const SurfaceField> make_growth(double cover, double correlation_m,
+                                                std::uint64_t key) {
+  const auto field = gaussian_field(correlation_m, key);
+  fill_table(*field, [&](double g) { return normal_share_below(g) < cover ? 1.0 : 0.0; });
+  return field;
+}
+
+}  // namespace ensonify

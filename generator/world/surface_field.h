@@ -1,0 +1,42 @@
+// Unevenness of a surface: a random field in the coordinates of its object.
+//
+//   SurfaceField   make_texture  make_growth
+//   ObjectFields   of an object's own material and of its parts
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/surface.h"
+#include "core/vec.h"
+
+namespace ensonify {
+
+// A Gaussian field on a lattice that repeats after 64 cells along each of its axes, interpolated to
+// unit variance everywhere, then mapped by `values`, a table over [-kFieldEnd, kFieldEnd].
+struct SurfaceField {
+  double per_m = 1;           // lattice cells per meter
+  std::vector<float> lattice;  // 64^3
+  std::vector<float> values;
+
+  // At a place in the object's frame.
+  float at(Vec3 local_m) const;
+};
+
+// The factor on the reflectivity, with mean 1: gamma-distributed, or 10^(level/10) of a normal level.
+// The correlation of the Gaussian field falls to 1/e at correlation_m.
+std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, std::uint64_t key);
+
+// 1 where a share `cover` of the surface has another material, else 0.
+std::shared_ptr<const SurfaceField> make_growth(double cover, double correlation_m,
+                                                std::uint64_t key);
+
+// What a hit gets from the fields of its material; index k of ObjectFields is that of Hit::part k.
+struct MaterialFields {
+  std::shared_ptr<const SurfaceField> texture = nullptr, growth = nullptr;
+  std::uint16_t growth_part = 0;  // Hit::part where it grows
+};
+using ObjectFields = std::vector<MaterialFields>;
+
+}  // namespace ensonify

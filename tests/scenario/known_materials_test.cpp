@@ -1,0 +1,100 @@
+// Materials by name: taken from configs/materials.yaml where the scenario defines none, and as presets
+// under its own keys.
+#include <cmath>
+
+#include "catch.h"
+#include "scenario/scenario.h"
+
+using namespace ensonify;
+
+namespace {
+
+Result<Scenario> parsed(const std::string& materials, const std::string& material) {
+  return parse_scenario(
+      "ensonify: 1\nsonar: {preset: blueview_p900_90}\n" + materials +
+          "objects:\n  - {name: ball, material: " + material + ", shape: {sphere: {radius_m: 1}}}\n",
+      "a.yaml", ".");
+}
+
+const MaterialSpec& material(const Scenario& scenario, const std::string& name) {
+  for (const MaterialSpec& spec : scenario.materials) {
+    if (spec.name == name) return spec;
+  }
+  FAIL(name);
+  return scenario.materials.front();
+}
+
+}  // namespace
+
+TEST_CASE("a material that is not defined is that of its name") {
+  const auto scenario = parsed("", "sand_fine");
+  REQUIRE(scenario);
+  REQUIRE(scenario->materials.size() == 1);
+  CHECK(material(*scenario, "sand_fine").reflectivity == Approx(std::pow(10, -2.5)));
+  CHECK(material(*scenario, "sand_fine").texture->model == TextureModel::gamma);
+  // The resolved text stands alone.
+  const auto again = parse_scenario(to_yaml(*scenario, [](const auto& file) { return file.string(); }),
+                                    "again.yaml", ".");
+  REQUIRE(again);
+  CHECK(material(*again, "sand_fine").reflectivity ==
+        material(*scenario, "sand_fine").reflectivity);
+}
+
+TEST_CASE("the scenario's own material of the name wins") {
+  const auto scenario = parsed("materials: {sand_fine: {reflectivity: 0.5}}\n", "sand_fine");
+  REQUIRE(scenario);
+  CHECK(material(*scenario, "sand_fine").reflectivity == 0.5);
+  CHECK_FALSE(material(*scenario, "sand_fine").texture);
+}
+
+TEST_CASE("a preset lies under the keys of a material") {
+  const auto scenario =
+      parsed("materials: {hull: {preset: steel_rusty, reflectivity: 0.1}}\n", "hull");
+  REQUIRE(scenario);
+  const MaterialSpec& hull = material(*scenario, "hull");
+  CHECK(hull.reflectivity == 0.1);
+  CHECK(std::get<KirchhoffSpec>(hull.coherent).reflection == 0.94);
+  CHECK(hull.texture->shape == 2);
+}
+
+TEST_CASE("materials of choices, parts and growth are known too") {
+  const auto drawn = parsed("", "{choice: [gravel, rock]}");
+  REQUIRE(drawn);
+  CHECK(drawn->materials.size() == 2);
+  const auto grown = parsed(
+      "materials: {pile: {reflectivity: 0.01, growth: {material: mussels, cover: 0.4, "
+      "correlation_m: 0.1}}}\n",
+      "pile");
+  REQUIRE(grown);
+  CHECK(material(*grown, "mussels").reflectivity == Approx(0.1));
+  CHECK(material(*grown, "pile").growth->cover == 0.4);
+}
+
+TEST_CASE("unknown materials and presets are errors with advice") {
+  const auto misspelt = parsed("", "sand_fin");
+  REQUIRE_FALSE(misspelt);
+  const auto preset = parsed("materials: {hull: {preset: steel}}\n", "hull");
+  REQUIRE_FALSE(preset);
+  CHECK_THAT(preset.error().message, Catch::Contains("materials.hull.preset") &&
+                                         Catch::Contains("steel_smooth"));
+  const auto growth =
+      parsed("materials: {a: {reflectivity: 1, growth: {material: a, cover: 0.5, correlation_m: 1}}}\n",
+             "a");
+  REQUIRE_FALSE(growth);
+  CHECK_THAT(growth.error().message, Catch::Contains("growth.material"));
+}
+
+TEST_CASE("every material that is built in can be read") {
+  const std::string text(materials_yaml());
+  int count = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text.find('\n', at), colon = text.find(':', at);
+    if (text[at] != '#' && text[at] != ' ' && colon < end) {
+      const auto scenario = parsed("", text.substr(at, colon - at));
+      CHECK(scenario.ok());
+      ++count;
+    }
+    at = end + 1;
+  }
+  CHECK(count >= 15);
+}
