@@ -158,14 +158,14 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();
-  // Motion separates the two directions of a path: the places of an element at both arrivals differ.
+  // Motion separates the two directions of a path: the places of an element at both arrivals
+  // differ.
   const bool same = !session.sonar.array && !moves(session);
   if (session.scenario.bounces > 0) {
     const bool fixed = session.scenario.scattering.speckle != SpeckleMode::per_ping;
     const std::vector<Scatterer> bounced = bounced_off_surfaces(
         {moment.tracer, session.world.volumes, moment.sonar_in_world, moment.scattering,
-         session.scenario.bounces, same,
-         stream_key(moment.speckle_key, Stream::bounces, 0),
+         session.scenario.bounces, same, stream_key(moment.speckle_key, Stream::bounces, 0),
          fixed ? 0 : moment.ping},
         moment.fan, hits, workers);
     heard.insert(heard.end(), bounced.begin(), bounced.end());

@@ -52,7 +52,8 @@ struct Scatterer {
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
   std::uint16_t path = 0;  // 0 direct; others as SequenceInfo::paths
-  // With `bounces`: the instances of the path's other surfaces, in the order of the sound; 0: no more.
+  // With `bounces`: the instances of the path's other surfaces, in the order of the sound; 0: no
+  // more.
   std::array<std::uint16_t, kMostBounces> via{};
   // Length of the received path: the sound arrives as if from received_path_m along `arrival`.
   float received_path_m = 0;

@@ -13,7 +13,8 @@ constexpr std::string_view kMaterials = "materials", kMaterial = "material", kPa
 const Node& known_tree() {
   static const Node tree = [] {
     Faults faults;
-    auto read = read_yaml_map(std::string(materials_yaml()), add_source(faults, "materials"), faults);
+    auto read =
+        read_yaml_map(std::string(materials_yaml()), add_source(faults, "materials"), faults);
     ENSONIFY_ASSERT(read && faults.empty());
     return std::move(*read);
   }();
@@ -54,7 +55,8 @@ Node without_preset(Node material) {
   return material;
 }
 
-// A reflectivity of the scenario's own replaces the strength of the preset, and the other way round.
+// A reflectivity of the scenario's own replaces the strength of the preset, and the other way
+// round.
 Node over_preset(Node lower, const Node& upper) {
   for (const auto& [given, other] : {std::pair{"reflectivity", "backscatter_strength_db"},
                                      std::pair{"backscatter_strength_db", "reflectivity"}}) {

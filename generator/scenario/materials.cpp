@@ -103,22 +103,23 @@ constexpr NumberRange kFieldCorrelation = from_to(1e-3, 1e3);
 void texture_fields(Fields& f, SurfaceTexture& texture) {
   constexpr std::string_view kModels[] = {"gamma", "lognormal"};
   std::size_t model = texture.model == TextureModel::lognormal ? 1 : 0;
-  const bool known = f.word({"model", "Model",
-                             "Distribution of the factor on the reflectivity, whose mean is 1: gamma "
-                             "or lognormal"},
-                            kModels, model, kRequired) ||
-                     f.writing();
+  const bool known =
+      f.word({"model", "Model",
+              "Distribution of the factor on the reflectivity, whose mean is 1: gamma "
+              "or lognormal"},
+             kModels, model, kRequired) ||
+      f.writing();
   const bool is_gamma = known && model == 0, is_lognormal = known && model == 1;
   f.number({"shape", "Shape",
             "Of gamma: ν, where the relative variance is 1/ν; speckle then has a K distribution"},
            texture.shape, from_to(0.05, 1e4),
            useless_if(is_lognormal, "with model lognormal; expected spread_db",
                       {.need = is_gamma ? Need::required : Need::optional, .has_default = false}));
-  f.number({"spread_db", "Spread", "Of lognormal: standard deviation of the level", "dB"},
-           texture.spread_db, from_to(0, 20),
-           useless_if(is_gamma, "with model gamma; expected shape",
-                      {.need = is_lognormal ? Need::required : Need::optional,
-                       .has_default = false}));
+  f.number(
+      {"spread_db", "Spread", "Of lognormal: standard deviation of the level", "dB"},
+      texture.spread_db, from_to(0, 20),
+      useless_if(is_gamma, "with model gamma; expected shape",
+                 {.need = is_lognormal ? Need::required : Need::optional, .has_default = false}));
   f.number({"correlation_m", "Correlation length",
             "Distance over which the field decorrelates to 1/e, in the coordinates of the object"},
            texture.correlation_m, kFieldCorrelation, kRequired);
@@ -141,7 +142,9 @@ void growth_fields(Fields& f, GrowthSpec& growth) {
 void check_growth(Fields& f, const std::vector<MaterialSpec>& materials) {
   for (const MaterialSpec& spec : materials) {
     if (!spec.growth) continue;
-    const auto named = [&](const MaterialSpec& other) { return other.name == spec.growth->material; };
+    const auto named = [&](const MaterialSpec& other) {
+      return other.name == spec.growth->material;
+    };
     if (std::any_of(materials.begin(), materials.end(), named) &&
         spec.growth->material != spec.name) {
       continue;
@@ -156,10 +159,11 @@ void fields(Fields& f, MaterialSpec& material) {
   const std::vector<std::string> known = known_materials();
   const std::vector<std::string_view> names(known.begin(), known.end());
   std::size_t preset = 0;
-  f.word({"preset", "Preset",
-          "Built-in material whose keys the other keys override; `ensonify presets materials` prints "
-          "them all. A material that is named without being listed here is that preset as it is"},
-         names, preset, written_if(false, {.has_default = false}));
+  f.word(
+      {"preset", "Preset",
+       "Built-in material whose keys the other keys override; `ensonify presets materials` prints "
+       "them all. A material that is named without being listed here is that preset as it is"},
+      names, preset, written_if(false, {.has_default = false}));
   reflectivity_fields(f, material);
   law_fields(f, material.law);
   const bool has_part = !std::holds_alternative<std::monostate>(material.coherent);

@@ -182,7 +182,8 @@ void RayEchoes::hear_over_same_mirrors(const Travel& travel, double spreading_pe
 bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const WalkStep& at = travel.at;
   const Material& material = context_.material(at.hit);
-  const Philox4 words = random_words(context_.ping.key, context_.ping.ping, ray_.index, next_draw_++);
+  const Philox4 words =
+      random_words(context_.ping.key, context_.ping.ping, ray_.index, next_draw_++);
   const double incidence = at.hit.cos_incidence;
   // After its first scattering, a path continues in one of two ways, chosen by their energies:
   // reflected or scattered.
@@ -203,7 +204,8 @@ bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const Vec3 any = std::abs(at.normal.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = normalized(cross(any, at.normal)), v = cross(at.normal, u);
   const double sine = std::sqrt(1 - cosine * cosine);
-  direction = normalized(cosine * at.normal + sine * std::cos(turn) * u + sine * std::sin(turn) * v);
+  direction =
+      normalized(cosine * at.normal + sine * std::cos(turn) * u + sine * std::sin(turn) * v);
   const double share = kPi * bistatic(at, cosine) / (incidence * cosine);
   const double followed = std::clamp(kFollowed * share, kLeastFollowed, 1.0);
   if (!(uniform_from_word(words.v[3]) < followed)) return false;
@@ -238,8 +240,8 @@ void RayEchoes::follow(const MirrorWalk& walk) {
     if (scatters(context_.material(at.hit), at.hit)) {
       if (i > 0) hear(travel);
       if (i > 0 && 2 * i + 1 <= most()) {
-        hear_over_same_mirrors(travel, spreading_per_m2(context_, ray_.azimuth_rad,
-                                                        ray_.elevation_rad, walk, i));
+        hear_over_same_mirrors(
+            travel, spreading_per_m2(context_, ray_.azimuth_rad, ray_.elevation_rad, walk, i));
       }
       // If the specular reflector also scatters, both parts are followed.
       Travel scattered = travel;
@@ -259,11 +261,10 @@ std::vector<MirrorWalk> walks_of(const BounceContext& context, const Fan& fan,
       const std::size_t ray = beam * rays + i;
       const Hit& hit = hits[ray];
       if (hit.instance == 0 || !(hit.range_m > 0) || !(hit.cos_incidence > 0)) continue;
-      const double azimuth =
-          fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation];
-      const Vec3 direction = normalized(
-          rotate(context.ping.sonar_in_world.rotation,
-                 unit_vector(azimuth, fan.elevation_rad[i % fan.rays_elevation])));
+      const double azimuth = fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation];
+      const Vec3 direction =
+          normalized(rotate(context.ping.sonar_in_world.rotation,
+                            unit_vector(azimuth, fan.elevation_rad[i % fan.rays_elevation])));
       walks[ray] =
           follow_mirrors(context, first_step(context, direction, hit), context.ping.bounces + 1);
     }

@@ -21,7 +21,7 @@ struct ChainSample {
   double range_m = 0;  // half of the path
   int mirrors = 0;     // 0: no chain
   std::array<Hit, kMostSurfaces> hit;
-  Vec3 end_m;          // from the sonar
+  Vec3 end_m;  // from the sonar
   double out_m = 0, reflection = 0, obliquity = 0, cos_incidence = 0, leaving_sine = 0;
   double out_extinction_db = 0;
   Connection back;
@@ -72,9 +72,8 @@ ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int 
   sample.obliquity =
       std::min((1 + back->cosine / std::max(sample.cos_incidence, 1e-6)) / 2, kMostOblique);
   const Vec3 leaving = last.direction - 2 * dot(last.direction, last.normal) * last.normal;
-  sample.leaving_sine = dot(leaving, back->direction) > 0
-                            ? length(cross(leaving, back->direction))
-                            : 1;
+  sample.leaving_sine =
+      dot(leaving, back->direction) > 0 ? length(cross(leaving, back->direction)) : 1;
   return sample;
 }
 
@@ -96,8 +95,7 @@ struct ChainSector {
 
 ChainSample ChainSector::shoot(double azimuth_rad, double elevation_rad) const {
   const Pose& pose = context.ping.sonar_in_world;
-  const Vec3 direction =
-      normalized(rotate(pose.rotation, unit_vector(azimuth_rad, elevation_rad)));
+  const Vec3 direction = normalized(rotate(pose.rotation, unit_vector(azimuth_rad, elevation_rad)));
   const Hit hit = context.ping.tracer.first_hit({pose.position_m, direction},
                                                 context.ping.scattering.sonar.range_max_m);
   if (hit.instance == 0) return {};
@@ -130,10 +128,9 @@ void ChainSector::add(const ChainPart& part) {
   const double solid_angle = cell_solid_angle_sr(part.azimuth_rad[2] - part.azimuth_rad[0],
                                                  part.elevation_rad[0], part.elevation_rad[2]);
   const Bend bend = bend_of(part);
-  const std::complex<double> sum =
-      sinc(2 * bend.change_azimuth_m / wavelength_m) *
-          sinc(2 * bend.change_elevation_m / wavelength_m) +
-      bend_factor(bend, wavelength_m);
+  const std::complex<double> sum = sinc(2 * bend.change_azimuth_m / wavelength_m) *
+                                       sinc(2 * bend.change_elevation_m / wavelength_m) +
+                                   bend_factor(bend, wavelength_m);
   const double size = middle.reflection * middle.obliquity * middle.out_m / wavelength_m *
                       std::sqrt(solid_angle * tube_area_m2(part));
   const std::complex<double> amplitude = std::complex<double>(0, size) * sum;
@@ -208,8 +205,8 @@ void add_chains(const BounceContext& context, const Fan& fan, std::span<const Co
   const Sonar& sonar = context.ping.scattering.sonar;
   const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
-  const double range_limit_m = kLongestRange_pulses *
-                               context.ping.scattering.water.sound_speed_m_s / sonar.bandwidth_hz;
+  const double range_limit_m =
+      kLongestRange_pulses * context.ping.scattering.water.sound_speed_m_s / sonar.bandwidth_hz;
   for (int a = 0; a < fan.rays_azimuth; ++a) {
     const std::size_t column = beam * fan.rays_azimuth + a;
     for (int e = 0; e < fan.rays_elevation; ++e) {
@@ -217,9 +214,13 @@ void add_chains(const BounceContext& context, const Fan& fan, std::span<const Co
       for (int mirrors = 2; mirrors <= context.ping.bounces + 1; ++mirrors) {
         if ((bits >> mirrors & 1) == 0) continue;
         const std::uint64_t cell = column * fan.rays_elevation + e;
-        ChainSector sector{context,       mirrors, context.wavelength_m,
-                           range_limit_m, static_cast<std::uint32_t>(beam),
-                           kChainKey | cell << 24 | std::uint64_t(mirrors) << 20, {}};
+        ChainSector sector{context,
+                           mirrors,
+                           context.wavelength_m,
+                           range_limit_m,
+                           static_cast<std::uint32_t>(beam),
+                           kChainKey | cell << 24 | std::uint64_t(mirrors) << 20,
+                           {}};
         divide(cell_of<ChainSample>(fan.azimuth_rad[column], azimuth_step, fan.elevation_rad[e],
                                     elevation_step, sector),
                sector);
@@ -308,10 +309,10 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
   const double flat = 1 / (end.length_m * end.length_m);
   std::array<Vec3, 2> moved;
   for (int i = 0; i < 2; ++i) {
-    const Vec3 direction = normalized(rotate(
-        context.ping.sonar_in_world.rotation,
-        unit_vector(azimuth_rad + (i == 0 ? kBeside_rad / std::cos(elevation_rad) : 0),
-                    elevation_rad + (i == 1 ? kBeside_rad : 0))));
+    const Vec3 direction = normalized(
+        rotate(context.ping.sonar_in_world.rotation,
+               unit_vector(azimuth_rad + (i == 0 ? kBeside_rad / std::cos(elevation_rad) : 0),
+                           elevation_rad + (i == 1 ? kBeside_rad : 0))));
     const Hit hit = context.ping.tracer.first_hit(
         {context.ping.sonar_in_world.position_m, direction}, context.length_max_m);
     if (hit.instance == 0) return flat;
@@ -356,9 +357,8 @@ std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan&
                                         std::span<const MirrorWalk> walks, const Workers& workers) {
   const std::vector<ComesBack> found = what_comes_back(context, walks, workers);
   std::vector<std::vector<Scatterer>> by_beam(fan.beams);
-  workers.for_each(fan.beams, [&](std::size_t beam) {
-    add_chains(context, fan, found, beam, by_beam[beam]);
-  });
+  workers.for_each(fan.beams,
+                   [&](std::size_t beam) { add_chains(context, fan, found, beam, by_beam[beam]); });
   std::vector<Scatterer> all;
   append(by_beam, all);
   return all;

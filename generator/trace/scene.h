@@ -67,7 +67,7 @@ struct Scene {
   RTCScene top = nullptr;
   std::vector<PlacedObject> planes;       // infinite, so not in `top`
   std::vector<PlacedObject> by_geometry;  // object of each geometry of `top`
-  std::vector<PlacedObject> uneven;       // by instance id, as far as fields go; empty: none has any
+  std::vector<PlacedObject> uneven;  // by instance id, as far as fields go; empty: none has any
 
   Scene() = default;
   ~Scene();

@@ -101,7 +101,8 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   }
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
     // A mesh file does not end in .vdb; no name of a grid holds a line feed.
-    const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals, false};
+    const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals,
+                      false};
     return file_shape(key, meshes, warnings, [&] {
       return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
     });
@@ -218,8 +219,8 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
   if (parts.materials.empty()) parts = {};
 }
 
-// The fields of the object's material and of those of its parts. Keyed by the object's name, so that
-// other objects do not change them.
+// The fields of the object's material and of those of its parts. Keyed by the object's name, so
+// that other objects do not change them.
 void set_fields(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw draw,
                 const std::map<std::string, Material>& materials, WorldObject& object,
                 Instance& instance) {
@@ -234,8 +235,8 @@ void set_fields(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw d
   ObjectFields fields(of_part.size());
   bool any = false;
   for (std::size_t k = 0; k < of_part.size(); ++k) {
-    const MaterialSpec& material = *std::ranges::find(scenario.materials, of_part[k],
-                                                      &MaterialSpec::name);
+    const MaterialSpec& material =
+        *std::ranges::find(scenario.materials, of_part[k], &MaterialSpec::name);
     const std::uint64_t key = mix64(stream ^ name_key(material.name));
     if (material.texture) fields[k].texture = make_texture(*material.texture, key);
     if (material.growth) {
@@ -264,11 +265,10 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
     Result<Shape> shape =
         field == nullptr
             ? shape_of(spec.shape, meshes, warnings)
-            : Shape(MeshShape{
-                  terrain_mesh(*field, terrain_key(scenario.seed, draw, spec.name),
-                               fmt::format("objects.{}.shape.heightfield", i), terrains,
-                               kept == scoured.end() ? nullptr : &kept->second, faults),
-                  true});
+            : Shape(MeshShape{terrain_mesh(*field, terrain_key(scenario.seed, draw, spec.name),
+                                           fmt::format("objects.{}.shape.heightfield", i), terrains,
+                                           kept == scoured.end() ? nullptr : &kept->second, faults),
+                              true});
     for (const std::string& warning : warnings) {
       world.warnings.push_back(fmt::format("objects.{}.shape.mesh.file: {}", i, warning));
     }

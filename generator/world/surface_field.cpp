@@ -15,8 +15,8 @@ namespace {
 constexpr int kLattice = 64;
 constexpr double kFieldEnd = 5;  // a normal value passes it once in two million
 constexpr int kTableSteps = 1000;
-// Mean correlation along an axis after this many cells is 1/e: of a normalized linear interpolation,
-// averaged over the place in the cell.
+// Mean correlation along an axis after this many cells is 1/e: of a normalized linear
+// interpolation, averaged over the place in the cell.
 constexpr double kCorrelationCells = 0.9;
 
 double normal_share_below(double g) { return std::erfc(-g / std::sqrt(2.0)) / 2; }

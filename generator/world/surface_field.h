@@ -16,7 +16,7 @@ namespace ensonify {
 // A Gaussian field on a lattice that repeats after 64 cells along each of its axes, interpolated to
 // unit variance everywhere, then mapped by `values`, a table over [-kFieldEnd, kFieldEnd].
 struct SurfaceField {
-  double per_m = 1;           // lattice cells per meter
+  double per_m = 1;            // lattice cells per meter
   std::vector<float> lattice;  // 64^3
   std::vector<float> values;
 
@@ -24,8 +24,8 @@ struct SurfaceField {
   float at(Vec3 local_m) const;
 };
 
-// The factor on the reflectivity, with mean 1: gamma-distributed, or 10^(level/10) of a normal level.
-// The correlation of the Gaussian field falls to 1/e at correlation_m.
+// The factor on the reflectivity, with mean 1: gamma-distributed, or 10^(level/10) of a normal
+// level. The correlation of the Gaussian field falls to 1/e at correlation_m.
 std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, std::uint64_t key);
 
 // 1 where a share `cover` of the surface has another material, else 0.

@@ -1,5 +1,5 @@
-// Materials by name: taken from configs/materials.yaml where the scenario defines none, and as presets
-// under its own keys.
+// Materials by name: taken from configs/materials.yaml where the scenario defines none, and as
+// presets under its own keys.
 #include <cmath>
 
 #include "catch.h"
@@ -10,10 +10,10 @@ using namespace ensonify;
 namespace {
 
 Result<Scenario> parsed(const std::string& materials, const std::string& material) {
-  return parse_scenario(
-      "ensonify: 1\nsonar: {preset: blueview_p900_90}\n" + materials +
-          "objects:\n  - {name: ball, material: " + material + ", shape: {sphere: {radius_m: 1}}}\n",
-      "a.yaml", ".");
+  return parse_scenario("ensonify: 1\nsonar: {preset: blueview_p900_90}\n" + materials +
+                            "objects:\n  - {name: ball, material: " + material +
+                            ", shape: {sphere: {radius_m: 1}}}\n",
+                        "a.yaml", ".");
 }
 
 const MaterialSpec& material(const Scenario& scenario, const std::string& name) {
@@ -33,8 +33,8 @@ TEST_CASE("a material that is not defined is that of its name") {
   CHECK(material(*scenario, "sand_fine").reflectivity == Approx(std::pow(10, -2.5)));
   CHECK(material(*scenario, "sand_fine").texture->model == TextureModel::gamma);
   // The resolved text stands alone.
-  const auto again = parse_scenario(to_yaml(*scenario, [](const auto& file) { return file.string(); }),
-                                    "again.yaml", ".");
+  const auto again = parse_scenario(
+      to_yaml(*scenario, [](const auto& file) { return file.string(); }), "again.yaml", ".");
   REQUIRE(again);
   CHECK(material(*again, "sand_fine").reflectivity ==
         material(*scenario, "sand_fine").reflectivity);
@@ -75,11 +75,11 @@ TEST_CASE("unknown materials and presets are errors with advice") {
   REQUIRE_FALSE(misspelt);
   const auto preset = parsed("materials: {hull: {preset: steel}}\n", "hull");
   REQUIRE_FALSE(preset);
-  CHECK_THAT(preset.error().message, Catch::Contains("materials.hull.preset") &&
-                                         Catch::Contains("steel_smooth"));
-  const auto growth =
-      parsed("materials: {a: {reflectivity: 1, growth: {material: a, cover: 0.5, correlation_m: 1}}}\n",
-             "a");
+  CHECK_THAT(preset.error().message,
+             Catch::Contains("materials.hull.preset") && Catch::Contains("steel_smooth"));
+  const auto growth = parsed(
+      "materials: {a: {reflectivity: 1, growth: {material: a, cover: 0.5, correlation_m: 1}}}\n",
+      "a");
   REQUIRE_FALSE(growth);
   CHECK_THAT(growth.error().message, Catch::Contains("growth.material"));
 }

@@ -1,5 +1,6 @@
-// Paths over several surfaces: corners against aperture formulas and a quadrature of their own, a plate
-// over a plane against the image method, a closed Lambert sphere against its series of orders.
+// Paths over several surfaces: corners against aperture formulas and a quadrature of their own, a
+// plate over a plane against the image method, a closed Lambert sphere against its series of
+// orders.
 #include "trace/bounces.h"
 
 #include <cmath>
@@ -96,8 +97,8 @@ std::vector<Scatterer> bounced(const World& world, const Sonar& sonar, int bounc
   const Workers workers(threads);
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, workers);
   const SurfaceScattering scattering = make_surface_scattering(sonar, kClearWater, world);
-  return bounced_off_surfaces({tracer, world.volumes, {}, scattering, bounces, ways_as_one, 7, ping},
-                              fan, hits, workers);
+  return bounced_off_surfaces(
+      {tracer, world.volumes, {}, scattering, bounces, ways_as_one, 7, ping}, fan, hits, workers);
 }
 
 // Sum of all echoes at the carrier, delays from twice the range; the elevation pattern is 1 here.
@@ -115,8 +116,8 @@ std::complex<double> coherent_sum(const std::vector<Scatterer>& echoes, const So
 double corner_db(const std::vector<Corner>& corner, const Sonar& sonar, int bounces,
                  double reflection = 1) {
   const World world = facets(corner, smooth_material(reflection));
-  return 20 * std::log10(std::abs(coherent_sum(bounced(world, sonar, bounces), sonar)) * kCornerRange_m *
-                         kCornerRange_m);
+  return 20 * std::log10(std::abs(coherent_sum(bounced(world, sonar, bounces), sonar)) *
+                         kCornerRange_m * kCornerRange_m);
 }
 
 double bounced_energy(const Scatterer& s) {
@@ -166,8 +167,7 @@ TEST_CASE("small corners answer by their apertures") {
   // Each reflection costs its coefficient.
   CHECK(corner_db(dihedral(a, a), sonar, 1, 0.5) - corner_db(dihedral(a, a), sonar, 1) ==
         Approx(20 * std::log10(0.25)).margin(1e-3));
-  CHECK(corner_db(trihedral(a, false), sonar, 2, 0.5) -
-            corner_db(trihedral(a, false), sonar, 2) ==
+  CHECK(corner_db(trihedral(a, false), sonar, 2, 0.5) - corner_db(trihedral(a, false), sonar, 2) ==
         Approx(20 * std::log10(0.125)).margin(1e-3));
 }
 
@@ -213,8 +213,9 @@ TEST_CASE("a plate over a smooth plane is heard as by the image method") {
   const auto hits = sea.tracer->trace_fan(sea.fan, {}, sea.sonar.range_max_m, workers);
   const auto expected = bounced_echoes(
       {sea.plan, *sea.world, *sea.tracer, sea.poses, {}, sea.scattering}, sea.fan, hits, workers);
-  const auto obtained = bounced_off_surfaces(
-      {*sea.tracer, sea.world->volumes, {}, sea.scattering, 2, false, 1, 0}, sea.fan, hits, workers);
+  const auto obtained =
+      bounced_off_surfaces({*sea.tracer, sea.world->volumes, {}, sea.scattering, 2, false, 1, 0},
+                           sea.fan, hits, workers);
   // The plate by way of the floor, out or back or both; what scatters on to another surface apart.
   const auto sums = [](const std::vector<Scatterer>& echoes, auto kind) {
     std::map<int, double> sum;
@@ -251,7 +252,8 @@ TEST_CASE("the orders of a closed Lambert sphere fall by its albedo") {
   for (const Scatterer& s : bounced(world, sonar, 3, false)) {
     order[s.path >> 4 ? 4 : s.path >> 3 ? 3 : 2] += bounced_energy(s);
   }
-  // mu = albedo / pi: the first order is 4 pi mu / r^2, each further one the albedo of the one before.
+  // mu = albedo / pi: the first order is 4 pi mu / r^2, each further one the albedo of the one
+  // before.
   const double first = 4 * albedo / (radius * radius);
   for (const auto& [k, sum] : order) {
     CHECK(sum == Approx(first * std::pow(albedo, k - 1)).epsilon(0.02));
@@ -299,8 +301,7 @@ TEST_CASE("both findings of a scattered path have the same energy") {
 
 TEST_CASE("paths name their instances, and do not depend on threads") {
   World world = facets(dihedral(0.3, 0.3), lambert_wall(0.5));
-  world.objects.push_back(
-      {2, BoxShape{{0.05, 2, 2}, false}, {{7, 0, 0}, {}}, lambert_wall(0.5)});
+  world.objects.push_back({2, BoxShape{{0.05, 2, 2}, false}, {{7, 0, 0}, {}}, lambert_wall(0.5)});
   world.instances.resize(2);
   const auto one = bounced(world, narrow_fan(10, 16), 2, true, 1);
   const auto four = bounced(world, narrow_fan(10, 16), 2, true, 4);

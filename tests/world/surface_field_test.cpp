@@ -19,7 +19,8 @@ std::vector<double> samples(const SurfaceTexture& texture, int fields) {
     for (int x = 0; x < 12; ++x) {
       for (int y = 0; y < 12; ++y) {
         for (int z = 0; z < 12; ++z) {
-          values.push_back(double{field->at(4.7 * texture.correlation_m * Vec3{1.0 * x, 1.0 * y, 1.0 * z})});
+          values.push_back(
+              double{field->at(4.7 * texture.correlation_m * Vec3{1.0 * x, 1.0 * y, 1.0 * z})});
         }
       }
     }
@@ -75,7 +76,8 @@ TEST_CASE("the logarithm of a lognormal texture decorrelates to 1/e at the corre
       const Vec3 p{0.37 * i, -0.21 * i, 0.53 * (i % 100)};
       const double g = gaussian(p);
       square += g * g;
-      product += g * gaussian(p + Vec3{length / std::sqrt(3.0), length / std::sqrt(3.0), length / std::sqrt(3.0)});
+      product += g * gaussian(p + Vec3{length / std::sqrt(3.0), length / std::sqrt(3.0),
+                                       length / std::sqrt(3.0)});
       far += g * gaussian(p + Vec3{0, 4 * length, 0});
     }
   }
