@@ -80,7 +80,9 @@ def write_obj(path: pathlib.Path) -> None:
     mesh.cylinder(2.5, 0.0, DEPTH_M, DEPTH_M + 3.6, 0.12)
     lines = ["# wreck of scripts/make_wreck.py; metres, z up"]
     lines += [f"v {x:.3f} {y:.3f} {z:.3f}" for x, y, z in mesh.vertices]
-    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces]
+    # At bow and keel a side's corners coincide: such a face has no area.
+    place = dict(enumerate(mesh.vertices, 1))
+    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces if len({place[a], place[b], place[c]}) == 3]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n")
 

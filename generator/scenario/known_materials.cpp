@@ -109,13 +109,13 @@ void lay_known_materials(Node& root) {
     const Node* known = find(known_tree(), name);
     if (known == nullptr || find(used, name) != nullptr) continue;
     if (section != root.keys.end() && find(root.items[at], name) != nullptr) continue;
-    used.keys.push_back({.text = name});
+    used.keys.push_back({name, false, root.place});
     used.items.push_back(*known);
     set_place(used.items.back(), root.place);
   }
   if (used.keys.empty()) return;
   if (section == root.keys.end()) {
-    root.keys.push_back({.text = std::string(kMaterials)});
+    root.keys.push_back({std::string(kMaterials), false, root.place});
     root.items.push_back(std::move(used));
     return;
   }
