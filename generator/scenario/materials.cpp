@@ -110,13 +110,16 @@ void texture_fields(Fields& f, SurfaceTexture& texture) {
              kModels, model, kRequired) ||
       f.writing();
   const bool is_gamma = known && model == 0, is_lognormal = known && model == 1;
-  f.number({"shape", "Shape",
-            "Of gamma: ν, where the relative variance is 1/ν; speckle then has a K distribution"},
-           texture.shape, from_to(0.05, 1e4),
-           useless_if(is_lognormal, "with model lognormal; expected spread_db",
-                      {.need = is_gamma ? Need::required : Need::optional, .has_default = false}));
   f.number(
-      {"spread_db", "Spread", "Of lognormal: standard deviation of the level", "dB"},
+      {"shape", "Shape",
+       "Of gamma: ν, where the relative variance is 1/ν; speckle then has a K distribution; needed "
+       "with gamma"},
+      texture.shape, from_to(0.05, 1e4),
+      useless_if(is_lognormal, "with model lognormal; expected spread_db",
+                 {.need = is_gamma ? Need::required : Need::optional, .has_default = false}));
+  f.number(
+      {"spread_db", "Spread",
+       "Of lognormal: standard deviation of the level; needed with lognormal", "dB"},
       texture.spread_db, from_to(0, 20),
       useless_if(is_gamma, "with model gamma; expected shape",
                  {.need = is_lognormal ? Need::required : Need::optional, .has_default = false}));
@@ -162,7 +165,8 @@ void fields(Fields& f, MaterialSpec& material) {
   f.word(
       {"preset", "Preset",
        "Built-in material whose keys the other keys override; `ensonify presets materials` prints "
-       "them all. A material that is named without being listed here is that preset as it is"},
+       "them all. A material that is used but not listed is the preset of its name; left out: "
+       "none"},
       names, preset, written_if(false, {.has_default = false}));
   reflectivity_fields(f, material);
   law_fields(f, material.law);

@@ -30,7 +30,7 @@ struct ChainSample {
 static bool same_body(const ChainSample& a, const ChainSample& b) {
   if (a.mirrors != b.mirrors) return false;
   for (int i = 0; i < a.mirrors; ++i) {
-    if (a.hit[i].instance != b.hit[i].instance || a.hit[i].part != b.hit[i].part ||
+    if (a.hit[i].instance != b.hit[i].instance || a.hit[i].own_part != b.hit[i].own_part ||
         std::abs(dot(a.hit[i].normal, b.hit[i].normal)) < kSameFace) {
       return false;
     }

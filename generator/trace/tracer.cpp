@@ -175,8 +175,9 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
            object->instance,
            1,
            0,
+           0,
            {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
-    if (!of_part.empty()) hit.part = of_part[mesh.part[f.triangle]];
+    if (!of_part.empty()) hit.part = hit.own_part = of_part[mesh.part[f.triangle]];
     if (!mesh.reflectivity.empty()) hit.reflectivity = reflectivity_at(mesh, f);
   }
 }

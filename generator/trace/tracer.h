@@ -42,6 +42,7 @@ struct Hit {
   std::uint32_t instance = 0;  // 0: the ray missed
   float reflectivity = 1;      // factor of the mesh on the material's
   std::uint16_t part = 0;      // 0: the object's own material; k: WorldObject::parts
+  std::uint16_t own_part = 0;  // without growth: the part that the mesh gives
   Vec3 normal{};               // unit length, of either sign, in the world
 };
 
