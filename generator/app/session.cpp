@@ -347,8 +347,7 @@ std::vector<std::string> undersampled_warnings(const Session& session, const Tra
                           by_need ? "raise sonar.rays.elevation or sonar.rays.min_per_cell"
                                   : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
   }
-  const bool bounced_at_all = !session.bounces.paths.empty() || session.scenario.bounces > 0;
-  if (!bounced_at_all || (!by_need && !session.surface_tiles)) return warnings;
+  if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
   Sonar of_fan = session.sonar;
   of_fan.rays_per_cell = 0;
   const double bounced = share_of(of_fan);
