@@ -89,7 +89,7 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
       ->check(CLI::IsMember(
           {"level", "clean", "elevation", "instance", "semantic", "shadow", "multipath"}));
   command.add_option("--db", words.db, "MIN:MAX: color limits in dB; default: from the ping");
-  offer(*command.add_option("--colour-map", options.colour_map, "color map of the levels"),
+  offer(*command.add_option("--color-map", options.colour_map, "color map of the levels"),
         colour_maps());
   command.add_option("--interpolation", words.interpolation, "nearest (default) or bilinear")
       ->check(CLI::IsMember({"nearest", "bilinear"}));
@@ -247,7 +247,7 @@ void add_render(CLI::App& app, ViewArguments& arguments) {
       ->check(CLI::IsMember({"db", "amplitude"}));
   command.add_option("--gamma", display.gamma, "power of the amplitude; default: 1")
       ->check(CLI::Range(0.05, 20.0));
-  offer(*command.add_option("--colour-map", display.color_map,
+  offer(*command.add_option("--color-map", display.color_map,
                             "color palette for the gray levels; default: none"),
         colour_maps());
   command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")

@@ -174,7 +174,7 @@ namespace {
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
 constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
 constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
-constexpr double kPictureSeconds = 6e-8;          // a labelled pixel, encoded
+constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
 constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element

@@ -34,7 +34,7 @@ inline Vec3 unit_vector(double azimuth_rad, double elevation_rad) {
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
-// One scatterer. Its echo in its own sector is S0 a gain e^(-i 2 pi f_c delay) s(t - delay), with
+// One scatterer. Its echo in its own beam cell is S0 a gain e^(-i 2 pi f_c delay) s(t - delay), with
 // a = mean + standard_deviation * xi(key), xi circular complex normal, E|xi|^2 = 1.
 struct Scatterer {
   double delay_s = 0;   // two-way
@@ -90,7 +90,7 @@ struct SortKey {
 // By delay, then key, then index.
 void sort_keys(std::vector<SortKey>& keys);
 
-// Row-major [beams x samples], of the ideal sector's echoes with delays in
+// Row-major [beams x samples], of the ideal beam cell's echoes with delays in
 // [(n - 1/2)/b, (n + 1/2)/b).
 struct VolumeEcho {
   std::uint32_t instance = 0;

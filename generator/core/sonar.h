@@ -103,7 +103,7 @@ struct Sonar {
   int rays_azimuth = 1;
   int rays_per_cell = 0;  // least number of scatterers in a resolution cell; 0: no refinement
   Normalization normalization = Normalization::calibrated;
-  std::optional<ArrayReceiver> array;  // absent: ideal sectors, mixed by the beam's pattern
+  std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;
 };
 

@@ -106,7 +106,7 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
     return refused(fmt::format("has no {} images; render without --view", view));
   }
   if (is_mcap && !render->display.color_map.empty()) {
-    return refused("is in color, but the message holds 8-bit levels; render without --colour-map");
+    return refused("is in color, but the message holds 8-bit levels; render without --color-map");
   }
   if (render->sequences.size() != dataset.sequences.size()) {
     return refused("lacks sequences of the data set; render without --sequences");

@@ -2,7 +2,7 @@
 //
 //   export_formats      name, description and options of each
 //   find_export_format  by name
-//   export_dataset      writes one
+//   export_dataset      writes one of them
 //
 // Pings are read one after another: memory does not grow with the data set. The same data set gives
 // the same bytes.

@@ -82,7 +82,7 @@ Status check_options(const FigureOptions& o, FigureFormat format) {
     return usage("--interpolation bilinear is for the quantities level and clean");
   }
   if (is_mask(o.quantity) && !o.colour_map.empty()) {
-    return usage("--colour-map is for level, clean and elevation; masks have their own colors");
+    return usage("--color-map is for level, clean and elevation; masks have their own colors");
   }
   if (is_mask(o.quantity) && o.outlines) {
     return usage("--outlines is for level, clean and elevation; a mask shows the same outlines");
@@ -239,7 +239,7 @@ Result<FigureJob> choose(const FigureOptions& o) {
     job.map = find_colour_map(o.colour_map.empty() ? own : o.colour_map);
     if (job.map == nullptr) {
       return usage(
-          fmt::format("--colour-map {}: unknown; expected {}", o.colour_map, colour_map_list()));
+          fmt::format("--color-map {}: unknown; expected {}", o.colour_map, colour_map_list()));
     }
   }
   auto dataset = open_dataset(o.dataset);

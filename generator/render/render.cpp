@@ -67,7 +67,7 @@ Status check_options(const RenderOptions& options) {
                  "--gamma: is a power of the amplitude; use it with --scale amplitude"};
   }
   if (!display.color_map.empty() && find_colour_map(display.color_map) == nullptr) {
-    return Error{ErrorKind::usage, fmt::format("--colour-map {}: unknown", display.color_map)};
+    return Error{ErrorKind::usage, fmt::format("--color-map {}: unknown", display.color_map)};
   }
   return {};
 }

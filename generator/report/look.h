@@ -41,7 +41,7 @@ struct PingSpeckle {
   std::vector<SpeckleSum> groups;     // of beams far enough apart to be independent
 };
 
-// Empty where an image, the clean level or a fit pixel is missing.
+// Empty where an image, the expected level or a fit pixel is missing.
 PingSpeckle speckle_of(const StoredPixels& pixels, const ShownSequence& sequence);
 
 struct Speckle {

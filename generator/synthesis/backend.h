@@ -88,7 +88,7 @@ class Backend {
 
   // series[i] becomes the result of tasks[i]; both spans have the same length.
   // p_j(t_n) = S0 sum_i B_az(theta_i - theta_j)/N_j a_i gain_i e^(-i 2 pi f_c tau_i) s(t_n - tau_i)
-  // over all scatterers i, s of a shifted one that of doppler_spectrum, weights at sector centres
+  // over all scatterers i, s of a shifted one that of doppler_spectrum, weights at cell centers
   // (Choi et al. 2021, Eq 8-22), plus volumes, plus noise. Volumes: one scatterer at t_n in each
   // sector, drawn with the sum of the energies. clean_j(t_n) = |the same sum over the means|^2
   //              + S0^2 sum_i (B_az/N_j)^2 variance_i gain_i^2 |s(t_n - tau_i)|^2, volumes

@@ -1,7 +1,7 @@
-// How beams are formed: of ideal sectors, and of the elements of a receiving line array. This is
+// How beams are formed: of ideal beam cells, and of the elements of a receiving line array. This is
 // what every backend sums.
 //
-// Ideal sectors add up to real beams by their patterns (Choi et al. 2021, Eq 16 and 17).
+// Ideal beam cells add up to real beams by their patterns (Choi et al. 2021, Eq 16 and 17).
 //
 // Element n of an array hears, of every scatterer i (Eq 8, with a path of its own),
 //   p_n(t) = response_n sum_i E(u_i) a_i gain_i S0 e^(-i 2 pi f_c (tau_i + delta_ni))

@@ -1,6 +1,6 @@
 """Readers of the files of a data set: grey PNG, scanline EXR of several parts, COCO run lengths.
 
-A data set may come from a stranger: whatever a file claims is held against its size before memory is
+A data set may come from anywhere: whatever a file claims is held against its size before memory is
 taken, and every fault in it is a DatasetError.
 """
 from __future__ import annotations

@@ -120,7 +120,7 @@ class Figures(unittest.TestCase):
         self.refuse(2, "f.gif", expected=["f.gif", ".webp"])
         self.refuse(2, "f.png", "--outlines", "--instances", "room,bal", expected=["bal: no such", "room"])
         self.refuse(2, "f.png", "--title", "two\nlines", expected=["--title"])
-        self.refuse(2, "f.png", "--colour-map", "jet", expected=["jet", "cividis"])
+        self.refuse(2, "f.png", "--color-map", "jet", expected=["jet", "cividis"])
 
     def test_mp4_goes_through_ffmpeg(self):
         tools = self.folder / "tools"

@@ -18,7 +18,7 @@ DISPLAYS = {
     "tvg": ["--tvg", "30", "--absorption"],
     "amplitude": ["--scale", "amplitude", "--gamma", "0.45", "--db", "0:150", "--tvg", "17.5"],
     "all": ["--scale", "amplitude", "--gamma", "1.7", "--auto", "--tvg", "40", "--absorption", "--gain-db", "4",
-            "--colour-map", "viridis", "--flip", "both"],
+            "--color-map", "viridis", "--flip", "both"],
 }
 
 
@@ -100,7 +100,7 @@ class Renders(unittest.TestCase):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
                        expected=2)
             self.assertIn(what, told)
-        run("render", self.data, "--name", "part", "--sequences", "1:2", "--view", "polar", "--colour-map", "magma")
+        run("render", self.data, "--name", "part", "--sequences", "1:2", "--view", "polar", "--color-map", "magma")
         for form, view, what in (("yolo", "polar", "lacks sequences"), ("yolo", "cartesian", "no cartesian images"),
                                  ("mcap", None, "is in color")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", "part",

@@ -14,7 +14,7 @@ STRENGTH_DB, RANGE_M = -40.0, 5.0
 
 
 def point_echo(bench, changes=None, range_m=RANGE_M):
-    """One target straight ahead, at the centre of the middle one of 121 narrow sectors."""
+    """One target straight ahead, at the center of the middle one of 121 narrow sectors."""
     scenario = {
         "sonar": {"beams": {"count": 121, "spacing_deg": 0.05}},
         "point_targets": [point_target("target", STRENGTH_DB, (range_m, 0, 0))],
@@ -31,12 +31,12 @@ def peak_level(series):
 
 @case("V1")
 def point_target_level(bench):
-    """Interpolated peak of a point target at a sector's centre."""
+    """Interpolated peak of a point target at a sector's center."""
     series = point_echo(bench).series(0)
     return [
         Row(
             "V1",
-            "point target at a sector centre, TS -40 dB, r = 5 m: interpolated peak",
+            "point target at a sector center, TS -40 dB, r = 5 m: interpolated peak",
             sonar_equation_db(RANGE_M, STRENGTH_DB),
             peak_level(series[60]),
             0.05,

@@ -1,4 +1,4 @@
-"""Scattering laws on a flat seabed, where each range has its own grazing angle; coloured meshes."""
+"""Scattering laws on a flat seabed, where each range has its own grazing angle; colored meshes."""
 import math
 
 import numpy as np
@@ -120,7 +120,7 @@ def laws(bench):
     return rows
 
 
-def coloured_quad(kind, left, right):
+def colored_quad(kind, left, right):
     """A square of 2 m at x = 0, grey from one side (y = -1) to the other, as PLY or OBJ."""
     corners = [(0, -1, -1, left), (0, 1, -1, right), (0, 1, 1, right), (0, -1, 1, left)]
     if kind == "obj":
@@ -146,9 +146,9 @@ def coloured_quad(kind, left, right):
     return "\n".join(head + lines + ["3 0 1 2", "3 0 2 3"]) + "\n"
 
 
-@case("colour")
-def coloured_mesh(bench):
-    """Vertex colours multiply the reflectivity, straight between the vertices."""
+@case("color")
+def colored_mesh(bench):
+    """Vertex colors multiply the reflectivity, straight between the vertices."""
     rows = []
     for kind, left, right in (("ply", 0, 255), ("ply", 64, 64), ("obj", 51, 204)):
         name = f"mesh.{kind}"
@@ -163,7 +163,7 @@ def coloured_mesh(bench):
                 ],
             },
             scatterers=True,
-            files={name: coloured_quad(kind, left, right)},
+            files={name: colored_quad(kind, left, right)},
         )
         sonar, echo = sequence.sonar, sequence.scatterers(0)
         step = sonar.fan_rad / sonar.rays_elevation
@@ -180,7 +180,7 @@ def coloured_mesh(bench):
         gap = np.abs(echo["variance"] - wanted).max() / wanted.max()
         rows.append(
             Row(
-                f"colour.{kind}.{left}",
+                f"color.{kind}.{left}",
                 f"{kind} with grey {left} to {right} of 255: largest gap of "
                 f"an echo's energy, {len(echo)} echoes",
                 0.0,
@@ -191,7 +191,7 @@ def coloured_mesh(bench):
         )
         rows.append(
             Row(
-                f"colour.{kind}.{left}.mean",
+                f"color.{kind}.{left}.mean",
                 f"{kind} with grey {left} to {right}: energy of all " "echoes over the expected",
                 1.0,
                 float(echo["variance"].sum(dtype=float) / wanted.sum()),

@@ -21,7 +21,7 @@ def arrivals(bench):
     rows = [
         Row(
             "V16.cylinder",
-            "tank: arrival on the centre beam, near side of the cylinder",
+            "tank: arrival on the center beam, near side of the cylinder",
             NEAR_SIDE_M,
             float(arrival_m[sonar.beams // 2]),
             sonar.range_step_m,

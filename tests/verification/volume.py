@@ -176,7 +176,7 @@ def shadow(bench):
     rows.append(
         Row(
             "volume_shadow.label",
-            "open water: share of pixels labelled as the volume",
+            "open water: share of pixels labeled as the volume",
             1.0,
             float(np.mean(sequence.mask("polar", 0, "instance")[1:] == 1)),
             0.0,

@@ -92,7 +92,7 @@ class NodeFit {
   double turns_per_m_, step_;
 };
 
-// Everything that the coefficients of one array hang on.
+// Everything that determines the coefficients of one array.
 class Focusing {
  public:
   Focusing(const ArrayPlan& plan, const ArrayNodes& nodes) : plan_(plan), nodes_(nodes) {

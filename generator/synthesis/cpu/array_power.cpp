@@ -316,7 +316,7 @@ PowerGrid make_power_grid(const SynthesisSetup& setup) {
 
 std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
                                                       const PowerGrid& grid) {
-  // The plan of ideal sectors has the same series; only its nodes are others.
+  // The plan of ideal beam cells has the same series; only its nodes are others.
   Mixing one{{1.0}, {1.0}};
   std::unique_ptr<NodePlan> plan = make_power_plan(tables.setup, one, tables.autospectrum);
   plan->nodes = {};

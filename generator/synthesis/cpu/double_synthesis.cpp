@@ -78,7 +78,7 @@ class DoubleSynthesis final : public PingSynthesis {
   BeamMixer mixer_;
 };
 
-// Writes the transform() bins of one ideal sector, f_c first.
+// Writes the transform() bins of one ideal beam cell, f_c first.
 void DoubleSynthesis::scatterer_spectrum(const PingTask& task, EchoAmplitude which, int beam,
                                          Complex* row) const {
   const ScattererList& list = *task.scatterers;
@@ -131,7 +131,7 @@ AlignedBuffer<Complex> DoubleSynthesis::series(const PingTask& task, EchoAmplitu
   return rows;
 }
 
-// Writes the Fourier coefficients k = 0 .. M/2 of one ideal sector's power at the samples.
+// Writes the Fourier coefficients k = 0 .. M/2 of one ideal beam cell's power at the samples.
 void DoubleSynthesis::scatterer_power(const PingTask& task, int beam, Complex* folded) const {
   const ScattererList& list = *task.scatterers;
   AlignedBuffer<double> grid(power_kernel_.grid);

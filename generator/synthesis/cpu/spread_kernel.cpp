@@ -23,7 +23,7 @@ constexpr int kJudgeNodes = 48;
 using Complex = std::complex<double>;
 
 // The pulse that a spectrum makes, and what of it lies how far from its peak, for several parts of
-// a sample that an echo may be late by: with sharp edges of the band the tail hangs on that.
+// a sample that an echo may be late by: with sharp edges of the band the tail depends on that.
 class Tails {
  public:
   Tails(const std::vector<Complex>& spectrum, int first)

@@ -1,4 +1,4 @@
-// What one thread of a device does for beams of ideal sectors. Each functor is called once for
+// What one thread of a device does for beams of ideal beam cells. Each functor is called once for
 // every index below its count, writes only what belongs to it and adds up in a fixed order: results
 // do not change from run to run, and the same functors run on the host in the tests.
 //

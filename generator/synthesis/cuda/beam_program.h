@@ -1,4 +1,4 @@
-// Beams of ideal sectors on a device: deposit on time grids, transform, filter, transform back,
+// Beams of ideal beam cells on a device: deposit on time grids, transform, filter, transform back,
 // mixing as full sums. One class template serves CUDA and the tests' host queue.
 #pragma once
 
