@@ -34,8 +34,8 @@ inline Vec3 unit_vector(double azimuth_rad, double elevation_rad) {
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
-// One scatterer. Its echo in its own beam cell is S0 a gain e^(-i 2 pi f_c delay) s(t - delay), with
-// a = mean + standard_deviation * xi(key), xi circular complex normal, E|xi|^2 = 1.
+// One scatterer. Its echo in its own beam cell is S0 a gain e^(-i 2 pi f_c delay) s(t - delay),
+// with a = mean + standard_deviation * xi(key), xi circular complex normal, E|xi|^2 = 1.
 struct Scatterer {
   double delay_s = 0;   // two-way
   Vec3 position_m;      // sonar frame, at transmission
