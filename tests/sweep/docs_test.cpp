@@ -52,16 +52,6 @@ TEST_CASE("the page has the keys of the parser and no other") {
   CHECK(documented("Axes") == accepted(axis[0]));
 }
 
-TEST_CASE("the page has the members of a plan and no other") {
-  const std::string line = to_jsonl({{"0123456789abcdef", "", {}, 0, 1, 0}});
-  std::set<std::string> members;
-  for (std::size_t at = line.find("\":"); at != std::string::npos; at = line.find("\":", at + 1)) {
-    const std::size_t open = line.rfind('"', at - 1);
-    members.insert(line.substr(open + 1, at - open - 1));
-  }
-  CHECK(documented("The plan") == members);
-}
-
 // Protects whoever copies from the page.
 TEST_CASE("every example of the page expands") {
   std::string example;
