@@ -142,7 +142,7 @@ TEST_CASE("wrong fields of a table are told with their line") {
 TEST_CASE("a pulse table must make a pulse in the band") {
   check_single(
       {{kPulse, "t.csv:1:", "the number of rows is 0; expected 2 or more"},
-       {kPulse + "100e3,1,0\n", "t.csv:1:", "1 rows follow"},
+       {kPulse + "100e3,1,0\n", "t.csv:1:", "the number of rows is 1; expected 2 or more"},
        {kPulse + "100e3,1,0\n100e3,1,0\n", "t.csv:3:", "100000 is not above the 100000"},
        {kPulse + "100e3,1,0\n95e3,1,0\n", "t.csv:3:", "frequencies that increase"},
        {kPulse + "95e3,0,0\n105e3,0,0\n", "t.csv:1:", "all amplitudes are zero in"},
