@@ -79,7 +79,7 @@ class TooSmall(Case):
         self.undisturbed()
         disk = self.disk_for(0.7)
         refused = self.generate(disk / "out", expect=4)
-        self.assertRegex(refused.stderr, r"out: the data needs about [\d.]+ [kM]B of disk space, but only [\d.]+ [kM]B are")
+        self.assertRegex(refused.stderr, r"out: the data needs about [\d.]+ [kM]B of disk space, but only [\d.]+ [kM]B is")
         self.assertIn("--ignore-free-space", refused.stderr)
         self.assertEqual(list(disk.iterdir()), [])
         self.assertIn("which is too little", run("check", self.scenario, "-o", disk / "out").stdout)

@@ -140,7 +140,7 @@ TEST_CASE("a disk without room is an error that names both sizes") {
   REQUIRE_FALSE(refused.ok());
   CHECK(refused.error().kind == ErrorKind::io);
   CHECK(refused.error().message.starts_with(
-      "out: the data needs about 5.0 GB of disk space, but only 4.0 GB are free;"));
+      "out: the data needs about 5.0 GB of disk space, but only 4.0 GB is free;"));
 }
 
 TEST_CASE("free space is that of the disk on which a folder will be") {

@@ -315,7 +315,7 @@ class FullDisk(SweepTest):
         if mounted.returncode != 0:
             self.skipTest("mounting a small tmpfs needs root and the right to mount")
         self.addCleanup(subprocess.run, ["umount", self.out], check=False)
-        self.assertIn("but only 1.0 MB are free", self.go("--quiet", expect=4).stderr)
+        self.assertIn("but only 1.0 MB is free", self.go("--quiet", expect=4).stderr)
         self.assertEqual(list(self.out.iterdir()), [])
         subprocess.run(["mount", "-o", "remount,size=2m", self.out], check=True)
         self.assertIn("No space left", self.go("--quiet", "--ignore-free-space", expect=4).stderr)

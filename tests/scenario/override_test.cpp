@@ -74,7 +74,7 @@ TEST_CASE("faults of an override name the option") {
   const struct {
     std::string path, value, essential;
   } cases[] = {
-      {"seed", "010", "seed: `010` looks octal"},
+      {"seed", "010", "seed: `010` looks like an octal number"},
       {"name", "", "name: found nothing"},
       {"name", "yes", "name: `yes` is a boolean"},
       {"name", "\"x", "name: not valid YAML"},
@@ -84,7 +84,7 @@ TEST_CASE("faults of an override name the option") {
       {"name", "a\n---\nb", "name: a second document"},
       {"name", std::string("a\0b", 3), "name: a NUL byte"},
       {"name", "[[", "name: not valid YAML"},
-      {"name", std::string(100000, '['), "name: nested more than 64 deep"},
+      {"name", std::string(100000, '['), "name: the text is nested more than 64 levels deep"},
       {"name", "&a [*a]", "name: this alias refers to"},
       {"sonar.preset", "blueview_p900",
        "sonar.preset: `blueview_p900` is not known (did you mean "},
@@ -94,9 +94,9 @@ TEST_CASE("faults of an override name the option") {
       {"objects.00.name", "x", "objects.00.name: `00` names no item"},
       {"objects.first.name", "x", "objects.first.name: `first` names no item"},
       {"seed.a", "1", "seed.a: `7` is a plain value"},
-      {"a..b", "1", "a..b: empty key"},
-      {"", "1", "empty key"},
-      {"seed.", "1", "seed.: empty key"},
+      {"a..b", "1", "a..b: the path has an empty key"},
+      {"", "1", "the path has an empty key"},
+      {"seed.", "1", "seed.: the path has an empty key"},
   };
   for (const auto& c : cases) {
     const auto lines = faults_of(kExample, {{c.path, c.value}});

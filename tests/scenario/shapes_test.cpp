@@ -308,7 +308,7 @@ TEST_CASE("wrong parts are faults at their place") {
 
   CHECK(folder.fault("{hull: stel}")
             .starts_with("t.yaml:5:79: objects.0.shape.mesh.parts.hull: no material `stel` (did "
-                         "you mean steel?), "
+                         "you mean steel?); "
                          "expected one of the keys of materials: steel, wood"));
   CHECK(folder.fault("[steel]").find("objects.0.shape.mesh.parts: not a map") != std::string::npos);
   CHECK(folder.fault("{hull: [steel]}").find("mesh.parts.hull:") != std::string::npos);

@@ -142,11 +142,12 @@ TEST_CASE("wrong fields of a table are told with their line") {
 TEST_CASE("a pulse table must make a pulse in the band") {
   check_single(
       {{kPulse, "t.csv:1:", "the number of rows is 0; expected 2 or more"},
-       {kPulse + "100e3,1,0\n", "t.csv:1:", "1 rows follow"},
+       {kPulse + "100e3,1,0\n", "t.csv:1:", "the number of rows is 1; expected 2 or more"},
        {kPulse + "100e3,1,0\n100e3,1,0\n", "t.csv:3:", "100000 is not above the 100000"},
-       {kPulse + "100e3,1,0\n95e3,1,0\n", "t.csv:3:", "frequencies that rise"},
-       {kPulse + "95e3,0,0\n105e3,0,0\n", "t.csv:1:", "all amplitudes are zero inside"},
-       {kPulse + "80e3,1,0\n95e3,0,0\n", "t.csv:1:", "all amplitudes are zero inside"},
+       {kPulse + "100e3,1,0\n95e3,1,0\n", "t.csv:3:", "frequencies that increase"},
+       {kPulse + "95e3,0,0\n105e3,0,0\n",
+        "t.csv:1:", "all amplitudes are zero in the sonar's band"},
+       {kPulse + "80e3,1,0\n95e3,0,0\n", "t.csv:1:", "all amplitudes are zero in the sonar's band"},
        {kPulse + "80e3,1,0\n120e3,1,0\n", "t.csv:1:", "there is no row in the sonar's band"},
        {kPulse + "90e3,1,0\n110e3,1,0\n", "t.csv:1:", "band of 90000 to 110000 Hz"},
        {kPulse + "95e3,1,0\n105e3,1,180\n", "t.csv:3:", "a step of 180 degrees is ambiguous"},
@@ -168,7 +169,7 @@ TEST_CASE("a backscatter table leaves no gap") {
        {kSand + "0,-40\n8,0\n" + rest, "t.csv:4:", "there are 12 degrees between"},
        {kWholeSand.substr(0, kWholeSand.find("90,")), "t.csv:10:", "the last row is at 80 degrees"},
        {kSand + "0,-40\n10,0\n10,0\n" + rest, "t.csv:4:", "10 is not above the 10"},
-       {kSand + "0,-40\n10,0\n9,0\n19,0\n" + rest, "t.csv:4:", "angles that rise"}},
+       {kSand + "0,-40\n10,0\n9,0\n19,0\n" + rest, "t.csv:4:", "angles that increase"}},
       load_backscatter);
 }
 

@@ -89,8 +89,8 @@ TEST_CASE("keys given twice are faults with both places") {
 
 // Protects against files that are no single map.
 TEST_CASE("only one document with a map at the top is read") {
-  check_fault("", "f:1:1: empty");
-  check_fault("# only a remark\n\n", "f:1:1: empty");
+  check_fault("", "f:1:1: the text is empty");
+  check_fault("# only a remark\n\n", "f:1:1: the text is empty");
   check_fault("a: 1\n---\nb: 2\n", "f:2:1: a second document");
   check_fault("{a: 1} {b: 2}\n", "f:1:8: a second document");
   check_fault("- a\n", "f:1:1: the top level is not a map");
@@ -129,7 +129,7 @@ TEST_CASE("tags and keys that are no text are refused") {
 TEST_CASE("text that is no clean UTF-8 is refused where it begins") {
   using namespace std::string_literals;
   check_fault("a: 1\nb: x\0y\n"s, "f:2:5: a NUL byte");
-  check_fault("a: caf\xE9\n", "f:1:7: not UTF-8");
+  check_fault("a: caf\xE9\n", "f:1:7: the text is not UTF-8");
   check_fault("a: \"x\x04\"\nb: 1\n", "f:1:6: a control character");
   check_fault("a: µ\x7F\n", "f:1:5: a control character");
   check_fault("a: 1\rb: 2\r", "f:1:5: a carriage return");
@@ -169,13 +169,13 @@ TEST_CASE("hostile text ends in a fault") {
   const struct {
     std::string text, expected;
   } cases[] = {
-      {std::string(1'000'000, '['), "nested more than 64 deep"},
-      {std::string(1'000'000, '{'), "nested more than 64 deep"},
-      {repeated("{a: ", 100'000), "nested more than 64 deep"},
+      {std::string(1'000'000, '['), "nested more than 64 levels deep"},
+      {std::string(1'000'000, '{'), "nested more than 64 levels deep"},
+      {repeated("{a: ", 100'000), "nested more than 64 levels deep"},
       {repeated("- ", 200'000), "the top level is not a map"},
-      {"a:\n" + repeated("? ", 200'000), "nested more than 64 deep"},
+      {"a:\n" + repeated("? ", 200'000), "nested more than 64 levels deep"},
       {laughs, "anchors and aliases stand for more than"},
-      {chain, "nested more than 64 deep"},
+      {chain, "nested more than 64 levels deep"},
       {"a: &x [1, *x]\n", "refers to a value that contains it"},
       {"a: &x {b: {c: *x}}\n", "refers to a value that contains it"},
       {"a: [" + std::string(200'000, ',') + "}", "not valid YAML"},

@@ -105,14 +105,14 @@ TEST_CASE("faults of axes") {
       {"{zip: [{key: a.b, values: [1]}]}", "3:14: axes.0.zip: ", "fewer than two axes"},
       {"{zip: 3}", "3:14: axes.0.zip: ", "a list"},
       {"{zip: [{key: a.b, values: [1]}, {key: a.c, values: [1, 2]}]}",
-       "3:40: axes.0.zip: ", "`c` has 2 values and `b` has 1"},
+       "3:40: axes.0.zip: ", "`c` has 2 values, but `b` has 1"},
       {"{zip: [{key: a.b, values: [1]}, {zip: []}]}", "3:46: axes.0.zip.1.zip: ", "inside a zip"},
       {"{zip: [{key: a.b, values: [1]}, {key: a.c, values: [1]}], count: 2}",
        "3:66: axes.0.count: ", "unknown key"},
       {"{key: a.b, values: [1]}, {key: c.b, values: [1]}",
        "3:33: axes: ", "two axes have the name `b`"},
       {"{key: a.b, values: [1]}, {key: a.b, name: c, values: [1]}",
-       "3:39: axes: ", "`a.b` belongs to the axis `b` already"},
+       "3:39: axes: ", "`a.b` already belongs to the axis `b`"},
   };
   const SweepFolder folder;
   for (const auto& c : cases) {

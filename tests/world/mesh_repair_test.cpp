@@ -111,9 +111,9 @@ TEST_CASE("a cut file says where it ends") {
   };
   const std::string ply = std::string(kPlyHead) + kPlyRows;
   CHECK(message("f.ply", ply.substr(0, ply.size() - 10))
-            .find("ends at face 2 of the 4 that it announces") != std::string::npos);
+            .find("ends at face 2 of 4; the file is cut off") != std::string::npos);
   CHECK(message("v.ply", std::string(kPlyHead) + "0 0 0\n1 0 0\n0 ")
-            .find("ends at vertex 2 of the 4") != std::string::npos);
+            .find("ends at vertex 2 of 4; the file is cut off") != std::string::npos);
   const std::string stl = ascii_stl();
   CHECK(message("s.stl", stl.substr(0, stl.find("endsolid"))).find("without endsolid") !=
         std::string::npos);
@@ -204,7 +204,7 @@ TEST_CASE("the world collects the warnings of its meshes") {
   REQUIRE(world.ok());
   REQUIRE(world->warnings.size() == 1);
   CHECK(world->warnings[0].starts_with("objects.1.shape.mesh.file: "));
-  CHECK(world->warnings[0].find("a.obj: 1 of 2 faces left out") != std::string::npos);
+  CHECK(world->warnings[0].find("a.obj: ignored 1 of 2 faces") != std::string::npos);
 }
 
 // Protects materials by part: every triangle knows the part that it came from, also behind one that
