@@ -184,13 +184,14 @@ static void world_fields(Fields& f, Scenario& scenario) {
        "Echoes via specular reflectors, in addition to the direct echoes; left out: direct echoes "
        "only"},
       scenario.multipath);
-  const bool useless = scenario.multipath.has_value();
   f.integer({"bounces", "Bounces",
              "Largest number of surfaces on a path beyond the first one: reflections off smooth "
              "surfaces and scattering between any surfaces; not with multipath or water.profile"},
-            scenario.bounces, 0, kMostBounces,
-            useless_if(useless, "with multipath, whose paths it has as well: give one of them",
-                       written_if(scenario.bounces > 0)));
+            scenario.bounces, 0, kMostBounces, written_if(scenario.bounces > 0));
+  if (scenario.bounces > 0 && scenario.multipath) {
+    f.fault("bounces", "cannot be combined with multipath, whose paths it has as well; expected only "
+                       "one of them");
+  }
 }
 
 static void motion_fields(Fields& f, Scenario& scenario) {
