@@ -97,7 +97,7 @@ void add_figure(CLI::App& app, ViewArguments& arguments) {
                    "draw the outlines of instances with their names");
   command
       .add_option("--instances", options.instances,
-                  "NAME,NAME: draw only the outlines of these instances")
+                  "NAME,NAME: draw only these instances (outlines or masks)")
       ->delimiter(',')
       ->allow_extra_args(false);
   command.add_option("--title", options.title, "title; default: name and ping, \"\" for none");

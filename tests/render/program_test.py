@@ -46,7 +46,7 @@ class Renders(unittest.TestCase):
     def test_the_data_set_is_untouched_and_whole(self):
         for path, content in self.before.items():
             self.assertEqual(path.read_bytes(), content, path)
-        self.assertIn("complete", run("verify", self.data))
+        self.assertIn("complete and undamaged", run("verify", self.data))
 
     def test_without_options_the_images_are_those_of_the_data_set(self):
         for ping in SonarDataset(self.data):
@@ -119,7 +119,7 @@ class Renders(unittest.TestCase):
         for path in (self.data / "renders/all/sequences").rglob("*.png"):
             twin = packed / path.relative_to(self.data)
             self.assertEqual(path.read_bytes(), twin.read_bytes(), path)
-        self.assertIn("complete", run("verify", packed))
+        self.assertIn("complete and undamaged", run("verify", packed))
 
     def test_levels_are_needed(self):
         bare = small_data.generate("seabed_and_target", self.folder / "bare", "--pings", "0:1", "--set",
@@ -130,7 +130,7 @@ class Renders(unittest.TestCase):
         data = small_data.generate("seabed_and_target", self.folder / "grown", "--pings", "0:1", "--set", "sequences=1")
         run("render", data, "--name", "a")
         small_data.generate("seabed_and_target", data, "--pings", "0:1", "--set", "sequences=2")
-        self.assertIn("complete", run("verify", data))
+        self.assertIn("complete and undamaged", run("verify", data))
 
 
 class AGeneratedSet(unittest.TestCase):

@@ -151,7 +151,8 @@ TEST_CASE("verify looks at renders") {
   const fs::path image = set.dir / "renders/a/sequences/000000/000001_polar.png";
   const std::string bytes = sample::read(image);
   sample::flip_bit(image, bytes.size() / 2, 3);
-  CHECK(mentions(faults_of(set.dir), "renders/a/sequences/000000/000001_polar.png: does not have the listed SHA-256"));
+  CHECK(mentions(faults_of(set.dir),
+                 "renders/a/sequences/000000/000001_polar.png: does not have the listed SHA-256"));
   fs::remove(image);
   CHECK_FALSE(faults_of(set.dir).empty());
   sample::write(image, bytes);

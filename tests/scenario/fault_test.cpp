@@ -48,7 +48,8 @@ TEST_CASE("wrong numbers are faults with the accepted range") {
       {"sequences: 99999999999999999999", "4:12: sequences:", "out of range"},
       {"sequences: 1.5", "4:12: sequences:", "`1.5` is not an integer"},
       {"sequences: [1]", "4:12: sequences:", "a list is not a number"},
-      {"water: {sound_speed_m_s: -010}", "4:26: water.sound_speed_m_s:", "`-010` looks like an octal number"},
+      {"water: {sound_speed_m_s: -010}",
+       "4:26: water.sound_speed_m_s:", "`-010` looks like an octal number"},
       {"water: {sound_speed_m_s: .nan}", "4:26: water.sound_speed_m_s:", "not finite"},
       {"water: {sound_speed_m_s: inf}", "4:26: water.sound_speed_m_s:", "not finite"},
       {"water: {sound_speed_m_s: 1e999}", "4:26: water.sound_speed_m_s:", "too large or too small"},
@@ -110,7 +111,8 @@ TEST_CASE("wrong words, truth values, lists and maps are faults") {
 TEST_CASE("format version and names are checked") {
   const std::string sonar = "sonar: {preset: blueview_p900_90}\n";
   CHECK(tells(faults_of("ensonify: 2\nname: t\n" + sonar), "t.yaml:1:11: ensonify:", "expected 1"));
-  CHECK(tells(faults_of("ensonify: 01\nname: t\n" + sonar), "t.yaml:1:11: ensonify:", "octal number"));
+  CHECK(tells(faults_of("ensonify: 01\nname: t\n" + sonar),
+              "t.yaml:1:11: ensonify:", "octal number"));
   CHECK(tells(faults_of("name: t\n" + sonar), "t.yaml:1:1: ensonify:", "missing; expected 1"));
   const auto name_fault = [&](const std::string& name) {
     return faults_of("ensonify: 1\nname: " + name + "\n" + sonar);
@@ -137,11 +139,12 @@ TEST_CASE("a renamed key is an error that gives its current name") {
   check_single_faults({
       {"trajectory: {jitter: {period_s: 5}}",
        "4:22: trajectory.jitter:", "this key was renamed; expected wave_motion"},
-      {"output: {pack: sequence}", "4:16: output.pack:", "expected one_file_per"},
+      {"output: {pack: sequence}",
+       "4:16: output.pack:", "this key was renamed; expected one_file_per"},
       {object + "{sphere: {radius_m: 1, inside: true}}}]",
-       "5:72: objects.0.shape.sphere.inside:", "expected inward_facing"},
+       "5:72: objects.0.shape.sphere.inside:", "this key was renamed; expected inward_facing"},
       {object + "{box: {size_m: [1, 1, 1], inside: true}}}]",
-       "5:75: objects.0.shape.box.inside:", "expected inward_facing"},
+       "5:75: objects.0.shape.box.inside:", "this key was renamed; expected inward_facing"},
   });
   const auto lines = faults_of(
       "ensonify: 1\nsonar:\n  frequency_hz: 9e5\n  bandwidth_hz: 3e4\n  source_level_db: 200\n"
@@ -169,7 +172,7 @@ TEST_CASE("objects are checked against materials and each other") {
        "7:12: objects.1.name:", "the name `a` is already used by objects.0.name"},
       {steel + "objects:\n  - {name: a, material: steel" + plane +
            "point_targets: [{name: a, target_strength_db: 0, position_m: [0, 0, 0]}]",
-       "7:24: point_targets.0.name:", "already used by objects.0.name"},
+       "7:24: point_targets.0.name:", "the name `a` is already used by objects.0.name"},
       {steel + "objects:\n  - {name: a, material: steel, shape: {}}",
        "6:39: objects.0.shape:", "missing; expected one of box"},
       {steel + "objects:\n  - {name: a, material: steel}", "6:5: objects.0.shape:", "missing"},

@@ -225,7 +225,7 @@ TEST_CASE("volumes are instances with a strength") {
       {"point_targets: [{name: a, target_strength_db: 0, position_m: [0, 0, 0]}]\n"
        "volumes: [{name: a, " +
            strength + "]",
-       "5:18: volumes.0.name:", "already used by point_targets.0.name"},
+       "5:18: volumes.0.name:", "the name `a` is already used by point_targets.0.name"},
   });
 }
 

@@ -92,7 +92,8 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
 TEST_CASE("nothing at all cannot be asked for") {
   const auto faults = faults_of(kHead + "output: {pings: false}\n");
   REQUIRE(faults.size() == 1);
-  CHECK(faults[0].find("output.pings: false without statistics") != std::string::npos);
+  CHECK(faults[0].find("output.pings: false without statistics leaves nothing to write") !=
+        std::string::npos);
 }
 
 const std::string kSurface = "multipath: {surface: {z_m: 2, reflection: -1}}\n";
@@ -152,7 +153,8 @@ TEST_CASE("the mask of bounced echoes goes with multipath and pictures") {
   CHECK(has_mask(kSurface + "output: {polar: false}\n"));
   CHECK_FALSE(has_mask(kSurface + "output: {multipath: false}\n"));
   CHECK_FALSE(has_mask(kSurface + "output: {polar: false, cartesian: false}\n"));
-  CHECK(is_one_fault("output: {multipath: true}\n", "output.multipath: the scenario has no multipath"));
+  CHECK(is_one_fault("output: {multipath: true}\n",
+                     "output.multipath: the scenario has no multipath"));
   CHECK(is_one_fault(kSurface + "output: {multipath: true, polar: false, cartesian: false}\n",
                      "output.multipath: there are no images to label"));
 }

@@ -95,7 +95,7 @@ TEST_CASE("faults of an override name the option") {
       {"objects.first.name", "x", "objects.first.name: `first` names no item"},
       {"seed.a", "1", "seed.a: `7` is a plain value"},
       {"a..b", "1", "a..b: the path has an empty key"},
-      {"", "1", "empty key"},
+      {"", "1", "the path has an empty key"},
       {"seed.", "1", "seed.: the path has an empty key"},
   };
   for (const auto& c : cases) {

@@ -10,21 +10,29 @@ namespace {
 using testing::faults_of;
 using testing::joined;
 
-std::vector<std::string> page() {
-  std::ifstream file(std::string(ENSONIFY_DOCS) + "/sweeps.md");
+std::vector<std::string> page(const std::string& name = "sweeps.md") {
+  std::ifstream file(std::string(ENSONIFY_DOCS) + "/" + name);
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) lines.push_back(line);
   return lines;
 }
 
-// First words in back quotes of the table's rows under a heading.
-std::set<std::string> documented(const std::string& heading) {
-  std::set<std::string> keys;
+std::vector<std::string> section(const std::string& name, const std::string& heading) {
+  std::vector<std::string> lines;
   bool inside = false;
-  for (const std::string& line : page()) {
+  for (const std::string& line : page(name)) {
     if (line.starts_with("## ")) inside = line == "## " + heading;
-    if (!inside || !line.starts_with("| `")) continue;
-    keys.insert(line.substr(3, line.find('`', 3) - 3));
+    if (inside) lines.push_back(line);
+  }
+  return lines;
+}
+
+// First words in back quotes of the table's rows under a heading.
+std::set<std::string> documented(const std::string& heading,
+                                 const std::string& name = "sweeps.md") {
+  std::set<std::string> keys;
+  for (const std::string& line : section(name, heading)) {
+    if (line.starts_with("| `")) keys.insert(line.substr(3, line.find('`', 3) - 3));
   }
   return keys;
 }
@@ -50,6 +58,22 @@ TEST_CASE("the page has the keys of the parser and no other") {
   const auto axis = faults_of(folder.parse("axes: [{key: a.b, values: [1], qqqqqqqqqqqq: 1}]\n"));
   REQUIRE(axis.size() == 1);
   CHECK(documented("Axes") == accepted(axis[0]));
+}
+
+// Protects the list of members of a plan, and the sentence on the page of sweeps that names them.
+TEST_CASE("the page has the members of a plan and no other") {
+  const std::string line = to_jsonl({{"0123456789abcdef", "", {}, 0, 1, 0}});
+  std::set<std::string> members;
+  for (std::size_t at = line.find("\":"); at != std::string::npos; at = line.find("\":", at + 1)) {
+    const std::size_t open = line.rfind('"', at - 1);
+    members.insert(line.substr(open + 1, at - open - 1));
+  }
+  CHECK(documented("plan.jsonl", "file_members.md") == members);
+  const std::string text = joined(section("sweeps.md", "The plan"));
+  for (const std::string& member : members) {
+    INFO(member);
+    CHECK(text.find("`" + member + "`") != std::string::npos);
+  }
 }
 
 // Protects whoever copies from the page.

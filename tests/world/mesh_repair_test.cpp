@@ -111,9 +111,9 @@ TEST_CASE("a cut file says where it ends") {
   };
   const std::string ply = std::string(kPlyHead) + kPlyRows;
   CHECK(message("f.ply", ply.substr(0, ply.size() - 10))
-            .find("ends at face 2 of 4") != std::string::npos);
+            .find("ends at face 2 of 4; the file is cut off") != std::string::npos);
   CHECK(message("v.ply", std::string(kPlyHead) + "0 0 0\n1 0 0\n0 ")
-            .find("ends at vertex 2 of 4") != std::string::npos);
+            .find("ends at vertex 2 of 4; the file is cut off") != std::string::npos);
   const std::string stl = ascii_stl();
   CHECK(message("s.stl", stl.substr(0, stl.find("endsolid"))).find("without endsolid") !=
         std::string::npos);
