@@ -39,6 +39,11 @@ std::uint64_t hierarchy_bytes(const World& world) {
   std::set<const Mesh*> meshes;
   std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
   for (const WorldObject& object : world.objects) {
+    for (const MaterialFields& fields : object.fields) {
+      for (const auto& field : {fields.texture, fields.growth}) {
+        if (field) sum += (field->lattice.size() + field->values.size()) * sizeof(float);
+      }
+    }
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr || !meshes.insert(shape->mesh.get()).second) continue;
     sum += shape->mesh->triangles.size() * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) +

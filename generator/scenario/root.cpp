@@ -263,7 +263,11 @@ bool varies_by_sequence(const Scenario& scenario) {
     return std::holds_alternative<PlumeSpec>(volume.kind) ||
            std::holds_alternative<SchoolSpec>(volume.kind);
   };
+  const auto is_uneven = [](const MaterialSpec& material) {
+    return material.texture || material.growth;
+  };
   return scenario.has_draws || scenario.trajectory.wave_motion ||
+         std::any_of(scenario.materials.begin(), scenario.materials.end(), is_uneven) ||
          std::any_of(scenario.volumes.begin(), scenario.volumes.end(), is_drawn_volume) ||
          std::any_of(scenario.objects.begin(), scenario.objects.end(), is_drawn);
 }

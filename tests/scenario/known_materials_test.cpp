@@ -32,6 +32,8 @@ TEST_CASE("a material that is not defined is that of its name") {
   REQUIRE(scenario->materials.size() == 1);
   CHECK(material(*scenario, "sand_fine").reflectivity == Approx(std::pow(10, -2.5)));
   CHECK(material(*scenario, "sand_fine").texture->model == TextureModel::gamma);
+  // Its field is sampled for each sequence.
+  CHECK(varies_by_sequence(*scenario));
   // The resolved text stands alone.
   const auto again = parse_scenario(
       to_yaml(*scenario, [](const auto& file) { return file.string(); }), "again.yaml", ".");
@@ -45,6 +47,7 @@ TEST_CASE("the scenario's own material of the name wins") {
   REQUIRE(scenario);
   CHECK(material(*scenario, "sand_fine").reflectivity == 0.5);
   CHECK_FALSE(material(*scenario, "sand_fine").texture);
+  CHECK_FALSE(varies_by_sequence(*scenario));
 }
 
 TEST_CASE("a preset lies under the keys of a material") {
