@@ -5,7 +5,7 @@ import numpy as np
 
 import measure
 import physics
-from bench import Row, case
+from bench import Row, case, diffuse
 from noise import SEABED
 
 PINGS = 3000
@@ -274,3 +274,58 @@ def rician(bench):
             )
         )
     return rows
+
+
+@case("V24")
+def textured_seabed(bench):
+    """A gamma texture much larger than a resolution cell gives K-distributed amplitudes of its shape."""
+    shape, seeds = 2.0, 16
+
+    def seabed(seed, texture):
+        return bench.run(
+            {
+                "seed": seed,
+                "sonar": {
+                    "range_min_m": 10,
+                    "range_max_m": 30,
+                    "beams": {"count": 46, "spacing_deg": 2, "receive_width_deg": 0.5},
+                    "elevation": {"width_deg": 60, "fan_deg": 40},
+                    "rays": {"elevation": 3000, "azimuth": 4},
+                    "mount": {"rotation_deg": [0, 25, 0]},
+                },
+                "materials": {"m": {"reflectivity": 1e-2, **texture}},
+                "objects": [diffuse("bed", {"plane": {}}, (0, 0, -6))],
+            },
+            scatterers=not texture,
+        )
+
+    even = seabed(1, {})
+    mean = physics.expected_power(even.scatterers(0), even.sonar)
+    range_m = np.arange(mean.shape[1]) * even.sonar.sound_speed_m_s / (2 * even.sonar.bandwidth_hz)
+    inside = (range_m > 11) & (range_m < 28)
+    first, second = [], []
+    for seed in range(1, seeds + 1):
+        texture = {"texture": {"model": "gamma", "shape": shape, "correlation_m": 2.5}}
+        series = seabed(seed, texture).series(0)
+        normal = (np.abs(series) ** 2 / mean)[:, inside]
+        first.append(normal.mean())
+        second.append((normal**2).mean())
+    first, second = np.array(first), np.array(second)
+
+    def fitted(chosen):
+        return 1 / (second[chosen].mean() / first[chosen].mean() ** 2 / 2 - 1)
+
+    everything = np.ones(seeds, bool)
+    left_out = []
+    for k in range(seeds):
+        chosen = everything.copy()
+        chosen[k] = False
+        left_out.append(fitted(chosen))
+    error = math.sqrt((seeds - 1) / seeds * np.sum((np.array(left_out) - np.mean(left_out)) ** 2))
+    level_error = 10 / math.log(10) * first.std(ddof=1) / math.sqrt(seeds)
+    return [
+        Row("V24.shape", "gamma texture of shape 2 on a seabed: shape of the K distribution by its moments",
+            shape, fitted(everything), 3 * error, "", error, seeds),
+        Row("V24.mean", "the same: mean power over that without texture", 0.0,
+            10 * math.log10(first.mean()), 3 * level_error, "dB", level_error, seeds),
+    ]
