@@ -236,6 +236,11 @@ void add_render(CLI::App& app, ViewArguments& arguments) {
         colour_maps());
   command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")
       ->check(CLI::IsMember({"none", "horizontal", "vertical", "both"}));
+  command
+      .add_option("--resampling", words.resampling,
+                  "of Cartesian images; bilinear (default): between beams and samples, the mean "
+                  "where these are denser than pixels; nearest: the nearest polar pixel")
+      ->check(CLI::IsMember({"bilinear", "nearest"}));
   command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
   command.add_option("--threads", options.threads, "threads; 0: all that the machine has")
       ->check(CLI::Range(0, 4096));
@@ -260,6 +265,9 @@ Status run_render(const ViewArguments& arguments) {
     options.sequences = *sequences;
   }
   options.display.scale = words.scale == "db" ? GreyScale::db : GreyScale::amplitude;
+  if (words.resampling == resampling_name(Resampling::nearest)) {
+    options.display.resampling = Resampling::nearest;
+  }
   for (const Flip flip : {Flip::horizontal, Flip::vertical, Flip::both}) {
     if (words.flip == flip_name(flip)) options.display.flip = flip;
   }

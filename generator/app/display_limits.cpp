@@ -23,12 +23,29 @@ Result<Calibrated> probe(const ReadyWorld& world, std::uint32_t sequence, const 
   return made;
 }
 
+// Sequence 0's ping in the middle; none where it would show what ping 0 shows.
+EchoLevels probe_middle(const ReadyWorld& world, double noise_power_pa2, const Workers& workers,
+                        const SharedParts& shared) {
+  const auto& [session, tracer] = world;
+  const std::size_t pings = session->ping_times_s.size();
+  if (pings < kManyPings) return {};
+  const auto middle = static_cast<std::uint32_t>(pings / 2);
+  if (sonar_pose(*session, 0) == sonar_pose(*session, middle) &&
+      object_poses(*session, 0) == object_poses(*session, middle)) {
+    return {};
+  }
+  SequenceInfo info = sequence_info(*session, 0, 0, 1);
+  info.noise_power_pa2 = noise_power_pa2;
+  return echo_levels_of(ping_setup(*session, *tracer, std::move(info), shared.tables), middle,
+                        workers);
+}
+
 }  // namespace
 
 Result<std::array<double, 2>> display_limits_db(
     const std::function<Result<ReadyWorld>(std::uint32_t sequence)>& world, bool vary,
     const Numerics& numerics, const Workers& workers, SharedParts* first, bool keeps_ping_zero) {
-  std::vector<float> levels_db;
+  EchoLevels levels;
   int made = 0;
   for (std::uint32_t sequence = 0; sequence < (vary ? kDisplayProbesTried : 1); ++sequence) {
     if (made == kDisplayProbes) break;
@@ -43,17 +60,19 @@ Result<std::array<double, 2>> display_limits_db(
     if (output.png_db) return *output.png_db;
     const bool known = sequence == 0 && first != nullptr;
     SharedParts own;
+    SharedParts& shared = known ? *first : own;
     Result<Calibrated> probed =
-        probe(*ready, sequence, numerics, workers, known ? *first : own, known && keeps_ping_zero);
+        probe(*ready, sequence, numerics, workers, shared, known && keeps_ping_zero);
     if (!probed && probed.error().kind == ErrorKind::usage) continue;
     if (!probed) return probed.error();
     ++made;
-    levels_db.insert(levels_db.end(), probed->echo_levels_db.begin(), probed->echo_levels_db.end());
+    levels.add(probed->echoes);
+    if (!vary) levels.add(probe_middle(*ready, probed->noise_power_pa2, workers, shared));
     if (known && keeps_ping_zero) {
       first->ping_zero = std::make_shared<PingStart>(std::move(probed->ping_zero));
     }
   }
-  return default_limits_db(std::move(levels_db));
+  return default_limits_db(std::move(levels));
 }
 
 }  // namespace ensonify

@@ -10,6 +10,7 @@
 #include "formats/half_floats.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
+#include "labels/cartesian_display.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
@@ -106,11 +107,25 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   return input;
 }
 
-// The image is one of the levels that are stored, so that it can be made of them again.
-DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
+// The images are those of the levels that are stored, so that they can be made of them again.
+void add_grey(const PingSetup& setup, const LabelledImage& polar, const Workers& workers,
+              PingResult& result) {
+  const StageTimer timer(workers, Stage::grey);
   std::vector<float> stored = polar.level_db;
   round_to_halves(stored);
-  return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
+  const DisplayTable& display = *setup.display;
+  DisplayedImage image =
+      displayed(display, polar.rows, polar.columns, stored, polar.elevation_rad);
+  const PipelineTables& tables = *setup.tables;
+  if (setup.info.output.cartesian) {
+    result.cartesian_grey =
+        tables.footprints
+            ? displayed_cartesian(display, *tables.footprints, setup.cartesian_gains,
+                                  image.further_gain_db, stored)
+            : resample(image.grey, *setup.info.cartesian, tables.cartesian_map);
+  }
+  result.polar_grey = std::move(image.grey);
+  result.grey_counts = image.counts;
 }
 
 // The mean over the pixels that hear an echo; 0 where none does.
@@ -197,11 +212,7 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
   });
-  if (output.png) {
-    DisplayedImage image = timed(workers, Stage::grey, [&] { return shown(setup, polar); });
-    result.polar_grey = std::move(image.grey);
-    result.grey_counts = image.counts;
-  }
+  if (output.png) add_grey(setup, polar, workers, result);
   if (output.cartesian) {
     const auto cartesian_of = [&](const auto& image, auto... planes) {
       const StageTimer timer(workers, Stage::cartesian);
@@ -217,7 +228,6 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
       if (!output.amodal) return;
       result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
     });
-    if (output.png) result.cartesian_grey = cartesian_of(*result.polar_grey);
     result.cartesian = std::move(cartesian);
   }
   if (output.polar) result.polar = std::move(polar);
@@ -230,10 +240,12 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
   std::vector<std::uint8_t> class_of_instance = {0};
   for (const Instance& instance : info.instances) class_of_instance.push_back(instance.class_id);
   std::shared_ptr<const DisplayTable> display;
+  std::vector<float> gains;
   if (info.output.png) {
     display = std::make_shared<const DisplayTable>(
         display_table(info.png, info.water.absorption_db_m,
                       sample_range_m(info.sonar, info.water, 1), info.record.samples));
+    if (tables->footprints) gains = cartesian_gains(*display, *tables->footprints);
   }
   MeasuredInstances measured;
   if (has_pictures(info.output)) measured = measured_instances(session.world);
@@ -244,7 +256,15 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
           make_surface_scattering(session.sonar, session.water, session.world),
           std::move(class_of_instance),
           std::move(display),
+          std::move(gains),
           std::move(measured)};
+}
+
+EchoLevels echo_levels_of(const PingSetup& setup, std::uint32_t ping, const Workers& workers) {
+  const PingEchoes echoes = echoes_of(setup, ping, false, workers);
+  const PingSeries series = series_of(setup, echoes, ping, true, true, workers);
+  return echo_levels(*setup.display, polar_image(polar_input(setup, echoes, series), workers),
+                     setup.info.noise_power_pa2);
 }
 
 Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
@@ -267,7 +287,7 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   }
   if (wish.echo_levels) {
     LabelledImage polar = polar_image(polar_input(setup, echoes, series), workers);
-    made.echo_levels_db = echo_levels_db(*setup.display, polar);
+    made.echoes = echo_levels(*setup.display, polar, made.noise_power_pa2);
     if (keeps_series) made.ping_zero.polar = std::move(polar);
   }
   if (keeps_series) made.ping_zero.series = std::move(series);

@@ -36,6 +36,7 @@ struct PingSetup {
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
   std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: there are none
+  std::vector<float> cartesian_gains;           // labels/cartesian_display.h
   MeasuredInstances measured;                   // where there are images
 };
 
@@ -57,10 +58,13 @@ struct CalibrationWish {
   bool keeps_ping_zero = false;  // for its run
 };
 
+// echo_levels (labels/display.h) of a ping. `setup.info` is calibrated.
+EchoLevels echo_levels_of(const PingSetup& setup, std::uint32_t ping, const Workers& workers);
+
 struct Calibrated {
-  double noise_power_pa2 = 0;         // of SequenceInfo, also of noise.snr_db
-  std::vector<float> echo_levels_db;  // echo_levels_db (labels/display.h) of the ping
-  PingStart ping_zero;                // empty unless it is to be kept and had to be looked at
+  double noise_power_pa2 = 0;  // of SequenceInfo, also of noise.snr_db
+  EchoLevels echoes;           // echo_levels (labels/display.h) of the ping
+  PingStart ping_zero;         // empty unless it is to be kept and had to be looked at
 };
 
 // `setup.info` is not calibrated yet. All follows from the clean image of ping 0, which holds no

@@ -63,11 +63,12 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 - A level is 20 log10 |p| + 120, in dB re 1 µPa. Where there is no energy at all, levels are −99 dB
   and angles NaN.
 - Polar pictures: rows are samples, nearest first; columns are beams, 0 first. Cartesian pictures: the
-  fan seen from above, boresight up, port left, nearest neighbour; the headers and `sequence.json`
-  give metres per pixel and where pixel (0, 0) lies.
+  fan seen from above, boresight up, port left, nearest neighbor but for those in `png/`; the headers
+  and `sequence.json` give metres per pixel and where pixel (0, 0) lies.
 - The grey pictures in `png/` are made of the level as `png` in `sequence.json` says: linear in dB
-  between two limits, or in amplitude up to one, with a gain that may grow with range. EXR pictures and
-  series have no such gain.
+  between two limits, or in amplitude up to one, with a gain that may grow with range. Cartesian ones
+  show the mean intensity over each pixel unless `resampling` is nearest. EXR pictures and series have
+  no such gain.
 
 )";
 

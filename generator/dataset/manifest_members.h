@@ -38,7 +38,7 @@ Json model_json(const SequenceInfo& info);
 Json axes_json(const OutputSelection& output);
 
 // The settings of a display and the counts of its pixels; those of a plain one, whose gray levels
-// are those of the levels themselves without gain, are scale, limits and counts alone. With
+// are those of the levels themselves without gain, are scale, limits, resampling and counts alone. With
 // `absorption_db_m`, of a sequence, tvg has that in place of whether there is any.
 void display_members(MemberWriter& io, const Display& display, const DisplayCounts& counts,
                      std::optional<double> absorption_db_m = {});

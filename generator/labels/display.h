@@ -2,8 +2,8 @@
 //
 //   DisplayTable  display_table   a display at the ranges of a sequence
 //   DisplayedImage  displayed     the gray levels of a polar image
-//   echo_levels_db  default_limits_db   the limits where none are given
-//   db_limits_from_clean                ... of one image, without gain
+//   EchoLevels  echo_levels  default_limits_db   the limits where none are given
+//   db_limits_from_clean                         ... of one image, without gain
 #pragma once
 
 #include <array>
@@ -18,6 +18,8 @@ namespace ensonify {
 
 struct DisplayTable {
   Display display;
+  double alpha_db_m = 0;               // of the gain; 0: none
+  double step_m = 0;                   // from sample to sample
   std::vector<double> tvg_db;          // [samples]
   std::array<double, 255> steps_db{};  // the level at which gray level k becomes k + 1, rising
   // Where to begin to look for the gray level of s: at starts[(s - steps_db[0]) * starts_per_db].
@@ -35,6 +37,7 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
 struct DisplayedImage {
   GreyImage grey;
   DisplayCounts counts;
+  double further_gain_db = 0;  // constant and automatic gain
 };
 
 // [rows x columns], rows are samples: the rounded 255 (s - b) / (w - b), or
@@ -45,17 +48,28 @@ struct DisplayedImage {
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
                          std::span<const float> level_db, std::span<const float> elevation_rad);
 
-// The clean levels plus time-varied gain of the pixels that hold an echo (whose elevation is known)
-// and energy.
-std::vector<float> echo_levels_db(const DisplayTable& table, const LabelledImage& polar);
+// What the limits of a data set follow from: levels of its first pings.
+struct EchoLevels {
+  std::vector<float> db;
+  std::uint64_t pixels = 0;  // of the images, whatever they hold
+  void add(const EchoLevels& more);
+};
 
-// From 10 dB under the 5th percentile to 7 dB over the 99.5th, in whole dB, 40 to 80 dB apart;
-// [60, 120] where there are none. Speckle is 7 dB over its mean in 0.7 % of the pixels: fewer than
-// 1 % become white where levels are alike.
-std::array<double, 2> default_limits_db(std::vector<float> levels_db);
+// The clean levels plus time-varied gain of the pixels in which an echo can be heard: whose
+// elevation is known and whose clean power is at least that of the noise; where there are none, of
+// all pixels with an echo and energy.
+EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
+                       double noise_power_pa2);
+
+// In whole dB, [60, 120] where there are no levels. White: the lowest limit that speckle is
+// expected to reach in at most 0.5 % of all pixels and 10 % of those in `levels`. Speckle of mean L
+// reaches w with a probability of exp(-10^((w - L) / 10)). Black: 15 dB below the 5th percentile of
+// the levels, but 45 to 75 dB below white.
+std::array<double, 2> default_limits_db(EchoLevels levels);
 
 // The same of one image's pixels.
 std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
-                                           std::span<const float> elevation_rad);
+                                           std::span<const float> elevation_rad,
+                                           double noise_power_pa2 = 0);
 
 }  // namespace ensonify
