@@ -23,23 +23,6 @@ Result<Calibrated> probe(const ReadyWorld& world, std::uint32_t sequence, const 
   return made;
 }
 
-// Sequence 0's ping in the middle; none where it would show what ping 0 shows.
-EchoLevels probe_middle(const ReadyWorld& world, double noise_power_pa2, const Workers& workers,
-                        const SharedParts& shared) {
-  const auto& [session, tracer] = world;
-  const std::size_t pings = session->ping_times_s.size();
-  if (pings < kManyPings) return {};
-  const auto middle = static_cast<std::uint32_t>(pings / 2);
-  if (sonar_pose(*session, 0) == sonar_pose(*session, middle) &&
-      object_poses(*session, 0) == object_poses(*session, middle)) {
-    return {};
-  }
-  SequenceInfo info = sequence_info(*session, 0, 0, 1);
-  info.noise_power_pa2 = noise_power_pa2;
-  return echo_levels_of(ping_setup(*session, *tracer, std::move(info), shared.tables), middle,
-                        workers);
-}
-
 }  // namespace
 
 Result<std::array<double, 2>> display_limits_db(
@@ -60,14 +43,12 @@ Result<std::array<double, 2>> display_limits_db(
     if (output.png_db) return *output.png_db;
     const bool known = sequence == 0 && first != nullptr;
     SharedParts own;
-    SharedParts& shared = known ? *first : own;
     Result<Calibrated> probed =
-        probe(*ready, sequence, numerics, workers, shared, known && keeps_ping_zero);
+        probe(*ready, sequence, numerics, workers, known ? *first : own, known && keeps_ping_zero);
     if (!probed && probed.error().kind == ErrorKind::usage) continue;
     if (!probed) return probed.error();
     ++made;
     levels.add(probed->echoes);
-    if (!vary) levels.add(probe_middle(*ready, probed->noise_power_pa2, workers, shared));
     if (known && keeps_ping_zero) {
       first->ping_zero = std::make_shared<PingStart>(std::move(probed->ping_zero));
     }

@@ -14,8 +14,7 @@ namespace ensonify {
 
 // Those of the scenario or, where it gives none, default_limits_db (labels/display.h) of the first
 // pings of the sequences 0, 1, 2, ...: of kDisplayProbes that can be made, among the first
-// kDisplayProbesTried, or of sequence 0 alone where all share one world; then also of its ping in
-// the middle where it has kManyPings or more and something moves between the two. Neither the number of
+// kDisplayProbesTried, or of sequence 0 alone where all share one world. Neither the number of
 // sequences nor what is asked of them matters, so that every process gets the same. `world`: that
 // of a sequence; `vary`: whether each has one of its own. `first`, unless it is null: what is known
 // of the world of sequence 0; what is worked out there is added, with `keeps_ping_zero` the ping as
@@ -28,7 +27,5 @@ Result<std::array<double, 2>> display_limits_db(
 
 inline constexpr int kDisplayProbes = 4;
 inline constexpr std::uint32_t kDisplayProbesTried = 16;
-// So that the ping in the middle is a small part of the work.
-inline constexpr std::size_t kManyPings = 16;
 
 }  // namespace ensonify

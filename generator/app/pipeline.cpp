@@ -260,13 +260,6 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
           std::move(measured)};
 }
 
-EchoLevels echo_levels_of(const PingSetup& setup, std::uint32_t ping, const Workers& workers) {
-  const PingEchoes echoes = echoes_of(setup, ping, false, workers);
-  const PingSeries series = series_of(setup, echoes, ping, true, true, workers);
-  return echo_levels(*setup.display, polar_image(polar_input(setup, echoes, series), workers),
-                     setup.info.noise_power_pa2);
-}
-
 Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
                              const Workers& workers) {
   const SequenceInfo& info = setup.info;

@@ -58,9 +58,6 @@ struct CalibrationWish {
   bool keeps_ping_zero = false;  // for its run
 };
 
-// echo_levels (labels/display.h) of a ping. `setup.info` is calibrated.
-EchoLevels echo_levels_of(const PingSetup& setup, std::uint32_t ping, const Workers& workers);
-
 struct Calibrated {
   double noise_power_pa2 = 0;  // of SequenceInfo, also of noise.snr_db
   EchoLevels echoes;           // echo_levels (labels/display.h) of the ping

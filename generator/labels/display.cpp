@@ -12,7 +12,7 @@ namespace {
 constexpr int kStarts = 4096;
 constexpr double kAutomaticRank = 0.995;
 // Of default limits.
-constexpr double kWhiteOfAll = 0.005, kWhiteOfEchoes = 0.1;
+constexpr double kWhiteOfAll = 0.002, kWhiteOfEchoes = 0.1;
 constexpr double kBlackRank = 0.05, kUnderBlackRank_db = 15;
 constexpr double kLeastSpan_db = 45, kMostSpan_db = 75;
 constexpr int kBinsPerDb = 4;

@@ -62,7 +62,7 @@ EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
                        double noise_power_pa2);
 
 // In whole dB, [60, 120] where there are no levels. White: the lowest limit that speckle is
-// expected to reach in at most 0.5 % of all pixels and 10 % of those in `levels`. Speckle of mean L
+// expected to reach in at most 0.2 % of all pixels and 10 % of those in `levels`. Speckle of mean L
 // reaches w with a probability of exp(-10^((w - L) / 10)). Black: 15 dB below the 5th percentile of
 // the levels, but 45 to 75 dB below white.
 std::array<double, 2> default_limits_db(EchoLevels levels);
