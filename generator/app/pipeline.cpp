@@ -114,15 +114,13 @@ void add_grey(const PingSetup& setup, const LabelledImage& polar, const Workers&
   std::vector<float> stored = polar.level_db;
   round_to_halves(stored);
   const DisplayTable& display = *setup.display;
-  DisplayedImage image =
-      displayed(display, polar.rows, polar.columns, stored, polar.elevation_rad);
+  DisplayedImage image = displayed(display, polar.rows, polar.columns, stored, polar.elevation_rad);
   const PipelineTables& tables = *setup.tables;
   if (setup.info.output.cartesian) {
     result.cartesian_grey =
-        tables.footprints
-            ? displayed_cartesian(display, *tables.footprints, setup.cartesian_gains,
-                                  image.further_gain_db, stored)
-            : resample(image.grey, *setup.info.cartesian, tables.cartesian_map);
+        tables.footprints ? displayed_cartesian(display, *tables.footprints, setup.cartesian_gains,
+                                                image.further_gain_db, stored)
+                          : resample(image.grey, *setup.info.cartesian, tables.cartesian_map);
   }
   result.polar_grey = std::move(image.grey);
   result.grey_counts = image.counts;

@@ -111,8 +111,8 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
     tables->cartesian_map = cartesian_map(grid, session.sonar, session.water, session.record);
     if (needs_footprints(session.scenario.output)) {
-      tables->footprints = footprints(grid, session.sonar, session.water, session.record,
-                                      tables->cartesian_map);
+      tables->footprints =
+          footprints(grid, session.sonar, session.water, session.record, tables->cartesian_map);
     }
   }
   tables->hidden_power = hidden_power(session.sonar, session.water, session.record);

@@ -1,7 +1,7 @@
 // How levels become 8-bit images.
 //
-//   GreyScale  Flip  Resampling  Display   the settings, of a data set's own images and of rendered ones
-//   DisplayCounts              how much of the images lies beyond the limits
+//   GreyScale  Flip  Resampling  Display   the settings, of a data set's own images and of rendered
+//   ones DisplayCounts              how much of the images lies beyond the limits
 #pragma once
 
 #include <array>

@@ -195,11 +195,12 @@ std::string grey_formula(const Display& display, const char* absorption) {
   }
   text += display.scale == GreyScale::db ? "; grey = 255 (shown - db[0]) / (db[1] - db[0])"
                                          : "; grey = 255 10^(gamma (shown - db[1]) / 20)";
-  return text +
-         (display.resampling == Resampling::nearest
-              ? ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel"
-              : ", rounded, 0 to 255; 0 where Y = -99; of Cartesian images Y is 10 log10 of the mean "
-                "of 10^(Y / 10) over the footprint of the pixel and r its range");
+  return text + (display.resampling == Resampling::nearest
+                     ? ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest "
+                       "polar pixel"
+                     : ", rounded, 0 to 255; 0 where Y = -99; of Cartesian images Y is 10 log10 of "
+                       "the mean "
+                       "of 10^(Y / 10) over the footprint of the pixel and r its range");
 }
 
 }  // namespace ensonify

@@ -13,7 +13,7 @@
 namespace ensonify {
 namespace {
 
-constexpr double kOne = 1 << 15;            // of a fraction
+constexpr double kOne = 1 << 15;  // of a fraction
 constexpr float kUnit = 1.0f / (1 << 15);
 // A footprint of one cell is not two because of rounding.
 constexpr double kCellSlack = 1e-6;
@@ -44,8 +44,8 @@ class Intensities {
   }
 
  private:
-  static constexpr int kUnused = 13;                                         // bits of a half
-  static constexpr std::uint32_t kFirst = 0x3f800000u, kCount = 8u << 10;    // of 1 dB
+  static constexpr int kUnused = 13;                                       // bits of a half
+  static constexpr std::uint32_t kFirst = 0x3f800000u, kCount = 8u << 10;  // of 1 dB
   std::array<float, kCount> powers_{};
 };
 
@@ -70,8 +70,8 @@ Place place_of(double position, int count) {
 
 int parts(double width) { return std::max(1, static_cast<int>(std::ceil(width - kCellSlack))); }
 
-// The four polar pixels around a place, mixed. Weights add to one exactly, and a weight of one gives
-// the pixel itself.
+// The four polar pixels around a place, mixed. Weights add to one exactly, and a weight of one
+// gives the pixel itself.
 inline float mixed(float a, float b, float c, float d, float along_beams, float along_samples) {
   const float near = (1 - along_beams) * a + along_beams * b;
   const float far = (1 - along_beams) * c + along_beams * d;
@@ -83,9 +83,7 @@ struct Steps {
   std::int32_t beam = 0, sample = 0;
 };
 
-Steps cell_steps(const Footprints& f) {
-  return {f.beams > 1 ? 1 : 0, f.samples > 1 ? f.beams : 0};
-}
+Steps cell_steps(const Footprints& f) { return {f.beams > 1 ? 1 : 0, f.samples > 1 ? f.beams : 0}; }
 
 ENSONIFY_VECTOR_CLONES void interpolate(const float* __restrict intensity, Steps steps,
                                         const std::int32_t* __restrict from,

@@ -8,8 +8,9 @@
 // The footprint of a pixel with edge e (m) at range r is e / (r spacing) beams wide and e / step
 // samples long. It is divided into m x n parts, both the widths rounded up; the pixel shows the
 // mean of the intensities 10^(level / 10) at the centers of the parts, each interpolated
-// bilinearly between beams and samples. Beyond the first and last beam and sample these go on as
-// they are. Where no footprint is larger than a cell this is plain bilinear interpolation; where
+// bilinearly between beams and samples. The middle of a footprint, and the parts, that lie beyond
+// the first or last beam or sample are taken to lie on it, and no footprint is wider than the fan
+// or nearer than half a sample. Where no footprint is larger than a cell this is plain bilinear interpolation; where
 // beams are denser than pixels it is the mean over all of them.
 #pragma once
 
@@ -25,12 +26,12 @@ namespace ensonify {
 // Of the pixels in the fan, in the order of their numbers. A pixel lies between the polar pixels
 // `from` and the next in beam and sample, by fractions in units of 2^-15.
 struct Footprints {
-  int rows = 0, columns = 0;       // of the Cartesian image
-  int beams = 0, samples = 0;      // of the polar one
-  double samples_per_px = 0;       // length of all footprints
-  double beams_samples_per_px = 0; // width in beams times the distance from the sonar in samples
-  std::vector<std::int32_t> to;    // row * columns + column
-  std::vector<std::int32_t> from;  // sample * beams + beam
+  int rows = 0, columns = 0;        // of the Cartesian image
+  int beams = 0, samples = 0;       // of the polar one
+  double samples_per_px = 0;        // length of all footprints
+  double beams_samples_per_px = 0;  // width in beams times the distance from the sonar in samples
+  std::vector<std::int32_t> to;     // row * columns + column
+  std::vector<std::int32_t> from;   // sample * beams + beam
   std::vector<std::uint16_t> beam_fraction, sample_fraction;
   std::vector<std::uint32_t> large;  // those that are divided, ascending: indices of `to`
 };

@@ -76,7 +76,8 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
   table.step_m = step_m;
   for (int n = 0; n < samples; ++n) {
     const double range_m = std::max(n, 1) * step_m;
-    table.tvg_db.push_back(display.spreading * std::log10(range_m) + 2 * table.alpha_db_m * range_m);
+    table.tvg_db.push_back(display.spreading * std::log10(range_m) +
+                           2 * table.alpha_db_m * range_m);
   }
   table.steps_db = steps_of(display);
   table.starts_per_db = kStarts / (table.steps_db.back() - table.steps_db.front());
@@ -134,9 +135,9 @@ namespace {
 // The lowest limit, in whole dB, that speckle over `levels_db` is expected to reach no more than
 // `most` times.
 double white_limit_db(std::span<const float> levels_db, double most) {
-  std::map<double, double> counts;  // by the middle of the bin
+  std::map<double, double> counts;  // by level, rounded
   for (const float level_db : levels_db) {
-    counts[(std::floor(level_db * kBinsPerDb) + 0.5) / kBinsPerDb] += 1;
+    counts[std::round(level_db * kBinsPerDb) / kBinsPerDb] += 1;
   }
   const auto expected = [&](double white_db) {
     double sum = 0;
@@ -172,8 +173,7 @@ std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
   image.clean_db.assign(clean_db.begin(), clean_db.end());
   image.elevation_rad.assign(elevation_rad.begin(), elevation_rad.end());
   const int samples = static_cast<int>(clean_db.size());
-  return default_limits_db(
-      echo_levels(display_table({}, 0, 1, samples), image, noise_power_pa2));
+  return default_limits_db(echo_levels(display_table({}, 0, 1, samples), image, noise_power_pa2));
 }
 
 }  // namespace ensonify

@@ -43,7 +43,7 @@ struct Job {
 // What the pings of a sequence are shown with.
 struct SequenceDisplay {
   DisplayTable table;
-  std::vector<std::int32_t> map;          // empty without Cartesian images
+  std::vector<std::int32_t> map;         // empty without Cartesian images
   std::optional<Footprints> footprints;  // of those that are not nearest neighbor
   std::vector<float> gains;
 };
@@ -191,8 +191,7 @@ Result<SequenceDisplay> display_of(const Job& job, const StoredSequence& sequenc
   shown.map = std::move(*map);
   const SequenceInfo& info = sequence.manifest.info;
   if (job.display.resampling == Resampling::nearest) return shown;
-  shown.footprints =
-      footprints(*info.cartesian, info.sonar, info.water, info.record, shown.map);
+  shown.footprints = footprints(*info.cartesian, info.sonar, info.water, info.record, shown.map);
   shown.gains = cartesian_gains(shown.table, *shown.footprints);
   return shown;
 }

@@ -80,7 +80,7 @@ class Renders(unittest.TestCase):
 
     def test_a_generated_set_can_have_nearest_images(self):
         sets = [small_data.generate("seabed_and_target", self.folder / name, "--pings", "0:1", "--set",
-                                    f"output.png.resampling={name}") for name in ("nearest", "bilinear")]
+                                    f"output.png={{resampling: {name}}}") for name in ("nearest", "bilinear")]
         run("render", sets[1], "--name", "nearest", "--resampling", "nearest")
         nearest, bilinear = (SonarDataset(folder)[0].cartesian for folder in sets)
         np.testing.assert_array_equal(nearest.grey, bilinear.render("nearest"))
