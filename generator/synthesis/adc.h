@@ -1,7 +1,7 @@
-// The receiver's converter.
+// The receiver's ADC.
 //
-//   quantise   a series
-//   Converter  converter_of  converted   one part of one sample, on host or device
+//   quantise   rounds and clips a time series
+//   Converter  converter_of  converted   the same for one part of one sample, on host or device
 #pragma once
 
 #include <cmath>
@@ -24,15 +24,15 @@ inline Converter converter_of(const Adc& adc) {
   return {std::pow(10.0, (adc.full_scale_db - 120.0) / 20.0) / steps, steps};
 }
 
-// Ties to even.
+// One part of a sample in Pa, rounded to the nearest step (ties to even) and clipped.
 ENSONIFY_HD inline float converted(const Converter& converter, float part_pa) {
   const double step = std::nearbyint(part_pa / converter.step_pa);
   const double least = -converter.steps, most = converter.steps - 1;
   return static_cast<float>((step < least ? least : step > most ? most : step) * converter.step_pa);
 }
 
-// Real and imaginary part of each sample, each on its own: rounded to the nearest step (ties to
-// even) of full scale / 2^(bits-1) and clipped to [-2^(bits-1), 2^(bits-1) - 1] steps.
+// Rounds the real and the imaginary part of each sample separately to the nearest step (ties to
+// even) of full scale / 2^(bits-1), and clips them to [-2^(bits-1), 2^(bits-1) - 1] steps.
 inline void quantise(const Adc& adc, std::span<std::complex<float>> pressure_pa) {
   const Converter converter = converter_of(adc);
   for (std::complex<float>& p : pressure_pa) {

@@ -20,7 +20,7 @@ std::filesystem::path module_path() {
 
 Error missing(const std::string& trouble) { return {ErrorKind::device, "CUDA: " + trouble}; }
 
-// Stays open: what it made must not outlive it.
+// The module is never closed, because the backends that it made must not outlive it.
 Result<const CudaModuleApi*> open_module() {
   const std::filesystem::path path = module_path();
   if (!std::filesystem::exists(path)) {

@@ -1,5 +1,5 @@
-// The CUDA backend, behind a module that is opened when it is first asked for: a program on a
-// machine without CUDA's libraries starts all the same.
+// The CUDA backend. It is in a module that is loaded at the first request, so that the program
+// also starts on a machine without CUDA's libraries.
 //
 //   CudaDeviceInfo  cuda_devices
 //   make_cuda_backend
@@ -23,15 +23,16 @@ struct CudaDeviceInfo {
   std::uint64_t memory_bytes = 0;
 };
 
-// At least one. Error (device): the program was built without CUDA, the module or a library that it
-// needs is missing, it is of another build, or no device answers; with the system's or the driver's
-// words. The module is libensonify_cuda.so by companion_path, or what ENSONIFY_CUDA_MODULE names.
+// At least one device. Error (device), with the message of the system or the driver: the program
+// was built without CUDA, the module or a library that it needs is missing, the module belongs to
+// another build, or no device responds. The module is libensonify_cuda.so at companion_path, or the
+// file that ENSONIFY_CUDA_MODULE names.
 Result<std::vector<CudaDeviceInfo>> cuda_devices();
 
-// Series within 1e-4 of the CPU backend's (relative L2), whatever `tolerance`; the same bytes from
-// run to run on the same device. May be called from several threads at once: what comes while the
-// device is at work makes the next batch. Throws DeviceFailure where the device fails, or has no
-// memory for a single ping. Error (device): as above.
+// Time series within 1e-4 of those of the CPU backend (relative L2) for any `tolerance`, and the
+// same bytes in every run on the same device. Several threads may call it at once: requests that
+// arrive while the device is busy form the next batch. Throws DeviceFailure if the device fails or
+// has no memory for a single ping. Error (device): as above.
 Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup, int device = 0);
 
 struct CudaDevice {
@@ -40,21 +41,21 @@ struct CudaDevice {
   std::uint64_t memory_bytes;
 };
 
-// Both are built together: what the other side was built from is compared before anything is
-// called.
+// Program and module must be built together. The program compares `built_from` with its own
+// identity before it calls anything.
 struct CudaModuleApi {
   const char* built_from;  // cuda_module_identity()
-  // Devices, at most `most`; their number. Below 0: none answers, and `words` is what the driver
-  // says.
+  // Fills in at most `most` devices and returns their number. Below 0: no device responds, and
+  // `words` is the driver's message.
   int (*devices)(CudaDevice* devices, int most, char* words, std::size_t size);
-  // Throws std::bad_alloc and DeviceFailure. To be deleted by the caller.
+  // Throws std::bad_alloc and DeviceFailure. The caller deletes the backend.
   Backend* (*make_backend)(const SynthesisSetup& setup, int device);
 };
 
 inline constexpr char kCudaModuleEntry[] = "ensonify_cuda_module";
 using CudaModuleEntry = const CudaModuleApi* (*)();
 
-// Compiler, and sizes of what crosses the border.
+// The compiler, and the sizes of the types that program and module exchange.
 const char* cuda_module_identity();
 
 }  // namespace ensonify

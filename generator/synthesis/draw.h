@@ -1,7 +1,7 @@
-// The random draws of a ping, stated once for every backend, on host and device.
+// The random draws of a ping, defined once for all backends, on host and device.
 //
-//   amplitude_part  drawn_amplitude  draw_amplitude   of a scatterer
-//   cell_draw  draw_volume  draw_noise                of a beam's (or an element's) sample
+//   amplitude_part  drawn_amplitude  draw_amplitude   for a scatterer
+//   cell_draw  draw_volume  draw_noise                for a sample of a beam (or of an element)
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,8 @@
 
 namespace ensonify {
 
-// One part of a = mean + standard_deviation xi (Eq 14), rounded to float as it is exported.
+// The real or imaginary part of a = mean + standard_deviation xi (Choi et al. 2021, Eq 14), rounded
+// to float as in exports.
 template <class Real>
 ENSONIFY_HD inline float amplitude_part(float mean, float standard_deviation, Real normal) {
   return static_cast<float>(mean + standard_deviation * normal);
@@ -37,8 +38,8 @@ inline std::complex<float> draw_amplitude(const Scatterer& s, const RandomKeys& 
                                               keys.speckle, keys.speckle_ping, s.key);
 }
 
-// Circular complex normal with E|a|^2 = rms^2, keyed by (row, sample), where a row is a beam or an
-// element.
+// A circular complex normal number with E|a|^2 = rms^2, keyed by (row, sample). A row is a beam or
+// an element.
 ENSONIFY_HD inline ComplexDraw cell_draw(std::uint64_t key, std::uint32_t ping, std::int64_t row,
                                          int sample, double rms) {
   const auto item = (static_cast<std::uint64_t>(row) << 32) | static_cast<std::uint32_t>(sample);
@@ -46,7 +47,7 @@ ENSONIFY_HD inline ComplexDraw cell_draw(std::uint64_t key, std::uint32_t ping, 
   return {rms * xi.re, rms * xi.im};
 }
 
-// What the volumes throw back from one cell, E|a|^2 = energy.
+// The echo of the volumes in one beam cell and sample, with E|a|^2 = energy.
 inline std::complex<double> draw_volume(const RandomKeys& keys, int beam, int sample,
                                         double energy) {
   if (energy == 0) return 0;
@@ -54,7 +55,7 @@ inline std::complex<double> draw_volume(const RandomKeys& keys, int beam, int sa
   return {a.re, a.im};
 }
 
-// Noise of one sample, E|p|^2 = power.
+// The noise of one sample, with E|p|^2 = power.
 inline std::complex<double> draw_noise(const RandomKeys& keys, int beam, int sample,
                                        double power_pa2) {
   const ComplexDraw p = cell_draw(keys.noise, keys.noise_ping, beam, sample, std::sqrt(power_pa2));
