@@ -1,5 +1,6 @@
-// Every element hears every scatterer at every frequency with its own delay; every beam adds the
-// elements' records, each delayed by a phase at every frequency and focused at every sample.
+// Computes every scatterer at every element and frequency, with the delay of this path. Every beam
+// adds the elements' records, each delayed by a phase at every frequency and focused at every
+// sample.
 #include "synthesis/reference/array_reference.h"
 
 #include <algorithm>
@@ -18,8 +19,8 @@
 namespace ensonify {
 namespace {
 
-// Discrete Fourier transforms of 2-3-5-smooth lengths by the definition's factors alone, so that
-// the oracle shares no transform with what it judges.
+// Discrete Fourier transforms of 2-3-5-smooth lengths, split into sums over prime factors only.
+// The reference does not use FFTW, so that it shares no transform with the backends that it tests.
 class PlainDft {
  public:
   using Complex = std::complex<double>;
@@ -36,7 +37,7 @@ class PlainDft {
   }
 
  private:
-  // Sums every `stride`-th value, `count` of them.
+  // Transforms `count` values of x, each `stride` after the one before.
   void sum(const Complex* x, int stride, Complex* out, int count) const {
     if (count == 1) {
       *out = *x;
@@ -65,12 +66,12 @@ class PlainDft {
 using Complex = std::complex<double>;
 using Records = std::vector<std::vector<Complex>>;  // [elements][bins], spectra
 
-// A sound that comes in with amplitude 1.
+// A sound of amplitude 1 that arrives at the array.
 struct Sound {
   Vec3 apparent_m;
-  double cosine = 0;           // of its direction, along the line
+  double cosine = 0;           // between its direction and the line
   double delay_s = 0;          // at the origin
-  double carrier_delay_s = 0;  // the part of it that turns the carrier
+  double carrier_delay_s = 0;  // the part of the delay that changes the carrier's phase
   double doppler = 0;
 };
 
@@ -134,8 +135,9 @@ class ArrayReference final : public Backend {
   double source_pa_m_;
 };
 
-// A volume's cell: in the middle of its sector, as far away as its sample. It is drawn afresh, so
-// that it has no carrier phase but what the elements differ by.
+// The sound of volumes from one sample of a beam cell: at the azimuth of the cell's middle and the
+// range of the sample. Its amplitude is drawn, so that only the differences between elements matter
+// for its carrier phase.
 Sound ArrayReference::sound_of_cell(int beam, int sample) const {
   const double azimuth = beam_azimuth_rad(setup_.sonar, beam);
   const double range_m = focus_range_m(setup_.sonar, setup_.water, sample);
@@ -143,8 +145,9 @@ Sound ArrayReference::sound_of_cell(int beam, int sample) const {
           sample * setup_.record.sample_interval_s, 0};
 }
 
-// response E S0 S(f_m) amplitude e^(-i 2 pi (f_c (carrier delay + delta) + (f_m - f_c) (delay +
-// delta))).
+// Adds to every bin m
+//   response E S0 S(f_m) amplitude
+//     e^(-i 2 pi (f_c (carrier delay + delta) + (f_m - f_c) (delay + delta))).
 void ArrayReference::add_sound(const Sound& sound, Complex amplitude, int element,
                                std::vector<Complex>& spectrum) const {
   const double later = element_delay_s(sound.apparent_m, geometry_.y_m[element], speed_m_s());
@@ -160,14 +163,15 @@ void ArrayReference::add_sound(const Sound& sound, Complex amplitude, int elemen
   }
 }
 
-// Over the whole period, so that a delayed record has as much at its ends.
+// Draws noise for the whole period, so that a delayed record has the same noise power at its ends.
 void ArrayReference::add_noise(const PingTask& task, int element,
                                std::vector<Complex>& spectrum) const {
   if (task.noise_power_pa2 == 0 || geometry_.response[element] == Complex(0)) return;
   const double power = element_noise_power_pa2(geometry_, task.noise_power_pa2);
   std::vector<Complex> record;
   for (int n = 0; n < bins(); ++n) {
-    // Conjugated and turned by half the band: a forward transform as an inverse one.
+    // dft_ is an inverse transform. With conjugates it acts as a forward one, and the alternating
+    // sign moves the start of the band to -M/2.
     const Complex p = std::conj(draw_noise(task.keys, element, n, power));
     record.push_back(n % 2 == 0 ? p : -p);
   }
@@ -198,7 +202,7 @@ Records ArrayReference::drawn_records(const PingTask& task, const Workers& worke
   return records;
 }
 
-// The band starts at -M/2: e^(-i pi n).
+// The samples of a spectrum. The factor e^(-i pi n) is there because the band starts at -M/2.
 std::vector<Complex> ArrayReference::in_time(const std::vector<Complex>& spectrum) const {
   std::vector<Complex> record = dft_(spectrum);
   for (int n = 1; n < bins(); n += 2) record[n] = -record[n];
@@ -252,7 +256,7 @@ PingSeries ArrayReference::one_ping(const PingTask& task, const Workers& workers
   return series;
 }
 
-// energy |h_j(t)|^2 for every beam.
+// Adds energy |h_j(t)|^2 for every beam j.
 void ArrayReference::add_power(const Sound& sound, double energy, std::vector<double>& power,
                                const Workers& workers) const {
   if (energy == 0) return;

@@ -1,4 +1,4 @@
-// The oracle of the element-level array (synthesis/beamforming.h).
+// The reference for the element-level array (synthesis/beamforming.h).
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace ensonify {
 
-// Double precision, element by element and scatterer by scatterer, expected power included: for
-// small cases. Needs setup.sonar.array.
+// Computes series and expected power in double precision, element by element and scatterer by
+// scatterer. It is slow, and therefore for small cases only. Needs setup.sonar.array.
 std::unique_ptr<Backend> make_array_reference_backend(const SynthesisSetup& setup);
 
 }  // namespace ensonify

@@ -1,6 +1,6 @@
-// The oracle: Eq 8-22 term by term in double precision, with no shortcut that another backend
-// takes. Sums over scatterers at every frequency, mixes with the full matrix, and ends with a
-// plain inverse DFT.
+// The reference: Choi et al. 2021, Eq 8-22, term by term in double precision, without the shortcuts
+// of the other backends. It sums scatterers at every frequency, mixes beams with the full matrix,
+// and ends with a plain inverse DFT.
 #include <cmath>
 #include <complex>
 #include <vector>
@@ -20,11 +20,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// What one ping's sums run over: the scatterers with their amplitudes, and the volumes' cells.
+// The terms of one ping's sums: the scatterers with their amplitudes, and the cells of volumes.
 struct Echoes {
   const ScattererList& list;
   std::vector<Complex> scatterer;  // [list]
-  std::vector<Complex> cell;       // [beams x samples]; empty: no volumes
+  std::vector<Complex> cell;       // [beams x samples]; empty without volumes
 };
 
 Complex unit_phasor(double turns) { return std::polar(1.0, 2.0 * kPi * turns); }
@@ -73,8 +73,8 @@ class ReferenceBackend final : public Backend {
 };
 
 // S0 S(f_m) (sum_i a_i gain_i e^(-i 2 pi f_m tau_i) + sum_n v_n e^(-i 2 pi (f_m - f_c) t_n)) over
-// one sector; with S of its own, S_eta, for each i that comes back shifted. A volume's v_n is
-// circular: it has no carrier phase to keep.
+// one beam cell. An echo i with Doppler eta has S_eta in place of S. The v_n of volumes are
+// circular, so that they need no carrier phase.
 Complex ReferenceBackend::sector_spectrum(const Echoes& echoes, int beam, int m) const {
   const ScattererList& list = echoes.list;
   const int k = m - transform() / 2;
@@ -123,14 +123,15 @@ std::vector<Complex> ReferenceBackend::coherent_series(const Echoes& echoes,
       Complex sum = 0;
       std::size_t turn = 0;  // m n mod M, so that the table serves every bin
       for (int m = 0; m < bins; ++m, turn = (turn + n) % bins) sum += mixed[m] * twiddle[turn];
-      // The band starts at -M/2: e^(-i pi n).
+      // The band starts at -M/2, hence the factor e^(-i pi n).
       series[j * samples() + n] = n % 2 == 0 ? sum : -sum;
     }
   });
   return series;
 }
 
-// Q_k (sum_i variance gain^2 e^(-i 2 pi k (b/M) tau_i) + sum_n E_n e^(-i 2 pi k n/M)), one sector.
+// Q_k (sum_i variance gain^2 e^(-i 2 pi k (b/M) tau_i) + sum_n E_n e^(-i 2 pi k n/M)) over one beam
+// cell, with Q the Fourier coefficients of |s|^2 and E_n the energies of volumes.
 Complex ReferenceBackend::diffuse_coefficient(const PingTask& task, int beam, int k) const {
   const ScattererList& list = *task.scatterers;
   const double frequency_hz = k * setup_.sonar.bandwidth_hz / transform();
@@ -150,7 +151,7 @@ Complex ReferenceBackend::diffuse_coefficient(const PingTask& task, int beam, in
   return autospectrum_[k] * sum;
 }
 
-// S0^2 sum_i (B/N_j)^2 variance gain^2 |s(t_n - tau_i)|^2, volumes likewise, through the Fourier
+// S0^2 sum_i (B/N_j)^2 variance gain^2 |s(t_n - tau_i)|^2, and the same for volumes, by the Fourier
 // series of |s|^2.
 std::vector<double> ReferenceBackend::diffuse_power(const PingTask& task,
                                                     const Workers& workers) const {
