@@ -11,15 +11,17 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr int kMostOrders = 5;
-constexpr double kFocusShare =
-    0.2;  // of the tolerance: what a beam hears may lie far under its elements
+// The share of the tolerance for the focus. It is small because the echoes in a beam may be much
+// weaker than those at its elements.
+constexpr double kFocusShare = 0.2;
 constexpr int kMostTimeDegree = 5;
 constexpr int kShortest = 8;  // samples of a stretch
-// Samples from which on a stretch of lower degree in time is cheaper than a longer one of higher.
+// From this number of samples on, a stretch of lower degree in time costs less than a longer
+// stretch of higher degree.
 constexpr int kLongEnough = 64;
 constexpr int kTapChoices[] = {6, 8, 10, 12, 14, 16, 20, 24, 28, 32};
 
-// Sums of `taps` neighbouring nodes that come closest to given values across the array.
+// Fits sums of `taps` neighboring nodes to given values across the array, by least squares.
 class NodeFit {
  public:
   NodeFit(const ArrayPlan& plan, double spacing_u, int taps, double stretch_y)
@@ -41,7 +43,8 @@ class NodeFit {
   const std::vector<double>& taper() const { return taper_; }
   int taps() const { return taps_; }
 
-  // `value` at y(), the taper in it; tap 0 lies `off` nodes after the beam.
+  // Coefficients [taps] for the given `value` at y(), taper included. Tap 0 lies `off` nodes after
+  // the beam.
   void solve(const std::vector<Complex>& value, double off, Complex* coefficient) const {
     std::vector<Complex> right(taps_);
     for (int p = 0; p < points_; ++p) {
@@ -72,7 +75,8 @@ class NodeFit {
   }
 
  private:
-  // Cholesky of sum_p cos(step y_p (q - q')), a little lifted: neighbours are hardly independent.
+  // Cholesky factor of sum_p cos(step y_p (q - q')). The diagonal is raised a little, because
+  // neighboring nodes are almost dependent.
   void decompose() {
     for (int i = 0; i < taps_; ++i) {
       for (int k = 0; k <= i; ++k) {
@@ -112,7 +116,7 @@ class Focusing {
   double off_of(int beam, int first) const { return first - sine(beam) / nodes_.spacing_u; }
   double sine(int beam) const { return std::sin(beam_azimuth_rad(plan_.setup.sonar, beam)); }
 
-  // What the nodes' phases must add up to at `y`, for a part nu = x b/2 of the band.
+  // The values at `y` that the sums of nodes must have at the frequency f_c + x b/2.
   void values(int beam, double sample, double x, const NodeFit& fit,
               std::vector<Complex>& value) const {
     const std::vector<double>& y = fit.y();
@@ -129,7 +133,7 @@ class Focusing {
     }
   }
 
-  // out [orders][taps]
+  // out: [orders][taps].
   void place_coefficients(const NodeFit& fit, int beam, double sample, int orders,
                           std::vector<Complex>& out) const {
     const int taps = fit.taps();
@@ -147,7 +151,7 @@ class Focusing {
     }
   }
 
-  // Relative error of a beam at a sample, over array and band.
+  // Relative error of a beam at a sample, as rms over the array and the band.
   double error(const NodeFit& fit, int beam, double sample, int orders,
                const std::vector<Complex>& coefficient) const {
     const int taps = fit.taps();
@@ -175,10 +179,10 @@ class Focusing {
   double band_ = 0;
 };
 
-// Beams that stand for all when errors are judged.
+// The beams at which errors are measured, as a sample of all beams.
 std::vector<int> judged_beams(int beams) { return {0, beams / 3, beams / 2}; }
 
-// Taps and orders that hold the tolerance at one sample; false where none does.
+// Chooses taps and orders that hold the tolerance at one sample. Returns false if none do.
 bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNodes& nodes,
                  double sample, NodeStretch& stretch) {
   const double tolerance = kFocusShare * plan.setup.tolerance;
@@ -200,7 +204,7 @@ bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNod
   return false;
 }
 
-// Half-wave phase of the focus at the array's end, beam ahead: how far the chirp has come.
+// The phase of the focus at the array's end for a beam ahead, in turns of the carrier.
 double focus_turns(const ArrayPlan& plan, double sample) {
   const Sonar& sonar = plan.setup.sonar;
   const double c = plan.setup.water.sound_speed_m_s;
@@ -208,8 +212,8 @@ double focus_turns(const ArrayPlan& plan, double sample) {
   return sonar.frequency_hz * focus_delay_s(end_m, 0, sample * c / (2 * sonar.bandwidth_hz), c);
 }
 
-// Coefficients of a beam as Chebyshev polynomials of the stretch's time: [orders][taps][degree +
-// 1].
+// Coefficients of a beam as sums of Chebyshev polynomials of the stretch's time,
+// [orders][taps][degree + 1].
 std::vector<Complex> in_time(const Focusing& focusing, const NodeFit& fit, int beam,
                              const NodeStretch& stretch) {
   const int terms = stretch.degree + 1, count = stretch.orders * stretch.taps;
@@ -227,7 +231,7 @@ std::vector<Complex> in_time(const Focusing& focusing, const NodeFit& fit, int b
   return sum;
 }
 
-// Chebyshev's polynomials as powers.
+// Converts a sum of Chebyshev polynomials to powers.
 void powers_of(const Complex* c, int degree, Complex* power) {
   static constexpr double kPowers[kMostTimeDegree + 1][kMostTimeDegree + 1] = {
       {1}, {0, 1}, {-1, 0, 2}, {0, -3, 0, 4}, {1, 0, -8, 0, 8}, {0, 5, 0, -20, 0, 16}};
@@ -252,7 +256,7 @@ void fill_beam(const Focusing& focusing, const NodeFit& fit, int beam, NodeStret
   }
 }
 
-// The fan is the same on both sides, and so are its coefficients.
+// Copies the coefficients of the opposite beam, because the fan is symmetric.
 void mirror_beam(int beam, int from, NodeStretch& stretch) {
   const int terms = stretch.degree + 1;
   const std::size_t size = std::size_t(stretch.orders) * stretch.taps * terms * 2;
@@ -279,15 +283,17 @@ void fill_stretch(const ArrayPlan& plan, const Focusing& focusing, const ArrayNo
   for (int j = (beams + 1) / 2; j < beams; ++j) mirror_beam(j, beams - 1 - j, stretch);
 }
 
-// How far towards the sonar polynomials of a degree in time hold.
+// The first sample of the longest stretch before `end` for which polynomials of a degree in time
+// hold the tolerance.
 int begin_of_stretch(const ArrayPlan& plan, int end, int degree) {
-  // Through a phasor that turns by phi they are wrong by phi^(n + 1) / (2^(2 n + 1) (n + 1)!),
-  // n the degree; across the array the mean is a third of what it is at its ends.
+  // For a phasor that turns by phi, polynomials of degree n have the error
+  // phi^(n + 1) / (2^(2 n + 1) (n + 1)!). The mean over the array is a third of the error at its
+  // ends.
   const double error = 3 * kFocusShare * plan.setup.tolerance;
   const double per_turn = degree == 3 ? 3072 : 1474560;
   const double at_once = std::pow(error * per_turn, 1.0 / (degree + 1)) / (2 * kPi);
   const double turns = focus_turns(plan, std::max(end - 1, 1)) + at_once;
-  // Near the chirp grows as one over the sample.
+  // The phase of the focus grows as 1 / sample toward the sonar.
   int begin = end - 1;
   while (begin > 16 && focus_turns(plan, begin - 1) < turns && end - begin < 4096) --begin;
   return begin;

@@ -13,15 +13,15 @@ using Complex = std::complex<double>;
 
 constexpr double kNodeOversampling = 1.3;
 constexpr int kWindow = kSteerTaps - 1;
-// Fewer elements are summed as they are.
+// Arrays with fewer elements are summed directly.
 constexpr int kFewestElements = 32;
 
 constexpr double kSteerBeta = 2.30 * kWindow;
 
-constexpr int kPlaces = 200;  // of integrals of windows
+constexpr int kPlaces = 200;  // at which integrals of windows are evaluated
 
-// Over a block of bins a node moves by at most this part of a grid step: what the polynomials of
-// its weights follow to 1e-10.
+// Over a block of bins, a node moves by at most this part of a grid step. The polynomials of its
+// weights are then exact to 1e-10.
 constexpr double kFurthestMove = 0.06;
 
 int bins_at_once(const ArrayPlan& plan, int grid) {
@@ -42,7 +42,8 @@ std::vector<SteerBlock> blocks_of(int bins, int block_bins) {
   return blocks;
 }
 
-// Where a node lies on the grid at the middle of a block, and how far it moves to its end.
+// The place of a node on the grid at the middle of a block, and how far it moves until the block's
+// end.
 struct NodePlace {
   double middle, reach;
 };
@@ -60,7 +61,7 @@ NodePlace place_of(const ArrayPlan& plan, const ArrayNodes& nodes, int node,
           per_hz * nodes.block_bins / 2.0 * bin_hz};
 }
 
-// Polynomials through the window's values at Chebyshev's places of a block.
+// Interpolates the window at the Chebyshev nodes of a block by polynomials.
 void fill_weights(const NodePlace& place, int base, double* weight) {
   constexpr int kTerms = kSteerDegree + 1;
   for (int tap = 0; tap < kSteerTaps; ++tap, weight += kTerms) {
@@ -81,7 +82,8 @@ void fill_weights(const NodePlace& place, int base, double* weight) {
   }
 }
 
-// Weight over both windows; that of the nodes lies as wide as the frequency makes the array.
+// The element's weight, divided by the transforms of both windows. The width of the nodes' window
+// changes with the frequency, as the array in wavelengths does.
 void add_element_weight(const ArrayPlan& plan, const WindowIntegral& transform, int element,
                         double turn, ArrayNodes& nodes) {
   const Sonar& sonar = plan.setup.sonar;
@@ -125,7 +127,7 @@ void fill_transform(const ArrayPlan& plan, ArrayNodes& nodes) {
   for (std::int32_t& base : nodes.base) base -= lowest;
   nodes.first_row = lowest;
   nodes.rows = highest - lowest;
-  // Elements are numbered from the array's middle, which may lie between two of them.
+  // Elements count from the array's middle, which may lie between two of them.
   const double off = elements / 2 - middle;
   for (int g = lowest; g < highest; ++g) {
     nodes.row_phase.push_back(std::polar(1.0, -2 * kPi * off * g / nodes.grid));
@@ -144,12 +146,12 @@ void fill_orders(const ArrayPlan& plan, ArrayNodes& nodes) {
   }
 }
 
-constexpr int kCacheBlock = 64;  // samples of all nodes that stay in a core's cache
+constexpr int kCacheBlock = 64;  // samples; those of all nodes fit into a core's cache
 constexpr int kBeamsAtOnce = 64;
 
 std::int64_t plane_stride(const ArrayPlan& plan) { return (plan.samples() + 63) / 64 * 64 + 64; }
 
-// Spectra of all nodes at the bins of one block.
+// Computes the spectra of all nodes at the bins of one block.
 void steer_block(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& kernels,
                  const AlignedBuffer<Complex>& spectra, std::size_t b, SteerScratch& scratch,
                  AlignedBuffer<Complex>& out) {

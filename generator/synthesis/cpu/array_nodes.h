@@ -1,12 +1,12 @@
-// Beams through nodes: the elements' records steered to few equally spaced directions, and beams as
-// short sums of neighbouring nodes.
+// Beams by way of nodes: the elements' records are steered to a few equally spaced directions, the
+// nodes, and beams are short sums of neighboring nodes.
 //
-// At node q, u = (first + q) spacing_u, stands
-//   z_q(t) = sum_n weight_n / node_taper e^(i 2 pi f_c D_nq) p_n(t + D_nq)   (by phase: p_n(t))
-// for every frequency f_c + nu a nonuniform transform along the elements. A beam between nodes is
-// a sum of them, and so is a focused one, whose chirp across the array is a convolution over u.
-// Steering by delay turns the chirp's width with frequency: `orders` Chebyshev polynomials of nu
-// carry that.
+// The record of node q at u = (first + q) spacing_u is
+//   z_q(t) = sum_n weight_n / node_taper e^(i 2 pi f_c D_nq) p_n(t + D_nq)   (by phase: p_n(t)),
+// which is a nonuniform transform along the elements for every frequency f_c + nu. A beam between
+// nodes is a sum of them. So is a focused beam, because the chirp of the focus across the array is
+// a convolution over u. With steering by delay the width of this chirp depends on the frequency,
+// which `orders` Chebyshev polynomials of nu represent.
 //
 //   NodeStretch  choose_stretches   a stretch of samples with its coefficients
 //   ArrayNodes   make_array_nodes   node_table_bytes
@@ -28,7 +28,7 @@ struct NodeStretch {
   std::vector<float> coefficient;  // [beams][orders][taps][degree + 1][re, im]
   std::vector<int> first;          // [beams], node of the first tap
 
-  // -1 .. 1 over the stretch, linear in one over the range, as the focus is.
+  // The polynomials' variable, -1 .. 1 over the stretch. Like the focus, it is linear in 1 / range.
   double time(double sample) const {
     const double near = 1.0 / begin, far = 1.0 / (end - 1);
     return (2 / sample - near - far) / (near - far);
@@ -47,14 +47,14 @@ struct ArrayNodes {
   double spacing_u = 0;
   int first = 0, count = 0;
   int orders = 1;
-  int near_samples = 0;  // that no stretch holds
+  int near_samples = 0;  // the first samples, which no stretch contains
   std::vector<NodeStretch> stretches;
 
-  // The transform along the elements: `grid` points of a turn from element to element.
+  // The transform along the elements, with `grid` points per turn from element to element.
   int grid = 0, first_row = 0, rows = 0;  // rows that nodes reach; first_row may be negative
-  int block_bins = 0;                     // few enough that nodes hardly move over the grid
+  int block_bins = 0;                     // so few that nodes hardly move on the grid
   std::vector<SteerBlock> blocks;
-  // [elements][4]: polynomial of nu / (b/2), constant term last.
+  // [elements][4]: polynomials of nu / (b/2), constant term last.
   std::vector<double> element_weight;
   std::vector<std::complex<double>> row_phase;  // [rows]
   std::vector<std::int32_t> base;               // [count][blocks], row of the first tap
@@ -63,11 +63,11 @@ struct ArrayNodes {
   BatchFft along;
 };
 
-// The transform of the window that spreads a beam over nodes: with the elements divided by it a few
-// nodes serve. x: turns of an element from node to node.
+// The transform of the window that spreads a beam over nodes. Elements are divided by it, so that a
+// few nodes suffice for a beam. x: turns of an element's phase from node to node.
 double node_taper(double x);
 
-// None where nodes do not pay.
+// Null if nodes do not make beams faster.
 std::shared_ptr<const ArrayNodes> make_array_nodes(const ArrayPlan& plan);
 
 struct SteerScratch {
@@ -79,7 +79,7 @@ struct NodeRecords {
   AlignedBuffer<float> planes;                  // [orders][re, im][count][stride]
 };
 
-// Samples from near_samples on, of all beams.
+// Writes the samples from near_samples on of all beams to series [beams][plan.samples()].
 void node_beams(const ArrayPlan& plan, const ArrayNodes& nodes, const Kernels& kernels,
                 const AlignedBuffer<std::complex<double>>& spectra, Pool<SteerScratch>& pool,
                 const Workers& workers, NodeRecords& records, std::complex<float>* series);
@@ -88,8 +88,8 @@ std::uint64_t node_table_bytes(const ArrayNodes& nodes);
 std::uint64_t node_ping_bytes(const ArrayPlan& plan, const ArrayNodes& nodes);
 std::uint64_t node_thread_bytes(const ArrayPlan& plan, const ArrayNodes& nodes);
 
-// Stretches from the last sample down to where nodes stop to pay: nodes.spacing_u must be set; sets
-// stretches, orders and near_samples.
+// Chooses stretches from the last sample down to the one where nodes stop being faster. Needs
+// nodes.spacing_u. Sets stretches, orders and near_samples.
 void choose_stretches(const ArrayPlan& plan, ArrayNodes& nodes);
 
 }  // namespace ensonify

@@ -13,13 +13,14 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// A power pattern has two nodes to a wavelength over the aperture at the least.
+// A power pattern needs at least two nodes per lobe, whose width is wavelength / aperture.
 constexpr double kNodesPerLobe = 5;
-// By how much the phase of a wavefront's bend at the array's end may change within a block, and
-// its range where it is bent by more than that. With dynamic focus only side lobes see it.
+// The length of a block without focus: wavefront curvature changes the phase at the array's end by
+// kBendRad, or ranges have the ratio kRangeRatio if this block is longer. With dynamic focus, where
+// curvature only affects side lobes, ranges have the ratio kFocusedRatio.
 constexpr double kBendRad = 0.35, kRangeRatio = 1.08, kFocusedRatio = 1.5;
 
-// Cubic through four nodes, the cell's middle between the second and the third.
+// Cubic interpolation from four nodes. The cell's middle lies between the second and the third.
 void fill_cells(const PowerGrid& grid, BeamNodes& nodes) {
   nodes.beams = grid.cells;
   nodes.nodes = grid.nodes;
@@ -37,7 +38,7 @@ void fill_cells(const PowerGrid& grid, BeamNodes& nodes) {
   }
 }
 
-// What the pulse becomes in a beam on its axis that is steered by phase.
+// The spectrum of a pulse from the axis of a beam that is steered by phase.
 std::vector<Complex> beam_spectrum(const SynthesisSetup& setup, const ArrayGeometry& geometry,
                                    const std::vector<Complex>& spectrum, double u) {
   const int bins = static_cast<int>(spectrum.size());
@@ -55,7 +56,7 @@ std::vector<Complex> beam_spectrum(const SynthesisSetup& setup, const ArrayGeome
   return result;
 }
 
-// The filters of a row's two nodes are those at their middle.
+// Both nodes of a row share the filter of the direction between them.
 void fill_row_filters(const SynthesisTables& tables, const PowerGrid& grid, NodePlan& plan) {
   const ArrayGeometry geometry = make_array_geometry(tables.setup.sonar);
   const int bins = plan.transform;
@@ -81,7 +82,7 @@ void fill_row_filters(const SynthesisTables& tables, const PowerGrid& grid, Node
   }
 }
 
-// Patterns of all beams at one range, |.|^2, into the packed matrix.
+// Makes the packed matrix of the power patterns of all beams at one range.
 class PatternMaker {
  public:
   PatternMaker(const SynthesisSetup& setup, const Kernels& kernels, const PowerGrid& grid)
@@ -95,14 +96,16 @@ class PatternMaker {
   std::vector<float> patterns(double sample) const;
 
  private:
-  // By how much a wave from u is later at y, in turns; from a range, or plane.
+  // The delay of a wave from u at y, in turns of the carrier. The wave comes from `range_m` if it
+  // is `bent`, and is plane otherwise.
   double turns(double y_m, double u, double range_m, bool bent) const {
     const double per_m = 1 / wavelength_m(setup_.sonar, setup_.water);
     if (!bent) return -y_m * u * per_m;
     const double square = y_m * y_m - 2 * y_m * range_m * u;
     return square / (std::sqrt(range_m * range_m + square) + range_m) * per_m;
   }
-  // [rows_ / kRowBlock][2 elements][kRowBlock], real part and imaginary part of the product.
+  // re and im: [rows_ / kRowBlock][2 elements][kRowBlock], for the real and the imaginary part of
+  // the product.
   void beam_matrix(double range_m, std::vector<float>& re, std::vector<float>& im) const;
 
   const SynthesisSetup& setup_;
@@ -171,7 +174,7 @@ struct PowerScratch {
   std::vector<std::uint32_t> offset, next;
 };
 
-// Nodes in u that hold the power of echoes, and the patterns of all beams at them.
+// Sums the power of echoes at nodes in u, and beams from the nodes by their power patterns.
 class NodePower final : public ArrayPower {
  public:
   explicit NodePower(const SynthesisTables& tables)
@@ -204,7 +207,7 @@ class NodePower final : public ArrayPower {
   mutable Pool<NodeScratch> node_pool_;
 };
 
-// body(u, delay_s, power) for all that is diffuse.
+// Calls body(u, delay_s, power) for the diffuse part of all scatterers and for volumes.
 template <class Body>
 void NodePower::for_each_echo(const PingTask& task, Body&& body) const {
   const Sonar& sonar = setup_.sonar;
@@ -223,7 +226,7 @@ void NodePower::for_each_echo(const PingTask& task, Body&& body) const {
   }
 }
 
-// By cells of u, and in each as they come: the order of every sum.
+// Sorts echoes by cells of u, and keeps their order within a cell. Sums follow this order.
 void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
   scratch.offset.assign(grid_.cells + 1, 0);
   for_each_echo(task, [&](double u, double, double) { ++scratch.offset[grid_.cell_of(u) + 1]; });
@@ -305,7 +308,7 @@ PowerGrid make_power_grid(const SynthesisSetup& setup) {
   const double aperture =
       sonar.array->elements * sonar.array->spacing_m / wavelength_m(setup.sonar, setup.water);
   grid.spacing_u = 1 / (kNodesPerLobe * std::max(aperture, 1.0));
-  // All that is heard comes from a sector of the fan.
+  // All echoes come from beam cells of the fan.
   const double half_fan = sonar.beam_spacing_rad * sonar.beam_count / 2;
   const double furthest = half_fan < kPi / 2 ? std::sin(half_fan) : 1.0;
   grid.first = -static_cast<int>(std::ceil(furthest / grid.spacing_u)) - 2;
@@ -316,7 +319,7 @@ PowerGrid make_power_grid(const SynthesisSetup& setup) {
 
 std::unique_ptr<const NodePlan> make_array_power_plan(const SynthesisTables& tables,
                                                       const PowerGrid& grid) {
-  // The plan of ideal beam cells has the same series; only its nodes are others.
+  // The plan for ideal beam cells makes the same time series. Only its nodes differ.
   Mixing one{{1.0}, {1.0}};
   std::unique_ptr<NodePlan> plan = make_power_plan(tables.setup, one, tables.autospectrum);
   plan->nodes = {};
@@ -339,7 +342,7 @@ std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup) {
   const ArrayReceiver& array = *setup.sonar.array;
   const double end_m = (array.elements - 1) / 2.0 * array.spacing_m;
   const double per_sample = setup.water.sound_speed_m_s / (2 * setup.sonar.bandwidth_hz);
-  // Phase of the bend: bend / sample.
+  // The phase due to curvature is bend / sample.
   const double bend = kPi * end_m * end_m / (wavelength_m(setup.sonar, setup.water) * per_sample);
   std::vector<PatternBlock> blocks;
   for (int end = setup.record.samples; end > 0;) {
@@ -349,7 +352,7 @@ std::vector<PatternBlock> pattern_blocks(const SynthesisSetup& setup) {
       nearest = std::min(end / kRangeRatio, bend / (phase + kBendRad));
     }
     const int begin = std::clamp(static_cast<int>(std::ceil(nearest)), 0, end - 1);
-    // Nearer than the array is long nothing is exact.
+    // At ranges below the length of the array, the approximation does not hold at all.
     blocks.push_back({per_sample * end < 2 * end_m ? 0 : begin, end, {}});
     end = blocks.back().begin;
   }

@@ -15,19 +15,20 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// What the kernel, its polynomials and its ends beside elements may take of the tolerance each.
+// The shares of the tolerance for the kernel, for its polynomials, and for its ends that are lost
+// at elements beside a group's middle.
 constexpr double kSpreadShare = 0.3, kPolynomialShare = 0.2, kLostShare = 0.2;
 constexpr double kFurthestReach = 1.8;
-// What the path's expansion may be wrong by, in turns of the carrier.
+// The largest error of a path's expansion, in turns of the carrier.
 constexpr double kPathTurns = 1e-6;
 
 constexpr double kTapBeta = 2.30 * kBeamTaps;
 
-// The largest group whose elements hear an echo so little apart that one kernel's place serves all;
-// 0 where none does.
+// The largest group whose elements hear an echo at almost the same time, so that one place of the
+// kernel suffices for all. 0 if no group is small enough.
 int choose_group(const SynthesisSetup& setup, const SpreadKernel& spread, double points_per_s,
                  double& reach) {
-  // In halves of a grid point, as the kernel's offset.
+  // In half grid points, like the kernel's offset.
   const double per_element =
       2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
   for (const int size : {16, 8, 4, 2, 1}) {
@@ -52,7 +53,8 @@ struct GroupGrid {
   bool has_echoes = false;
 };
 
-// A point so near that its paths to the elements are no polynomial: one element at a time.
+// Deposits one point for one element at a time. It is so near that polynomials do not represent its
+// paths to the elements.
 void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& point, float re,
                   float im, PathArrays& paths, GroupGrid& grid) {
   const GroupKernel& kernel = plan.kernel;
@@ -69,7 +71,7 @@ void deposit_near(const ArrayPlan& plan, const Kernels& kernels, const PointArra
   }
 }
 
-// Values of near points are taken out of `re` and `im`, which are scratch.
+// `re` and `im` are scratch: the values of near points are set to 0.
 void deposit_chunk(const ArrayPlan& plan, const Kernels& kernels, const PointArrays& points,
                    float* re, float* im, int count, PathArrays& paths, GroupGrid& grid) {
   for (int i = 0; i < count; ++i) {
@@ -96,7 +98,8 @@ void deposit_scatterers(const ArrayPlan& plan, const Kernels& kernels, const Arr
   }
 }
 
-// The cells of samples [first, first + size) of a sector that hold energy; returns how many.
+// Fills the chunk with those samples [first, first + size) of a beam cell in which volumes have
+// energy, and returns their number.
 int gather_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task, int beam,
                  int first, int size, PointChunk& chunk) {
   const Sonar& sonar = plan.setup.sonar;
@@ -139,7 +142,7 @@ void deposit_cells(const ArrayPlan& plan, const Kernels& kernels, const PingTask
   }
 }
 
-// Over the whole period, so that a delayed record has as much at its ends.
+// Draws noise for the whole period, so that a delayed record has the same noise power at its ends.
 void add_noise(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task, int element,
                RecordScratch& scratch, Complex* spectrum) {
   if (task.noise_power_pa2 == 0 || plan.geometry.response[element] == Complex(0)) return;
@@ -277,8 +280,8 @@ GroupLine ArrayPlan::line(int first_element, int count, double turns_per_m) cons
 std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;
   const int bins = setup.record.transform, half = bins / 2;
-  // Every echo is deposited once for each element: a grid twice as long costs less than a kernel
-  // of two vectors.
+  // Every echo is deposited once for each element. Therefore a grid of twice the length costs less
+  // than a kernel of two vectors.
   const double tolerance = kSpreadShare * setup.tolerance;
   SpreadKernel spread = choose_spread_kernel(tables.spectrum, -half, tolerance, 8);
   if (spread.points == 0) spread = choose_spread_kernel(tables.spectrum, -half, tolerance);

@@ -1,12 +1,12 @@
-// From scatterers and volumes to what every element of an array hears, and from there to beams.
+// Makes the records of an array's elements from scatterers and volumes, and beams from the records.
 //
 //   ArrayPlan  make_array_plan        what all pings of one array share
-//   BeamTaps   make_beam_taps         where beams find the elements' records
-//   ArrayEchoes  gather_echoes        a ping's scatterers as the origin sees them
+//   BeamTaps   make_beam_taps         how beams read the elements' records
+//   ArrayEchoes  gather_echoes        a ping's scatterers as seen from the origin
 //   RecordScratch                     the memory of one worker
-//   element_spectra  element_series   spectra of the elements' records, pulse and noise in them,
-//                                     and back to samples
-//   FineRecords  make_fine_records    records twice as dense as their samples
+//   element_spectra  element_series   spectra of the elements' records with pulse and noise, and
+//                                     their samples
+//   FineRecords  make_fine_records    records with twice the sampling rate
 //   direct_beams                      sums of all elements for some of the samples
 #pragma once
 
@@ -25,11 +25,11 @@
 
 namespace ensonify {
 
-// For every beam and element: the taps that read the element's record, twice as dense as its
-// samples, at the steering delay.
+// For every beam and element: the taps that interpolate the element's record, at twice its sampling
+// rate, at the steering delay.
 struct BeamTaps {
-  int pad = 0;                      // samples that the record is longer at either end
-  std::vector<double> correction;   // [k = 0 .. M/2], of the record's spectrum; even in k
+  int pad = 0;                      // additional samples at both ends of the record
+  std::vector<double> correction;   // [k = 0 .. M/2], for the record's spectrum; even in k
   std::vector<std::int32_t> begin;  // [beams][elements], in half samples
   std::vector<float> tap;           // [beams][elements][kBeamTaps]
 };
@@ -40,11 +40,11 @@ struct ArrayPlan {
   SynthesisSetup setup;
   ArrayGeometry geometry;
   SpreadKernel spread;
-  GroupKernel kernel;  // of `coefficient`
+  GroupKernel kernel;  // points to `coefficient`
   std::vector<float> coefficient;
-  int group_elements = 0;                    // that one group has
+  int group_elements = 0;                    // elements of one group
   double exact_range_m = 0;                  // nearer points are deposited one element at a time
-  std::vector<std::complex<double>> filter;  // [M], k = 0 first: pulse, kernel undone
+  std::vector<std::complex<double>> filter;  // [M], k = 0 first: pulse, with the kernel undone
   BeamTaps taps;
   ComplexFft grid_forward, record_forward, record_backward, fine_backward;
 
@@ -55,18 +55,18 @@ struct ArrayPlan {
   int groups() const { return (elements() + group_elements - 1) / group_elements; }
   double points_per_s() const { return setup.sonar.bandwidth_hz * spread.points / bins(); }
 
-  // `turns_per_m` with the sign that phases get.
+  // `turns_per_m` has the sign of the phases.
   GroupLine line(int first_element, int count, double turns_per_m) const;
 };
 
-// The spreading kernel at a tap, by its polynomials.
+// The value of the spreading kernel at a tap, from its polynomials.
 double group_kernel_at(const GroupKernel& kernel, int tap, double offset);
 
-// None where single precision or the expansion about groups cannot hold the tolerance.
+// Null if single precision or the expansion about groups cannot hold the tolerance.
 std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables);
 
-// How far a point must be from the nearest element for a group of so many to be expanded about its
-// middle.
+// The least distance from a point to the nearest element at which a group with `group_elements` can
+// be expanded about its middle.
 double expansion_clearance_m(const SynthesisSetup& setup, int group_elements);
 
 struct ArrayEchoes {
@@ -75,7 +75,7 @@ struct ArrayEchoes {
   std::size_t count = 0;
 };
 
-// A chunk of points with what each is worth.
+// A chunk of points with their complex amplitudes.
 struct PointChunk {
   alignas(64) double range_m[kPointChunk], along_m[kPointChunk], turns[kPointChunk],
       position[kPointChunk];
@@ -96,7 +96,7 @@ void gather_echoes(const ArrayPlan& plan, const Kernels& kernels, const PingTask
                    EchoAmplitude amplitude, Pool<PointChunk>& pool, const Workers& workers,
                    ArrayEchoes& echoes);
 
-// spectra: [elements][bins], k = 0 first. Volumes and noise where the amplitude is drawn.
+// spectra: [elements][bins], k = 0 first. Includes volumes and noise if `amplitude` is drawn.
 void element_spectra(const ArrayPlan& plan, const Kernels& kernels, const PingTask& task,
                      const ArrayEchoes& echoes, EchoAmplitude amplitude, Pool<RecordScratch>& pool,
                      const Workers& workers, AlignedBuffer<std::complex<double>>& spectra);
@@ -112,12 +112,12 @@ struct FineRecords {
   std::int64_t stride = 0;
 };
 
-// Holds samples [0, samples) and what beams need around them.
+// Makes samples [0, samples) and the margins that beams need at both ends.
 void make_fine_records(const ArrayPlan& plan, const AlignedBuffer<std::complex<double>>& spectra,
                        int samples, Pool<RecordScratch>& pool, const Workers& workers,
                        FineRecords& fine);
 
-// series [beams][plan.samples()], of samples [0, samples) only.
+// Writes samples [0, samples) of series [beams][plan.samples()].
 void direct_beams(const ArrayPlan& plan, const Kernels& kernels, const FineRecords& fine,
                   int samples, const Workers& workers, std::complex<float>* series);
 

@@ -1,4 +1,4 @@
-// The fast path of an array: sums of its elements to beams, and all stages of a ping.
+// The fast path for an array: the sums of its elements to beams, and all stages of a ping.
 #include <algorithm>
 #include <cmath>
 
@@ -15,19 +15,20 @@ using Complex = std::complex<double>;
 
 constexpr int kSlabBeams = 32;
 
-// Samples that one work item sums, and how many elements it expands together.
+// A block of samples that one work item sums, and the number of elements that it expands together.
 struct Block {
   int first, count;  // samples
   int padded;        // a multiple of 16
   int group;
 };
 
-// Floats of one plane; vectors of the last block may reach past its samples.
+// Floats of one plane. The margin is there because vectors of the last block may reach past its
+// samples.
 std::int64_t fine_stride(const ArrayPlan& plan, int samples) {
   return (samples + 2 * plan.taps.pad + 15) / 16 * 16 + 64;
 }
 
-// How far the focus is from the nearest element at least.
+// A lower bound of the distance from the focus to the nearest element.
 double clearance_m(const ArrayPlan& plan, int sample) {
   const Sonar& sonar = plan.setup.sonar;
   const double range_m = focus_range_m(sonar, plan.setup.water, sample);
@@ -36,7 +37,7 @@ double clearance_m(const ArrayPlan& plan, int sample) {
   return std::max(range_m - end_m, range_m * std::cos(edge));
 }
 
-// The largest groups that the focus allows.
+// Divides samples [0, end) into blocks, each with the largest groups that its focus allows.
 std::vector<Block> blocks_of(const ArrayPlan& plan, int end) {
   std::vector<Block> blocks;
   const bool focused = plan.setup.sonar.array->focus == Focus::dynamic;
@@ -55,7 +56,7 @@ std::vector<Block> blocks_of(const ArrayPlan& plan, int end) {
   return blocks;
 }
 
-// Where the focus lies at the samples of a block.
+// The points of focus at the samples of a block.
 struct FocusPoints {
   alignas(64) double range_m[kPointChunk], along_m[kPointChunk], turns[kPointChunk],
       position[kPointChunk];
@@ -146,7 +147,7 @@ class ArraySynthesis final : public PingSynthesis {
                    const Workers& workers) const;
 
   std::shared_ptr<const ArrayPlan> plan_;
-  std::shared_ptr<const ArrayNodes> nodes_;  // none: all samples as those near by
+  std::shared_ptr<const ArrayNodes> nodes_;  // null: all samples are summed directly
   const Kernels& kernels_;
   std::unique_ptr<const ArrayPower> power_;
   mutable Pool<ArrayScratch> ping_pool_;

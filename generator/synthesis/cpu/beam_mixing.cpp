@@ -16,7 +16,7 @@ constexpr int kColumnBlock = 8;
 constexpr double kNodeRounding = 1e-7;
 constexpr double kRidge = 0.01;
 
-// Solves (P^T P + ridge) x = P^T b: a band as wide as a beam's reach.
+// Solves (P^T P + ridge) x = P^T b. The matrix is a band as wide as the nodes that a beam reaches.
 class LeastSquares {
  public:
   LeastSquares(const BeamNodes& nodes, double tolerance) : p_(nodes), band_(nodes.width) {
@@ -29,7 +29,8 @@ class LeastSquares {
     }
     double largest = 0;
     for (int i = 0; i < p_.nodes; ++i) largest = std::max(largest, at(i, i));
-    // Large values that cancel would fit better than asked and cost more in rounding.
+    // Without the ridge, large values that cancel would fit better than necessary, but increase the
+    // rounding errors.
     const double ridge = largest * std::max(1e-14, kRidge * tolerance * tolerance);
     for (int i = 0; i < p_.nodes; ++i) at(i, i) += ridge;
     for (int i = 0; i < p_.nodes; ++i) {
@@ -44,7 +45,7 @@ class LeastSquares {
     }
   }
 
-  // value(j) for every beam in, node values out.
+  // The node values [nodes] that fit value(j) at every beam j.
   template <class Value>
   std::vector<double> solve(Value&& value) const {
     std::vector<double> x(p_.nodes);
@@ -74,7 +75,7 @@ class LeastSquares {
   std::vector<double> factor_;
 };
 
-// Nodes `spacing` beams apart; those of least reach over the fan's ends are left out.
+// Equally spaced nodes. They extend past the fan's ends by no more than the beams at the ends need.
 BeamNodes make_nodes(int beams, int count, int width) {
   BeamNodes nodes;
   nodes.beams = beams;
@@ -109,13 +110,13 @@ double error_of(const BeamNodes& nodes, const std::vector<double>& weight, doubl
       error += sum * sum;
       norm += w(j) * w(j);
     }
-    // What falls out on the way in is as much again as on the way out.
+    // The factor 2: P on the left and P^T on the right of K each contribute this error.
     worst = std::max(worst, std::sqrt(2 * error / norm));
   }
   return worst;
 }
 
-// K = P+ W P+^T, made exactly symmetric about both diagonals.
+// Sets K = P+ W P+^T, made exactly symmetric about both diagonals.
 void fit_matrix(BeamNodes& nodes, const std::vector<double>& weight, double tolerance) {
   const LeastSquares fit(nodes, tolerance);
   const int n = nodes.nodes, beams = nodes.beams;
@@ -160,10 +161,10 @@ double cost_of(int beams, int nodes, int width, double row_cost) {
   return row_cost * nodes + 0.5 * nodes * nodes + 1.0 * beams * width;
 }
 
-// The relative L2 error that rounding every product of K x in single precision makes in the worst
-// of some columns of W.
+// The relative L2 error that results when all products of K x are rounded to single precision, as
+// the worst of some columns of W.
 double rounding_of(const BeamNodes& nodes, const std::vector<double>& weight) {
-  std::vector<double> seen(nodes.nodes);  // sum of squares of P's columns
+  std::vector<double> seen(nodes.nodes);  // sums of squares of P's columns
   for (int j = 0; j < nodes.beams; ++j) {
     for (int a = 0; a < nodes.width; ++a) {
       const double w = nodes.weight[std::size_t(j) * nodes.width + a];
@@ -186,8 +187,8 @@ double rounding_of(const BeamNodes& nodes, const std::vector<double>& weight) {
   return kNodeRounding * worst;
 }
 
-// The cheapest nodes of a width that hold the tolerance, in steps of 4, if any cost less than
-// `bound`; else nodes = 0.
+// The fewest nodes, in steps of 4, of a width that hold the tolerance and cost less than `bound`.
+// nodes = 0 if there are none.
 BeamNodes fewest_nodes(const std::vector<double>& weight, double tolerance, int width,
                        double row_cost, double bound) {
   const int beams = static_cast<int>(weight.size());
@@ -268,7 +269,7 @@ void BeamMixer::mix_amplitude(std::complex<double>* rows, int columns, int strid
 void BeamMixer::mix_power(double* rows, int columns, int stride, const Workers& workers) const {
   const int length = forward_.length();
   const int pitch = (length + 3) / 4 * 4;
-  // Two real columns share one complex transform: the kernel's spectrum is real.
+  // Two real columns share one complex transform, because the kernel's spectrum is real.
   constexpr int kPairs = kColumnBlock / 2;
   workers.for_each((columns + kColumnBlock - 1) / kColumnBlock, [&](std::size_t block) {
     const int first = static_cast<int>(block) * kColumnBlock;
@@ -297,7 +298,7 @@ BeamNodes choose_beam_nodes(const std::vector<double>& weight, double tolerance,
   const int beams = static_cast<int>(weight.size());
   BeamNodes best;
   double least = cost_of(beams, beams + beams % 2, 1, row_cost);
-  // The likely widths first: what costs more is then not tried.
+  // Likely widths come first, so that widths that cost more are not tried.
   for (const int width : {9, 10, 8, 11, 7, 12, 6, 14, 5, 4}) {
     BeamNodes nodes = fewest_nodes(weight, tolerance, width, row_cost, least);
     if (nodes.nodes == 0) continue;

@@ -1,10 +1,10 @@
-// Beam mixing in few sums, two ways.
+// Two methods for beam mixing in few sums.
 //
-//   BeamMixer                      a convolution over beams: the weights depend on the distance of
-//                                  two sectors only
-//   BeamNodes  choose_beam_nodes   few nodes across the fan, since the weights are a smooth
+//   BeamMixer                      a convolution over beams, because the weights depend only on the
+//                                  distance of two beam cells
+//   BeamNodes  choose_beam_nodes   a few nodes across the fan, because the weights are a smooth
 //                                  function of the beam: W = P K P^T, where P spreads each beam
-//                                  over a few neighbouring nodes and K mixes the nodes
+//                                  over a few neighboring nodes and K mixes the nodes
 #pragma once
 
 #include <complex>
@@ -39,17 +39,17 @@ class BeamMixer {
 
 struct BeamNodes {
   int beams = 0;
-  int nodes = 0;               // even, placed symmetrically about the fan's middle
+  int nodes = 0;               // an even number, symmetric about the fan's middle
   int width = 0;               // nodes that a beam reaches
-  double error = 0;            // relative L2 of the worst of the sampled columns of W
+  double error = 0;            // relative L2 error, the worst of some columns of W
   std::vector<int> first;      // [beams]
   std::vector<double> weight;  // [beams][width]: P
   std::vector<double> matrix;  // [nodes][nodes]: K, symmetric and persymmetric
 };
 
-// `weight` is W's by distance. The cheapest with an error of at most `tolerance`; nodes = beams (or
-// one more) with K = W where nothing less will do. `row_cost` is that of transforming one node's
-// record, in multiplications per sample.
+// The nodes of least cost with an error of at most `tolerance`. If fewer nodes do not suffice,
+// nodes = beams (or one more) and K = W. `weight` contains W by distance. `row_cost` is the cost of
+// transforming one node's record, in multiplications per sample.
 BeamNodes choose_beam_nodes(const std::vector<double>& weight, double tolerance, double row_cost);
 
 }  // namespace ensonify

@@ -1,4 +1,4 @@
-// Which of its ways and which vector instructions the CPU backend takes for a setup.
+// The CPU backend: chooses the method and the vector instructions for a setup.
 #include <algorithm>
 #include <optional>
 
@@ -33,10 +33,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Below this, single precision would show.
+// Below this tolerance, single precision is not sufficient.
 constexpr double kFinestFast = 1e-6;
 
-// pulse_autospectrum by FFT: the Fourier coefficients of |s|^2 from twice as many samples of it.
+// pulse_autospectrum by FFT: the Fourier coefficients of |s|^2, from samples at twice the rate.
 std::vector<Complex> fast_autospectrum(const std::vector<Complex>& spectrum) {
   const int count = static_cast<int>(spectrum.size());
   AlignedBuffer<Complex> samples(2 * spectrum.size());

@@ -21,11 +21,11 @@ using Complex = std::complex<double>;
 using Spectrum = std::vector<Complex>;
 
 constexpr double kShare = 0.3;         // of the tolerance
-constexpr double kTail = 1e-6;         // of the norm: fainter tails are not judged on their own
-constexpr double kNominalSpan = 1e-3;  // of the shifts of a ping
-constexpr double kMostCost = 1000;     // nodes there
+constexpr double kTail = 1e-6;         // of the norm; weaker tails have no separate limit
+constexpr double kNominalSpan = 1e-3;  // of the Doppler in a ping
+constexpr double kMostCost = 1000;     // nodes over this span
 constexpr double kWidest = 0.02, kMostNodesPerBin = 8;
-constexpr double kStep = 1.2;  // to which widths are looked for
+constexpr double kStep = 1.2;  // the ratio to which the search for the width goes
 
 // The place of node q in its band, from 0 to 1.
 double place_in_band(int q, int degree) { return 0.5 - 0.5 * std::cos(kPi * q / degree); }
@@ -36,7 +36,7 @@ double norm_of(const Spectrum& s) {
   return std::sqrt(sum);
 }
 
-// Measures the interpolated pulses of a setup.
+// Measures the error of interpolated pulses.
 class Judge {
  public:
   Judge(const DopplerPulse& pulse, double tolerance)
@@ -46,7 +46,8 @@ class Judge {
         samples_(pulse.transform),
         backward_(pulse.transform, FftDirection::backward) {}
 
-  // Beside no shift, where the edge of the band takes over, and where it has cut a quarter.
+  // Whether the tolerance holds in the bands at three values of Doppler: at rest, where the pulse
+  // reaches the edge of the frequency band, and where the edge has cut off a quarter of it.
   bool holds(const DopplerNodes& nodes) {
     const double bandwidths = pulse_.sonar.frequency_hz / pulse_.sonar.bandwidth_hz;
     for (const double shift : {0.0, 0.12, 0.25}) {
@@ -57,7 +58,7 @@ class Judge {
   }
 
  private:
-  // In the middle of one band and at its ends.
+  // The same for one band, halfway between nodes, in its middle and at its ends.
   bool holds(const DopplerNodes& nodes, int first, int step) {
     std::vector<Spectrum> at_node;
     std::vector<double> doppler;
@@ -88,7 +89,7 @@ class Judge {
     return true;
   }
 
-  // Energy in the samples at least x from the middle, for x = 0, 1, 2, 4, ...
+  // The energy of the samples at a distance of at least x from the middle, for x = 0, 1, 2, 4, ...
   std::vector<double> tails_of(const Spectrum& spectrum) {
     const int count = static_cast<int>(spectrum.size());
     std::copy(spectrum.begin(), spectrum.end(), samples_.begin());
@@ -108,13 +109,14 @@ class Judge {
   ComplexFft backward_;
 };
 
-// The mean enters the expected power as a square, from the same nodes as the series.
+// The tolerance for the mean, which is the same as for the time series because they share nodes.
+// The expected power has the square of the mean and thus twice its relative error.
 constexpr double kMeanTolerance = 3e-5;
 
-// What one ping in work needs beside that of its nodes.
+// The memory of one ping in work, in addition to that of its nodes.
 struct DopplerScratch {
   std::vector<Complex> sum, mean;  // [beams x samples]
-  std::vector<Complex> channels;   // [elements x samples], where asked for
+  std::vector<Complex> channels;   // [elements x samples], if requested
   ScattererList part;
   PingSeries series;
 };
@@ -123,7 +125,8 @@ bool is_shifted(const Scatterer& s) { return s.doppler != 0; }
 bool is_diffuse(const Scatterer& s) { return s.standard_deviation != 0; }
 bool has_mean(const Scatterer& s) { return s.mean != 0.0f; }
 
-// into = those of `list` for which change(scatterer) is true, as it leaves them.
+// Calls change(scatterer) for copies of all scatterers of `list`, and puts those for which it
+// returns true `into` a list, as changed.
 template <class Change>
 void select(const ScattererList& list, ScattererList& into, const Change& change) {
   into.items.clear();
@@ -204,9 +207,9 @@ SynthesisMemory DopplerSynthesis::memory(bool has_volumes) const {
   const SynthesisSetup& setup = tables_.setup;
   const double bands =
       std::ceil(setup.max_doppler / nodes_.width) - std::floor(setup.min_doppler / nodes_.width);
-  // The node at rest is there in any case.
+  // The node at rest always exists.
   const auto copies = static_cast<std::uint64_t>(2 + nodes_.degree * bands);
-  // Each node keeps tables and scratch of its own.
+  // Each node has its own tables and scratch memory.
   memory.shared_bytes *= copies;
   memory.ping_bytes *= copies;
   memory.echo_bytes *= copies;
@@ -217,7 +220,7 @@ SynthesisMemory DopplerSynthesis::memory(bool has_volumes) const {
   return memory;
 }
 
-// None where the pulse has left the band.
+// Null if the pulse is outside of the band.
 const PingSynthesis* DopplerSynthesis::at_node(int node) const {
   if (node == 0) return unshifted_.get();
   const std::lock_guard lock(mutex_);
@@ -235,7 +238,7 @@ void DopplerSynthesis::add_nodes(const PingTask& task, DopplerScratch& scratch,
   scratch.sum.assign(cells(), 0);
   scratch.mean.assign(task.wants_clean ? cells() : 0, 0);
   scratch.channels.assign(task.wants_channels ? channel_cells() : 0, 0);
-  std::set<int> needed = {0};  // which has noise and volumes too
+  std::set<int> needed = {0};  // node 0 also has noise and volumes
   for (const Scatterer& s : task.scatterers->items) {
     if (s.doppler == 0) continue;
     const DopplerWeights weights = weights_at(nodes_, static_cast<double>(s.doppler));
@@ -268,7 +271,7 @@ void DopplerSynthesis::add_node(const PingTask& task, int node, DopplerScratch& 
   if (task.wants_channels) add(scratch.series.channels_pa, scratch.channels);
   const auto& items = scratch.part.items;
   if (!task.wants_clean || std::none_of(items.begin(), items.end(), has_mean)) return;
-  // Where nothing is drawn the series is the mean.
+  // Without diffuse parts, noise and volumes, the time series is the mean.
   if (node == 0 || std::any_of(items.begin(), items.end(), is_diffuse)) {
     select(*task.scatterers, scratch.part, [&](Scatterer& s) {
       s.standard_deviation = 0;
@@ -279,8 +282,8 @@ void DopplerSynthesis::add_node(const PingTask& task, int node, DopplerScratch& 
   add(scratch.series.pressure_pa, scratch.mean);
 }
 
-// A shift turns the phase of an echo within its pulse and hardly stretches its envelope: |s|^2
-// is that of the unshifted pulse.
+// Doppler changes the phase of an echo within its pulse and hardly stretches its envelope.
+// Therefore |s|^2 is that of the pulse at rest.
 void DopplerSynthesis::diffuse_power(const PingTask& task, DopplerScratch& scratch,
                                      PingSeries& result, const Workers& workers) const {
   select(*task.scatterers, scratch.part, [](Scatterer& s) {
@@ -303,7 +306,7 @@ DopplerNodes choose_doppler_nodes(const DopplerPulse& pulse, double tolerance) {
   DopplerNodes best;
   double least = kMostCost, width = 0;
   for (const int degree : {2, 3, 4, 6, 8, 11, 16, DopplerNodes::kMostDegree}) {
-    // A higher degree holds where a lower one does.
+    // A higher degree holds for all widths for which a lower degree does.
     double low = std::max(width, bin * degree / kMostNodesPerBin), high = kWidest;
     if (low * kStep >= high || !judge.holds({degree, low})) continue;
     while (high > kStep * low) {
@@ -311,7 +314,7 @@ DopplerNodes choose_doppler_nodes(const DopplerPulse& pulse, double tolerance) {
       (judge.holds({degree, middle}) ? low : high) = middle;
     }
     width = low;
-    // Where the span begins within a band is chance.
+    // The expected number of nodes, because the span may begin anywhere within a band.
     const double cost = degree * (kNominalSpan / width + 1) + 1;
     if (cost > 1.5 * least) break;
     if (cost >= least) continue;

@@ -1,9 +1,10 @@
-// In double precision throughout, one row a beam:
+// Synthesis in double precision throughout, with one row per beam:
 //
-//   sector series   deposit a gain e^(-i 2 pi f_c tau) at tau, FFT, times S(f), inverse FFT
-//   sector power    deposit variance gain^2 at tau, FFT, times the spectrum of |s|^2, inverse FFT
-//   volumes         lie on whole samples: a plain FFT of the record in place of the deposit
-//   beams           both convolved over beams with the pattern (power: its square)
+//   series of a beam cell   deposit a gain e^(-i 2 pi f_c tau) at tau, FFT, times S(f), inverse FFT
+//   power of a beam cell    deposit variance gain^2 at tau, FFT, times the spectrum of |s|^2,
+//                           inverse FFT
+//   volumes                 at whole samples: a plain FFT of the record in place of the deposit
+//   beams                   both convolved over beams with the pattern (power: its square)
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -67,7 +68,7 @@ class DoubleSynthesis final : public PingSynthesis {
   void clean_power(const PingTask& task, PingSeries& result, const Workers& workers) const;
 
   SynthesisSetup setup_;
-  int stride_;  // elements from beam to beam: rows on 64-byte boundaries
+  int stride_;  // numbers from row to row; rows begin on 64-byte boundaries
   double source_pa_m_;
   std::vector<Complex> spectrum_, autospectrum_;
   GriddingKernel series_kernel_, power_kernel_;
@@ -93,7 +94,7 @@ void DoubleSynthesis::scatterer_spectrum(const PingTask& task, EchoAmplitude whi
     spread(series_kernel_, position(s.delay_s), echo, grid.data());
   }
   series_forward_.run(grid.data());
-  // Bin m of the band stands for k = m - M/2; the inverse transform wants k = 0 first.
+  // Bin m of the band is k = m - M/2. The inverse transform needs k = 0 first.
   const int half = transform() / 2;
   for (int k = -half; k < half; ++k) {
     const int source = k < 0 ? k + series_kernel_.grid : k;
@@ -142,7 +143,8 @@ void DoubleSynthesis::scatterer_power(const PingTask& task, int beam, Complex* f
   }
   AlignedBuffer<Complex> half(power_kernel_.grid / 2 + 1);
   power_forward_.run(grid.data(), half.data());
-  // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
+  // |s|^2 has twice the bandwidth of s. At sampling steps of 1/b, its upper half folds onto the
+  // lower half.
   const int bins = transform();
   const auto term = [&](int k) {
     return k < bins ? autospectrum_[k] * power_kernel_.correction[k] * half[k] : Complex(0);
@@ -159,7 +161,7 @@ void DoubleSynthesis::add_volume_power(const PingTask& task, int beam, Complex* 
   }
   AlignedBuffer<Complex> half(bins / 2 + 1);
   volume_power_forward_.run(cells.data(), half.data());
-  // The spectrum of whole samples has the period M, so that the two folded bins share one value.
+  // The spectrum of whole samples has the period M, so that both folded bins have the same value.
   folded[0] += autospectrum_[0] * half[0];
   for (int k = 1; k <= bins / 2; ++k) {
     folded[k] += (autospectrum_[k] + std::conj(autospectrum_[bins - k])) * half[k];
@@ -187,7 +189,7 @@ SynthesisMemory DoubleSynthesis::memory(bool) const {
   const std::uint64_t row = transform();
   SynthesisMemory memory;
   memory.shared_bytes = 8 * row * sizeof(Complex);
-  // Series, mean and power of all beams; a thread: the grid of powers and its spectrum.
+  // A ping: series, mean and power of all beams. A thread: the grid of powers and its spectrum.
   memory.ping_bytes = beams() * row * (2 * sizeof(Complex) + sizeof(double));
   memory.thread_bytes = 5 * row * sizeof(Complex);
   return memory;
@@ -223,7 +225,7 @@ void DoubleSynthesis::clean_power(const PingTask& task, PingSeries& result,
   workers.for_each(beams(), [&](std::size_t j) {
     for (int n = 0; n < samples(); ++n) {
       const double coherent = has_mean ? std::norm(mean[j * stride_ + n]) : 0.0;
-      // The transforms leave rounding of either sign where there is nothing.
+      // Rounding in the transforms can make samples without echoes negative.
       const double power = std::max(0.0, diffuse[j * diffuse_stride + n] + coherent);
       result.clean_power_pa2[j * samples() + n] = static_cast<float>(power);
     }

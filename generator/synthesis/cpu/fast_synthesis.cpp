@@ -1,5 +1,5 @@
-// The fast path: from scatterers and volumes to what is deposited, and the stages of node_sums.h
-// for series, expected power and mean.
+// The fast path: deposits scatterers and volumes, and runs the stages of node_sums.h for time
+// series, expected power and mean.
 #include <algorithm>
 #include <cmath>
 
@@ -36,7 +36,7 @@ void gather(std::span<const Scatterer> items, EchoScratch& s, EchoBuffer& echoes
   if (has_diffuse) echoes.has_diffuse.store(true, std::memory_order_relaxed);
 }
 
-// body(first, count, scratch) for every chunk of the list, and the places of its echoes.
+// Computes the places of all echoes, and calls body(first, count, scratch) for every chunk.
 template <class Body>
 void for_each_chunk(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
                     const ScattererList& list, Pool<EchoScratch>& pool, const Workers& workers,
@@ -57,7 +57,7 @@ void for_each_chunk(const NodePlan& plan, const Kernels& kernels, const Sonar& s
   });
 }
 
-// value(beam, first sample, count, scratch, out) for stretches of all cells.
+// Calls value(beam, first sample, count, scratch, out) for stretches of all volume cells.
 template <class Value>
 void for_each_cell(const NodePlan& plan, Pool<EchoScratch>& pool, const Workers& workers,
                    EchoBuffer& echoes, Value&& value) {
@@ -71,16 +71,16 @@ void for_each_cell(const NodePlan& plan, Pool<EchoScratch>& pool, const Workers&
   });
 }
 
-// The tolerance of the mean in the expected power, where twice as much comes of it.
+// The tolerance of the mean. In the expected power, its relative error is twice as large.
 constexpr double kCleanTolerance = 3e-5;
 
-// What one ping in work needs beside its workers' scratch.
+// The memory of one ping in work, in addition to the scratch memory of workers.
 struct SeriesScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
 };
 
-// Noise of one beam over one tile, re and im apart.
+// Noise of one beam over one tile: all real parts, then all imaginary parts.
 class TileNoise {
  public:
   TileNoise(const Kernels& kernels, const PingTask& task)
@@ -135,7 +135,7 @@ class FastSynthesis final : public PingSynthesis {
  private:
   void series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
               const Workers& workers) const;
-  // After series() of the same ping, which finds out what there is.
+  // Needs series() of the same ping first, which finds out what amplitudes there are.
   void clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                    const Workers& workers) const;
   void add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
@@ -159,7 +159,7 @@ SynthesisMemory FastSynthesis::memory(bool has_volumes) const {
   for (const NodePlan* plan : {series_.get(), mean_.get(), power_.get()}) {
     if (plan == mean_.get() && mean_ == series_) continue;
     memory.shared_bytes += plan_bytes(*plan);
-    // Each in its turn, in the same buffers.
+    // Plans run one after another in the same buffers.
     memory.ping_bytes = std::max(memory.ping_bytes, planes_bytes(*plan));
     memory.thread_bytes = std::max(memory.thread_bytes, scratch_bytes(*plan, has_volumes));
   }
@@ -171,8 +171,8 @@ SynthesisMemory FastSynthesis::memory(bool has_volumes) const {
   return memory;
 }
 
-// write(beam, first sample, samples, values of the tile) for all beams and times; one work item
-// calls it for all beams of one stretch of time.
+// Calls write(beam, first sample, samples, values of the tile) for all beams and times. One work
+// item calls it for all beams of one stretch of time.
 template <class Write>
 void FastSynthesis::mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
                         Write&& write) const {

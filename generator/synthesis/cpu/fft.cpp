@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-// FFTW's planner keeps state of its own for the whole process; only running a plan is free.
+// FFTW's planner has global state, so that calls to it need this mutex. Running a plan does not.
 std::mutex& planner_mutex() {
   static std::mutex mutex;
   return mutex;
@@ -19,7 +19,7 @@ std::mutex& planner_mutex() {
 
 fftw_complex* as_fftw(std::complex<double>* data) { return reinterpret_cast<fftw_complex*>(data); }
 
-// Measured plans may differ from run to run, and with them the last bits of every result.
+// Measured plans may differ from run to run, and so would the last bits of every result.
 constexpr unsigned kPlanFlags = FFTW_ESTIMATE;
 
 void destroy(fftw_plan plan) {

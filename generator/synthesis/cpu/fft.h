@@ -1,8 +1,8 @@
 // FFTW in double precision, with plans that any number of threads may run at once.
 //
-//   AlignedBuffer   memory as FFTW's vector code wants it
+//   AlignedBuffer   memory with the alignment of FFTW's vector code
 //   ComplexFft      in place, forward or backward, unscaled
-//   BatchFft        many of them side by side
+//   BatchFft        many interleaved complex transforms at once
 //   RealFft         real to half-complex and back, unscaled
 #pragma once
 
@@ -26,7 +26,7 @@ class AlignedBuffer {
   AlignedBuffer() : size_(0) {}
   explicit AlignedBuffer(std::size_t n)
       : size_(n), data_(static_cast<T*>(allocate_zeroed(n * sizeof(T)))) {}
-  // At least n elements; what was there is lost where there were fewer.
+  // Provides at least n elements. If the buffer has to grow, its contents are lost.
   void need(std::size_t n) {
     if (size_ < n) *this = AlignedBuffer(n);
   }
@@ -43,7 +43,7 @@ class AlignedBuffer {
   std::unique_ptr<T[], FreeAligned> data_;
 };
 
-// Real and imaginary parts by turns, as kernels take them.
+// Interleaved real and imaginary parts, for the kernels.
 inline double* as_doubles(std::complex<double>* p) { return reinterpret_cast<double*>(p); }
 inline const double* as_doubles(const std::complex<double>* p) {
   return reinterpret_cast<const double*>(p);
@@ -51,12 +51,12 @@ inline const double* as_doubles(const std::complex<double>* p) {
 
 enum class FftDirection { forward, backward };  // e^(-i...) and e^(+i...)
 
-struct FftPlan;  // of FFTW, destroyed with its last user
+struct FftPlan;  // a plan of FFTW, destroyed with its last user
 
 class ComplexFft {
  public:
   ComplexFft(int length, FftDirection direction);
-  // In place; data as long as the plan, 64-byte aligned.
+  // In place. data: [length()], 64-byte aligned.
   void run(std::complex<double>* data) const;
   int length() const { return length_; }
 
@@ -65,7 +65,7 @@ class ComplexFft {
   std::shared_ptr<const FftPlan> plan_;
 };
 
-// data [length][count], transformed along the first.
+// Transforms data [length][count] along the first dimension.
 class BatchFft {
  public:
   BatchFft(int length, int count, FftDirection direction);
@@ -78,8 +78,8 @@ class BatchFft {
 class RealFft {
  public:
   RealFft(int length, FftDirection direction);
-  // forward: real[length] -> half[length/2 + 1]; real is kept.
-  // backward: half -> real; half is overwritten.
+  // forward: real[length] -> half[length/2 + 1]; keeps real.
+  // backward: half -> real; overwrites half.
   void run(double* real, std::complex<double>* half) const;
   int length() const { return length_; }
 

@@ -1,5 +1,5 @@
 // Spreading over a grid by a compact window, for type-1 nonuniform FFTs in one dimension: sums of
-// phasors at uniform frequencies from samples at any times.
+// phasors at uniform frequencies from samples at arbitrary times.
 //
 // The window is exp(beta (sqrt(1 - z^2) - 1)), z = -1 ... 1 over its `width` grid steps: Barnett,
 // Magland and af Klinteberg, "A parallel nonuniform fast Fourier transform library based on an
@@ -7,9 +7,9 @@
 //
 //   window
 //   WindowIntegral                  its Fourier transform, for any phase
-//   transform_nodes  transform_weights  WindowTransform   the same over half of it
-//   GriddingKernel  make_gridding_kernel   the window and what undoes it
-//   spread                          one sample onto the grid
+//   transform_nodes  transform_weights  WindowTransform   the same for linear phases
+//   GriddingKernel  make_gridding_kernel   the window and the correction that undoes it
+//   spread                          adds one sample to the grid
 #pragma once
 
 #include <cmath>
@@ -18,17 +18,17 @@
 
 namespace ensonify {
 
-// 0 beyond its ends.
+// The window at z; 0 for |z| > 1.
 double window(double beta, double z);
 
-// (width / 2) times the integral of window(z) cos(phase(z)) over z = -1 ... 1. With z = sin u the
-// integrand is smooth and all but vanishes at both ends, so that the trapezoid rule converges
+// (width / 2) times the integral of window(z) cos(phase(z)) over z = -1 ... 1. With z = sin u, the
+// integrand is smooth and almost zero at both ends, so that the trapezoid rule converges
 // geometrically.
 class WindowIntegral {
  public:
   WindowIntegral(double beta, int width, int places);
 
-  // phase_rad(z).
+  // The phase is phase_rad(z), in radians.
   template <class Phase>
   double operator()(const Phase& phase_rad) const {
     double sum = 0;
@@ -40,7 +40,7 @@ class WindowIntegral {
   std::vector<double> z_, weight_;
 };
 
-// The window's Fourier transform at x periods a grid step is the sum of weight * cos(node * x).
+// The window's Fourier transform at x periods per grid step is the sum of weight * cos(node * x).
 std::vector<double> transform_nodes(int width, int count);
 std::vector<double> transform_weights(int width, double beta, int count);
 
@@ -53,7 +53,8 @@ class WindowTransform {
   std::vector<double> node_, weight_;
 };
 
-// Width 16 at twofold oversampling leaves less than 1e-14 of the sum of magnitudes.
+// The window has a width of 16 at twofold oversampling. Its error is less than 1e-14 of the sum of
+// magnitudes.
 struct GriddingKernel {
   int grid = 0;   // fine grid points in the period
   int width = 0;  // points that one sample reaches
@@ -61,7 +62,7 @@ struct GriddingKernel {
   std::vector<double> correction;  // [k = 0 .. highest]: 1 / transform of the kernel; even in k
 };
 
-// `highest` is the largest |k| wanted; grid >= 4 highest keeps the stated error.
+// `highest` is the largest |k| that is needed. The stated error needs grid >= 4 highest.
 GriddingKernel make_gridding_kernel(int grid, int highest);
 
 // Adds value times the kernel at position x (in periods, any real number) to grid[kernel.grid].

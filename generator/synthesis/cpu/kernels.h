@@ -1,14 +1,15 @@
 // The inner loops of the fast path, compiled once per SimdLevel behind a table.
 //
-// Plain arrays only: the files that fill the table are compiled for wider instructions than the
-// rest, and an inline function of a header in them could end up in the whole program.
+// The interface has plain arrays only. The files that fill the table are compiled for wider
+// instructions than the other files. If they instantiated an inline function from a header, the
+// linker could use this version of it in the whole program.
 //
-// An array's elements are taken in groups of neighbours. A group sees a point under a path that is
-// expanded about the group's middle: its length is exact there, and a polynomial of the element's
-// number beside it.
+// The elements of an array are processed in groups of neighbors. The path from a point to a group
+// is expanded about the group's middle: its length is exact there, and a polynomial of the
+// element's number elsewhere.
 //
-//   GroupLine  PointArrays  PathArrays  GroupKernel  BeamElement  NodeSum   of an array
-//   EchoArrays  KernelPolynomial                                            of any deposit
+//   GroupLine  PointArrays  PathArrays  GroupKernel  BeamElement  NodeSum   for arrays
+//   EchoArrays  KernelPolynomial                                            for any deposit
 //   Kernels  kernels_of
 #pragma once
 
@@ -21,17 +22,17 @@ constexpr int kPointChunk = 128;
 constexpr int kBeamBlock = 64;  // samples
 constexpr int kBeamTaps = 8;
 
-// A group's place, and what a metre is.
+// The place of a group, and scales per meter of path.
 struct GroupLine {
   double middle_m;       // y of its middle
   double spacing_m;      // from element to element
-  double turns_per_m;    // of the carrier, with the sign that phases get
+  double turns_per_m;    // of the carrier, with the sign of the phases
   double points_per_m;   // of the time grid
   double first_element;  // from the middle to element 0, in elements: -(count - 1)/2
   int points, width;     // of the time grid and its kernel
 };
 
-// Points as the origin sees them.
+// Points as seen from the origin.
 struct PointArrays {
   const double* range_m;
   const double* along_m;   // y
@@ -39,9 +40,9 @@ struct PointArrays {
   const double* position;  // on the time grid, in grid points; any number
 };
 
-// The same as a group sees them. Element l of it, x = l + first_element:
+// The same points as seen from a group. For its element l, with x = l + first_element:
 //   phase     turns 2^-32 + l slope 2^-32 + x^2 (bend[0] + x (bend[1] + x bend[2])), in turns
-//   position  `first`, `offset` as in EchoArrays, and later by x (shift[0] + x shift[1]) of offset
+//   position  `first` and `offset` of EchoArrays, with x (shift[0] + x shift[1]) added to `offset`
 struct PathArrays {
   std::int32_t turns[kPointChunk], slope[kPointChunk];
   float bend[3][kPointChunk];
@@ -56,48 +57,48 @@ struct GroupKernel {
   float per_reach;
 };
 
-// One element's record, twice as dense as its samples, and what a beam does with it.
+// One element's record at twice its sampling rate, and its taps and weights in a beam.
 struct BeamElement {
-  const float* even;  // re where taps 0, 2, 4 .. of the block's first sample lie
-  const float* odd;   // and taps 1, 3, 5 ..
+  const float* even;  // re at taps 0, 2, 4 .. of the block's first sample
+  const float* odd;   // re at taps 1, 3, 5 ..
   std::int64_t to_im;
   const float* tap;  // [kBeamTaps]
   float weight_re, weight_im;
 };
 
-// Bins whose node weights are one polynomial, and its degree.
+// The bins whose node weights are given by one polynomial, and its degree.
 constexpr int kSteerBins = 64;
 constexpr int kSteerTaps = 11;
 constexpr int kSteerDegree = 4;
 
-// What a beam makes of its nodes over a stretch of samples: coefficients are polynomials of
-// t = -1 .. 1 over the stretch, [taps][degree + 1][re, im], constant term last.
+// The sum of a beam's nodes over a stretch of samples. Coefficients are polynomials of t = -1 .. 1
+// over the stretch, [taps][degree + 1][re, im], constant term last.
 struct NodeSum {
   const float* coefficient;
   int taps, degree;  // 0, 3 or 5
-  const float* re;   // of the first tap; the others follow at `stride`
+  const float* re;   // of the first tap; the other taps follow at distances of `stride`
   const float* im;
   std::int64_t stride;
 };
 
 enum class SimdLevel;
 
-// A row of a deposit grid holds `points` complex numbers with this many more before and behind
-// them, so that no kernel has to wrap.
+// A row of a deposit grid has `points` complex numbers, and as many as this before and after them,
+// so that no kernel has to wrap around.
 constexpr int kHalo = 16;
-// Floats that one mixing tile holds of every node, and rows of a block of the packed matrix.
+// The floats per node in one mixing tile, and the rows of a block of the packed matrix.
 constexpr int kTile = 256;
 constexpr int kRowBlock = 6;
 
-// Echoes ready to be deposited.
+// Echoes that are ready for the deposit.
 struct EchoArrays {
-  float* value;         // re and im by turns
-  std::int32_t* first;  // grid point where the kernel begins
+  float* value;         // re and im interleaved
+  std::int32_t* first;  // the grid point at which the kernel begins
   float* offset;        // in [-1, 1): twice the distance from the kernel's edge to `first`, less 1
 };
 
-// The spreading kernel as polynomials in `offset`, one a point, each coefficient twice (for re and
-// im): [degree + 1][chunks][8], highest degree first.
+// The spreading kernel as polynomials in `offset`, one per point, with each coefficient twice (for
+// re and im): [degree + 1][chunks][8], highest degree first.
 struct KernelPolynomial {
   const float* coefficient;
   int degree;
@@ -105,65 +106,69 @@ struct KernelPolynomial {
 };
 
 struct Kernels {
-  // Circular complex normals, E|xi|^2 = 1: those of complex_normal(key, ping, hi:lo, 0), to 3e-7.
+  // Circular complex normal numbers with E|xi|^2 = 1, equal to complex_normal(key, ping, hi:lo, 0)
+  // to 3e-7.
   void (*draw_normals)(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo,
                        const std::uint32_t* hi, int count, float* re, float* im);
-  // value = (re, im) scale gain e^(-i 2 pi frequency delay), re and im by turns.
+  // value = (re, im) scale gain e^(-i 2 pi frequency delay), with re and im interleaved.
   void (*apply_path)(double frequency_hz, float scale, const double* delay_s, const float* gain,
                      const float* re, const float* im, int count, float* value);
-  // Where the kernels of echoes begin, delay_s times `rate` being in periods.
+  // Where the kernels of echoes begin. delay_s times `rate` is the delay in periods of the grid.
   void (*place)(double rate, int points, int width, const double* delay_s, int count,
                 std::int32_t* first, float* offset);
-  // rows[r][first ...] += weight[r] * value * kernel for echoes [begin, end); weight[r] is a pair,
-  // for re and for im.
+  // rows[r][first ...] += weight[r] * value * kernel for echoes [begin, end). weight[r] is a pair
+  // of weights, for re and im.
   void (*deposit)(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
                   const KernelPolynomial* kernel, const float* weight, int row_count, float* rows,
                   std::int64_t stride);
   // row[i] += weight[i % 2] * cells[i].
   void (*add_scaled)(const float* weight, const float* cells, int count, float* row);
-  // Complex floats with halos to complex doubles without, and back to two planes.
+  // Converts complex floats with halos to complex doubles without, and doubles back to two planes.
   void (*widen)(const float* row, int points, int halo, double* out);
   void (*narrow)(const double* row, int count, float* re, float* im);
-  // out = a f, and out += a f, of complex doubles.
+  // out = a f, and out += a f, for complex doubles.
   void (*multiply)(const double* a, const double* f, int count, double* out);
   void (*multiply_add)(const double* a, const double* f, int count, double* out);
   // y[row][kTile] = sum_k packed[row / kRowBlock][k][row % kRowBlock] x[k][kTile].
   void (*product)(const float* packed, int row_count, int depth, const float* x, float* y);
-  // even[c] = x[c] + x[n-1-c], odd[c] = the difference, for c < n/2; and back. Node c's tile is
-  // `segments` pieces of kTile / segments floats, one from each of its planes.
+  // even[c] = x[c] + x[n-1-c] and odd[c] = x[c] - x[n-1-c] for c < n/2, and the inverse. The tile
+  // of node c consists of `segments` pieces of kTile / segments floats, one from each of its
+  // planes.
   void (*fold)(const float* planes, std::int64_t stride, int segments, int nodes, float* even,
                float* odd);
   void (*unfold)(const float* even, const float* odd, int nodes, float* x);
   // out[kTile] = sum_w weight[w] x[w][kTile].
   void (*combine)(const float* weight, int width, const float* x, float* out);
-  // Ends of a tile: to complex numbers (plus `added`, unless null), to powers, |.|^2 added.
+  // Store a tile as complex numbers (plus `added`, unless null), store it as powers, or add its
+  // |.|^2 to powers.
   void (*store_complex)(const float* tile, const float* added, int count, float* out);
   void (*store_power)(const float* tile, int count, float* out);
   void (*add_square)(const float* tile, int count, float* out);
-  // Arrays of elements: where a group of them hears up to kPointChunk points.
+  // For arrays: the paths of up to kPointChunk points to a group of elements.
   void (*array_paths)(const GroupLine* line, const PointArrays* points, int count,
                       PathArrays* paths);
-  // Echoes of a chunk onto the grid of a group's elements, [halo + points + halo][re, im]
-  // [kGroupElements]; all elements are written, the group's own are right.
+  // Deposits the echoes of a chunk on the grid of a group's elements,
+  // [halo + points + halo][re, im][kGroupElements]. It writes all kGroupElements; only the values
+  // of the group's own elements are valid.
   void (*array_deposit)(double first_element, const PathArrays* paths, const float* re,
                         const float* im, int count, const GroupKernel* kernel, float* grid);
-  // Elements [first, first + count) of such a grid, at most 4, to complex doubles without halos:
-  // [count][points].
+  // Converts elements [first, first + count) of such a grid, at most 4, to complex doubles without
+  // halos, [count][points].
   void (*widen_elements)(const float* grid, int points, int halo, int first, int count,
                          double* out);
   // (re, im) += weight e^(i phase) record for a group's elements and a block of samples, a multiple
-  // of 16; without paths the weights are complex and hold the phase.
+  // of 16. Without paths (null), the weights are complex and contain the phase.
   void (*array_beam)(const BeamElement* elements, int count, double first_element,
                      const PathArrays* paths, int samples, float* re, float* im);
-  // out[bin] = sum_tap weight_tap(t) rows[tap][bin] of complex numbers; weight [kSteerTaps]
-  // [kSteerDegree + 1], constant term last, t twice for each bin.
+  // out[bin] = sum_tap weight_tap(t) rows[tap][bin] for complex numbers. weight: [kSteerTaps]
+  // [kSteerDegree + 1], constant term last. t has each value twice, for re and im.
   void (*array_steer)(const double* rows, std::int64_t stride, const double* weight,
                       const double* t, int bins, double* out);
-  // (re, im) += the sum, for a multiple of 16 samples.
+  // (re, im) += the sum of nodes, for a multiple of 16 samples.
   void (*array_nodes)(const NodeSum* sum, const float* t, int samples, float* re, float* im);
 };
 
-// The table of a level that this processor has.
+// The table of a level. The processor must support the level.
 const Kernels& kernels_of(SimdLevel level);
 
 }  // namespace ensonify

@@ -1,5 +1,5 @@
-// The table of one level: included by a source of its own with ENSONIFY_LEVEL (a namespace) and
-// ENSONIFY_VECTOR_BYTES set.
+// The table of one level. A separate source file for each level includes this file and defines
+// ENSONIFY_LEVEL (a namespace) and ENSONIFY_VECTOR_BYTES.
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
@@ -11,24 +11,24 @@ namespace {
 
 constexpr int kLanes = ENSONIFY_VECTOR_BYTES / 4;
 typedef float Vector __attribute__((vector_size(ENSONIFY_VECTOR_BYTES)));
-// The same at any address.
+// The same vector without alignment.
 typedef float LooseVector
     __attribute__((vector_size(ENSONIFY_VECTOR_BYTES), aligned(4), may_alias));
 
 inline Vector load(const float* p) { return *reinterpret_cast<const LooseVector*>(p); }
 inline void store(float* p, Vector v) { *reinterpret_cast<LooseVector*>(p) = v; }
 
-// Random draws and phases: scalar code in loops that the compiler turns into vectors.
+// Random draws and phases: scalar code in loops that the compiler vectorizes.
 
 typedef std::uint64_t Words __attribute__((vector_size(ENSONIFY_VECTOR_BYTES)));
 typedef std::uint32_t HalfWords
     __attribute__((vector_size(ENSONIFY_VECTOR_BYTES / 2), aligned(4), may_alias));
 constexpr int kWords = ENSONIFY_VECTOR_BYTES / 8;
 
-// Products of the lower halves; the compiler would multiply all 64 bits.
+// Products of the lower halves of the words. The compiler would multiply all 64 bits.
 inline Words multiply_low(Words a, Words b) {
 #if defined(__AVX512F__)
-  // Without a mask gcc 12 warns of its own header.
+  // Without a mask, gcc 12 prints a warning about its own header.
   return reinterpret_cast<Words>(_mm512_maskz_mul_epu32(0xFF, reinterpret_cast<__m512i>(a),
                                                         reinterpret_cast<__m512i>(b)));
 #elif defined(__AVX2__)
@@ -42,8 +42,8 @@ inline Words multiply_low(Words a, Words b) {
 #endif
 }
 
-// Philox 4x32-10 of core/random.h with counters (ping, lo, hi, 0): its first two words. A lane of 64
-// bits holds one word; what stands in its upper half does not matter.
+// The first two words of Philox 4x32-10 of core/random.h with counters (ping, lo, hi, 0). A lane of
+// 64 bits has one word in its lower half. Its upper half is arbitrary.
 inline void philox(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo,
                    const std::uint32_t* hi, std::uint32_t* first, std::uint32_t* second) {
   std::uint32_t k0 = static_cast<std::uint32_t>(key), k1 = static_cast<std::uint32_t>(key >> 32);
@@ -68,7 +68,7 @@ inline void philox(std::uint64_t key, std::uint32_t ping, const std::uint32_t* l
 // -log((w + 1/2) / 2^32). The polynomial is that of Cephes' logf, on [sqrt(1/2), sqrt(2)).
 inline float minus_log(std::uint32_t w) {
   const std::uint32_t v = ~w;
-  // Near one the distance to one is taken from the integer: a float has lost it.
+  // Near 1, the distance to 1 comes from the integer, because a float has not enough digits for it.
   const bool near_one = v < 0x4AFB0CCDu;
   const float whole = static_cast<float>(static_cast<std::int32_t>(w >> 16)) * 65536.0f +
                       (static_cast<float>(static_cast<std::int32_t>(w & 0xFFFFu)) + 0.5f);
@@ -148,7 +148,7 @@ void apply_path(double frequency_hz, float scale, const double* __restrict delay
                 const float* __restrict gain, const float* __restrict re,
                 const float* __restrict im, int count, float* __restrict value) {
   for (int i = 0; i < count; ++i) {
-    // 1e5 turns in double; what is left of the quarter turns fits a float.
+    // There may be 1e5 turns, which need double precision. The rest of a quarter turn fits a float.
     const double quarters = -4.0 * (frequency_hz * delay_s[i]);
     const double whole = __builtin_rint(quarters);
     const double period = whole - 4.0 * __builtin_floor(whole * 0.25);
@@ -173,13 +173,13 @@ void place(double rate, int points, int width, const double* __restrict delay_s,
   }
 }
 
-// Deposit on the time grid and what surrounds the transforms.
+// Deposit on the time grid, and conversions before and after transforms.
 
-// At most 8 floats: wider ones cross a cache line with every access, and gain nothing.
+// At most 8 floats. Wider vectors cross a cache line with every access and are not faster.
 constexpr int kSpreadLanes = kLanes < 8 ? kLanes : 8;
 typedef float SpreadVector __attribute__((vector_size(4 * kSpreadLanes), aligned(4), may_alias));
 
-// One complex number in all pairs of lanes.
+// Repeats one complex number in all pairs of lanes.
 inline SpreadVector pairs(const float* p) {
   typedef double Pair __attribute__((may_alias, aligned(4)));
   typedef double PairVector __attribute__((vector_size(4 * kSpreadLanes)));
@@ -277,9 +277,9 @@ void multiply_add(const double* __restrict a, const double* __restrict f, int co
   }
 }
 
-// Products over beams, one tile of time at a time, and what writes the results.
+// Products over beams, one tile of time after another, and functions that store the results.
 
-// With 32 registers a block of 6 rows takes 4 vectors of columns, with 16 only 2.
+// With 32 registers, a block of 6 rows has 4 vectors of columns; with 16 registers, 2.
 constexpr int kColumns = ENSONIFY_VECTOR_BYTES == 64 ? 4 : 2;
 
 void product(const float* __restrict packed, int row_count, int depth, const float* __restrict x,
@@ -366,7 +366,7 @@ void store_complex(const float* __restrict tile, const float* __restrict added, 
   }
 }
 
-// The transforms leave rounding of either sign where there is nothing.
+// Rounding in the transforms can make samples without echoes negative.
 void store_power(const float* __restrict tile, int count, float* __restrict out) {
   for (int i = 0; i < count; ++i) out[i] = tile[i] > 0 ? tile[i] : 0.0f;
 }
@@ -377,7 +377,7 @@ void add_square(const float* __restrict tile, int count, float* __restrict out) 
   for (int i = 0; i < count; ++i) out[i] += re[i] * re[i] + im[i] * im[i];
 }
 
-// After those that it calls.
+// Included here, because it calls the functions above.
 #include "synthesis/cpu/kernels_array.inl"
 
 }  // namespace

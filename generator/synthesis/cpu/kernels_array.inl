@@ -1,8 +1,8 @@
 // Sums over the elements of an array.
 
-// What is left of turns after whole ones, in fractions of 2^32.
+// The fractional part of turns as fixed-point number, in units of 2^-32.
 inline std::int32_t fixed_turns(double turns) {
-  // Half a turn must not overflow.
+  // The factor is a little less than 2^32, so that half a turn does not overflow.
   return static_cast<std::int32_t>((turns - __builtin_rint(turns)) * 4294967040.0);
 }
 
@@ -49,7 +49,7 @@ inline void turn_sine_cosine(float turns, float* sine, float* cosine) {
   sine_cosine(static_cast<std::int32_t>(whole), (quarters - whole) * 1.57079632679f, sine, cosine);
 }
 
-// What every element of a group makes of echo i, and where it lies in the kernel's polynomials.
+// The value of echo i at every element of a group, and its argument of the kernel's polynomials.
 inline void element_values(float first_element, const PathArrays* paths, int i, float value_re,
                            float value_im, float per_reach, float* __restrict re,
                            float* __restrict im, float* __restrict place) {
@@ -73,8 +73,8 @@ inline void element_values(float first_element, const PathArrays* paths, int i, 
 
 inline void add_to(float* p, Vector v) { store(p, load(p) + v); }
 
-// A grid point's elements are neighbours: all that an echo touches is one stretch of memory, and
-// what follows touches the same vectors at the same addresses.
+// The elements of a grid point are adjacent in memory. Therefore an echo writes one contiguous range,
+// and the next echo writes vectors with the same alignment.
 template <int kTerms>
 inline void deposit_terms(double first_element, const PathArrays* paths, const float* re,
                           const float* im, int count, const GroupKernel* kernel, float* grid) {
@@ -145,7 +145,7 @@ void widen_elements(const float* __restrict grid, int points, int halo, int firs
   }
 }
 
-// One element's record where a beam wants it, taps of neighbouring samples added up.
+// One element's record at the delay of a beam, interpolated from neighboring samples by the taps.
 inline void delayed_record(const BeamElement& e, int samples, float* __restrict re,
                            float* __restrict im) {
   for (int t = 0; t < samples; t += kLanes) {
@@ -209,7 +209,7 @@ void array_steer(const double* __restrict rows, std::int64_t stride,
   }
 }
 
-// Whole vectors of samples [begin, end), kStep at once.
+// Sums whole vectors of samples [begin, end), kStep vectors at once. Returns the first sample left.
 template <int kDegree, int kStep>
 inline int nodes_in_steps(const NodeSum* sum, const float* t, int begin, int end, float* re,
                           float* im) {
@@ -250,7 +250,7 @@ inline int nodes_in_steps(const NodeSum* sum, const float* t, int begin, int end
   return i;
 }
 
-// As many at once as registers hold beside the coefficients.
+// Sums as many vectors at once as fit into the registers together with the coefficients.
 template <int kDegree>
 inline void nodes_of_degree(const NodeSum* sum, const float* t, int samples, float* re, float* im) {
   constexpr int kStep = ENSONIFY_VECTOR_BYTES == 64 ? 4 : 2;

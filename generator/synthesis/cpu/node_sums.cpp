@@ -11,16 +11,16 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Transforming a sample of one plane costs about as much as this many products of the mixing.
+// The transform of one sample of a plane costs about as much as this number of products in mixing.
 constexpr double kRowCost = 325;
-// What kernel and nodes may take of the tolerance; they add by squares. The kernel is mostly held
-// tighter, for the sake of tails.
+// The shares of the tolerance for kernel and nodes, whose errors add by squares. The limit for
+// tails usually makes the kernel more accurate than its share.
 constexpr double kKernelShare = 0.4, kNodeShare = 0.3;
-// Expected power is shown in decibels, where side lobes far under a strong echo are still seen.
+// Expected power is shown in decibels, where side lobes far below a strong echo are still visible.
 constexpr double kPowerTolerance = 3e-6;
 
-// A band that ends with a step leaves no tail of an echo that lies on a sample, but one of what
-// single precision rounds off.
+// Whether the band ends with a step. Then an echo at a whole sample has no tail except for rounding
+// errors of single precision.
 bool has_sharp_edges(const std::vector<Complex>& spectrum) {
   double largest = 0;
   for (const Complex& s : spectrum) largest = std::max(largest, std::abs(s));
@@ -77,11 +77,11 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
   return plan;
 }
 
-// Rows that one work item owns: their grids stay in a core's own cache, and an echo's kernel serves
-// them all.
+// The rows of one work item. Their grids fit into a core's own cache, and an echo's kernel is
+// computed once for all of them.
 constexpr int kGroup = 8;
 
-// The rows of a group that a beam reaches, with weights as deposit() wants them.
+// The rows of a group that a beam reaches, with the weights for deposit().
 struct Reach {
   int first = 0, count = 0;
   float weight[kGroup * 2];
@@ -141,7 +141,7 @@ void deposit_group(const NodePlan& plan, const Kernels& kernels, EchoBuffer& ech
   }
 }
 
-// One row's record into scratch.record.
+// Transforms one row and writes its record to scratch.record.
 void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& group, bool has_cells,
                    int row, NodeScratch& scratch) {
   const int bins = plan.transform, points = plan.spread.points;
@@ -213,7 +213,8 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
   auto plan =
       make_plan(setup, std::move(spread),
                 choose_beam_nodes(squared, kNodeShare * kPowerTolerance, 2 * kRowCost), scale, 1);
-  // |s|^2 fills twice the band of s; sampled at 1/b its upper half folds onto the lower one.
+  // |s|^2 has twice the bandwidth of s. At sampling steps of 1/b, its upper half folds onto the
+  // lower half.
   for (int k = 0; k < bins; ++k) {
     plan->filter[k] = autospectrum[k] * plan->spread.correction[k];
     plan->cell_filter[k] = autospectrum[k];

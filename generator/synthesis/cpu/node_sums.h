@@ -2,8 +2,8 @@
 // node's record is transformed and filtered, and beams are sums of a few nodes.
 //
 //   NodePlan           make_series_plan  make_power_plan   what all pings of one setup share
-//   EchoBuffer         what one ping deposits
-//   series_echoes      a gain e^(-i 2 pi f_c tau) S0, a drawn or its mean
+//   EchoBuffer         the deposited values of one ping
+//   series_echoes      a gain e^(-i 2 pi f_c tau) S0, with a drawn or its mean
 //   power_echoes       S0^2 variance gain^2
 //   NodeScratch        the memory of one worker
 //   transform_nodes    echoes -> records of nodes
@@ -27,8 +27,8 @@
 
 namespace ensonify {
 
-// A row is one complex record: that of a node (series) or of two (power, whose values are real).
-// Its two planes are re and im of the node, or the two nodes.
+// A row is one complex record. For series it contains one node, and its two planes are re and im.
+// For power, whose values are real, it contains two nodes, and its planes are these nodes.
 struct NodePlan {
   BeamNodes nodes;
   SpreadKernel spread;
@@ -38,33 +38,33 @@ struct NodePlan {
   std::vector<float> weight;      // [beams][width]: P, for the deposit
   std::vector<float> out_weight;  // the same with each beam's 1 / N_j (power: squared)
   std::vector<float> even, odd;   // K folded about the fan's middle, packed for product()
-  AlignedBuffer<std::complex<double>> filter;        // [M] of the lower part of a grid's spectrum
-  AlignedBuffer<std::complex<double>> upper_filter;  // [M] of the upper part
-  AlignedBuffer<std::complex<double>> cell_filter;   // [M] of echoes on whole samples
-  // [rows][2][M]: filter and upper_filter of each row, where rows differ; else empty.
+  AlignedBuffer<std::complex<double>> filter;        // [M], for the lower part of a grid's spectrum
+  AlignedBuffer<std::complex<double>> upper_filter;  // [M], for the upper part
+  AlignedBuffer<std::complex<double>> cell_filter;   // [M], for echoes at whole samples
+  // [rows][2][M]: filter and upper_filter of each row if rows differ; otherwise empty.
   std::vector<std::complex<double>> row_filter;
   ComplexFft grid_forward, cell_forward, backward;
 
-  // Floats from plane to plane: whole tiles.
+  // Floats from plane to plane, rounded up to whole tiles.
   std::int64_t plane_stride() const { return (samples + kTile - 1) / kTile * std::int64_t{kTile}; }
-  // Samples that one tile holds of a beam.
+  // Samples of a beam in one tile.
   int tile_samples() const { return kTile / segments; }
 };
 
-// None where no kernel stays within the tolerance; that of powers is fixed.
+// Null if no kernel holds the tolerance. The tolerance of powers is fixed.
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                            const std::vector<std::complex<double>>& spectrum,
                                            double tolerance);
 std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                           const std::vector<std::complex<double>>& autospectrum);
 
-// Echoes in the order of the scatterers, and cells: complex numbers on whole samples.
+// Echoes in the order of the scatterers, and cells, which are complex numbers at whole samples.
 struct EchoBuffer {
   AlignedBuffer<float> value, offset;  // complex, real
   AlignedBuffer<std::int32_t> first;
   AlignedBuffer<float> cells;  // [beams][samples] complex
   bool has_echoes = false, has_cells = false;
-  // Whether any scatterer has a mean or a diffuse part: found on the way.
+  // Whether any scatterer has a mean or a diffuse part, as found when echoes are gathered.
   std::atomic<bool> has_means = false, has_diffuse = false;
 
   EchoArrays arrays() { return {value.data(), first.data(), offset.data()}; }
@@ -75,22 +75,22 @@ struct NodeScratch {
   AlignedBuffer<std::complex<double>> spectrum, cell_spectrum, record;
 };
 
-// planes [2 rows][plane_stride] of a plan; they keep zeros beyond the last sample.
+// planes: [2 rows][plane_stride] of the plan. They stay zero after the last sample.
 void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
                      std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
                      const Workers& workers, AlignedBuffer<float>& planes);
 
-// The mixed nodes of samples [tile * tile_samples ...): [nodes][kTile], valid until the scratch is
-// used again. Then beam j is combine(out_weight of j, width, nodes from first[j] on).
+// The mixed nodes of samples [tile * tile_samples ...), [nodes][kTile], valid until the scratch is
+// used again. Beam j is combine(out_weight of j, width, nodes from first[j] on).
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch);
 
-// What each of these holds: the plan, `planes`, and the scratch of one worker.
+// The memory of the plan, of `planes`, and of the scratch of one worker.
 std::uint64_t plan_bytes(const NodePlan& plan);
 std::uint64_t planes_bytes(const NodePlan& plan);
 std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells);
 
-// Plain arrays of a few hundred scatterers: kernels read nothing else.
+// Plain arrays of a few hundred scatterers, because kernels accept only these.
 struct EchoScratch {
   static constexpr int kCount = 512;
   double delay_s[kCount];

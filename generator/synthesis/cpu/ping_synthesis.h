@@ -1,7 +1,7 @@
-// The CPU backend's ways of making one ping, of sectors or of an array.
+// The methods of the CPU backend for one ping, from beam cells or from an array.
 //
-//   Pool             scratch memory that outlives its use
-//   SynthesisTables  what all ways start from
+//   Pool             scratch memory that is reused
+//   SynthesisTables  the input of all methods
 //   PingSynthesis    make_double_synthesis  make_fast_synthesis
 //                    make_double_array_synthesis  make_array_synthesis
 #pragma once
@@ -41,7 +41,7 @@ class Pool {
         idle_.pop_back();
         return Lease(*this, std::move(item));
       }
-      // Room for all that are out, so that giving one back cannot fail.
+      // Reserves space for all objects in use, so that returning one cannot fail.
       idle_.reserve(++made_);
     }
     return Lease(*this, std::make_unique<T>());
@@ -58,7 +58,7 @@ class Pool {
   std::size_t made_ = 0;
 };
 
-// What all of them start from.
+// The input of all methods.
 struct SynthesisTables {
   SynthesisSetup setup;
   Mixing mixing;
@@ -73,18 +73,18 @@ class PingSynthesis {
   virtual void run(const PingTask& task, PingSeries& series, const Workers& workers) const = 0;
 };
 
-// Double precision throughout, every beam transformed: within 1e-7 of the reference.
+// Works in double precision throughout and transforms every beam. Within 1e-7 of the reference.
 std::unique_ptr<PingSynthesis> make_double_synthesis(const SynthesisTables& tables);
 
-// As few sums as the tolerance allows, single precision but for the transforms. None where that
+// Uses as few sums as the tolerance allows, and single precision except in transforms. Null if this
 // cannot hold the tolerance.
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables);
 
-// Single precision but for the transforms. None where that cannot hold the tolerance.
+// Uses single precision except in transforms. Null if this cannot hold the tolerance.
 std::unique_ptr<PingSynthesis> make_array_synthesis(const SynthesisTables& tables);
 
-// Double precision and the definition's own sum over elements, after a deposit for each: within
-// 1e-7 of the reference, but a minute where the other takes a second.
+// Deposits echoes for each element and sums elements as in the definition, in double precision.
+// Within 1e-7 of the reference, but takes a minute where make_array_synthesis takes a second.
 std::unique_ptr<PingSynthesis> make_double_array_synthesis(const SynthesisTables& tables);
 
 }  // namespace ensonify

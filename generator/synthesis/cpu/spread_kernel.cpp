@@ -12,18 +12,19 @@ namespace ensonify {
 namespace {
 
 constexpr double kFloatRounding = 6e-8;
-// Tails may be wrong by ten times what the whole may, and nothing else adds to them.
+// The error of tails relative to that of the whole echo. Tails may have ten times the tolerance,
+// and there is no other error in them.
 constexpr double kTailShare = 12;
 
-// What the kernel's polynomials may take of its tolerance.
+// The share of the kernel's tolerance for its polynomials.
 constexpr double kFitShare = 0.1;
-constexpr int kMostWideTerms = 8;  // that kernels are compiled for
+constexpr int kMostWideTerms = 8;  // the largest number for which kernels are compiled
 constexpr int kJudgeNodes = 48;
 
 using Complex = std::complex<double>;
 
-// The pulse that a spectrum makes, and what of it lies how far from its peak, for several parts of
-// a sample that an echo may be late by: with sharp edges of the band the tail depends on that.
+// The pulse of a spectrum, and its energy beyond any distance from the peak. Several fractions of a
+// sample are tested as the delay, because the tail depends on it if the band has sharp edges.
 class Tails {
  public:
   Tails(const std::vector<Complex>& spectrum, int first)
@@ -34,11 +35,12 @@ class Tails {
         pulse_(backward_.length()),
         own_(beyond(magnitudes([](int) { return 1.0; }))) {}
 
-  // The worst ratio of the norm of error to that of pulse, beyond any lag.
+  // The largest ratio of the norm of the error to the norm of the pulse beyond any lag.
   double worst_ratio(const SpreadKernel& kernel) {
     const WindowTransform transform(kernel.width, kernel.beta, kJudgeNodes);
     const int highest = std::max(std::abs(first_), first_ + static_cast<int>(spectrum_.size()) - 1);
-    // Grid and band repeat at either side; each copy has a phase of its own with each echo.
+    // The spectrum of the grid repeats on both sides of the band. The phase of a copy differs
+    // between echoes, so that magnitudes are added.
     constexpr int kSteps = 200;
     std::vector<double> ratio(kSteps + 2);
     for (int i = 0; i <= kSteps; ++i) {
@@ -66,9 +68,9 @@ class Tails {
   static constexpr double kJudged = 1e-6;
   static constexpr int kPhases = 4;
 
-  // The magnitudes of the pulse that the spectrum times factor(k) makes, kPhases to a sample, from
-  // an odd half of that step on: an echo right on a sample has no tail at all where the band's
-  // edges are sharp.
+  // The magnitudes of the pulse of the spectrum times factor(k), at kPhases points per sample. They
+  // begin half a step after a sample, because an echo exactly at a sample has no tail if the band
+  // has sharp edges.
   template <class Factor>
   std::vector<double> magnitudes(Factor&& factor) {
     const int length = backward_.length();
@@ -84,7 +86,7 @@ class Tails {
     return magnitude;
   }
 
-  // [lag][phase]: energies of samples that many and more from the peak.
+  // [lag][phase]: the energy of samples at a distance of `lag` or more from the peak.
   std::vector<double> beyond(const std::vector<double>& magnitude) const {
     const int length = backward_.length();
     std::vector<double> sum(std::size_t(lags_) * kPhases);
@@ -106,7 +108,8 @@ class Tails {
   std::vector<double> own_;
 };
 
-// The energy in a few bands of |k|, each judged at its upper end, where the kernel is worst.
+// The energy in an interval of |k|. The error of the kernel is computed at its upper end, where it
+// is largest.
 struct Band {
   double k, energy;
 };
@@ -125,8 +128,8 @@ std::vector<Band> bands_of(const std::vector<double>& energy) {
   return bands;
 }
 
-// What the windows of one width have in common at the bands: cosines and sines, of which the
-// transforms of all shapes are sums. They are nearly all of the time that choosing takes.
+// Cosines and sines at the bands, which all windows of one width share: the transforms of all
+// shapes are sums of them. They take most of the time of choose_spread_kernel.
 class BandWaves {
  public:
   BandWaves(const std::vector<Band>& bands, int points, int width) {
@@ -186,7 +189,8 @@ void judge(const std::vector<Band>& bands, const BandWaves& waves, SpreadKernel&
 SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, int highest) {
   SpreadKernel best;
   const BandWaves waves(bands, points, width);
-  // The usual beta is pi w (1 - 1/(2 sigma)); where the band's edge holds little, more is better.
+  // The usual beta is pi w (1 - 1/(2 sigma)). Larger values are better if the band's edges have
+  // little energy.
   const double usual = kPi * width * (1.0 - static_cast<double>(highest) / points);
   for (const double factor : {0.85, 0.91, 0.97, 1.03, 1.1}) {
     SpreadKernel kernel;
@@ -199,8 +203,9 @@ SpreadKernel best_shape(const std::vector<Band>& bands, int points, int width, i
   return best;
 }
 
-// Short lengths: any smooth one. Long ones: those that FFTW is quick with, by measurement: many
-// fives and at most one three. A thousand points of others take up to twice the time.
+// Whether FFTW is fast for a smooth length. All short lengths are accepted. Of the long ones, those
+// with many factors of 5 and at most one factor of 3 were measured to be fast. Other lengths take
+// up to twice the time.
 bool is_quick(int length) {
   if (length < 1000) return length % 2 == 0;
   int twos = 0, threes = 0, fives = 0, rest = length;
@@ -210,7 +215,7 @@ bool is_quick(int length) {
   return twos >= 3 && fives >= 2 + threes && threes <= 1;
 }
 
-// From the band to three times it.
+// The lengths to try, from the number of bins in the band to three times this number.
 std::vector<int> grid_lengths(int highest) {
   std::vector<int> lengths;
   for (int n = 2 * highest + 2; n <= 6 * highest + 64; ++n) {
@@ -220,8 +225,8 @@ std::vector<int> grid_lengths(int highest) {
   return lengths;
 }
 
-// Solves the Vandermonde-like fit of one point by interpolation at Chebyshev nodes: exact to the
-// kernel's own smoothness, in monomials of t / reach, t in [-reach, reach].
+// The polynomial of one point of the kernel, by interpolation at Chebyshev nodes: coefficients of
+// monomials of t / reach, with t in [-reach, reach], constant term first.
 std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree, double reach = 1) {
   const int count = degree + 1;
   std::vector<double> chebyshev(count);
@@ -233,7 +238,7 @@ std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree, do
                       (n == 0 ? 1.0 : 2.0) / count;
     }
   }
-  // T_n by recurrence, as monomials.
+  // T_n in monomials, by recurrence.
   std::vector<double> before(count), current(count), sum(count);
   before[0] = 1;
   if (count > 1) current[1] = 1;
@@ -249,7 +254,7 @@ std::vector<double> fitted(const SpreadKernel& kernel, int point, int degree, do
   return sum;
 }
 
-// The same for wide ones.
+// The largest difference between wide polynomials and the window.
 double misfit(const SpreadKernel& kernel, const WidePolynomials& wide, double reach) {
   double worst = 0;
   const int pairs = (kernel.width + 1) / 2;
@@ -268,7 +273,7 @@ double misfit(const SpreadKernel& kernel, const WidePolynomials& wide, double re
   return worst;
 }
 
-// The largest difference of the polynomials from the window.
+// The largest difference between the kernel's polynomials and the window.
 double misfit(const SpreadKernel& kernel) {
   const int floats = kernel.polynomial().chunks * 8;
   double worst = 0;
@@ -323,14 +328,15 @@ SpreadKernel choose_spread_kernel(const std::vector<Complex>& spectrum, int firs
   const std::vector<int> lengths = grid_lengths(highest);
   SpreadKernel best;
   double least = 1e300;
-  // The likely widths first: what costs more is then not tried.
+  // Likely widths come first, so that kernels that cost more are not tried.
   for (const int width : {8, 12, 10, 14, 11, 9, 7, 6, 5, 4}) {
     if (width > widest) continue;
-    // With a hundred echoes a beam, spreading over 4 points costs what 1700 of transform cost.
+    // With a hundred echoes per beam, spreading over 4 points costs as much as 1700 points of a
+    // transform.
     const double spreading = 1700.0 * ((width + 3) / 4);
     const auto end = std::partition_point(lengths.begin(), lengths.end(),
                                           [&](int points) { return points + spreading < least; });
-    // The error falls as the grid grows.
+    // The error decreases with the length of the grid.
     const auto shortest = std::partition_point(lengths.begin(), end, [&](int points) {
       const SpreadKernel kernel = best_shape(bands, points, width, highest);
       return kernel.alias_error > tolerance || kernel.rounding_gain * kFloatRounding > tolerance ||

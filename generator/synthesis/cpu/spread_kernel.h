@@ -1,5 +1,5 @@
-// The kernel with which the fast path spreads echoes over the time grid, as narrow and the grid as
-// short as an error allows.
+// The kernel with which the fast path spreads echoes over the time grid. Kernel and grid are as
+// short as the tolerance allows.
 #pragma once
 
 #include <complex>
@@ -14,8 +14,8 @@ struct SpreadKernel {
   int points = 0;
   int width = 0;
   double beta = 0;
-  double alias_error = 0;          // relative L2 of an echo, worked out from the kernel's transform
-  double rounding_gain = 0;        // by which a grid point's relative rounding grows in an echo
+  double alias_error = 0;          // relative L2 error of an echo, from the kernel's transform
+  double rounding_gain = 0;        // relative error of an echo per relative rounding of grid points
   std::vector<double> correction;  // [k = 0 .. highest]: 1 / transform of the kernel; even in k
   std::vector<float> coefficient;  // of its KernelPolynomial
   int degree = 0;
@@ -23,23 +23,24 @@ struct SpreadKernel {
   KernelPolynomial polynomial() const { return {coefficient.data(), degree, (width + 3) / 4}; }
 };
 
-// For sums at k = first, first + 1 ... that are then multiplied by `spectrum`: what is filtered
-// away may be wrong. The cheapest kernel with which an echo's relative L2 error is at most
-// `tolerance`, and ten times that in any tail of it that holds 1e-6 of its norm; rounding stays
-// under it too. Kernels wider than `widest` are not tried. points = 0: there is none.
+// The kernel of least cost for sums at k = first, first + 1 ... that are then multiplied by
+// `spectrum`, so that errors where `spectrum` is small do not matter. The relative L2 error of an
+// echo is at most `tolerance`, and at most ten times this in any tail of the echo that has 1e-6 of
+// its norm. Rounding stays below `tolerance` too. Only widths up to `widest` are tried. points = 0
+// if there is no such kernel.
 SpreadKernel choose_spread_kernel(const std::vector<std::complex<double>>& spectrum, int first,
                                   double tolerance, int widest = 14);
 
-// The same kernel's polynomials where they are asked up to `reach` instead of 1, so that echoes
-// that begin up to (reach - 1)/2 points beside `first` need no place of their own. They are in
-// x = offset / reach; of points l and width - 1 - l one is even + odd and one even - odd.
+// Polynomials of the same kernel for offsets up to `reach` instead of 1. Echoes whose kernels begin
+// up to (reach - 1)/2 points away from `first` can then share one place. The variable is
+// x = offset / reach. Point l is even + odd, and point width - 1 - l is even - odd.
 struct WidePolynomials {
-  int terms = 0;                   // of even and of odd each: 1, x^2, x^4 ...; odd times x
+  int terms = 0;                   // of even and odd each: 1, x^2, x^4 ...; odd is multiplied by x
   std::vector<float> coefficient;  // [ceil(width / 2)][terms][even, odd], highest power first
 };
 WidePolynomials fit_wide(const SpreadKernel& kernel, double reach, double tolerance);
 
-// Rms of what such echoes lose, their kernel's end lying where the polynomials have no point.
+// Rms of the loss in such echoes where the end of the kernel lies beyond the polynomials' points.
 double lost_beyond(const SpreadKernel& kernel, double reach);
 
 }  // namespace ensonify
