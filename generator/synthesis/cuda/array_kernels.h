@@ -1,15 +1,15 @@
-// What one thread of a device does for an array, element by element; as in beam_kernels.h each
-// functor writes only what belongs to it and adds up in a fixed order.
+// The work of one thread of a device for an array, element by element. As in beam_kernels.h, each
+// functor writes only its own results and adds up in a fixed order.
 //
-//   HearEchoes  HearCells   what is heard at the origin, in the order of delays
-//   PlaceSounds             the same at an element: carrier's phase, place on the time grid
-//   GatherSounds            -> a point of an element's grid
-//   DrawNoise               of an element
-//   FilterElements          spectrum of a grid -> spectrum of a record, noise in it
-//   WidenRecords            -> spectrum of a record twice as dense
+//   HearEchoes  HearCells   sounds at the origin, in the order of delays
+//   PlaceSounds             the same sounds at an element: carrier's phase, place on the time grid
+//   GatherSounds            sounds -> a point of an element's grid
+//   DrawNoise               noise of an element
+//   FilterElements          spectrum of a grid -> spectrum of a record, with noise
+//   WidenRecords            -> spectrum of a record with twice the sampling rate
 //   CutRecords              records without their ends
 //   SumElements             elements -> beams
-//   HearShifts              copies the Doppler echoes' sounds, leaving their share at rest behind
+//   HearShifts              copies the sounds of Doppler echoes, and leaves their share at rest
 #pragma once
 
 #include "acoustics/pattern.h"
@@ -18,9 +18,9 @@
 
 namespace ensonify {
 
-// A sound as the origin hears it.
+// A sound at the origin.
 struct Sound {
-  double range_m, along_m;  // how far away it seems to be, and y of that point
+  double range_m, along_m;  // the apparent range, and y of the apparent point
   double turns;             // of the carrier
   double points;            // on the time grid
   Complex32 value;
@@ -28,7 +28,7 @@ struct Sound {
 
 ENSONIFY_HD inline Complex32& value_of(Sound& sound) { return sound.value; }
 
-// By how much the path from a point is longer to y than to the origin.
+// The length of the path from a point to y, minus the length of the path to the origin.
 ENSONIFY_HD inline double longer_way_m(double range_m, double along_m, double y_m) {
   const double more = y_m * y_m - 2 * y_m * along_m;
   const double square = range_m * range_m + more;
@@ -64,8 +64,8 @@ struct HearEchoes {
   }
 };
 
-// out [pings][samples][sectors]; energy [pings][sectors][samples]. Drawn afresh, so that they have
-// no carrier phase but what the elements differ by.
+// out: [pings][samples][sectors]. energy: [pings][sectors][samples]. Amplitudes of volumes are
+// drawn, so that only the differences between elements matter for their carrier phase.
 struct HearCells {
   const float* energy;
   const BatchPing* pings;
@@ -89,7 +89,7 @@ struct HearCells {
   }
 };
 
-// out [block's elements][count].
+// out: [block's elements][count].
 struct PlaceSounds {
   const Sound* sounds;
   std::int64_t count;
@@ -106,7 +106,7 @@ struct PlaceSounds {
   }
 };
 
-// The first of sounds [begin, end) that lies at `points` or after.
+// The first of sounds [begin, end) at `points` or later.
 ENSONIFY_HD inline std::int64_t first_at(const Sound* sounds, std::int64_t begin, std::int64_t end,
                                          double points) {
   while (begin < end) {
@@ -120,9 +120,9 @@ ENSONIFY_HD inline std::int64_t first_at(const Sound* sounds, std::int64_t begin
   return begin;
 }
 
-// grid [pings][elements][points], written or added to, in pings that use it; counts are pings times
-// the block's elements times points. Where an element hears a sound, the origin hears it within
-// `reach`.
+// Writes or adds to grid [pings][elements][points], for pings that use it. The count is pings times
+// the block's elements times points. A sound at an element's grid point arrives at the origin
+// within `reach` of it.
 struct GatherSounds {
   const Sound* sounds;
   PlacedEchoes placed;
@@ -142,12 +142,12 @@ struct GatherSounds {
     const std::int64_t ping = i / kernel.points / block;
     if (uses != nullptr && uses[ping] == 0) return;
     const double y = y_m[element];
-    // A little more than what rounding could take.
+    // 0.01 is more than the rounding errors.
     const double reach = (y < 0 ? -y : y) * points_per_m + 0.01 + 0.5 * kernel.width;
     Complex32* at = grid + ((ping * elements) + first_element + element) * kernel.points + point;
     Complex32 sum = adds ? *at : Complex32{0, 0};
     add(ping, element, point, reach, sum);
-    // What wraps around the period's ends.
+    // Sounds that wrap around the ends of the period.
     if (point + kernel.points <= kernel.points + reach) {
       add(ping, element, point + kernel.points, reach, sum);
     }
@@ -169,8 +169,8 @@ struct GatherSounds {
   }
 };
 
-// out [pings][elements][transform]: over the whole period, so that a delayed record has as much at
-// its ends; divided by its length, as the spectrum wants it.
+// out: [pings][elements][transform]. Draws noise for the whole period, so that a delayed record has
+// the same noise power at its ends. Divides it by the length, which the spectrum needs.
 struct DrawNoise {
   const BatchPing* pings;
   const float* factor;  // [elements]
@@ -188,10 +188,10 @@ struct DrawNoise {
   }
 };
 
-// spectrum [pings][elements][transform], written or added to, of grids [pings][elements][points].
+// Writes or adds to spectrum [pings][elements][transform], from grids [pings][elements][points].
 struct FilterElements {
   const Complex32* grid;
-  const Complex32 *filter, *response;  // [transform], bin 0 first; [elements]
+  const Complex32 *filter, *response;  // filter: [transform], bin 0 first; response: [elements]
   int elements, points, transform;
   bool adds;
   Complex32* spectrum;
@@ -207,7 +207,8 @@ struct FilterElements {
   }
 };
 
-// wide [rows][2 transform] of spectrum [rows][transform]; correction [transform / 2 + 1].
+// Writes wide [rows][2 transform] from spectrum [rows][transform].
+// correction: [transform / 2 + 1].
 struct WidenRecords {
   const Complex32* spectrum;
   const float* correction;
@@ -225,7 +226,7 @@ struct WidenRecords {
   }
 };
 
-// out [rows][samples] of record [rows][transform].
+// Writes out [rows][samples] from record [rows][transform].
 struct CutRecords {
   const Complex32* record;
   int samples, transform;
@@ -238,14 +239,14 @@ struct CutRecords {
 
 constexpr int kElementTaps = 8;
 
-// beams [pings][beams][samples] of fine [pings][elements][2 transform]: every element's record at
-// its steering delay, turned by delay and focus.
+// Writes beams [pings][beams][samples] from fine [pings][elements][2 transform]: the sum of every
+// element's record at its steering delay, with the phases of delay and focus.
 struct SumElements {
   const Complex32* fine;
-  const std::int32_t* begin;  // [beams][elements], of 2 transform
+  const std::int32_t* begin;  // [beams][elements], index into 2 transform
   const float* tap;           // [beams][elements][kElementTaps]
-  const Complex32* steering;  // [beams][elements]; without focus
-  const float* weight;        // [elements]; with focus
+  const Complex32* steering;  // [beams][elements]; used without focus
+  const float* weight;        // [elements]; used with focus
   const double *y_m, *cosine;
   double sample_m, turns_per_m;
   int beams, elements, samples, transform;
@@ -272,7 +273,7 @@ struct SumElements {
     out[i] = sum;
   }
 
-  // `half` in [0, 4 transform).
+  // The record at half sample `half`, which is in [0, 4 transform).
   ENSONIFY_HD Complex32 record_at(const Complex32* record, int half, const float* taps) const {
     Complex32 sum{0, 0};
     for (int m = 0; m < kElementTaps; ++m) {
@@ -284,16 +285,16 @@ struct SumElements {
   }
 };
 
-// After HearEchoes.
+// Runs after HearEchoes.
 struct HearShifts {
   const DopplerRecord* shifts;
   const EchoRecord* echoes;
   DeviceNodes nodes;
   double points_per_s;  // of the nodes' grids
   Sound* at_rest;       // [echoes]
-  Complex32* value;     // [shifts], and so on
+  Complex32* value;     // [shifts], as are the next two
   NodePlace* place;
-  Sound* out;  // without its value
+  Sound* out;  // all but the value
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const DopplerRecord& shift = shifts[i];

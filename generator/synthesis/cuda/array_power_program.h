@@ -1,12 +1,12 @@
-// The expected power of an array's beams on a device, without that of the means: echoes are dealt
-// out to nodes in u, the cosine of arrival, and beams add up nodes by their power patterns at the
-// range of a block of samples. What that leaves out: synthesis/cpu/array_power.h.
+// The expected power of an array's beams on a device, without the power of the means. Echoes are
+// distributed to nodes in u, the cosine of arrival. Beams add up nodes by their power patterns at
+// the range of a block of samples. synthesis/cpu/array_power.h describes the approximation.
 //
 //   GatherDirections       echoes -> a point of two nodes' grid; GatherDirectionCells adds volumes
-//   TurnWavefronts         what each element makes of a wave, and each beam of an element
+//   TurnWavefronts         phases of waves at elements, and weights of elements in beams
 //   MakePatterns           power patterns of beams at nodes
 //   MixDirections          nodes -> beams
-//   ArrayPowerProgram      all of it
+//   ArrayPowerProgram      all of these
 #pragma once
 
 #include "synthesis/cpu/fft.h"
@@ -19,11 +19,11 @@ namespace ensonify {
 
 constexpr int kDirectionTaps = 4;
 
-// grid [pings][nodes / 2][points]: an even node and the odd one after it.
+// Writes grid [pings][nodes / 2][points]. re is an even node, im is the odd node after it.
 struct GatherDirections {
   PlacedEchoes placed;
   const DirectionRecord* directed;
-  const std::uint32_t* offset;  // [pings][groups + 1], by the first of four nodes
+  const std::uint32_t* offset;  // [pings][groups + 1]; a group shares the first of four nodes
   const float* cell_weight;     // [cells][kDirectionTaps]
   DeviceKernel kernel;
   int nodes;
@@ -46,7 +46,7 @@ struct GatherDirections {
     grid[i] = sum;
   }
 
-  // `tap` is that of the even node among those that the echoes [begin, end) reach.
+  // `tap` is the number of the even node among the nodes that echoes [begin, end) reach.
   ENSONIFY_HD void add(std::uint32_t begin, std::uint32_t end, std::int32_t point, int tap,
                        Complex32& sum) const {
     for (std::uint32_t low = first_reaching(placed, kernel, begin, end, point);
@@ -60,7 +60,7 @@ struct GatherDirections {
   }
 };
 
-// Adds to the same grid: energy [pings][beams][samples] on whole samples.
+// Adds volumes to the same grid, from energy [pings][beams][samples] at whole samples.
 struct GatherDirectionCells {
   const float* energy;
   const SectorRecord* sectors;
@@ -102,7 +102,8 @@ struct GatherDirectionCells {
   }
 };
 
-// out [waves][elements]: a wave from a direction, from `range_m` or plane, at every element.
+// Writes out [waves][elements]: the phasor at every element of a wave that is plane or comes from
+// `range_m`.
 struct TurnWavefronts {
   const double* cosine;  // [waves]
   const double* y_m;
@@ -120,10 +121,10 @@ struct TurnWavefronts {
   }
 };
 
-// pattern [beams][nodes].
+// Writes pattern [beams][nodes].
 struct MakePatterns {
-  const Complex32 *beams, *waves;  // TurnWavefronts, [beams] and [nodes]
-  const float* heard;              // [nodes], an element's own
+  const Complex32 *beams, *waves;  // from TurnWavefronts, for beams and for nodes
+  const float* heard;              // [nodes], power pattern of one element
   int nodes, elements;
   float* pattern;
 
@@ -138,8 +139,8 @@ struct MakePatterns {
   }
 };
 
-// powers [pings][beams][samples], of the block's samples [first, first + count), of records
-// [pings][nodes / 2][transform], plus |means|^2 of [pings][beams][samples] unless null.
+// Writes the block's samples [first, first + count) of powers [pings][beams][samples], from records
+// [pings][nodes / 2][transform]. Adds |means|^2, [pings][beams][samples], unless null.
 struct MixDirections {
   const Complex32* record;
   const Complex32* means;
@@ -161,12 +162,12 @@ struct MixDirections {
   }
 };
 
-// What the batch's series have on the device already.
+// Arrays of the batch that the series have already put on the device.
 struct ArrayOnDevice {
   const EchoRecord* echoes;
   const float* energy;
   const double *y_m, *beam_cosine;
-  const Complex32* means;  // of beams; null: none
+  const Complex32* means;  // of beams; null if there are none
 };
 
 template <class Queue>
@@ -216,7 +217,7 @@ class ArrayPowerProgram {
 
   const float* powers() const { return powers_.data(); }
 
-  // Those of a batch.
+  // Releases the buffers of batches.
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &record_}) b->drop();
     for (auto* b : {&place_, &powers_}) b->drop();
@@ -249,7 +250,7 @@ class ArrayPowerProgram {
                                             beams(), samples(), grid_.data()});
   }
 
-  // Samples of one block, with the patterns of its middle.
+  // Mixes the samples of one block with the patterns of its middle.
   void mix(const PatternBlock& block, std::int64_t pings, const ArrayOnDevice& array) {
     const double range_m = sample_range_m(setup_.sonar, setup_.water, 1) * block.middle();
     const double turns_per_m = setup_.sonar.frequency_hz / setup_.water.sound_speed_m_s;

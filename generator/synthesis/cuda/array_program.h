@@ -1,6 +1,6 @@
-// A receiving line array on a device, as synthesis/beamforming.h defines it: echoes are heard at
-// the origin, placed on every element's time grid, transformed and filtered; beams add up the
-// elements' records. One class template serves CUDA and the tests' host queue.
+// A receiving line array on a device, as defined in synthesis/beamforming.h. Echoes at the origin
+// are placed on every element's time grid, transformed and filtered. Beams add up the elements'
+// records. The same class template is used for CUDA and for the host queue of the tests.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace ensonify {
 
-// Elements whose places of all sounds are held at once.
+// The number of elements for which the places of all sounds are in memory at once.
 inline constexpr int kElementBlock = 16;
 
 template <class Queue>
@@ -44,7 +44,7 @@ class ArrayProgram {
     queue_.wait();
   }
 
-  // What a ping with so many scatterers takes on the device.
+  // The device memory of a ping with `echoes` scatterers.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t cells = std::uint64_t(beams()) * samples();
     const std::uint64_t sounds = echoes + (has_volumes ? cells : 0);
@@ -58,7 +58,8 @@ class ArrayProgram {
            power_.ping_bytes(echoes);
   }
 
-  // First upload(), then compute(). Results stay on the device: series(), powers(), channels().
+  // Call upload() first, then compute(). The results series(), powers() and channels() stay on the
+  // device.
   void upload(const PingBatch& batch, const Workers& workers) {
     upload(batch);
     shifted_.upload(batch, workers);
@@ -80,7 +81,7 @@ class ArrayProgram {
   const float* powers() const { return power_.powers(); }
   const Complex32* channels() const { return channels_.data(); }  // [pings][elements][samples]
 
-  // Those of batches; results too.
+  // Releases the buffers of batches, results included.
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
     for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
@@ -96,7 +97,7 @@ class ArrayProgram {
   }
 
  private:
-  // As they lie on the device, each ping's from begin[ping] on, in the order of their delays.
+  // Sounds on the device in the order of their delays. Those of a ping start at begin[ping].
   struct SoundList {
     const Sound* sounds;
     std::int64_t count;
@@ -136,7 +137,7 @@ class ArrayProgram {
     first_shift_.put(shift_begin_);
   }
 
-  // [pings + 1] of what `offset` is among.
+  // [pings + 1]: where pings begin, from `offset`.
   static std::vector<std::uint32_t> begin_of_pings(const PingBatch& batch,
                                                    std::span<const std::uint32_t> offset,
                                                    std::size_t count) {
@@ -146,7 +147,7 @@ class ArrayProgram {
     return begin;
   }
 
-  // Spectra of the elements' records; volumes and noise unless `means_only`.
+  // Makes the spectra of the elements' records, with volumes and noise unless `means_only`.
   void make_spectra(const PingBatch& batch, bool means_only) {
     const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
@@ -180,7 +181,7 @@ class ArrayProgram {
     add_shifts(pings);
   }
 
-  // Leaves sounds_ with what is left at rest.
+  // Afterwards, sounds_ contains the share at rest of Doppler echoes.
   void hear_shifts() {
     if (shifted_.count() == 0) return;
     shifted_sounds_.need(shifted_.count());
@@ -190,7 +191,7 @@ class ArrayProgram {
                           sounds_.data(), all.value, all.place, shifted_sounds_.data()});
   }
 
-  // To the spectra; the grid is lost.
+  // Adds Doppler echoes to the spectra. Overwrites the grid.
   void add_shifts(std::int64_t pings) {
     if (shifted_.count() == 0) return;
     const DopplerOnDevice all = shifted_.on_device();
@@ -213,7 +214,7 @@ class ArrayProgram {
     gather(pings, list, kernel_, points_per_s(), nullptr, adds);
   }
 
-  // Onto the grid, block by block of the elements, in pings that use it.
+  // Gathers sounds on the grid, one block of elements after another, for pings that use it.
   void gather(std::int64_t pings, const SoundList& list, const DeviceKernel& kernel,
               double points_a_second, const unsigned char* uses, bool adds) {
     const double points_per_m = points_a_second / setup_.water.sound_speed_m_s;
@@ -247,7 +248,7 @@ class ArrayProgram {
                     elements(), samples(), bins(), focused, out.data()});
   }
 
-  // Made of the spectra, which are lost.
+  // Makes channels from the spectra. Overwrites the spectra.
   void make_channels(const PingBatch& batch) {
     const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     channels_.need(rows * samples());

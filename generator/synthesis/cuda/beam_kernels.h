@@ -1,13 +1,14 @@
-// What one thread of a device does for beams of ideal beam cells. Each functor is called once for
-// every index below its count, writes only what belongs to it and adds up in a fixed order: results
-// do not change from run to run, and the same functors run on the host in the tests.
+// The work of one thread of a device for beams from ideal beam cells, called sectors in the code.
+// Each functor is called once for every index below its count, writes only its own results and adds
+// up in a fixed order. Therefore results do not change from run to run. The tests run the same
+// functors on the host.
 //
-//   PlaceEchoes    amplitude drawn, carrier's phase, place on the time grid
-//   PlacePowers    the expected energy of each
-//   GatherSeries   echoes -> a point of a sector's grid; GatherPowers two sectors to a row
-//   DrawVolumes    what volumes throw back from a cell; VolumePowers
+//   PlaceEchoes    drawn amplitude, carrier's phase, place on the time grid
+//   PlacePowers    expected energy of an echo, place on the time grid
+//   GatherSeries   echoes -> a point of a sector's grid; GatherPowers has two sectors per row
+//   DrawVolumes    the echoes of volumes; VolumePowers
 //   FilterSeries   spectrum of a grid -> spectrum of a record; FilterPowers
-//   MixSeries      sectors -> beams, noise; MixPowers
+//   MixSeries      sectors -> beams, with noise; MixPowers
 #pragma once
 
 #include <cmath>
@@ -19,10 +20,10 @@
 
 namespace ensonify {
 
-// Where echoes of a batch lie and what they are worth.
+// The echoes of a batch, with values and places on the time grid.
 struct PlacedEchoes {
   Complex32* value;
-  float* offset;        // in [-1, 1), as EchoArrays
+  float* offset;        // in [-1, 1), as in EchoArrays
   std::int32_t* first;  // grid point, may be negative
 };
 
@@ -61,10 +62,10 @@ struct PlaceEchoes {
 
 struct PlacePowers {
   const EchoRecord* echoes;
-  const DirectionRecord* directed;  // the order of the echoes; null: their own
+  const DirectionRecord* directed;  // order of the echoes; null: the order of the batch
   double source_pa_m, points_per_s;
   int width;
-  PlacedEchoes out;  // value.re alone
+  PlacedEchoes out;  // of the value, only re
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const EchoRecord& e = echoes[directed != nullptr ? directed[i].echo : i];
@@ -74,8 +75,8 @@ struct PlacePowers {
   }
 };
 
-// The first of echoes [begin, end), which `first` sorts, whose kernel reaches a grid point or lies
-// behind it. The point may lie outside of the grid.
+// The first of echoes [begin, end) whose kernel reaches a grid point or lies behind it. The echoes
+// are sorted by `first`. The point may be outside of the grid.
 ENSONIFY_HD inline std::uint32_t first_reaching(const PlacedEchoes& echoes,
                                                 const DeviceKernel& kernel, std::uint32_t begin,
                                                 std::uint32_t end, std::int32_t point) {
@@ -91,7 +92,7 @@ ENSONIFY_HD inline std::uint32_t first_reaching(const PlacedEchoes& echoes,
   return low;
 }
 
-// The sum of value times kernel over these echoes.
+// The sum of value times kernel at a grid point, over echoes [begin, end).
 ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
                                     std::uint32_t begin, std::uint32_t end, std::int32_t point) {
   Complex32 sum{0, 0};
@@ -103,7 +104,7 @@ ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKern
   return sum;
 }
 
-// With what wraps around the period's ends.
+// The same, with echoes that wrap around the ends of the period.
 ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
                                             std::uint32_t begin, std::uint32_t end,
                                             std::int32_t point) {
@@ -115,7 +116,7 @@ ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const De
   return sum;
 }
 
-// grid [pings][sectors][points].
+// Writes grid [pings][sectors][points].
 struct GatherSeries {
   PlacedEchoes echoes;
   const BatchPing* pings;
@@ -132,7 +133,7 @@ struct GatherSeries {
   }
 };
 
-// grid [pings][ceil(sectors / 2)][points]: an even sector and the odd one after it.
+// Writes grid [pings][ceil(sectors / 2)][points]. re is an even sector, im the odd sector after it.
 struct GatherPowers {
   PlacedEchoes echoes;
   const BatchPing* pings;
@@ -153,7 +154,8 @@ struct GatherPowers {
   }
 };
 
-// cells [pings][sectors][transform], zero from `samples` on; energy [pings][sectors][samples].
+// Writes cells [pings][sectors][transform], zero from `samples` on, from
+// energy [pings][sectors][samples].
 struct DrawVolumes {
   const float* energy;
   const BatchPing* pings;
@@ -175,7 +177,7 @@ struct DrawVolumes {
   }
 };
 
-// cells [pings][ceil(sectors / 2)][transform], two sectors to a row.
+// Writes cells [pings][ceil(sectors / 2)][transform], two sectors per row.
 struct VolumePowers {
   const float* energy;
   double source_pa_m;
@@ -200,8 +202,8 @@ ENSONIFY_HD inline Complex32 product(Complex32 a, Complex32 b) {
   return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
 }
 
-// record [rows][transform] of the transforms of grids [rows][points] and, unless null, of cells
-// [rows][transform]. filter and cell_filter: [transform], bin 0 first.
+// Writes record [rows][transform] from the transforms of grids [rows][points] and, unless null, of
+// cells [rows][transform]. filter and cell_filter: [transform], bin 0 first.
 struct FilterSeries {
   const Complex32* grid;
   const Complex32* cells;
@@ -221,8 +223,8 @@ struct FilterSeries {
   }
 };
 
-// |s|^2 fills twice the band: bins above the record's fall on those a period lower. The filters of
-// row r of `rows` lie r % row_filters times filter_stride further on.
+// |s|^2 has twice the bandwidth, so that bins above those of the record are added one period lower.
+// The filters of a row r start at (r % row_filters) * filter_stride.
 struct FilterPowers {
   const Complex32* grid;
   const Complex32* cells;
@@ -246,14 +248,15 @@ struct FilterPowers {
   }
 };
 
-// A thread has a sample of so many neighbouring beams: every sector's sample is read once for all.
+// A thread computes one sample of this number of neighboring beams, and reads the sample of each
+// sector once for all of them.
 constexpr int kBeamsAThread = 16;
 
-// The weights of as many sectors in these beams are a band, which fits into registers.
+// The weights of kBeamsAThread sectors in these beams. They are a band, which fits into registers.
 struct WeightBand {
   float w[2 * kBeamsAThread - 1];
 
-  // `weight` points at that of the first sector in the first beam.
+  // `weight` points to the weight of the first sector in the first beam.
   ENSONIFY_HD explicit WeightBand(const float* weight) {
     ENSONIFY_UNROLL
     for (int d = 0; d < 2 * kBeamsAThread - 1; ++d) w[d] = weight[d - kBeamsAThread + 1];
@@ -261,9 +264,9 @@ struct WeightBand {
   ENSONIFY_HD float of(int sector, int beam) const { return w[sector - beam + kBeamsAThread - 1]; }
 };
 
-// beams [pings][beams][samples] of records [pings][sectors][transform]; counts are pings times
-// ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1], with a margin of kBeamsAThread
-// at both ends: of sector s in beam j at s - j + beams - 1.
+// Writes beams [pings][beams][samples] from records [pings][sectors][transform]. The count is pings
+// times ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1] has a margin of
+// kBeamsAThread at both ends. The weight of sector s in beam j is at s - j + beams - 1.
 struct MixSeries {
   const Complex32* record;
   const BatchPing* pings;
@@ -305,15 +308,16 @@ struct MixSeries {
   }
 };
 
-// Ringing of the kernel may leave a rounding error below zero. means: null, or added as |means|^2.
+// A power without the negative values that rounding errors of the kernel may cause, plus |means|^2
+// unless null.
 ENSONIFY_HD inline float finished_power(float power, const Complex32* means, std::int64_t at) {
   power = power > 0 ? power : 0;
   if (means != nullptr) power += means[at].re * means[at].re + means[at].im * means[at].im;
   return power;
 }
 
-// powers [pings][beams][samples] of records [pings][ceil(sectors / 2)][transform], plus
-// |means|^2 of [pings][beams][samples] unless null; weight and scale are squares.
+// Writes powers [pings][beams][samples] from records [pings][ceil(sectors / 2)][transform]. Adds
+// |means|^2, [pings][beams][samples], unless null. weight and scale are squares.
 struct MixPowers {
   const Complex32* record;
   const Complex32* means;

@@ -1,5 +1,6 @@
-// Beams of ideal beam cells on a device: deposit on time grids, transform, filter, transform back,
-// mixing as full sums. One class template serves CUDA and the tests' host queue.
+// Beams from ideal beam cells on a device: deposit on time grids, transform, filter, inverse
+// transform, and mixing by full sums. The same class template is used for CUDA and for the host
+// queue of the tests.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +36,7 @@ class BeamProgram {
     queue_.wait();
   }
 
-  // What a ping with so many scatterers takes on the device.
+  // The device memory of a ping with `echoes` scatterers.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t sectors = setup_.sonar.beam_count, bins = setup_.record.transform;
     const std::uint64_t points =
@@ -48,7 +49,7 @@ class BeamProgram {
            echoes * (sizeof(EchoRecord) + sizeof(Complex32) + 3 * sizeof(float) + shift);
   }
 
-  // First upload(), then compute(). Results stay on the device: series(), powers().
+  // Call upload() first, then compute(). The results series() and powers() stay on the device.
   void upload(const PingBatch& batch, const Workers& workers) {
     upload(batch);
     doppler_.upload(batch, workers);
@@ -63,7 +64,7 @@ class BeamProgram {
   Complex32* series() const { return beams_.data(); }
   const float* powers() const { return powers_.data(); }
 
-  // Those of batches; results too.
+  // Releases the buffers of batches, results included.
   void drop_buffers() {
     for (auto* b : {&value_, &grid_, &record_, &cells_, &beams_, &means_}) b->drop();
     for (auto* b : {&energy_, &place_, &powers_}) b->drop();
@@ -77,7 +78,7 @@ class BeamProgram {
   }
 
  private:
-  // A DeviceSpread there.
+  // A DeviceSpread in device memory.
   struct Spread {
     Spread(Queue& queue, const DeviceSpread& spread)
         : coefficient(queue), filter(queue), upper_filter(queue), cell_filter(queue) {

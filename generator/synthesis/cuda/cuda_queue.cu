@@ -14,7 +14,7 @@ constexpr std::size_t kPage = 4096;
 void check_cuda(cudaError_t error, const char* doing) {
   if (error == cudaSuccess) return;
   if (error == cudaErrorMemoryAllocation) {
-    cudaGetLastError();  // or the next call would report it again
+    cudaGetLastError();  // clears the error, which the next call would report again
     throw std::bad_alloc();
   }
   throw DeviceFailure(std::string("CUDA, ") + doing + ": " + cudaGetErrorString(error));
@@ -65,7 +65,7 @@ void* CudaQueue::allocate(std::size_t bytes) {
   return memory;
 }
 
-// Errors of a lost device were told by the call that met it.
+// Ignores errors, because the call that lost the device has reported them.
 void CudaQueue::release(void* memory) {
   if (memory == nullptr) return;
   const auto known = bytes_of_.find(memory);

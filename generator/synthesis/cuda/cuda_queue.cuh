@@ -1,4 +1,4 @@
-// A CUDA device as device programs see it (queue.h).
+// The queue of a CUDA device for device programs (queue.h).
 #pragma once
 
 #include <cuda_runtime.h>
@@ -16,7 +16,8 @@
 
 namespace ensonify {
 
-// Throws std::bad_alloc where memory does not suffice, DeviceFailure with the driver's words else.
+// Throws std::bad_alloc if memory does not suffice, and DeviceFailure with the driver's message on
+// other errors.
 void check_cuda(cudaError_t error, const char* doing);
 void check_cufft(cufftResult result, const char* doing);
 
@@ -29,8 +30,8 @@ __global__ void run_functor(std::int64_t count, Functor functor) {
   }
 }
 
-// Memory of the host that copies run from and to beside the processor's work. Where the system
-// locks no more of it, ordinary memory takes its place, which is slower and no worse.
+// Page-locked host memory, so that copies run in parallel with work of the processor. If the system
+// cannot lock more memory, ordinary memory replaces it. Copies are then slower, but work the same.
 class LockedMemory final : public std::pmr::memory_resource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override;
   void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override;
@@ -68,7 +69,7 @@ class CudaQueue {
   }
 
  private:
-  void use();  // calls of any thread go to this device
+  void use();  // makes the calling thread use this device
   cufftHandle plan(int length, int at_once);
 
   int device_;
@@ -76,8 +77,8 @@ class CudaQueue {
   LockedMemory host_memory_;
   std::size_t held_bytes_ = 0;
   std::unordered_map<void*, std::size_t> bytes_of_;
-  // By length and rows at once: how many rows a batch has must not choose the code of a transform,
-  // or results would hang on batches.
+  // Plans by length and rows at once. The number of rows in a batch does not select the plan,
+  // because results would then depend on the batch.
   std::map<std::pair<int, int>, cufftHandle> plans_;
 };
 

@@ -1,8 +1,9 @@
-// The backend around a device program: callers from several threads, batches of what waits.
+// The backend around a device program. Several threads may call it, and waiting requests are joined
+// to batches.
 //
-//   ConvertSeries   the receiver's converter
-//   FormLevels      [beams][samples] of pressure -> [samples][beams] of level
-//   DeviceLane      one stream of a device with buffers of its own: batches that fit, results back
+//   ConvertSeries   the receiver's ADC
+//   FormLevels      pressure [beams][samples] -> level [samples][beams]
+//   DeviceLane      one stream of a device with its own buffers: runs batches that fit into memory
 //   DeviceBackend   make_device_backend
 #pragma once
 
@@ -51,8 +52,8 @@ struct FormLevels {
   }
 };
 
-// The part of the free memory that a batch may take; the rest is for transforms' own and for other
-// lanes.
+// The share of the free memory for a batch. The rest is for the work areas of transforms and for
+// other lanes.
 inline constexpr double kBatchShare = 0.6;
 inline constexpr std::size_t kMostPings = 64;
 
@@ -64,7 +65,7 @@ class DeviceLane {
     table_bytes_ = queue_->held_bytes();
   }
 
-  // Throws std::bad_alloc where not even one ping fits.
+  // Throws std::bad_alloc if not even one ping fits.
   void run(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
            const Workers& workers) {
     std::size_t most = kMostPings;
@@ -73,7 +74,7 @@ class DeviceLane {
       try {
         run_batch(tasks.subspan(first, count), series.subspan(first, count), workers);
       } catch (const std::bad_alloc&) {
-        queue_->wait();  // copies still read the batch that did not fit
+        queue_->wait();  // copies may still read the batch that did not fit
         if (count == 1) throw;
         most = count / 2;
         continue;
@@ -83,7 +84,7 @@ class DeviceLane {
   }
 
  private:
-  // Where a batch's results land, ping by ping.
+  // Host memory for a batch's results, ping by ping.
   struct Landing {
     explicit Landing(std::pmr::memory_resource* memory)
         : pressure(memory), channels(memory), clean(memory), level(memory) {}
@@ -97,7 +98,8 @@ class DeviceLane {
                               : 0;
   }
 
-  // At least one. What this lane keeps is free for its next batch.
+  // The number of tasks that fit into one batch, at least 1. Buffers that this lane has are
+  // available for its next batch.
   std::size_t fitting(std::span<const PingTask> tasks) const {
     const double free = kBatchShare * static_cast<double>(queue_->free_bytes() +
                                                           queue_->held_bytes() - table_bytes_);
@@ -119,7 +121,7 @@ class DeviceLane {
     try {
       compute(tasks, workers);
     } catch (const std::bad_alloc&) {
-      // Buffers that earlier batches needed larger may be all that is in the way.
+      // Without the large buffers of earlier batches, the memory may suffice.
       queue_->wait();
       program_.drop_buffers();
       level_.drop();
@@ -130,7 +132,7 @@ class DeviceLane {
     workers.for_each(tasks.size(), [&](std::size_t p) { hand_over(tasks[p], p, *series[p]); });
   }
 
-  // The series with the converter, and levels in their place.
+  // Computes a batch, applies the ADC to series, and makes levels for tasks that need only these.
   void compute(std::span<const PingTask> tasks, const Workers& workers) {
     program_.upload(batch_, workers);
     program_.compute(batch_);
@@ -173,7 +175,7 @@ class DeviceLane {
     }
   }
 
-  // Memory that `to` has is used again.
+  // Copies the values of ping p, or clears `to` if they are not wanted. Reuses the memory of `to`.
   template <class From, class To>
   static void copy_values(bool wanted, const std::pmr::vector<From>& from, std::size_t count,
                           std::size_t p, std::vector<To>& to) {
@@ -199,7 +201,7 @@ class DeviceLane {
   std::size_t table_bytes_ = 0;
 };
 
-// While one lane computes, the other one copies.
+// Two lanes, so that one copies while the other computes.
 inline constexpr int kDeviceLanes = 2;
 
 template <class Queue, class Program = BeamProgram<Queue>>
@@ -207,17 +209,17 @@ class DeviceBackend final : public Backend {
  public:
   using MakeQueue = std::function<std::unique_ptr<Queue>()>;
 
-  // At least one lane; others come when they are first needed.
+  // Makes one lane. Other lanes are made when they are first needed.
   DeviceBackend(MakeQueue make_queue, const SynthesisSetup& setup)
       : make_queue_(std::move(make_queue)), setup_(setup), to_come_(kDeviceLanes - 1) {
     idle_.push_back(std::make_unique<Lane>(make_queue_(), setup_));
   }
 
-  // On the host.
+  // Host memory only.
   SynthesisMemory memory(bool has_volumes) const override {
     SynthesisMemory memory;
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
-    // Series and clean power as they come down, and volumes as they go up.
+    // Downloads of series and expected power, and uploads of volumes.
     memory.ping_bytes =
         cells * (sizeof(Complex32) + sizeof(float) + (has_volumes ? sizeof(float) : 0));
     const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
@@ -231,8 +233,8 @@ class DeviceBackend final : public Backend {
     return memory;
   }
 
-  // What comes while all lanes are at work makes the next batch of the first that is free. Throws
-  // DeviceFailure where the device fails, or has no memory for a single ping.
+  // Requests that arrive while all lanes are busy form the next batch of the first lane that is
+  // free. Throws DeviceFailure if the device fails or has no memory for a single ping.
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
@@ -259,8 +261,8 @@ class DeviceBackend final : public Backend {
 
   bool may_start() const { return !idle_.empty() || to_come_ > 0; }
 
-  // All that wait by now, on one lane. A lane that finds no memory goes while there is another,
-  // and leaves its requests to that.
+  // Runs all waiting requests on one lane. If a lane does not get enough memory and there is
+  // another lane, it is removed and its requests wait for the other.
   void serve(std::unique_lock<std::mutex>& lock, const Workers& workers) const {
     std::vector<Request*> taken(waiting_.begin(), waiting_.end());
     waiting_.clear();
@@ -319,7 +321,7 @@ class DeviceBackend final : public Backend {
 
   MakeQueue make_queue_;
   SynthesisSetup setup_;
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex mutex_;  // protects all members below
   mutable std::condition_variable changed_;
   mutable std::vector<Request*> waiting_;
   mutable std::vector<std::unique_ptr<Lane>> idle_;
@@ -327,7 +329,7 @@ class DeviceBackend final : public Backend {
   mutable std::size_t at_work_ = 0;
 };
 
-// Beams of sectors, or of an array.
+// Makes a backend for beams from beam cells, or from an array if the sonar has one.
 template <class Queue>
 std::unique_ptr<Backend> make_device_backend(std::function<std::unique_ptr<Queue>()> make_queue,
                                              const SynthesisSetup& setup) {

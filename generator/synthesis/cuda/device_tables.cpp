@@ -18,7 +18,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Single precision leaves 1e-6 anyway.
+// Single precision has errors of 1e-6 in any case.
 constexpr double kPowerError = 1e-6;
 
 DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
@@ -34,12 +34,13 @@ DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
   return spread;
 }
 
-// A burst's shifted spectrum may be all at the band's edge, where the kernel is up to five times
-// worse than over a flat one.
+// The error of the kernel for a flat spectrum. With Doppler, the spectrum of a burst may be close
+// to the edge of the band, where the error is up to five times as large.
 constexpr double kFlatError = 1e-6;
-// Above: the mean enters the expected power as a square. Below: single precision.
+// The largest value is due to the expected power, which has the square of the mean. The smallest is
+// due to single precision.
 constexpr double kMostTolerance = 3e-5, kLeastTolerance = 5e-6;
-// Band b of rising shifts is b + 1, of falling ones -b - 1.
+// The bands in use: b + 1 for band b of positive Doppler, -b - 1 for band b of negative Doppler.
 std::set<int> bands_of(const DopplerNodes& nodes, std::span<const DopplerRecord> shifts) {
   std::set<int> bands;
   int latest = 0;
@@ -69,7 +70,7 @@ void fill_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry, Array
   tables.tap = std::move(taps.tap);
 }
 
-// The sectors that reach a row's two nodes, each with its weights there.
+// Lists the sectors that reach the two nodes of each row, with their weights at both.
 void fill_sectors(const SynthesisSetup& setup, ArrayPowerTables& tables) {
   const std::vector<double> cosines = beam_cosines(setup.sonar);
   tables.row_offset.push_back(0);

@@ -1,16 +1,17 @@
-// Doppler echoes of a batch on a device, with the nodes that they need. Nothing is worked out for
-// them before a batch has one.
+// Doppler echoes of a batch on a device, with the nodes that they need. Tables are made if the
+// setup expects Doppler, or when a batch first has a Doppler echo. In the code, a shift is a
+// Doppler echo.
 //
-// Functors are as in beam_kernels.h. The node at rest is the series' own: shifted echoes stay in it
-// with what they give to it. The other nodes come one after another, each with a grid of the
-// shifted echoes alone.
+// Functors are as in beam_kernels.h. The node at rest is part of the series itself: Doppler echoes
+// remain in the series with their weight at this node. The other nodes are processed one after
+// another, each with a grid of the Doppler echoes only.
 //
-//   PlaceShifts    copies the shifted echoes, and leaves their share at rest behind
-//   WeighShifts    what they give to a node
-//   GatherNode     these -> a point of a sector's grid
+//   PlaceShifts    copies the Doppler echoes, and leaves their share at rest
+//   WeighShifts    weighs them for a node
+//   GatherNode     weighed echoes -> a point of a sector's grid
 //   AddNode        spectrum of a node's grid -> spectrum of a record, of a sector or an element
-//   DopplerEchoes  what programs of beams and of arrays share
-//   DopplerProgram the part of a program of beams that adds them
+//   DopplerEchoes  the part that beam programs and array programs share
+//   DopplerProgram the part of a beam program that adds Doppler echoes
 #pragma once
 
 #include <cstdint>
@@ -28,17 +29,17 @@
 
 namespace ensonify {
 
-// DopplerNodes there: place [degree + 1].
+// DopplerNodes on the device. place: [degree + 1].
 struct DeviceNodes {
   const double* place;
   int degree;
   double width;
 };
 
-// A shift among nodes first, first + step, ... of its band.
+// The place of an echo among nodes first, first + step, ... of its band.
 struct NodePlace {
   double at;     // in the band, in [0, 1)
-  double scale;  // one over the sum of barycentric terms; 0: `at` is a node's own place
+  double scale;  // 1 / sum of barycentric terms; 0 if `at` is exactly at a node
   int first, step;
 };
 
@@ -47,7 +48,7 @@ ENSONIFY_HD inline double barycentric_term(const DeviceNodes& nodes, int q, doub
   return (q % 2 == 0 ? end : -end) / distance;
 }
 
-// As weights_at.
+// The equivalent of weights_at.
 ENSONIFY_HD inline NodePlace node_place(const DeviceNodes& nodes, double doppler) {
   NodePlace place;
   place.step = doppler < 0 ? -1 : 1;
@@ -85,9 +86,9 @@ struct PlaceShifts {
   double points_per_s;
   int width;
   Complex32* at_rest;  // [echoes]
-  Complex32* value;    // [shifts], and so on
+  Complex32* value;    // [shifts], as are the next two
   NodePlace* node;
-  PlacedEchoes out;  // without its value
+  PlacedEchoes out;  // all but the value
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
     const DopplerRecord& shift = shifts[i];
@@ -100,7 +101,7 @@ struct PlaceShifts {
 
 ENSONIFY_HD inline Complex32& value_of(Complex32& echo) { return echo; }
 
-// `Echo` is whatever has a value_of().
+// `Echo` is any type with a value_of().
 template <class Echo>
 struct WeighShifts {
   const Complex32* value;
@@ -114,7 +115,7 @@ struct WeighShifts {
   }
 };
 
-// In pings that use the node; of others the grid holds nothing that is asked for.
+// Writes the grid of pings that use the node. The grid of other pings is undefined.
 struct GatherNode {
   GatherSeries gather;
   const unsigned char* uses;  // [pings]
@@ -124,8 +125,8 @@ struct GatherNode {
   }
 };
 
-// record [pings][rows][transform] plus the filtered transforms of grids [pings][rows][points], in
-// pings that use the node.
+// Adds the filtered transforms of grids [pings][rows][points] to record [pings][rows][transform],
+// for pings that use the node.
 struct AddNode {
   const Complex32* grid;
   const Complex32* filter;    // [transform], bin 0 first
@@ -145,11 +146,11 @@ struct AddNode {
   }
 };
 
-// What all that works on shifted echoes takes.
+// Device arrays for functors that work on Doppler echoes.
 struct DopplerOnDevice {
   const DopplerRecord* shifts;
   DeviceNodes nodes;
-  Complex32* value;  // [shifts], before a node's weight
+  Complex32* value;  // [shifts], without the weight of a node
   NodePlace* place;  // [shifts]
 };
 
@@ -160,9 +161,9 @@ class DopplerEchoes {
     if (setup.min_doppler != 0 || setup.max_doppler != 0) need_tables();
   }
 
-  // The points of a node's grid, where echoes may be shifted or have been; 0 elsewhere.
+  // The points of a node's grid, or 0 as long as no Doppler is expected and no batch had any.
   std::uint64_t points() const { return tables_ ? tables_->spread.points : 0; }
-  // What each takes on the device.
+  // Device memory for each Doppler echo.
   static constexpr std::uint64_t echo_bytes() {
     return sizeof(DopplerRecord) + sizeof(NodePlace) + sizeof(Complex32);
   }
@@ -183,7 +184,7 @@ class DopplerEchoes {
     place_.need(count_);
   }
 
-  // The rest needs an upload of some.
+  // All functions after count() need an upload with count() > 0.
   std::int64_t count() const { return count_; }
   DopplerOnDevice on_device() const {
     const DeviceNodes nodes{node_place_.data(), tables_->nodes.degree, tables_->nodes.width};
@@ -197,7 +198,7 @@ class DopplerEchoes {
     return setup_.sonar.bandwidth_hz * tables_->spread.points / setup_.record.transform;
   }
 
-  // add(node, its filter, which pings use it) for every node that is heard.
+  // Calls add(node, filter, uses) for every node whose pulse is in the band. uses: [pings].
   template <class Add>
   void for_each_node(std::int64_t pings, const Add& add) const {
     for (std::size_t i = 0; i < used_.node.size(); ++i) {
@@ -206,7 +207,7 @@ class DopplerEchoes {
     }
   }
 
-  // Those of a batch.
+  // Releases the buffers of batches.
   void drop_buffers() {
     uses_.drop();
     shifts_.drop();
@@ -235,7 +236,7 @@ class DopplerEchoes {
   Queue& queue_;
   SynthesisSetup setup_;
   std::optional<DopplerTables> tables_;
-  std::map<int, std::unique_ptr<Filter>> filters_;  // null where the pulse has left the band
+  std::map<int, std::unique_ptr<Filter>> filters_;  // null if the pulse is outside of the band
   std::int64_t count_ = 0;
   NodesInUse used_;
   DeviceBuffer<double, Queue> node_place_{queue_};
@@ -252,7 +253,7 @@ class DopplerProgram {
   DopplerProgram(Queue& queue, const SynthesisSetup& setup)
       : queue_(queue), setup_(setup), shifted_(queue, setup) {}
 
-  // As DopplerEchoes.
+  // As in DopplerEchoes.
   std::uint64_t points() const { return shifted_.points(); }
   static constexpr std::uint64_t echo_bytes() {
     return DopplerEchoes<Queue>::echo_bytes() + sizeof(Complex32) + 2 * sizeof(float);
@@ -268,7 +269,7 @@ class DopplerProgram {
     first_.need(shifted_.count());
   }
 
-  // After PlaceEchoes of the series, whose values become what is left at rest.
+  // Runs after PlaceEchoes of the series, and reduces its values to the share at rest.
   void place(const EchoRecord* echoes, Complex32* at_rest) {
     if (shifted_.count() == 0) return;
     const DopplerOnDevice all = shifted_.on_device();
@@ -277,7 +278,7 @@ class DopplerProgram {
                            shifted_.kernel().width, at_rest, all.value, all.place, placed()});
   }
 
-  // To records [pings][sectors][transform], before they are transformed back.
+  // Adds Doppler echoes to record [pings][sectors][transform], before its inverse transform.
   void add(const BatchPing* pings, std::int64_t ping_count, DeviceBuffer<Complex32, Queue>& grid,
            Complex32* record) {
     if (shifted_.count() == 0) return;
@@ -298,7 +299,7 @@ class DopplerProgram {
     });
   }
 
-  // Those of a batch.
+  // Releases the buffers of batches.
   void drop_buffers() {
     shifted_.drop_buffers();
     offset_.drop();

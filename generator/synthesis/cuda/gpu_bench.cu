@@ -1,5 +1,5 @@
-// ensonify_gpu_bench: how fast a device synthesizes, beside the processor and the bounds of memory
-// and bus in the same run. Needs neither a world nor a scenario.
+// ensonify_gpu_bench measures how fast a device synthesizes, and compares it with the processor and
+// with the limits of memory and bus in the same run. Needs neither a world nor a scenario.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 
 struct Case {
   const char* name;
-  int rays_per_beam, elements;  // 0: sectors
+  int rays_per_beam, elements;  // 0 elements: beam cells
   int pings;
 };
 
@@ -55,7 +55,7 @@ Sonar sonar_of(const Case& c) {
   return sonar;
 }
 
-// Diffuse echoes all over the record.
+// Diffuse echoes over the whole record.
 ScattererList echoes_of(const Sonar& sonar, std::uint64_t seed) {
   std::vector<Scatterer> echoes(std::size_t(sonar.beam_count) * sonar.rays_elevation);
   for (std::size_t i = 0; i < echoes.size(); ++i) {
@@ -82,8 +82,8 @@ double relative(const std::vector<std::complex<float>>& a,
   return std::sqrt(error / norm);
 }
 
-// Device memory that a ping's sums read and write at least, every array once a pass, and the
-// multiply-adds of its last sum.
+// The least device memory traffic of a ping's sums, with every array read or written once per pass,
+// and the multiply-adds of its last sum.
 struct Work {
   double bytes, fma;
 };
@@ -92,7 +92,7 @@ Work work_of(const SynthesisSetup& setup, int points) {
   const double beams = setup.sonar.beam_count, samples = setup.record.samples;
   const double bins = setup.record.transform, elements = setup.sonar.array->elements;
   const double out = beams * samples;
-  // Grid written, transformed, filtered to a record of twice its bins, transformed, summed.
+  // Write grid, transform, filter to a record with twice its bins, transform, sum.
   return {sizeof(Complex32) * (elements * (4.0 * points + 2 * bins + 4 * 2 * bins) + out),
           4 * out * elements};
 }
@@ -108,11 +108,12 @@ struct Rates {
 };
 
 struct Times {
-  double device_s, series_s, levels_s, cpu_s;  // a ping
+  double device_s, series_s, levels_s, cpu_s;  // per ping
   double error;
 };
 
-// All tasks through the backend, from two threads: one batch's copies beside the other's sums.
+// Runs all tasks by the backend from two threads, so that copies of one batch and sums of the other
+// run at the same time. Returns seconds per ping.
 double backend_s(const Backend& backend, std::vector<PingTask> tasks, bool only_level,
                  std::vector<PingSeries>& series, const Workers& workers) {
   for (PingTask& task : tasks) task.only_level = only_level;
@@ -124,7 +125,7 @@ double backend_s(const Backend& backend, std::vector<PingTask> tasks, bool only_
                          std::span(series).subspan(first, count), workers);
     });
   };
-  all();  // plans and memory
+  all();  // makes plans and allocates memory
   return seconds_of(all, 5) / static_cast<double>(tasks.size());
 }
 
@@ -208,7 +209,7 @@ Rates measured_rates() {
   int khz = 0, processors = 0;
   check_cuda(cudaDeviceGetAttribute(&khz, cudaDevAttrClockRate, 0), "querying the clock rate");
   check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, 0), "asking");
-  rates.fma = 1e3 * khz * processors * 128;  // lanes of a multiprocessor, compute capability 8.6 on
+  rates.fma = 1e3 * khz * processors * 128;  // 128 lanes from compute capability 8.6 on
   return rates;
 }
 

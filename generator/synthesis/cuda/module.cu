@@ -1,4 +1,4 @@
-// What the module offers: device programs on CUDA.
+// The interface of the module: device programs on CUDA.
 #include <cstdio>
 
 #include "synthesis/cuda/cuda_queue.cuh"

@@ -9,8 +9,8 @@
 namespace ensonify {
 namespace {
 
-// The batch's echoes from `first` on, and of those that are shifted the records from `next_shift`
-// on, in the list's order so far.
+// Sorts a ping's echoes, which are the batch's echoes from `first` on in the order of the list, by
+// delay. Writes the records of Doppler echoes from `next_shift` on.
 void order_by_delay(const ScattererList& list, std::uint32_t first, std::uint32_t next_shift,
                     PingBatch& batch) {
   std::vector<SortKey> keys(list.size());
@@ -28,7 +28,8 @@ void order_by_delay(const ScattererList& list, std::uint32_t first, std::uint32_
   }
 }
 
-// offset: [groups + 1], of the echoes [first, last). Those of one group stay in their order.
+// Sorts echoes [first, last) by group of cells, and keeps their order within a group.
+// offset: [groups + 1].
 void order_by_direction(const PowerGrid& grid, std::uint32_t first, std::uint32_t last,
                         std::uint32_t groups, PingBatch& batch, std::uint32_t* offset) {
   std::vector<std::uint32_t> cell(last - first), next(groups + 1);
@@ -50,7 +51,7 @@ struct ListSummary {
   std::uint32_t shifted = 0;
 };
 
-// One ping's echoes, from `first` of the batch's on.
+// Writes the echoes of one ping to the batch from `first` on.
 ListSummary fill_echoes(const ScattererList& list, std::uint32_t ping, std::uint32_t first,
                         PingBatch& batch) {
   ListSummary summary;
@@ -65,7 +66,7 @@ ListSummary fill_echoes(const ScattererList& list, std::uint32_t ping, std::uint
   return summary;
 }
 
-// One ping's shifts, from `next` of the batch's on.
+// Writes the Doppler records of one ping to the batch from `next` on.
 void fill_shifts(const ScattererList& list, std::uint32_t first, std::uint32_t next,
                  std::uint32_t* offset, PingBatch& batch) {
   for (std::size_t j = 0; j + 1 < list.beam_offset.size(); ++j) {
@@ -77,7 +78,7 @@ void fill_shifts(const ScattererList& list, std::uint32_t first, std::uint32_t n
   offset[list.beam_offset.size() - 1] = next;
 }
 
-// Those of all pings; `first` [pings + 1] of the echoes.
+// Writes the Doppler records of all pings. first: [pings + 1], index of each ping's first echo.
 void fill_all_shifts(std::span<const PingTask> tasks, const std::vector<ListSummary>& summary,
                      const std::vector<std::uint32_t>& first, const Workers& workers,
                      PingBatch& batch) {
@@ -122,7 +123,7 @@ void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
   });
 }
 
-// With what their ordering takes for a while.
+// Includes the temporary memory for sorting.
 std::uint64_t array_echo_bytes() {
   return sizeof(ArrivalRecord) + sizeof(DirectionRecord) + sizeof(EchoRecord) + sizeof(SortKey) +
          sizeof(std::uint32_t);

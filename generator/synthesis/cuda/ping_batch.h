@@ -1,7 +1,7 @@
-// The pings of a batch as a device takes them.
+// The pings of a batch in the format for a device.
 //
 //   PingBatch      fill_batch
-//   fill_arrivals  array_echo_bytes   what it holds for an array beside what it holds for sectors
+//   fill_arrivals  array_echo_bytes   the additional data for an array
 #pragma once
 
 #include <memory_resource>
@@ -15,20 +15,20 @@
 namespace ensonify {
 
 struct PingBatch {
-  // Memory for all of it.
+  // `memory` provides the memory for all vectors.
   explicit PingBatch(std::pmr::memory_resource* memory = std::pmr::get_default_resource());
 
-  std::pmr::vector<EchoRecord> echoes;      // of all pings, one after another
+  std::pmr::vector<EchoRecord> echoes;      // of all pings, one ping after another
   std::pmr::vector<std::uint32_t> ping_of;  // [echoes]
-  std::pmr::vector<std::uint32_t> offset;   // [pings][sectors + 1], among all echoes
+  std::pmr::vector<std::uint32_t> offset;   // [pings][sectors + 1], index into `echoes`
   std::pmr::vector<DopplerRecord> shifts;   // of those with doppler != 0, in the same order
   std::pmr::vector<std::uint32_t>
-      shift_offset;  // as offset, among all shifts; empty: there are none
+      shift_offset;  // [pings][sectors + 1], index into `shifts`; empty if there are none
   std::pmr::vector<BatchPing> pings;
   std::pmr::vector<std::uint64_t> volume_key;  // [pings]
-  std::pmr::vector<float> energy;  // [pings][sectors][samples] of all volumes; empty: none has any
-  // For an array, whose echoes and shifts are in the order of their delays, ping by ping: of the
-  // offsets only where pings begin and end holds.
+  std::pmr::vector<float> energy;  // [pings][sectors][samples], sum of volumes; empty without
+  // For an array. Its echoes and shifts are sorted by delay within each ping, so that of the
+  // offsets only the begin and the end of each ping are valid.
   std::pmr::vector<ArrivalRecord> arrivals;          // [echoes]
   std::pmr::vector<DirectionRecord> directed;        // [echoes], by first node, then by delay
   std::pmr::vector<std::uint32_t> direction_offset;  // [pings][nodes - kPatternTaps + 2]
@@ -36,16 +36,16 @@ struct PingBatch {
   bool has_means = false, has_noise = false, wants_clean = false;
 };
 
-// Memory is used again.
+// Fills a batch with tasks, and reuses its memory.
 void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                 const Workers& workers, PingBatch& batch);
 
-// Puts the echoes and shifts of every ping, filled in already, into the order of delays, and fills
-// in where echoes come from. Needs setup.sonar.array.
+// Sorts the echoes and shifts of every ping by delay, and writes arrivals and directions. Call it
+// after fill_batch has written the echoes. Needs setup.sonar.array.
 void fill_arrivals(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                    const Workers& workers, PingBatch& batch);
 
-// What each echo takes on the host.
+// Host memory for each echo.
 std::uint64_t array_echo_bytes();
 
 }  // namespace ensonify

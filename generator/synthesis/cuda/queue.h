@@ -1,21 +1,22 @@
-// What a device program asks of a device, and what it works on there. Two classes offer the calls:
-// CudaQueue, and HostQueue of the tests, which runs the same functors in a loop.
+// The interface between device programs and a device, and the types on the device. Two classes
+// implement the calls: CudaQueue, and the HostQueue of the tests, which runs the same functors in a
+// loop.
 //
 //   void* allocate(std::size_t bytes)        throws std::bad_alloc; release(void*)
 //   void upload(void* to, const void* from, std::size_t bytes), download, zero(void*, bytes)
-//   std::pmr::memory_resource* host_memory()   of the host, what copies come from and go to fastest
+//   std::pmr::memory_resource* host_memory()   host memory from and to which copies are fastest
 //   void run(std::int64_t count, functor)    functor(i) for all i in [0, count), in any order
 //   void transform(Complex32* rows, int length, int at_once, std::int64_t count, FftDirection)
-//                                            in place, unscaled, of [count][at_once][length]
-//   void wait()                              until all of it is done
-//   std::size_t free_bytes(), held_bytes()   of the device; by this queue's allocations
+//                                            in place, unscaled, for [count][at_once][length]
+//   void wait()                              waits until all calls are complete
+//   std::size_t free_bytes(), held_bytes()   free on the device; allocated by this queue
 //
-// Calls are carried out in their order; only `wait` waits.
+// Calls are executed in their order. Only `wait` blocks.
 //
-//   DeviceBuffer   memory of a queue, owned
+//   DeviceBuffer   owned memory of a queue
 //   Complex32
 //   EchoRecord     one scatterer; amplitude_of
-//   DopplerRecord  one that comes back shifted
+//   DopplerRecord  one scatterer with Doppler
 //   BatchPing      one ping of a batch
 //   ArrivalRecord  DirectionRecord  SectorRecord   for an array
 //   DeviceKernel   a spreading kernel as polynomials; kernel_at
@@ -48,44 +49,45 @@ ENSONIFY_HD inline Complex32 narrow(ComplexDraw z) {
   return {static_cast<float>(z.re), static_cast<float>(z.im)};
 }
 
-// A scatterer, as a ping's list has it, without what synthesis does not need.
+// The members of a Scatterer that synthesis needs.
 struct EchoRecord {
   double delay_s;
   std::uint64_t key;
   float mean_re, mean_im, deviation, gain;
 };
 
-// What a shifted scatterer has beside.
+// The additional data of a scatterer with Doppler.
 struct DopplerRecord {
-  std::uint32_t echo;  // of the batch's
+  std::uint32_t echo;  // index in the batch
   float doppler;
 };
 
-// Where its sound seems to come from: so far away, at that cosine with the line.
+// The apparent point of a scatterer: its range, and the cosine between its direction and the line.
 struct ArrivalRecord {
   double range_m, cosine;
 };
 
-// A scatterer in the order of directions, by its index in the batch, and its cell of a PowerGrid.
+// An entry of the order by directions: a scatterer's index in the batch, and its cell of a
+// PowerGrid.
 struct DirectionRecord {
   std::uint32_t echo, cell;
 };
 
-// How much of a sector each of two nodes has.
+// The weights of a sector (beam cell) at an even node and the odd node after it.
 struct SectorRecord {
   std::uint32_t sector;
   float even, odd;
 };
 
-// Sector j of the ping has echoes [offset[j], offset[j + 1]) of the batch's.
+// Sector (beam cell) j of a ping has the batch's echoes [offset[j], offset[j + 1]).
 struct BatchPing {
   std::uint64_t speckle_key, noise_key;
   std::uint32_t speckle_ping, noise_ping;
   float noise_rms;
-  std::uint32_t first_offset;  // where the ping's [sectors + 1] begin among the batch's offsets
+  std::uint32_t first_offset;  // index of the ping's [sectors + 1] in the batch's offsets
 };
 
-// Amplitude of an echo: its mean alone, or with what is drawn.
+// The amplitude of an echo: its mean only, or with the drawn part.
 ENSONIFY_HD inline Complex32 amplitude_of(const EchoRecord& echo, const BatchPing& ping,
                                           bool means_only) {
   if (means_only) return {echo.mean_re, echo.mean_im};
@@ -93,13 +95,13 @@ ENSONIFY_HD inline Complex32 amplitude_of(const EchoRecord& echo, const BatchPin
                                     ping.speckle_ping, echo.key);
 }
 
-// coefficient [degree + 1][width], highest power of the offset first.
+// coefficient: [degree + 1][width], highest power of the offset first.
 struct DeviceKernel {
   const float* coefficient;
   int width, degree, points;
 };
 
-// The value of a kernel's point `tap` for an echo.
+// The value of a kernel at its point `tap`, for an echo with this offset.
 ENSONIFY_HD inline float kernel_at(const DeviceKernel& kernel, int tap, float offset) {
   const float* c = kernel.coefficient + tap;
   float sum = 0;
@@ -115,7 +117,7 @@ class DeviceBuffer {
   DeviceBuffer(const DeviceBuffer&) = delete;
   DeviceBuffer& operator=(const DeviceBuffer&) = delete;
 
-  // At least n elements; what was there is lost where there were fewer.
+  // Provides at least n elements. If the buffer has to grow, its contents are lost.
   void need(std::size_t n) {
     if (n <= size_) return;
     drop();
