@@ -73,7 +73,7 @@ inline void element_values(float first_element, const PathArrays* paths, int i, 
 
 inline void add_to(float* p, Vector v) { store(p, load(p) + v); }
 
-// The elements of a grid point are adjacent in memory. Therefore an echo writes one contiguous range,
+// The elements of a grid point are adjacent in memory. An echo therefore writes a contiguous range,
 // and the next echo writes vectors with the same alignment.
 template <int kTerms>
 inline void deposit_terms(double first_element, const PathArrays* paths, const float* re,
