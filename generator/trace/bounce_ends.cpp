@@ -31,6 +31,16 @@ bool images_are_before(std::span<const PlacedMirror> mirrors, const Leg& leg, do
 
 }  // namespace
 
+bool set_direction(const Sonar& sonar, Vec3 seen_m, LegEnd& end) {
+  end.elevation_rad = std::asin(std::clamp(seen_m.z / end.length_m, -1.0, 1.0));
+  if (std::abs(end.elevation_rad) > sonar.elevation_fan_rad / 2) return false;
+  end.azimuth_rad = std::atan2(seen_m.y, seen_m.x);
+  const std::optional<int> beam = sector_of(sonar, end.azimuth_rad);
+  if (!beam) return false;
+  end.beam = static_cast<std::uint32_t>(*beam);
+  return true;
+}
+
 bool Bounces::is_in_water(Vec3 point_m) const {
   if (plan.surface < 0) return true;
   return signed_height_m(mirrors[plan.surface], point_m) >= -kOnSurface;
@@ -90,20 +100,13 @@ std::optional<LegEnd> Bounces::trace(std::uint16_t number, Vec3 sonar_direction,
 std::optional<LegEnd> Bounces::reach(std::uint16_t number, Vec3 point_m, double other_m) const {
   if (!is_possible(number)) return std::nullopt;
   const Leg& leg = plan.legs[number];
-  const Sonar& sonar = scattering.sonar;
   LegEnd end;
   end.leg = number;
   end.point_m = point_m;
   const Vec3 image = image_seen_over(mirrors, leg, point_m);
   end.length_m = length(image);
   if (!(end.length_m > 0 && end.length_m + other_m <= length_max_m)) return std::nullopt;
-  const Vec3 seen = to_sonar(image);
-  end.elevation_rad = std::asin(std::clamp(seen.z / end.length_m, -1.0, 1.0));
-  if (std::abs(end.elevation_rad) > sonar.elevation_fan_rad / 2) return std::nullopt;
-  end.azimuth_rad = std::atan2(seen.y, seen.x);
-  const std::optional<int> beam = sector_of(sonar, end.azimuth_rad);
-  if (!beam) return std::nullopt;
-  end.beam = static_cast<std::uint32_t>(*beam);
+  if (!set_direction(scattering.sonar, to_sonar(image), end)) return std::nullopt;
   if (!walk(mirrors, leg, (1 / end.length_m) * image, end.length_m, wavelength_m, end.way)) {
     return std::nullopt;
   }
@@ -175,10 +178,9 @@ std::optional<Scatterer> echo_of(const LegEnd& out, const LegEnd& back, const So
   s.delay_s = whole_m / water.sound_speed_m_s;
   s.departure = {static_cast<float>(out.azimuth_rad), static_cast<float>(out.elevation_rad)};
   s.arrival = {static_cast<float>(back.azimuth_rad), static_cast<float>(back.elevation_rad)};
-  const double pattern =
-      two_direction_pattern(elevation_pattern(sonar, out.elevation_rad),
-                            elevation_pattern(sonar, back.elevation_rad)) *
-      transmit_pattern(out.azimuth_rad, sonar.transmit_width_rad);
+  const double pattern = two_direction_pattern(elevation_pattern(sonar, out.elevation_rad),
+                                               elevation_pattern(sonar, back.elevation_rad)) *
+                         transmit_pattern(out.azimuth_rad, sonar.transmit_width_rad);
   const double extinction_db = out.extinction_db.value_or(0) + back.extinction_db.value_or(0);
   s.gain = static_cast<float>(path_loss(out.length_m, back.length_m, water.absorption_db_m) *
                               out.reflection * back.reflection * pattern *

@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acoustics/pattern.h"
-#include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
 #include "core/random.h"
-#include "trace/echo.h"
 #include "trace/mirror_chains.h"
-#include "trace/pieces.h"
 
 namespace ensonify {
 namespace {
@@ -44,6 +40,13 @@ struct Travel {
     at = step;
     instance[surfaces++] = step.hit.instance;
   }
+  // The surface that it has reached scatters it.
+  void scatter() {
+    if (first_scatterer != 0) return;
+    first_scatterer = surfaces;
+    first_point_m = at.point_m;
+    first_length_m = at.length_m;
+  }
 };
 
 // What the echoes of one ray of the fan share.
@@ -51,12 +54,6 @@ struct FanRay {
   std::size_t index = 0;
   std::uint32_t beam = 0;
   double azimuth_rad = 0, elevation_rad = 0, solid_angle_sr = 0;
-};
-
-// The direction at the sonar in which a path leaves or arrives, and its beam.
-struct SonarSide {
-  double azimuth_rad = 0, elevation_rad = 0;
-  std::uint32_t beam = 0;
 };
 
 class RayEchoes {
@@ -68,12 +65,13 @@ class RayEchoes {
 
  private:
   int most() const { return context_.ping.bounces + 1; }
-  void hear(const Travel& travel);
-  void hear_over_same_mirrors(const Travel& travel, double spreading_per_m2);
+  void hear(Travel travel);
+  void hear_over_same_mirrors(Travel travel, double spreading_per_m2);
   void scatter_on(Travel travel);
   bool choose_direction(Travel& travel, Vec3& direction);
-  bool add(const Travel& travel, const SonarSide& out, const SonarSide& back, double delay_m,
-           double energy, double extinction_db, bool reversed, double received_m, Vec3 place_m);
+  LegEnd sent(double length_m) const;
+  bool add(const Travel& travel, const LegEnd& out, const LegEnd& back, double energy,
+           bool reversed);
   double bistatic(const WalkStep& at, double cos_scattering) const;
 
   const BounceContext& context_;
@@ -88,67 +86,61 @@ double RayEchoes::bistatic(const WalkStep& at, double cos_scattering) const {
          bistatic_strength(context_.material(at.hit), at.hit.cos_incidence, cos_scattering);
 }
 
+// The end of a leg in the direction of the ray.
+LegEnd RayEchoes::sent(double length_m) const {
+  LegEnd end;
+  end.length_m = length_m;
+  end.azimuth_rad = ray_.azimuth_rad;
+  end.elevation_rad = ray_.elevation_rad;
+  end.beam = ray_.beam;
+  return end;
+}
+
 // `energy` includes all spreading. A Scatterer has an amplitude in m and a gain in 1/m^2, of which
-// only the product matters.
-bool RayEchoes::add(const Travel& travel, const SonarSide& out, const SonarSide& back,
-                    double delay_m, double energy, double extinction_db, bool reversed,
-                    double received_m, Vec3 place_m) {
+// only the product matters. The lengths of `out` and `back` add up to the path, and that of `back`
+// reaches to the last surface that scattered the sound.
+bool RayEchoes::add(const Travel& travel, const LegEnd& out, const LegEnd& back, double energy,
+                    bool reversed) {
+  if (!(energy > 0) || !std::isfinite(energy)) return false;
   const SurfaceScattering& scattering = context_.ping.scattering;
-  const Sonar& sonar = scattering.sonar;
-  if (!in_range(delay_m / 2, sonar) || !(energy > 0) || !std::isfinite(energy)) return false;
-  Scatterer s;
-  s.delay_s = delay_m / scattering.water.sound_speed_m_s;
-  s.position_m = context_.to_sonar(place_m);
-  s.departure = {static_cast<float>(out.azimuth_rad), static_cast<float>(out.elevation_rad)};
-  s.arrival = {static_cast<float>(back.azimuth_rad), static_cast<float>(back.elevation_rad)};
-  const double pattern = two_direction_pattern(elevation_pattern(sonar, out.elevation_rad),
-                                               elevation_pattern(sonar, back.elevation_rad)) *
-                         transmit_pattern(out.azimuth_rad, sonar.transmit_width_rad);
-  const double loss = path_loss(delay_m / 2, delay_m / 2, scattering.water.absorption_db_m);
-  s.gain = static_cast<float>(loss * pattern * std::pow(10.0, -extinction_db / 20));
-  if (s.gain == 0 || !std::isfinite(s.gain)) return false;
-  s.standard_deviation = static_cast<float>(std::sqrt(energy) * delay_m * delay_m / 4);
-  s.cos_incidence = travel.at.hit.cos_incidence;
-  s.key = kBounceKey | std::uint64_t{ray_.index} << kKeysOfRay | next_key_;
-  s.beam = back.beam;
-  s.received_path_m = static_cast<float>(received_m);
+  std::optional<Scatterer> s = echo_of(out, back, scattering.sonar, scattering.water);
+  if (!s) return false;
+  s->standard_deviation = static_cast<float>(std::sqrt(energy) * out.length_m * back.length_m);
+  s->cos_incidence = travel.at.hit.cos_incidence;
+  s->position_m = context_.to_sonar(reversed ? travel.first_point_m : travel.at.point_m);
+  s->key = kBounceKey | std::uint64_t{ray_.index} << kKeysOfRay | next_key_;
   const int last = reversed ? travel.first_scatterer - 1 : travel.surfaces - 1;
-  s.instance = travel.instance[last];
+  s->instance = travel.instance[last];
   unsigned kinds = 0;
   int others = 0;
   for (int i = 0; i < travel.surfaces; ++i) {
     const int surface = reversed ? travel.surfaces - 1 - i : i;
     kinds |= (travel.kinds >> surface & 1u) << i;
-    if (surface != last) s.via[others++] = static_cast<std::uint16_t>(travel.instance[surface]);
+    if (surface != last) s->via[others++] = static_cast<std::uint16_t>(travel.instance[surface]);
   }
-  s.path = path_of_kinds(travel.surfaces, kinds);
-  scatterers_.push_back(s);
+  s->path = path_of_kinds(travel.surfaces, kinds);
+  scatterers_.push_back(*s);
   return true;
 }
 
 // Connects a surface that scatters to the sonar, and adds both directions of the path.
-void RayEchoes::hear(const Travel& travel) {
-  const std::optional<Connection> back = connect(context_, travel.at);
+void RayEchoes::hear(Travel travel) {
+  const std::optional<LegEnd> back = connect(context_, travel.at);
   if (!back) return;
   const bool from_both_ends = travel.first_scatterer == 1;
-  const double energy = travel.energy * bistatic(travel.at, back->cosine) /
+  const double energy = travel.energy * bistatic(travel.at, back->cos_incidence) /
                         (travel.at.hit.cos_incidence * back->length_m * back->length_m) *
                         (from_both_ends ? 0.5 : 1);
-  const double path_m = travel.at.length_m + back->length_m;
-  const double extinction_db = travel.at.extinction_db + back->extinction_db;
-  const SonarSide sent{ray_.azimuth_rad, ray_.elevation_rad, ray_.beam};
-  const SonarSide heard{back->azimuth_rad, back->elevation_rad, back->beam};
-  Travel whole = travel;
-  if (whole.first_scatterer == 0) {
-    whole.first_scatterer = whole.surfaces;
-    whole.first_point_m = whole.at.point_m;
-    whole.first_length_m = whole.at.length_m;
-  }
-  const bool one = add(whole, sent, heard, path_m, energy, extinction_db, false, back->length_m,
-                       whole.at.point_m);
-  const bool other = add(whole, heard, sent, path_m, energy, extinction_db, true,
-                         whole.first_length_m, whole.first_point_m);
-  if (one && other && heard.beam == sent.beam && context_.ping.ways_as_one) {
+  travel.scatter();
+  LegEnd out = sent(travel.at.length_m);
+  out.extinction_db = travel.at.extinction_db;
+  const bool one = add(travel, out, *back, energy, false);
+  // The other direction: the same path, received over the piece from its first scatterer.
+  LegEnd first = sent(travel.first_length_m), rest = *back;
+  first.extinction_db = out.extinction_db;
+  rest.length_m = travel.at.length_m + back->length_m - travel.first_length_m;
+  const bool other = add(travel, rest, first, energy, true);
+  if (one && other && back->beam == ray_.beam && context_.ping.ways_as_one) {
     const float gain = scatterers_.back().gain;
     scatterers_.pop_back();
     scatterers_.back().gain += gain;
@@ -157,23 +149,22 @@ void RayEchoes::hear(const Travel& travel) {
 }
 
 // Adds the path over specular reflectors to a surface that scatters, and back over the same ones.
-void RayEchoes::hear_over_same_mirrors(const Travel& travel, double spreading_per_m2) {
+void RayEchoes::hear_over_same_mirrors(Travel travel, double spreading_per_m2) {
   const int mirrors = travel.surfaces - 1;
-  Travel whole = travel;
-  whole.surfaces = 2 * mirrors + 1;
-  whole.first_scatterer = travel.surfaces;
-  for (int i = 0; i < mirrors; ++i) {
-    whole.kinds |= 1u << (whole.surfaces - 1 - i);
-    whole.instance[whole.surfaces - 1 - i] = travel.instance[i];
-  }
   const double cosine = travel.at.hit.cos_incidence;
   const double reflected = travel.energy / ray_.solid_angle_sr;  // R^2 of all specular reflectors
   const double energy =
       travel.energy * reflected * bistatic(travel.at, cosine) / cosine * spreading_per_m2;
-  const SonarSide side{ray_.azimuth_rad, ray_.elevation_rad, ray_.beam};
+  travel.scatter();
+  travel.surfaces = 2 * mirrors + 1;
+  for (int i = 0; i < mirrors; ++i) {
+    travel.kinds |= 1u << (travel.surfaces - 1 - i);
+    travel.instance[travel.surfaces - 1 - i] = travel.instance[i];
+  }
+  LegEnd leg = sent(travel.at.length_m);
+  leg.extinction_db = travel.at.extinction_db;
   // The label is the surface that scatters, as in a reversed path.
-  add(whole, side, side, 2 * travel.at.length_m, energy, 2 * travel.at.extinction_db, true,
-      travel.at.length_m, travel.at.point_m);
+  add(travel, leg, leg, energy, true);
   ++next_key_;
 }
 
@@ -194,7 +185,7 @@ bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   if (chosen < by_mirror) {
     travel.energy *= by_mirror + scattered;
     travel.kinds |= 1u << (travel.surfaces - 1);
-    direction = normalized(at.direction - 2 * dot(at.direction, at.normal) * at.normal);
+    direction = normalized(reflected_direction(at));
     return true;
   }
   if (scattered == 0) return false;
@@ -210,11 +201,7 @@ bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const double followed = std::clamp(kFollowed * share, kLeastFollowed, 1.0);
   if (!(uniform_from_word(words.v[3]) < followed)) return false;
   travel.energy *= share / followed * (by_mirror + scattered) / scattered;
-  if (travel.first_scatterer == 0) {
-    travel.first_scatterer = travel.surfaces;
-    travel.first_point_m = at.point_m;
-    travel.first_length_m = at.length_m;
-  }
+  travel.scatter();
   return true;
 }
 
@@ -244,32 +231,11 @@ void RayEchoes::follow(const MirrorWalk& walk) {
             travel, spreading_per_m2(context_, ray_.azimuth_rad, ray_.elevation_rad, walk, i));
       }
       // If the specular reflector also scatters, both parts are followed.
-      Travel scattered = travel;
-      scatter_on(scattered);
+      scatter_on(travel);
     }
     travel.energy *= at.reflection * at.reflection;
     travel.kinds |= 1u << i;
   }
-}
-
-std::vector<MirrorWalk> walks_of(const BounceContext& context, const Fan& fan,
-                                 std::span<const Hit> hits, const Workers& workers) {
-  std::vector<MirrorWalk> walks(hits.size());
-  const std::size_t rays = fan.rays_per_beam();
-  workers.for_each(fan.beams, [&](std::size_t beam) {
-    for (std::size_t i = 0; i < rays; ++i) {
-      const std::size_t ray = beam * rays + i;
-      const Hit& hit = hits[ray];
-      if (hit.instance == 0 || !(hit.range_m > 0) || !(hit.cos_incidence > 0)) continue;
-      const double azimuth = fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation];
-      const Vec3 direction =
-          normalized(rotate(context.ping.sonar_in_world.rotation,
-                            unit_vector(azimuth, fan.elevation_rad[i % fan.rays_elevation])));
-      walks[ray] =
-          follow_mirrors(context, first_step(context, direction, hit), context.ping.bounces + 1);
-    }
-  });
-  return walks;
 }
 
 }  // namespace
@@ -292,24 +258,28 @@ std::vector<Scatterer> bounced_off_surfaces(const BouncePing& ping, const Fan& f
                                             std::span<const Hit> hits, const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size() && ping.bounces <= kMostBounces);
   const BounceContext context = bounce_context(ping);
-  const std::vector<MirrorWalk> walks = walks_of(context, fan, hits, workers);
+  const bool has_mirrors = has_smooth_surfaces(ping.scattering);
+  std::vector<ComesBack> found(has_mirrors ? hits.size() : 0);
   const std::size_t rays = fan.rays_per_beam();
   std::vector<std::vector<Scatterer>> by_beam(fan.beams);
   workers.for_each(fan.beams, [&](std::size_t beam) {
     for (std::size_t i = 0; i < rays; ++i) {
-      const MirrorWalk& walk = walks[beam * rays + i];
-      if (walk.steps == 0) continue;
+      const Hit& hit = hits[beam * rays + i];
+      if (hit.instance == 0 || !(hit.range_m > 0) || !(hit.cos_incidence > 0)) continue;
       const std::size_t row = i % fan.rays_elevation;
       const FanRay ray{beam * rays + i, static_cast<std::uint32_t>(beam),
                        fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation],
                        fan.elevation_rad[row], fan.solid_angle_sr[row]};
+      const MirrorWalk walk = follow_mirrors(
+          context, context.to_world(ray.azimuth_rad, ray.elevation_rad), hit, ping.bounces + 1);
       RayEchoes(context, ray, by_beam[beam]).follow(walk);
+      if (has_mirrors) found[ray.index] = what_comes_back(context, walk);
     }
   });
   std::vector<Scatterer> all;
   append(by_beam, all);
-  if (!has_smooth_surfaces(ping.scattering)) return all;
-  const std::vector<Scatterer> chains = chain_scatterers(context, fan, walks, workers);
+  if (!has_mirrors) return all;
+  const std::vector<Scatterer> chains = chain_scatterers(context, fan, found, workers);
   all.insert(all.end(), chains.begin(), chains.end());
   return all;
 }

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acoustics/pattern.h"
-#include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
 #include "trace/cell_cutting.h"
-#include "trace/echo.h"
 #include "trace/pieces.h"
 #include "trace/volume.h"
 
@@ -22,9 +19,8 @@ struct ChainSample {
   int mirrors = 0;     // 0: no chain
   std::array<Hit, kMostSurfaces> hit;
   Vec3 end_m;  // from the sonar
-  double out_m = 0, reflection = 0, obliquity = 0, cos_incidence = 0, leaving_sine = 0;
-  double out_extinction_db = 0;
-  Connection back;
+  double reflection = 0, obliquity = 0, leaving_sine = 0;
+  LegEnd out, back;
 };
 
 static bool same_body(const ChainSample& a, const ChainSample& b) {
@@ -54,7 +50,7 @@ ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int 
   ChainSample sample;
   if (walk.mirrors < mirrors) return sample;
   const WalkStep& last = walk.step[mirrors - 1];
-  const std::optional<Connection> back = connect(context, last);
+  const std::optional<LegEnd> back = connect(context, last);
   if (!back) return sample;
   sample.mirrors = mirrors;
   sample.reflection = 1;
@@ -63,17 +59,17 @@ ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int 
     sample.reflection *= walk.step[i].reflection;
   }
   sample.end_m = last.point_m;
-  sample.out_m = last.length_m;
-  sample.out_extinction_db = last.extinction_db;
+  sample.out.length_m = last.length_m;
+  sample.out.extinction_db = last.extinction_db;
+  sample.out.cos_incidence = last.hit.cos_incidence;
   sample.back = *back;
   sample.range_m = (last.length_m + back->length_m) / 2;
-  sample.cos_incidence = last.hit.cos_incidence;
   constexpr double kMostOblique = 2;
-  sample.obliquity =
-      std::min((1 + back->cosine / std::max(sample.cos_incidence, 1e-6)) / 2, kMostOblique);
-  const Vec3 leaving = last.direction - 2 * dot(last.direction, last.normal) * last.normal;
+  sample.obliquity = std::min(
+      (1 + back->cos_incidence / std::max(sample.out.cos_incidence, 1e-6)) / 2, kMostOblique);
+  const Vec3 leaving = reflected_direction(last);
   sample.leaving_sine =
-      dot(leaving, back->direction) > 0 ? length(cross(leaving, back->direction)) : 1;
+      dot(leaving, back->direction) < 0 ? length(cross(leaving, back->direction)) : 1;
   return sample;
 }
 
@@ -94,13 +90,11 @@ struct ChainSector {
 };
 
 ChainSample ChainSector::shoot(double azimuth_rad, double elevation_rad) const {
-  const Pose& pose = context.ping.sonar_in_world;
-  const Vec3 direction = normalized(rotate(pose.rotation, unit_vector(azimuth_rad, elevation_rad)));
-  const Hit hit = context.ping.tracer.first_hit({pose.position_m, direction},
+  const Vec3 direction = context.to_world(azimuth_rad, elevation_rad);
+  const Hit hit = context.ping.tracer.first_hit({context.ping.sonar_in_world.position_m, direction},
                                                 context.ping.scattering.sonar.range_max_m);
   if (hit.instance == 0) return {};
-  return sample_of(context, follow_mirrors(context, first_step(context, direction, hit), mirrors),
-                   mirrors);
+  return sample_of(context, follow_mirrors(context, direction, hit, mirrors), mirrors);
 }
 
 // The cross-section of the part's ray tube at the last reflector, from differences between
@@ -118,72 +112,36 @@ double tube_area_m2(const ChainPart& part) {
   const ChainSample& middle = part.hits[1][1];
   const Hit& last = middle.hit[middle.mirrors - 1];
   // The area on the surface, projected across the ray.
-  return std::abs(dot(cross(in_azimuth, in_elevation), last.normal)) * middle.cos_incidence;
+  return std::abs(dot(cross(in_azimuth, in_elevation), last.normal)) * middle.out.cos_incidence;
 }
 
 void ChainSector::add(const ChainPart& part) {
   const ChainSample& middle = part.hits[1][1];
   const SurfaceScattering& scattering = context.ping.scattering;
-  if (!is_mirror(middle) || !in_range(middle.range_m, scattering.sonar)) return;
+  if (!is_mirror(middle)) return;
+  LegEnd out = middle.out;
+  out.azimuth_rad = part.azimuth_rad[1];
+  out.elevation_rad = part.elevation_rad[1];
+  std::optional<Scatterer> s = echo_of(out, middle.back, scattering.sonar, scattering.water);
+  if (!s) return;
   const double solid_angle = cell_solid_angle_sr(part.azimuth_rad[2] - part.azimuth_rad[0],
                                                  part.elevation_rad[0], part.elevation_rad[2]);
   const Bend bend = bend_of(part);
   const std::complex<double> sum = sinc(2 * bend.change_azimuth_m / wavelength_m) *
                                        sinc(2 * bend.change_elevation_m / wavelength_m) +
                                    bend_factor(bend, wavelength_m);
-  const double size = middle.reflection * middle.obliquity * middle.out_m / wavelength_m *
+  const double size = middle.reflection * middle.obliquity * out.length_m / wavelength_m *
                       std::sqrt(solid_angle * tube_area_m2(part));
-  const std::complex<double> amplitude = std::complex<double>(0, size) * sum;
-  if (!std::isfinite(std::norm(amplitude)) || amplitude == 0.0) return;
-
-  Scatterer s;
-  s.delay_s = two_way_delay_s(middle.range_m, scattering.water.sound_speed_m_s);
-  s.position_m = context.to_sonar(middle.end_m);
-  const double azimuth = part.azimuth_rad[1], elevation = part.elevation_rad[1];
-  s.departure = {static_cast<float>(azimuth), static_cast<float>(elevation)};
-  s.arrival = {static_cast<float>(middle.back.azimuth_rad),
-               static_cast<float>(middle.back.elevation_rad)};
-  const Sonar& sonar = scattering.sonar;
-  const double pattern =
-      two_direction_pattern(elevation_pattern(sonar, elevation),
-                            elevation_pattern(sonar, middle.back.elevation_rad)) *
-      transmit_pattern(azimuth, sonar.transmit_width_rad);
-  const double extinction_db = middle.out_extinction_db + middle.back.extinction_db;
-  s.gain = static_cast<float>(
-      path_loss(middle.out_m, middle.back.length_m, scattering.water.absorption_db_m) * pattern *
-      std::pow(10.0, -extinction_db / 20));
-  s.mean = std::complex<float>(amplitude);
-  s.cos_incidence = static_cast<float>(middle.cos_incidence);
-  s.key = next_key++;
-  s.beam = middle.back.beam;
-  s.instance = middle.hit[mirrors - 1].instance;
-  s.path = path_of_kinds(mirrors, (1u << mirrors) - 1);
+  s->mean = std::complex<float>(std::complex<double>(0, size) * sum);
+  if (!std::isfinite(std::norm(s->mean)) || s->mean == 0.0f) return;
+  s->position_m = context.to_sonar(middle.end_m);
+  s->key = next_key++;
+  s->instance = middle.hit[mirrors - 1].instance;
+  s->path = path_of_kinds(mirrors, (1u << mirrors) - 1);
   for (int i = 0; i + 1 < mirrors; ++i) {
-    s.via[i] = static_cast<std::uint16_t>(middle.hit[i].instance);
+    s->via[i] = static_cast<std::uint16_t>(middle.hit[i].instance);
   }
-  s.received_path_m = static_cast<float>(middle.back.length_m);
-  scatterers.push_back(s);
-}
-
-// Bit n is 1 if a ray returns to the sonar over n specular reflectors.
-using ComesBack = std::uint8_t;
-
-std::vector<ComesBack> what_comes_back(const BounceContext& context,
-                                       std::span<const MirrorWalk> walks, const Workers& workers) {
-  std::vector<ComesBack> found(walks.size(), 0);
-  constexpr std::size_t kBlock = 1024;
-  workers.for_each((walks.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
-    for (std::size_t ray = block * kBlock; ray < std::min((block + 1) * kBlock, walks.size());
-         ++ray) {
-      for (int mirrors = 2; mirrors <= walks[ray].mirrors; ++mirrors) {
-        const ChainSample sample = sample_of(context, walks[ray], mirrors);
-        if (sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine) {
-          found[ray] = static_cast<ComesBack>(found[ray] | 1u << mirrors);
-        }
-      }
-    }
-  });
-  return found;
+  scatterers.push_back(*s);
 }
 
 // The bits of the cell's own ray and the eight around it.
@@ -239,15 +197,10 @@ double BounceContext::piece_extinction_db(Vec3 from_m, Vec3 direction, double pi
                        extinction_step_m, piece_m, column);
 }
 
-std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction) const {
+WalkStep BounceContext::step(const WalkStep& from, Vec3 direction, const Hit& hit) const {
   WalkStep step;
   step.direction = direction;
-  step.hit = hit_after(ping.tracer, ping.sonar_in_world.position_m + from.point_m, direction,
-                       length_max_m - from.length_m, true);
-  const Hit& hit = step.hit;
-  if (hit.instance == 0 || !std::isfinite(hit.range_m) || !(hit.cos_incidence > 0)) {
-    return std::nullopt;
-  }
+  step.hit = hit;
   step.point_m = from.point_m + hit.range_m * direction;
   step.length_m = from.length_m + hit.range_m;
   step.normal = dot(hit.normal, direction) > 0 ? -hit.normal : hit.normal;
@@ -261,6 +214,15 @@ std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction
   return step;
 }
 
+std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction) const {
+  const Hit hit = hit_after(ping.tracer, ping.sonar_in_world.position_m + from.point_m, direction,
+                            length_max_m - from.length_m, true);
+  if (hit.instance == 0 || !std::isfinite(hit.range_m) || !(hit.cos_incidence > 0)) {
+    return std::nullopt;
+  }
+  return step(from, direction, hit);
+}
+
 BounceContext bounce_context(const BouncePing& ping) {
   const SurfaceScattering& scattering = ping.scattering;
   const double c = scattering.water.sound_speed_m_s;
@@ -271,32 +233,16 @@ BounceContext bounce_context(const BouncePing& ping) {
   return context;
 }
 
-WalkStep first_step(const BounceContext& context, Vec3 world_direction, const Hit& hit) {
-  WalkStep step;
-  step.direction = world_direction;
-  step.hit = hit;
-  step.point_m = hit.range_m * world_direction;
-  step.length_m = hit.range_m;
-  step.normal = dot(hit.normal, world_direction) > 0 ? -hit.normal : hit.normal;
-  step.extinction_db = context.piece_extinction_db({}, world_direction, hit.range_m);
-  const Material& m = context.material(hit);
-  if (m.coherent == CoherentModel::kirchhoff) {
-    step.reflection = coherent_reflection(m.reflection, m.roughness_rms_m, context.wavelength_m,
-                                          hit.cos_incidence);
-  }
-  return step;
-}
-
-MirrorWalk follow_mirrors(const BounceContext& context, const WalkStep& first, int most) {
+MirrorWalk follow_mirrors(const BounceContext& context, Vec3 direction, const Hit& first,
+                          int most) {
   MirrorWalk walk;
-  walk.step[walk.steps++] = first;
+  walk.step[walk.steps++] = context.step({}, direction, first);
   while (true) {
     const WalkStep& last = walk.step[walk.steps - 1];
     if (last.reflection == 0) return walk;
     walk.mirrors = walk.steps;
     if (walk.steps == most) return walk;
-    const Vec3 on = normalized(last.direction - 2 * dot(last.direction, last.normal) * last.normal);
-    const std::optional<WalkStep> next = context.next(last, on);
+    const std::optional<WalkStep> next = context.next(last, normalized(reflected_direction(last)));
     if (!next) return walk;
     walk.step[walk.steps++] = *next;
   }
@@ -316,8 +262,7 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
     const Hit hit = context.ping.tracer.first_hit(
         {context.ping.sonar_in_world.position_m, direction}, context.length_max_m);
     if (hit.instance == 0) return flat;
-    const MirrorWalk beside =
-        follow_mirrors(context, first_step(context, direction, hit), surface + 1);
+    const MirrorWalk beside = follow_mirrors(context, direction, hit, surface + 1);
     if (beside.steps <= surface) return flat;
     for (int k = 0; k <= surface; ++k) {
       const WalkStep &a = beside.step[k], &b = walk.step[k];
@@ -330,32 +275,36 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
   return std::min(kBeside_rad * kBeside_rad / area, most);
 }
 
-std::optional<Connection> connect(const BounceContext& context, const WalkStep& from) {
-  const Sonar& sonar = context.ping.scattering.sonar;
-  Connection back;
+std::optional<LegEnd> connect(const BounceContext& context, const WalkStep& from) {
+  LegEnd back;
+  back.point_m = from.point_m;
   back.length_m = length(from.point_m);
   if (!(back.length_m > 0) || from.length_m + back.length_m > context.length_max_m) {
     return std::nullopt;
   }
-  back.direction = (-1 / back.length_m) * from.point_m;
-  back.cosine = std::min(dot(back.direction, from.normal), 1.0);
-  if (!(back.cosine > 0)) return std::nullopt;
-  const Vec3 seen = context.to_sonar(from.point_m);
-  back.elevation_rad = std::asin(std::clamp(seen.z / back.length_m, -1.0, 1.0));
-  if (std::abs(back.elevation_rad) > sonar.elevation_fan_rad / 2) return std::nullopt;
-  back.azimuth_rad = std::atan2(seen.y, seen.x);
-  const std::optional<int> beam = sector_of(sonar, back.azimuth_rad);
-  if (!beam) return std::nullopt;
-  back.beam = static_cast<std::uint32_t>(*beam);
+  back.direction = (1 / back.length_m) * from.point_m;
+  back.cos_incidence = std::min(-dot(back.direction, from.normal), 1.0);
+  if (!(back.cos_incidence > 0)) return std::nullopt;
+  if (!set_direction(context.ping.scattering.sonar, context.to_sonar(from.point_m), back)) {
+    return std::nullopt;
+  }
   const Vec3 at = context.ping.sonar_in_world.position_m + from.point_m;
-  if (!is_free_piece(context.ping.tracer, at, back.direction, back.length_m)) return std::nullopt;
-  back.extinction_db = context.piece_extinction_db(from.point_m, back.direction, back.length_m);
+  if (!is_free_piece(context.ping.tracer, at, -back.direction, back.length_m)) return std::nullopt;
+  back.extinction_db = context.piece_extinction_db(from.point_m, -back.direction, back.length_m);
   return back;
 }
 
+ComesBack what_comes_back(const BounceContext& context, const MirrorWalk& walk) {
+  unsigned found = 0;
+  for (int mirrors = 2; mirrors <= walk.mirrors; ++mirrors) {
+    const ChainSample sample = sample_of(context, walk, mirrors);
+    if (sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine) found |= 1u << mirrors;
+  }
+  return static_cast<ComesBack>(found);
+}
+
 std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan& fan,
-                                        std::span<const MirrorWalk> walks, const Workers& workers) {
-  const std::vector<ComesBack> found = what_comes_back(context, walks, workers);
+                                        std::span<const ComesBack> found, const Workers& workers) {
   std::vector<std::vector<Scatterer>> by_beam(fan.beams);
   workers.for_each(fan.beams,
                    [&](std::size_t beam) { add_chains(context, fan, found, beam, by_beam[beam]); });

@@ -2,7 +2,7 @@
 //
 //   BouncedMoment  bounced_echoes
 //   both_ways_as_one
-//   LegEnd    one end of a path: a point at the end of a leg
+//   LegEnd   set_direction   one end of a path: a point at the end of a leg
 //   Bounces   make_bounces   straight trace reach is_free   of one ping
 //   echo_of   from two ends to a scatterer
 #pragma once
@@ -67,6 +67,10 @@ struct LegEnd {
   double cos_incidence = 0;
   std::optional<double> extinction_db;  // by volumes, on this leg alone
 };
+
+// Sets elevation, azimuth and beam for a point seen from the sonar, in its frame, at the length of
+// the end. False if it is outside the fan.
+bool set_direction(const Sonar& sonar, Vec3 seen_m, LegEnd& end);
 
 struct Bounces {
   const BouncePlan& plan;
