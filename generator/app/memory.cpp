@@ -40,7 +40,7 @@ std::uint64_t hierarchy_bytes(const World& world) {
   std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
   for (const WorldObject& object : world.objects) {
     for (const MaterialFields& fields : object.fields) {
-      for (const auto& field : {fields.texture, fields.growth}) {
+      for (const auto& field : {fields.texture, fields.growth, fields.growth_texture}) {
         if (field) sum += (field->lattice.size() + field->values.size()) * sizeof(float);
       }
     }

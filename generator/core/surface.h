@@ -58,10 +58,10 @@ struct Material {
   SurfaceTexture texture{};
 };
 
-// Parts of a mesh whose material differs from that of their object.
+// Parts of a surface whose material differs from that of their object: parts of a mesh, and growth.
 struct PartMaterials {
   std::vector<std::uint16_t> of_part;  // by Mesh::part: 0 the object's own, k: materials[k - 1]
-  std::vector<Material> materials;     // both empty: the object's own everywhere
+  std::vector<Material> materials;     // of mesh parts, then of what has grown
 };
 
 // Horizontal and infinite.

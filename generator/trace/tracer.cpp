@@ -201,8 +201,10 @@ void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits) {
     if (object == nullptr || hit.part >= object->fields.size()) continue;
     const MaterialFields& fields = object->fields[hit.part];
     const Vec3 local = inverse_transform_point(pose, ray.origin_m + hit.range_m * ray.direction);
-    if (fields.texture) hit.reflectivity *= fields.texture->at(local);
-    if (fields.growth && fields.growth->at(local) > 0.5f) hit.part = fields.growth_part;
+    const bool grown = fields.growth && fields.growth->at(local) > 0.5f;
+    if (grown) hit.part = fields.growth_part;
+    const auto& texture = grown ? fields.growth_texture : fields.texture;
+    if (texture) hit.reflectivity *= texture->at(local);
   }
 }
 

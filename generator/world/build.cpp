@@ -219,39 +219,6 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
   if (parts.materials.empty()) parts = {};
 }
 
-// The fields of the object's material and of those of its parts. Keyed by the object's name, so
-// that other objects do not change them.
-void set_fields(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw draw,
-                const std::map<std::string, Material>& materials, WorldObject& object,
-                Instance& instance) {
-  const std::uint64_t stream =
-      mix64(stream_key(scenario.seed, Stream::terrain, draw) ^ name_key(spec.name));
-  std::vector<std::string> of_part = {spec.material};
-  for (const InstancePart& part : instance.parts) {
-    if (std::ranges::find(of_part, part.material) == of_part.end()) {
-      of_part.push_back(part.material);
-    }
-  }
-  ObjectFields fields(of_part.size());
-  bool any = false;
-  for (std::size_t k = 0; k < of_part.size(); ++k) {
-    const MaterialSpec& material =
-        *std::ranges::find(scenario.materials, of_part[k], &MaterialSpec::name);
-    const std::uint64_t key = mix64(stream ^ name_key(material.name));
-    if (material.texture) fields[k].texture = make_texture(*material.texture, key);
-    if (material.growth) {
-      const GrowthSpec& growth = *material.growth;
-      fields[k].growth = make_growth(growth.cover, growth.correlation_m, mix64(key));
-      object.parts.materials.push_back(materials.at(growth.material));
-      fields[k].growth_part = static_cast<std::uint16_t>(object.parts.materials.size());
-      instance.growth.push_back({material.name, growth.material, materials.at(growth.material),
-                                 growth.cover, growth.correlation_m});
-    }
-    any |= material.texture || material.growth;
-  }
-  if (any) object.fields = std::move(fields);
-}
-
 void add_objects(const Scenario& scenario, SequenceDraw draw,
                  const std::map<std::string, Material>& materials, MeshLibrary* library,
                  ScouredTerrain& scoured, World& world, WorldFaults& faults) {
@@ -295,7 +262,7 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
       set_parts(*mesh, *std::get<MeshShape>(object.shape).mesh, materials,
                 fmt::format("objects.{}.shape.mesh.parts", i), object, instance, faults);
     }
-    set_fields(scenario, spec, draw, materials, object, instance);
+    object.fields = make_fields(scenario, spec, draw, materials, object.parts, instance);
   }
 }
 

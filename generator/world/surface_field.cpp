@@ -6,7 +6,6 @@
 
 #include <boost/math/distributions/gamma.hpp>
 
-#include "core/random.h"
 #include "core/units.h"
 
 namespace ensonify {
@@ -96,6 +95,43 @@ std::shared_ptr<const SurfaceField> make_growth(double cover, double correlation
   const auto field = gaussian_field(correlation_m, key);
   fill_table(*field, [&](double g) { return normal_share_below(g) < cover ? 1.0 : 0.0; });
   return field;
+}
+
+ObjectFields make_fields(const Scenario& scenario, const ObjectSpec& object, SequenceDraw draw,
+                         const std::map<std::string, Material>& materials, PartMaterials& parts,
+                         Instance& instance) {
+  const std::uint64_t stream =
+      mix64(stream_key(scenario.seed, Stream::terrain, draw) ^ name_key(object.name));
+  const auto key_of = [&](const std::string& material) {
+    return mix64(stream ^ name_key(material));
+  };
+  const auto spec_of = [&](const std::string& material) -> const MaterialSpec& {
+    return *std::ranges::find(scenario.materials, material, &MaterialSpec::name);
+  };
+  std::vector<std::string> of_part = {object.material};
+  for (const InstancePart& part : instance.parts) {
+    if (std::ranges::find(of_part, part.material) == of_part.end()) {
+      of_part.push_back(part.material);
+    }
+  }
+  ObjectFields all(of_part.size());
+  bool any = false;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const MaterialSpec& material = spec_of(of_part[k]);
+    MaterialFields& fields = all[k];
+    if (material.texture) fields.texture = make_texture(*material.texture, key_of(material.name));
+    any |= material.texture || material.growth;
+    if (!material.growth) continue;
+    const auto& [grown, cover, correlation_m] = *material.growth;
+    fields.growth = make_growth(cover, correlation_m, mix64(key_of(material.name)));
+    if (const auto& texture = spec_of(grown).texture) {
+      fields.growth_texture = make_texture(*texture, key_of(grown));
+    }
+    parts.materials.push_back(materials.at(grown));
+    fields.growth_part = static_cast<std::uint16_t>(parts.materials.size());
+    instance.growth.push_back({material.name, grown, materials.at(grown), cover, correlation_m});
+  }
+  return any ? all : ObjectFields{};
 }
 
 }  // namespace ensonify

@@ -1,15 +1,20 @@
 // Unevenness of a surface: a random field in the coordinates of its object.
 //
 //   SurfaceField   make_texture  make_growth
-//   ObjectFields   of an object's own material and of its parts
+//   ObjectFields   make_fields   of an object's own material and of its parts
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "core/ping.h"
+#include "core/random.h"
 #include "core/surface.h"
 #include "core/vec.h"
+#include "scenario/scenario.h"
 
 namespace ensonify {
 
@@ -35,8 +40,16 @@ std::shared_ptr<const SurfaceField> make_growth(double cover, double correlation
 // What a hit gets from the fields of its material; index k of ObjectFields is that of Hit::part k.
 struct MaterialFields {
   std::shared_ptr<const SurfaceField> texture = nullptr, growth = nullptr;
-  std::uint16_t growth_part = 0;  // Hit::part where it grows
+  std::shared_ptr<const SurfaceField> growth_texture = nullptr;  // of the material that has grown
+  std::uint16_t growth_part = 0;                                 // Hit::part where it grows
 };
 using ObjectFields = std::vector<MaterialFields>;
+
+// The fields of an object's material and of those of its parts, keyed by the names of the object
+// and of the materials, so that other objects do not change them; empty if all are even. What grows
+// is added to the materials of `parts` and to the instance, whose parts must be known.
+ObjectFields make_fields(const Scenario& scenario, const ObjectSpec& object, SequenceDraw draw,
+                         const std::map<std::string, Material>& materials, PartMaterials& parts,
+                         Instance& instance);
 
 }  // namespace ensonify
