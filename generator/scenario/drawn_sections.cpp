@@ -44,11 +44,7 @@ Node with_preset(const Node& sonar) {
     const Node* range = find(sonar, "range_max_m");
     const bool is_drawn = range != nullptr && (is_distribution(*range) || is_use(*range));
     if (is_drawn && preset_depends_on_range(i)) return sonar;
-    Node merged = merge_over(preset_tree(i, sonar), sonar);
-    const auto at = find(merged, "preset") - merged.items.data();
-    merged.items.erase(merged.items.begin() + at);
-    merged.keys.erase(merged.keys.begin() + at);
-    return merged;
+    return without(merge_over(preset_tree(i, sonar), sonar), "preset");
   }
   return sonar;
 }

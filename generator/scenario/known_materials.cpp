@@ -46,30 +46,6 @@ void add_material_names(const Node& node, std::vector<std::string>& names) {
   }
 }
 
-Node without_preset(Node material) {
-  for (std::size_t i = material.keys.size(); i-- > 0;) {
-    if (material.keys[i].text != "preset") continue;
-    material.keys.erase(material.keys.begin() + static_cast<std::ptrdiff_t>(i));
-    material.items.erase(material.items.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  return material;
-}
-
-// A reflectivity of the scenario's own replaces the strength of the preset, and the other way
-// round.
-Node over_preset(Node lower, const Node& upper) {
-  for (const auto& [given, other] : {std::pair{"reflectivity", "backscatter_strength_db"},
-                                     std::pair{"backscatter_strength_db", "reflectivity"}}) {
-    if (find(upper, given) == nullptr) continue;
-    for (std::size_t i = lower.keys.size(); i-- > 0;) {
-      if (lower.keys[i].text != other) continue;
-      lower.keys.erase(lower.keys.begin() + static_cast<std::ptrdiff_t>(i));
-      lower.items.erase(lower.items.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-  }
-  return merge_over(std::move(lower), upper);
-}
-
 void lay_presets(Node& materials) {
   for (Node& material : materials.items) {
     const Node* preset = material.kind == NodeKind::map ? find(material, "preset") : nullptr;
@@ -78,7 +54,7 @@ void lay_presets(Node& materials) {
     if (known == nullptr) continue;  // reported when the material is read
     Node lower = *known;
     set_place(lower, preset->place);
-    material = over_preset(std::move(lower), without_preset(material));
+    material = merge_over(std::move(lower), without(material, "preset"));
   }
 }
 

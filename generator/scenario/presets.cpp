@@ -55,16 +55,6 @@ std::optional<double> number_in(const Node& map, std::string_view key) {
   return number;
 }
 
-Node without(const Node& map, std::string_view key) {
-  Node rest = map;
-  for (std::size_t i = rest.keys.size(); i-- > 0;) {
-    if (rest.keys[i].text != key) continue;
-    rest.keys.erase(rest.keys.begin() + static_cast<std::ptrdiff_t>(i));
-    rest.items.erase(rest.items.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  return rest;
-}
-
 // The first row whose limit is at least range_m, or the last row.
 const Node& row_for(const Node& rows, double range_m) {
   for (const Node& row : rows.items) {

@@ -326,6 +326,16 @@ Node* find(Node& map, std::string_view key) {
   return const_cast<Node*>(find(std::as_const(map), key));
 }
 
+Node without(const Node& map, std::string_view key) {
+  Node rest = map;
+  for (std::size_t i = rest.keys.size(); i-- > 0;) {
+    if (rest.keys[i].text != key) continue;
+    rest.keys.erase(rest.keys.begin() + static_cast<std::ptrdiff_t>(i));
+    rest.items.erase(rest.items.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return rest;
+}
+
 std::size_t values_in(const Node& node) {
   std::size_t count = 1;
   for (const Node& item : node.items) count += values_in(item);

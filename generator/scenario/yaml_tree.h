@@ -52,6 +52,9 @@ std::optional<Node> read_yaml_value(const std::string& text, int source, const s
 const Node* find(const Node& map, std::string_view key);
 Node* find(Node& map, std::string_view key);
 
+// A copy of the map without a key.
+Node without(const Node& map, std::string_view key);
+
 std::size_t values_in(const Node& node);
 
 }  // namespace ensonify
