@@ -30,7 +30,7 @@ def unreadable(path: Union[str, Path], fault: Exception) -> DatasetError:
     """The error for a file that is missing or is not what its name says."""
     why = getattr(fault, "strerror", None) or str(fault)
     return DatasetError(f"{path}: cannot be read: {why}; `ensonify verify` on the data set's folder "
-                        "tells which files are missing or damaged")
+                        "lists the files that are missing or damaged")
 
 
 def read_bytes(path: Union[str, Path]) -> bytes:
