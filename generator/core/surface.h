@@ -1,6 +1,7 @@
 // Parameters of how surfaces scatter and reflect sound; acoustics/scattering.h has the formulas.
 //
 //   ScatteringLaw  CoherentModel  BackscatterTable   name_of: their words in files
+//   SurfaceTexture  Wall
 //   Material  PartMaterials     how a surface scatters
 //   FlatSurface  Multipath      which flat surfaces reflect sound, and how many bounces
 //   SoundPath                   one path out and back
@@ -46,6 +47,17 @@ struct SurfaceTexture {
   double correlation_m = 0;
 };
 
+// A thin wall that sound passes through: a plate of an elastic solid, or of a fluid if the shear
+// speed is 0, with water in front of it.
+struct Wall {
+  double thickness_m = 0, density_kg_m3 = 0;
+  double speed_m_s = 0, shear_speed_m_s = 0;  // of compressional and of shear waves
+  double loss = 0.01;  // loss factor: the imaginary part of the elastic moduli over the real one
+  bool water_inside = true;  // otherwise air, which lets nothing in
+
+  bool operator==(const Wall&) const = default;
+};
+
 struct Material {
   ScatteringLaw law = ScatteringLaw::lambert;
   double reflectivity = 0;      // mu, of lambert and lommel_seeliger
@@ -53,9 +65,10 @@ struct Material {
   BackscatterTable table{};
   CoherentModel coherent = CoherentModel::none;
   double rician_k = 0;         // K, power ratio of the constant part to the random one
-  double reflection = 0;       // R of kirchhoff, -1 ... 1
+  double reflection = 0;       // R of kirchhoff, -1 ... 1; 1 with a wall, which states its own
   double roughness_rms_m = 0;  // h of kirchhoff
   SurfaceTexture texture{};
+  std::optional<Wall> wall{};
 };
 
 // Parts of a surface whose material differs from that of their object: parts of a mesh, and growth.
