@@ -26,7 +26,8 @@ FileSelection selection_of(const Session& session) {
   std::vector<Layer> layers;
   if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
   const Scenario& scenario = session.scenario;
-  return {output, std::move(layers), scenario.output.sdf.has_value(), scenario.bounces > 0};
+  return {output, std::move(layers), scenario.output.sdf.has_value(),
+          scenario.bounces > 0 || has_walls(scenario)};
 }
 
 GridSizes sizes_of(const Session& session) {
@@ -182,8 +183,8 @@ constexpr double kPingSeconds = 2e-3;             // files, whatever their conte
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
 constexpr double kRaysByNeed = 2;
-constexpr double kSurfaceBounce = 1.5;            // rays that continue to another surface
-constexpr double kBounce = 0.25;  // multipath echoes per direct echo and bounce
+constexpr double kSurfaceBounce = 1.5;  // rays that continue to another surface
+constexpr double kBounce = 0.25;        // multipath echoes per direct echo and bounce
 
 double ping_seconds(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
@@ -193,7 +194,7 @@ double ping_seconds(const Session& session) {
   if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
   if (sonar.rays_per_cell > 0) rays *= kRaysByNeed;
   if (const auto& multipath = session.scenario.multipath) rays *= 1 + kBounce * multipath->bounces;
-  rays *= 1 + kSurfaceBounce * session.scenario.bounces;
+  rays *= 1 + kSurfaceBounce * (session.scenario.bounces + has_walls(session.scenario));
   const double samples = static_cast<double>(size.pixels);
   const double series = 1 + static_cast<double>(layer_count(session));
   double seconds = kPingSeconds + rays * kRaySeconds + series * samples * kSampleSeconds;

@@ -208,6 +208,9 @@ EchoCounts count_echoes(const Session& session) {
   return most;
 }
 
+// Scatterers of one ray's echo through walls, each a tap of their response.
+constexpr std::uint64_t kWallEchoes = 16;
+
 EchoCounts most_echoes(const Session& session) {
   const std::uint64_t rays = ping_size(session).rays;
   EchoCounts most;
@@ -216,6 +219,7 @@ EchoCounts most_echoes(const Session& session) {
   // Each ray goes on from each mirror, and is heard both ways round at each surface.
   const std::uint64_t bounces = session.scenario.bounces;
   most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
+  if (has_walls(session.scenario)) most.coherent += rays * kWallEchoes * (1 + bounces);
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
   if (wants_hidden(session.scenario.output.selection)) most.hidden = rays * (kMostLayers - 1);
   return most;

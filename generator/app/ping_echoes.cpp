@@ -161,7 +161,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   // Motion separates the two directions of a path: the places of an element at both arrivals
   // differ.
   const bool same = !session.sonar.array && !moves(session);
-  if (session.scenario.bounces > 0) {
+  if (session.scenario.bounces > 0 || !moment.scattering.walls.empty()) {
     const bool fixed = session.scenario.scattering.speckle != SpeckleMode::per_ping;
     const std::vector<Scatterer> bounced = bounced_off_surfaces(
         {moment.tracer, session.world.volumes, moment.sonar_in_world, moment.scattering,

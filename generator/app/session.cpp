@@ -151,8 +151,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                         bool is_built) {
   Session session;
   session.sonar = sonar_of(scenario);
-  session.sonar.elevation_line = make_shaded_line(session.sonar.elevation_line.shading,
-                                                  session.sonar.elevation_width_rad);
+  session.sonar.elevation_line =
+      make_shaded_line(session.sonar.elevation_line.shading, session.sonar.elevation_width_rad);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
@@ -253,7 +253,8 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   }
   info.multipath = scenario.multipath;
   info.bounces = scenario.bounces;
-  info.paths = scenario.bounces > 0 ? bounce_paths(scenario.bounces) : session.bounces.paths;
+  info.paths = scenario.multipath ? session.bounces.paths
+                                  : bounce_paths(scenario.bounces, has_walls(scenario));
   info.draws = scenario.draws;
   info.placement = session.placement;
   info.instances = session.world.instances;

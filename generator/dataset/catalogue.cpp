@@ -20,7 +20,7 @@ std::span<const CatalogueRow> catalogue() {
 }
 
 FileSelection selection_of(const SequenceInfo& info) {
-  return {info.output, info.layers, info.sdf.has_value(), info.bounces > 0};
+  return {info.output, info.layers, info.sdf.has_value(), !info.multipath && !info.paths.empty()};
 }
 
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {

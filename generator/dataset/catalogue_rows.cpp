@@ -373,7 +373,7 @@ void add_lists(Rows& rows) {
       "| `scatterers/PPPPPP_via.npy` | the other instances on the path of each scatterer, in the "
       "order of the sound; 0: no more |";
   rows.back().packed_card = rows.back().card;
-  rows.back().maker = "--export-scatterers with `bounces`";
+  rows.back().maker = "--export-scatterers with `bounces` or a wall";
 
   rows.push_back({.file = layout::kPoints,
                   .codec = FileCodec::ply,

@@ -76,8 +76,8 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
 
 const char* layer_words(const SequenceInfo& info) {
-  return info.multipath || info.bounces > 0 ? "noise, volume, target, background, multipath and quantisation"
-                        : "noise, volume, target, background and quantisation";
+  return !info.paths.empty() ? "noise, volume, target, background, multipath and quantisation"
+                             : "noise, volume, target, background and quantisation";
 }
 
 std::string with_numbers(std::string line, const SequenceInfo& info) {

@@ -44,6 +44,21 @@ void coherent_members(Io& io, Value& material) {
   });
 }
 
+template <class Io, class Value>
+void wall_members(Io& io, Value& material) {
+  if (Io::kWrites && !material.wall) return;
+  io.group_if("wall", material.wall.has_value(), [&](Io& wall) {
+    if constexpr (!Io::kWrites) material.wall.emplace();
+    auto& values = *material.wall;
+    wall("thickness_m", values.thickness_m);
+    wall("density_kg_m3", values.density_kg_m3);
+    wall("speed_m_s", values.speed_m_s);
+    wall("shear_speed_m_s", values.shear_speed_m_s);
+    wall("loss", values.loss);
+    wall("water_inside", values.water_inside);
+  });
+}
+
 // Left out of even surfaces.
 template <class Io, class Value>
 void texture_members(Io& io, Value& material) {
@@ -68,6 +83,7 @@ void growth_members(Io& io, Value& instance) {
     item("correlation_m", growth.correlation_m);
     item.group("law", [&](Io& law) { law_members(law, growth.scattering); });
     coherent_members(item, growth.scattering);
+    wall_members(item, growth.scattering);
     texture_members(item, growth.scattering);
   });
 }
@@ -78,6 +94,7 @@ void surface_members(Io& io, Value& instance) {
   io.group("law", [&](Io& law) { law_members(law, instance.scattering); });
   io("vertex_reflectivity", instance.vertex_reflectivity);
   coherent_members(io, instance.scattering);
+  wall_members(io, instance.scattering);
   texture_members(io, instance.scattering);
   growth_members(io, instance);
   if (Io::kWrites && instance.parts.empty()) return;
@@ -86,6 +103,7 @@ void surface_members(Io& io, Value& instance) {
     item("material", part.material);
     item.group("law", [&](Io& law) { law_members(law, part.scattering); });
     coherent_members(item, part.scattering);
+    wall_members(item, part.scattering);
     texture_members(item, part.scattering);
   });
 }

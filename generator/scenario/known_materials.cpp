@@ -53,6 +53,11 @@ void lay_presets(Node& materials) {
     const Node* known = find(known_tree(), preset->text);
     if (known == nullptr) continue;  // reported when the material is read
     Node lower = *known;
+    // The reflection of a wall follows from its own keys.
+    Node* coherent = find(lower, "coherent");
+    if (coherent != nullptr && find(material, "wall") != nullptr) {
+      *coherent = without(*coherent, "reflection");
+    }
     set_place(lower, preset->place);
     material = merge_over(std::move(lower), without(material, "preset"));
   }

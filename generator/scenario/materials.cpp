@@ -67,7 +67,7 @@ void law_fields(Fields& f, LawSpec& law) {
   f.end();
 }
 
-void coherent_fields(Fields& f, CoherentSpec& coherent) {
+void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
   constexpr std::string_view kModels[] = {"rician", "kirchhoff"};
   auto* given_rician = std::get_if<RicianSpec>(&coherent);
   auto* given_kirchhoff = std::get_if<KirchhoffSpec>(&coherent);
@@ -82,6 +82,10 @@ void coherent_fields(Fields& f, CoherentSpec& coherent) {
       f.writing();
   const bool is_rician = known && model == 0, is_kirchhoff = known && model == 1;
   const Rule of_kirchhoff = useless_if(is_rician, "with model rician; expected model kirchhoff");
+  const Rule of_reflection =
+      has_wall ? useless_if(true, "with a wall, whose reflection follows from its own keys",
+                            written_if(false))
+               : of_kirchhoff;
   f.number({"k", "K factor",
             "Of rician: power of the constant part divided by that of the random part; needed with "
             "rician"},
@@ -90,7 +94,7 @@ void coherent_fields(Fields& f, CoherentSpec& coherent) {
                       {.need = is_rician ? Need::required : Need::optional, .has_default = false}));
   f.number(
       {"reflection", "Reflection coefficient", "Of kirchhoff: amplitude reflection coefficient"},
-      kirchhoff.reflection, from_to(-1, 1), of_kirchhoff);
+      kirchhoff.reflection, from_to(-1, 1), of_reflection);
   f.number({"roughness_rms_m", "Roughness",
             "Of kirchhoff: rms height of the surface, which reduces the reflection coefficient"},
            kirchhoff.roughness_rms_m, from_to(0, 1), of_kirchhoff);
@@ -128,6 +132,31 @@ void texture_fields(Fields& f, SurfaceTexture& texture) {
            texture.correlation_m, kFieldCorrelation, kRequired);
   if (is_gamma) texture.model = TextureModel::gamma;
   if (is_lognormal) texture.model = TextureModel::lognormal;
+}
+
+void wall_fields(Fields& f, Wall& wall) {
+  constexpr std::string_view kInside[] = {"water", "air"};
+  f.number({"thickness_m", "Thickness", "Thickness of the wall"}, wall.thickness_m,
+           from_to(1e-5, 0.2), kRequired);
+  f.number({"density_kg_m3", "Density", "Density of the wall"}, wall.density_kg_m3,
+           from_to(1, 30000), kRequired);
+  f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves in the wall"},
+           wall.speed_m_s, from_to(100, 20000), kRequired);
+  f.number({"shear_speed_m_s", "Shear speed",
+            "Speed of shear waves in the wall; 0 is a fluid, and nearly so is soft rubber"},
+           wall.shear_speed_m_s, from_to(0, 15000));
+  f.number(
+      {"loss", "Loss factor", "Imaginary part of the elastic moduli divided by the real part", "1"},
+      wall.loss, from_to(0, 1));
+  std::size_t inside = wall.water_inside ? 0 : 1;
+  f.word({"inside", "Inside",
+          "What is behind the wall: water, which carries the sound on, or air, which reflects it"},
+         kInside, inside);
+  wall.water_inside = inside == 0;
+  // Otherwise the bulk modulus of the solid would not be positive.
+  if (!(wall.shear_speed_m_s < wall.speed_m_s * std::sqrt(0.75)) && wall.speed_m_s > 0) {
+    f.fault("shear_speed_m_s", "is too fast for a solid; expected less than 0.866 speed_m_s");
+  }
 }
 
 void growth_fields(Fields& f, GrowthSpec& growth) {
@@ -170,10 +199,19 @@ void fields(Fields& f, MaterialSpec& material) {
       names, preset, written_if(false, {.has_default = false}));
   reflectivity_fields(f, material);
   law_fields(f, material.law);
+  const bool has_wall = f.writing() ? material.wall.has_value() : f.peek("wall") != nullptr;
   const bool has_part = !std::holds_alternative<std::monostate>(material.coherent);
   if (f.begin({"coherent", "Coherent part", "Part of the echo that is not random; left out: none"},
               written_if(has_part, {.has_default = false}))) {
-    coherent_fields(f, material.coherent);
+    coherent_fields(f, material.coherent, has_wall);
+    f.end();
+  }
+  if (f.begin({"wall", "Wall",
+               "The surface is a thin wall that sound passes through, and what is inside echoes as "
+               "well; left out: nothing is behind the surface"},
+              written_if(has_wall, {.has_default = false}))) {
+    if (!material.wall) material.wall.emplace();
+    wall_fields(f, *material.wall);
     f.end();
   }
   if (f.begin({"texture", "Texture",
@@ -194,6 +232,11 @@ void fields(Fields& f, MaterialSpec& material) {
   }
 }
 
+bool has_walls(const Scenario& scenario) {
+  return std::ranges::any_of(scenario.materials,
+                             [](const MaterialSpec& spec) { return spec.wall.has_value(); });
+}
+
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering) {
   Material material;
   material.reflectivity = spec.reflectivity;
@@ -209,6 +252,8 @@ Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering)
     material.roughness_rms_m = kirchhoff->roughness_rms_m;
   }
   if (spec.texture) material.texture = *spec.texture;
+  material.wall = spec.wall;
+  if (material.wall) material.reflection = 1;
   return material;
 }
 

@@ -189,8 +189,14 @@ static void world_fields(Fields& f, Scenario& scenario) {
              "surfaces and scattering between any surfaces; not with multipath or water.profile"},
             scenario.bounces, 0, kMostBounces, written_if(scenario.bounces > 0));
   if (scenario.bounces > 0 && scenario.multipath) {
-    f.fault("bounces", "cannot be combined with multipath, whose paths it has as well; expected only "
-                       "one of them");
+    f.fault("bounces",
+            "cannot be combined with multipath, whose paths it has as well; expected only "
+            "one of them");
+  }
+  if (has_walls(scenario) && scenario.multipath) {
+    f.fault("multipath",
+            "cannot be combined with materials that have a wall; expected bounces in "
+            "place of multipath");
   }
 }
 

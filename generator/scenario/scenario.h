@@ -151,6 +151,7 @@ struct MaterialSpec {
   CoherentSpec coherent;
   std::optional<SurfaceTexture> texture = {};
   std::optional<GrowthSpec> growth = {};
+  std::optional<Wall> wall = {};
 };
 
 struct BoxSpec {
@@ -169,7 +170,7 @@ struct PartSpec {     // a named part of a mesh file with a material of its own
   std::string part, material;
 };
 struct MeshSpec {
-  std::filesystem::path file;  // absolute or relative to the working directory
+  std::filesystem::path file;            // absolute or relative to the working directory
   std::array<double, 3> scale{1, 1, 1};  // for x, y and z
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's reflectivity times the mesh's vertex colors
@@ -280,8 +281,7 @@ struct Override {
 // file together, including input files that do not exist. A scenario file that exists but cannot be
 // opened or read is an io error.
 Result<Scenario> load_scenario(const std::filesystem::path& file,
-                               const std::vector<Override>& overrides = {},
-                               SequenceDraw draw = {});
+                               const std::vector<Override>& overrides = {}, SequenceDraw draw = {});
 
 // An error about a value that is found only when files, sizes and poses are combined, `key.path:
 // ...`, with the place of that key in the text, or of what surrounds it there, before it. Unchanged
@@ -301,8 +301,8 @@ Result<std::string> read_scenario_text(const std::filesystem::path& file,
 // messages.
 Result<Scenario> parse_scenario(const std::string& text, const std::string& label,
                                 const std::filesystem::path& folder,
-                                const std::vector<Override>& overrides = {},
-                                SequenceDraw draw = {}, const ReadLimits& limits = {},
+                                const std::vector<Override>& overrides = {}, SequenceDraw draw = {},
+                                const ReadLimits& limits = {},
                                 ErrorPlaces places = ErrorPlaces::shown);
 
 // Checks that the extremes of distributions (draw_extremes) and every alternative are valid values
@@ -341,6 +341,9 @@ std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 // and material.table are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
+
+// Whether a material is a wall that sound passes through.
+bool has_walls(const Scenario& scenario);
 Pose pose_of(const PoseSpec& spec);
 
 struct SonarPreset {

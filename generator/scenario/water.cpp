@@ -241,8 +241,12 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
   }
   if (const auto materials = child(root, "materials")) {
     for (const MaterialSpec& material : scenario.materials) {
-      if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;
       const auto value = child(*materials, material.name);
+      if (material.wall) {
+        refuse(value ? child(*value, "wall") : value,
+               "paths through walls are straight; expected no wall with water.profile");
+      }
+      if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;
       refuse(value ? child(*value, "coherent") : value,
              "specular echoes are not computed along refracted rays; expected no model kirchhoff "
              "with water.profile");

@@ -31,6 +31,7 @@ struct Travel {
   int surfaces = 1;    // reached so far, including `at`
   unsigned kinds = 0;  // of the surfaces before `at`
   std::array<std::uint32_t, kMostSurfaces> instance{};
+  WallEvents walls;
   // The first surface that scattered the sound, counted from 1; 0: none yet.
   int first_scatterer = 0;
   Vec3 first_point_m;
@@ -39,6 +40,11 @@ struct Travel {
   void reach(const WalkStep& step) {
     at = step;
     instance[surfaces++] = step.hit.instance;
+  }
+  // A wall that is passed is no surface of the path: the next surface takes its place.
+  void pass_to(const WalkStep& step) {
+    at = step;
+    instance[surfaces - 1] = step.hit.instance;
   }
   // The surface that it has reached scatters it.
   void scatter() {
@@ -61,17 +67,24 @@ class RayEchoes {
   RayEchoes(const BounceContext& context, const FanRay& ray, std::vector<Scatterer>& scatterers)
       : context_(context), ray_(ray), scatterers_(scatterers) {}
 
+  // Adds the echoes of all paths whose specular reflections at the start are those of a walk.
   void follow(const MirrorWalk& walk);
 
  private:
+  std::optional<Travel> travel_along(const MirrorWalk& walk) const;
   int most() const { return context_.ping.bounces + 1; }
   void hear(Travel travel);
   void hear_over_same_mirrors(Travel travel, double spreading_per_m2);
   void scatter_on(Travel travel);
-  bool choose_direction(Travel& travel, Vec3& direction);
+  enum class Turn { reflected, scattered, passed };
+  std::optional<Turn> choose_direction(Travel& travel, Vec3& direction);
   LegEnd sent(double length_m) const;
-  bool add(const Travel& travel, const LegEnd& out, const LegEnd& back, double energy,
-           bool reversed);
+  std::optional<Scatterer> echo(const Travel& travel, const LegEnd& out, const LegEnd& back,
+                                double energy, bool reversed) const;
+  void add(const Scatterer& echo, const WallEvents& walls) {
+    add_with_walls(echo, walls, context_.ping.scattering.sonar, context_.ping.scattering.water,
+                   scatterers_);
+  }
   double bistatic(const WalkStep& at, double cos_scattering) const;
 
   const BounceContext& context_;
@@ -99,12 +112,12 @@ LegEnd RayEchoes::sent(double length_m) const {
 // `energy` includes all spreading. A Scatterer has an amplitude in m and a gain in 1/m^2, of which
 // only the product matters. The lengths of `out` and `back` add up to the path, and that of `back`
 // reaches to the last surface that scattered the sound.
-bool RayEchoes::add(const Travel& travel, const LegEnd& out, const LegEnd& back, double energy,
-                    bool reversed) {
-  if (!(energy > 0) || !std::isfinite(energy)) return false;
+std::optional<Scatterer> RayEchoes::echo(const Travel& travel, const LegEnd& out,
+                                         const LegEnd& back, double energy, bool reversed) const {
+  if (!(energy > 0) || !std::isfinite(energy)) return std::nullopt;
   const SurfaceScattering& scattering = context_.ping.scattering;
   std::optional<Scatterer> s = echo_of(out, back, scattering.sonar, scattering.water);
-  if (!s) return false;
+  if (!s) return std::nullopt;
   s->standard_deviation = static_cast<float>(std::sqrt(energy) * out.length_m * back.length_m);
   s->cos_incidence = travel.at.hit.cos_incidence;
   s->position_m = context_.to_sonar(reversed ? travel.first_point_m : travel.at.point_m);
@@ -119,14 +132,15 @@ bool RayEchoes::add(const Travel& travel, const LegEnd& out, const LegEnd& back,
     if (surface != last) s->via[others++] = static_cast<std::uint16_t>(travel.instance[surface]);
   }
   s->path = path_of_kinds(travel.surfaces, kinds);
-  scatterers_.push_back(*s);
-  return true;
+  return s;
 }
 
-// Connects a surface that scatters to the sonar, and adds both directions of the path.
+// Connects a surface that scatters to the sonar, and adds both directions of the path. Straight out
+// and back through walls they are the same.
 void RayEchoes::hear(Travel travel) {
-  const std::optional<LegEnd> back = connect(context_, travel.at);
+  const std::optional<LegEnd> back = connect(context_, travel.at, travel.walls);
   if (!back) return;
+  const bool straight = travel.surfaces == 1;
   const bool from_both_ends = travel.first_scatterer == 1;
   const double energy = travel.energy * bistatic(travel.at, back->cos_incidence) /
                         (travel.at.hit.cos_incidence * back->length_m * back->length_m) *
@@ -134,17 +148,19 @@ void RayEchoes::hear(Travel travel) {
   travel.scatter();
   LegEnd out = sent(travel.at.length_m);
   out.extinction_db = travel.at.extinction_db;
-  const bool one = add(travel, out, *back, energy, false);
+  std::optional<Scatterer> one = echo(travel, out, *back, energy, false);
   // The other direction: the same path, received over the piece from its first scatterer.
   LegEnd first = sent(travel.first_length_m), rest = *back;
   first.extinction_db = out.extinction_db;
   rest.length_m = travel.at.length_m + back->length_m - travel.first_length_m;
-  const bool other = add(travel, rest, first, energy, true);
+  std::optional<Scatterer> other;
+  if (!straight) other = echo(travel, rest, first, energy, true);
   if (one && other && back->beam == ray_.beam && context_.ping.ways_as_one) {
-    const float gain = scatterers_.back().gain;
-    scatterers_.pop_back();
-    scatterers_.back().gain += gain;
+    one->gain += other->gain;
+    other.reset();
   }
+  if (one) add(*one, travel.walls);
+  if (other) add(*other, travel.walls);
   ++next_key_;
 }
 
@@ -155,6 +171,7 @@ void RayEchoes::hear_over_same_mirrors(Travel travel, double spreading_per_m2) {
   const double reflected = travel.energy / ray_.solid_angle_sr;  // R^2 of all specular reflectors
   const double energy =
       travel.energy * reflected * bistatic(travel.at, cosine) / cosine * spreading_per_m2;
+  if (!travel.walls.add(WallEvents(travel.walls))) return;
   travel.scatter();
   travel.surfaces = 2 * mirrors + 1;
   for (int i = 0; i < mirrors; ++i) {
@@ -164,34 +181,49 @@ void RayEchoes::hear_over_same_mirrors(Travel travel, double spreading_per_m2) {
   LegEnd leg = sent(travel.at.length_m);
   leg.extinction_db = travel.at.extinction_db;
   // The label is the surface that scatters, as in a reversed path.
-  add(travel, leg, leg, energy, true);
+  if (const auto s = echo(travel, leg, leg, energy, true)) add(*s, travel.walls);
   ++next_key_;
 }
 
-// Chooses the next direction, specular or sampled, and updates the energy. False: the path ends
-// here.
-bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
+// Chooses the next direction, specular, sampled or straight through a wall, and updates the energy.
+// None: the path ends here.
+std::optional<RayEchoes::Turn> RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const WalkStep& at = travel.at;
   const Material& material = context_.material(at.hit);
   const Philox4 words =
       random_words(context_.ping.key, context_.ping.ping, ray_.index, next_draw_++);
   const double incidence = at.hit.cos_incidence;
-  // After its first scattering, a path continues in one of two ways, chosen by their energies:
-  // reflected or scattered.
-  const double by_mirror = travel.first_scatterer > 0 ? at.reflection * at.reflection : 0;
-  const double scattered =
-      scatters(material, at.hit) ? kPi * bistatic(at, incidence) / (incidence * incidence) : 0;
-  const double chosen = uniform_from_word(words.v[2]) * (by_mirror + scattered);
+  const bool may_turn = travel.surfaces < most();
+  // After its first scattering, a path continues in one of these ways, chosen by their energies.
+  const bool one_way = travel.first_scatterer > 0;
+  const WallEvent wall = at.event(false);
+  const double by_wall = at.wall != nullptr ? at.wall->at(wall.sine).reflected_energy : 1;
+  const double by_mirror = one_way && may_turn ? at.reflection * at.reflection * by_wall : 0;
+  const double passed =
+      one_way && at.lets_through() ? at.wall->at(wall.sine).transmitted_energy : 0;
+  const double scattered = may_turn && scatters(material, at.hit)
+                               ? kPi * bistatic(at, incidence) / (incidence * incidence)
+                               : 0;
+  const double all = by_mirror + passed + scattered;
+  const double chosen = uniform_from_word(words.v[2]) * all;
+  // The taps of the wall contain its energy.
   if (chosen < by_mirror) {
-    travel.energy *= by_mirror + scattered;
+    if (at.wall != nullptr && !travel.walls.add(at.event(true))) return std::nullopt;
+    travel.energy *= all / by_wall;
     travel.kinds |= 1u << (travel.surfaces - 1);
     direction = normalized(reflected_direction(at));
-    return true;
+    return Turn::reflected;
   }
-  if (scattered == 0) return false;
+  if (chosen < by_mirror + passed) {
+    if (!travel.walls.add(wall)) return std::nullopt;
+    travel.energy *= all / passed;
+    direction = at.direction;
+    return Turn::passed;
+  }
+  if (scattered == 0) return std::nullopt;
   const double cosine = std::sqrt(uniform_from_word(words.v[0]));
   const double turn = 2 * kPi * uniform_from_word(words.v[1]);
-  if (!(cosine > kLeastCosine)) return false;
+  if (!(cosine > kLeastCosine)) return std::nullopt;
   const Vec3 any = std::abs(at.normal.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = normalized(cross(any, at.normal)), v = cross(at.normal, u);
   const double sine = std::sqrt(1 - cosine * cosine);
@@ -199,58 +231,82 @@ bool RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
       normalized(cosine * at.normal + sine * std::cos(turn) * u + sine * std::sin(turn) * v);
   const double share = kPi * bistatic(at, cosine) / (incidence * cosine);
   const double followed = std::clamp(kFollowed * share, kLeastFollowed, 1.0);
-  if (!(uniform_from_word(words.v[3]) < followed)) return false;
-  travel.energy *= share / followed * (by_mirror + scattered) / scattered;
+  if (!(uniform_from_word(words.v[3]) < followed)) return std::nullopt;
+  travel.energy *= share / followed * all / scattered;
   travel.scatter();
-  return true;
+  return Turn::scattered;
 }
 
 void RayEchoes::scatter_on(Travel travel) {
-  while (travel.surfaces < most()) {
+  while (travel.surfaces < most() || (travel.first_scatterer > 0 && travel.at.lets_through())) {
     Vec3 direction;
-    if (!choose_direction(travel, direction)) return;
+    const std::optional<Turn> turn = choose_direction(travel, direction);
+    if (!turn) return;
     const std::optional<WalkStep> next = context_.next(travel.at, direction);
     if (!next) return;
-    travel.reach(*next);
+    if (*turn == Turn::passed) {
+      travel.pass_to(*next);
+    } else {
+      travel.reach(*next);
+    }
     if (scatters(context_.material(next->hit), next->hit)) hear(travel);
   }
 }
 
-void RayEchoes::follow(const MirrorWalk& walk) {
+// None if it has more walls than a path may have.
+std::optional<Travel> RayEchoes::travel_along(const MirrorWalk& walk) const {
   Travel travel;
   travel.at = walk.step[0];
   travel.energy = ray_.solid_angle_sr;
   travel.instance[0] = travel.at.hit.instance;
-  for (int i = 0; i < walk.steps; ++i) {
-    if (i > 0) travel.reach(walk.step[i]);
-    const WalkStep& at = travel.at;
-    if (scatters(context_.material(at.hit), at.hit)) {
-      if (i > 0) hear(travel);
-      if (i > 0 && 2 * i + 1 <= most()) {
-        hear_over_same_mirrors(
-            travel, spreading_per_m2(context_, ray_.azimuth_rad, ray_.elevation_rad, walk, i));
-      }
-      // If the specular reflector also scatters, both parts are followed.
-      scatter_on(travel);
+  for (int i = 0; i + 1 < walk.steps; ++i) {
+    const WalkStep& at = walk.step[i];
+    const bool reflected = walk.turned(i);
+    if (at.wall != nullptr && !travel.walls.add(at.event(reflected))) return std::nullopt;
+    if (!reflected) {
+      travel.pass_to(walk.step[i + 1]);
+      continue;
     }
     travel.energy *= at.reflection * at.reflection;
-    travel.kinds |= 1u << i;
+    travel.kinds |= 1u << (travel.surfaces - 1);
+    travel.reach(walk.step[i + 1]);
   }
+  return travel;
+}
+
+void RayEchoes::follow(const MirrorWalk& walk) {
+  if (!scatters(context_.material(walk.last().hit), walk.last().hit)) return;
+  const std::optional<Travel> travel = travel_along(walk);
+  if (!travel) return;
+  if (walk.steps > 1) hear(*travel);
+  const int mirrors = walk.reflections();
+  if (mirrors > 0 && 2 * mirrors + 1 <= most()) {
+    hear_over_same_mirrors(*travel, spreading_per_m2(context_, ray_.azimuth_rad, ray_.elevation_rad,
+                                                     walk, walk.steps - 1));
+  }
+  // If the specular reflector also scatters, both parts are followed.
+  scatter_on(*travel);
 }
 
 }  // namespace
 
-std::vector<SoundPath> bounce_paths(int bounces) {
+std::vector<SoundPath> bounce_paths(int bounces, bool walls) {
   std::vector<SoundPath> paths;
-  for (int surfaces = 2; bounces > 0 && surfaces <= bounces + 1; ++surfaces) {
+  const auto add = [&](int surfaces, bool through) {
     for (unsigned kinds = 0; kinds < 1u << surfaces; ++kinds) {
       SoundPath path{path_of_kinds(surfaces, kinds), {}, {}};
+      if (through) {
+        path.id |= kThroughWalls;
+        path.out.push_back("walls");
+      }
       for (int i = 0; i < surfaces; ++i) {
         path.out.push_back((kinds >> i & 1u) != 0 ? "specular" : "diffuse");
       }
       paths.push_back(std::move(path));
     }
-  }
+  };
+  for (int surfaces = 2; surfaces <= bounces + 1; ++surfaces) add(surfaces, false);
+  for (int surfaces = 1; walls && surfaces <= bounces + 1; ++surfaces) add(surfaces, true);
   return paths;
 }
 
@@ -270,10 +326,15 @@ std::vector<Scatterer> bounced_off_surfaces(const BouncePing& ping, const Fan& f
       const FanRay ray{beam * rays + i, static_cast<std::uint32_t>(beam),
                        fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation],
                        fan.elevation_rad[row], fan.solid_angle_sr[row]};
-      const MirrorWalk walk = follow_mirrors(
-          context, context.to_world(ray.azimuth_rad, ray.elevation_rad), hit, ping.bounces + 1);
-      RayEchoes(context, ray, by_beam[beam]).follow(walk);
-      if (has_mirrors) found[ray.index] = what_comes_back(context, walk);
+      MirrorWalk start;
+      start.steps = 1;
+      start.step[0] = context.step({}, context.to_world(ray.azimuth_rad, ray.elevation_rad), hit);
+      RayEchoes echoes(context, ray, by_beam[beam]);
+      const auto visit = [&](const MirrorWalk& walk) {
+        echoes.follow(walk);
+        if (comes_back(context, walk)) found[ray.index].set(chain_code(walk));
+      };
+      each_walk(context, start, ping.bounces + 1, visit);
     }
   });
   std::vector<Scatterer> all;

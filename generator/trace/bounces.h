@@ -1,7 +1,7 @@
 // Echoes over several surfaces of any shape: sound that is reflected or scattered more than once.
 //
 //   BouncePing                    inputs of one ping
-//   path_of_kinds  bounce_paths   ids of the paths
+//   path_of_kinds  kThroughWalls  bounce_paths   ids of the paths
 //   bounced_off_surfaces
 #pragma once
 
@@ -22,7 +22,9 @@ struct BouncePing {
   const std::vector<Volume>& volumes;
   Pose sonar_in_world;
   const SurfaceScattering& scattering;
-  int bounces = 0;  // surfaces beyond the first one, at most kMostBounces
+  // Surfaces beyond the first one, at most kMostBounces. With 0, only paths through walls are
+  // found.
+  int bounces = 0;
   // The two directions of a path that arrive in one beam cell become one echo with the sum of their
   // gains, as in both_ways_as_one.
   bool ways_as_one = true;
@@ -36,9 +38,13 @@ constexpr std::uint16_t path_of_kinds(int surfaces, unsigned kinds) {
   return static_cast<std::uint16_t>((1u << surfaces) | kinds);
 }
 
+// A bit of the id: the path also passes through walls.
+inline constexpr std::uint16_t kThroughWalls = 1u << (kMostBounces + 2);
+
 // All paths over two to bounces + 1 surfaces: `out` holds "specular" or "diffuse" for each surface,
-// `back` is empty. Empty if bounces is 0.
-std::vector<SoundPath> bounce_paths(int bounces);
+// `back` is empty. With walls also the same paths through walls, whose `out` begins with "walls",
+// and those that reach a single surface through walls.
+std::vector<SoundPath> bounce_paths(int bounces, bool walls);
 
 // The scatterers of all paths over two or more surfaces, in an order that does not depend on the
 // workers. `hits`: the direct rays of the fan, from trace_fan.
@@ -59,9 +65,14 @@ std::vector<SoundPath> bounce_paths(int bounces);
 // Paths over specular reflectors alone are sums over parts of the fan's cells, as in
 // kirchhoff_scatterers: geometrical acoustics up to the last reflector, and
 // (i / lambda) R sqrt(dOmega dA) / r there (Ling, Chou and Lee, IEEE Trans. Antennas Propag. 37,
-// 1989). They are found if a ray of the fan leaves the last reflector within 0.15 rad of the
-// direction to the sonar.
+// 1989). Parts whose ray leaves the last reflector within 0.15 of the direction to the sonar, as
+// the sine of the angle, count fully, and up to 0.5 less and less.
 // Paths that leave over one chain of specular reflectors and return over another one are not found.
+//
+// Where a material is a wall, its response replaces the reflection coefficient, and if it has water
+// inside, sound also passes straight through it. Walls that are passed are no surfaces of the path.
+// Up to the first surface that scatters both ways are followed, and after it one of them is chosen
+// by its energy.
 //
 // The elevation pattern is that of both directions, the transmit pattern that of the departure.
 // `instance` and position of an echo are those of the last surface that scattered it, or of the

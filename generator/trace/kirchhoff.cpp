@@ -6,6 +6,7 @@
 #include "trace/cell_cutting.h"
 #include "trace/echo.h"
 #include "trace/scatter.h"
+#include "trace/walls.h"
 
 namespace ensonify {
 
@@ -78,7 +79,12 @@ void Sector::add(const Part& part) {
   s.cos_incidence = middle.cos_incidence;
   s.key = next_key++;
   s.instance = middle.instance;
-  scatterers.push_back(s);
+  WallEvents walls;
+  if (const WallResponse* wall = wall_at(scattering, middle)) {
+    const float sine = std::sqrt(std::max(1 - middle.cos_incidence * middle.cos_incidence, 0.0f));
+    walls.add({wall, sine, true, middle.instance});
+  }
+  add_with_walls(s, walls, scattering.sonar, scattering.water, scatterers);
 }
 
 // Whether the cell's own ray, or one of the eight around it, meets a smooth surface.

@@ -13,19 +13,20 @@ namespace ensonify {
 // Normals whose cosine is below this belong to different faces of a body.
 static constexpr double kSameFace = 0.9;
 
-// A ray over a chain of specular reflectors and straight back to the sonar.
+// A ray over a chain of specular reflectors and walls, and straight back to the sonar.
 struct ChainSample {
   double range_m = 0;  // half of the path
-  int mirrors = 0;     // 0: no chain
-  std::array<Hit, kMostSurfaces> hit;
+  int steps = 0;       // 0: no chain
+  std::array<Hit, kMostSteps> hit;
   Vec3 end_m;  // from the sonar
   double reflection = 0, obliquity = 0, leaving_sine = 0;
   LegEnd out, back;
+  WallEvents walls;
 };
 
 static bool same_body(const ChainSample& a, const ChainSample& b) {
-  if (a.mirrors != b.mirrors) return false;
-  for (int i = 0; i < a.mirrors; ++i) {
+  if (a.steps != b.steps) return false;
+  for (int i = 0; i < a.steps; ++i) {
     if (a.hit[i].instance != b.hit[i].instance || a.hit[i].own_part != b.hit[i].own_part ||
         std::abs(dot(a.hit[i].normal, b.hit[i].normal)) < kSameFace) {
       return false;
@@ -39,25 +40,37 @@ namespace {
 
 using ChainPart = CellPart<ChainSample>;
 
-// Largest sine of the angle between the ray that leaves the last reflector and the direction to the
-// sonar. Beyond it only the edges of a chain contribute.
-constexpr double kLeavingSine = 0.15;
+// The sine of the angle between the ray that leaves the last reflector and the direction to the
+// sonar: a part counts fully up to the first value, and not at all beyond the second, where only
+// the edges of a chain contribute. A curved reflector needs the smooth end: a sharp one would be an
+// edge whose echo is as strong as that of the reflector.
+constexpr double kLeavingSine = 0.15, kLargestLeavingSine = 0.5;
+
+double leaving_weight(double sine) {
+  if (sine <= kLeavingSine) return 1;
+  const double part = (sine - kLeavingSine) / (kLargestLeavingSine - kLeavingSine);
+  return 0.5 + 0.5 * std::cos(kPi * std::min(part, 1.0));
+}
+
 // Keeps the keys apart from those of rays, targets and kirchhoff_scatterers.
 constexpr std::uint64_t kChainKey = std::uint64_t{1} << 62 | std::uint64_t{1} << 61;
 
-// Connects the first `mirrors` reflectors of a walk to the sonar.
-ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int mirrors) {
+// Connects the last surface of a walk, which reflects, to the sonar.
+ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk) {
   ChainSample sample;
-  if (walk.mirrors < mirrors) return sample;
-  const WalkStep& last = walk.step[mirrors - 1];
-  const std::optional<LegEnd> back = connect(context, last);
-  if (!back) return sample;
-  sample.mirrors = mirrors;
+  const WalkStep& last = walk.last();
+  if (last.reflection == 0) return sample;
   sample.reflection = 1;
-  for (int i = 0; i < mirrors; ++i) {
-    sample.hit[i] = walk.step[i].hit;
-    sample.reflection *= walk.step[i].reflection;
+  for (int i = 0; i < walk.steps; ++i) {
+    const WalkStep& at = walk.step[i];
+    const bool reflected = i + 1 == walk.steps || walk.turned(i);
+    if (at.wall != nullptr && !sample.walls.add(at.event(reflected))) return sample;
+    sample.hit[i] = at.hit;
+    if (reflected) sample.reflection *= at.reflection;
   }
+  const std::optional<LegEnd> back = connect(context, last, sample.walls);
+  if (!back) return sample;
+  sample.steps = walk.steps;
   sample.end_m = last.point_m;
   sample.out.length_m = last.length_m;
   sample.out.extinction_db = last.extinction_db;
@@ -73,17 +86,18 @@ ChainSample sample_of(const BounceContext& context, const MirrorWalk& walk, int 
   return sample;
 }
 
-// What the parts of one beam cell share, for chains of one length.
+// What the parts of one beam cell share, for chains of one code.
 struct ChainSector {
   const BounceContext& context;
-  int mirrors = 2;
+  int steps = 2;
+  unsigned turns = 0;  // of all steps, including the last
   double wavelength_m = 0, range_limit_m = 0;
   std::uint32_t beam = 0;
   std::uint64_t next_key = 0;
   std::vector<Scatterer> scatterers;
 
   bool is_mirror(const ChainSample& sample) const {
-    return sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine;
+    return sample.steps > 0 && sample.leaving_sine < kLargestLeavingSine;
   }
   ChainSample shoot(double azimuth_rad, double elevation_rad) const;
   void add(const ChainPart& part);
@@ -94,7 +108,8 @@ ChainSample ChainSector::shoot(double azimuth_rad, double elevation_rad) const {
   const Hit hit = context.ping.tracer.first_hit({context.ping.sonar_in_world.position_m, direction},
                                                 context.ping.scattering.sonar.range_max_m);
   if (hit.instance == 0) return {};
-  return sample_of(context, follow_mirrors(context, direction, hit, mirrors), mirrors);
+  const MirrorWalk walk = follow_turns(context, direction, hit, turns, steps);
+  return walk.steps == steps ? sample_of(context, walk) : ChainSample{};
 }
 
 // The cross-section of the part's ray tube at the last reflector, from differences between
@@ -110,7 +125,7 @@ double tube_area_m2(const ChainPart& part) {
   const Vec3 in_azimuth = across(part.hits[0][1], part.hits[2][1]);
   const Vec3 in_elevation = across(part.hits[1][0], part.hits[1][2]);
   const ChainSample& middle = part.hits[1][1];
-  const Hit& last = middle.hit[middle.mirrors - 1];
+  const Hit& last = middle.hit[middle.steps - 1];
   // The area on the surface, projected across the ray.
   return std::abs(dot(cross(in_azimuth, in_elevation), last.normal)) * middle.out.cos_incidence;
 }
@@ -130,18 +145,21 @@ void ChainSector::add(const ChainPart& part) {
   const std::complex<double> sum = sinc(2 * bend.change_azimuth_m / wavelength_m) *
                                        sinc(2 * bend.change_elevation_m / wavelength_m) +
                                    bend_factor(bend, wavelength_m);
-  const double size = middle.reflection * middle.obliquity * out.length_m / wavelength_m *
-                      std::sqrt(solid_angle * tube_area_m2(part));
+  const double size = middle.reflection * middle.obliquity * leaving_weight(middle.leaving_sine) *
+                      out.length_m / wavelength_m * std::sqrt(solid_angle * tube_area_m2(part));
   s->mean = std::complex<float>(std::complex<double>(0, size) * sum);
   if (!std::isfinite(std::norm(s->mean)) || s->mean == 0.0f) return;
   s->position_m = context.to_sonar(middle.end_m);
   s->key = next_key++;
-  s->instance = middle.hit[mirrors - 1].instance;
+  s->instance = middle.hit[steps - 1].instance;
+  const int mirrors = std::popcount(turns);
   s->path = path_of_kinds(mirrors, (1u << mirrors) - 1);
-  for (int i = 0; i + 1 < mirrors; ++i) {
-    s->via[i] = static_cast<std::uint16_t>(middle.hit[i].instance);
+  int others = 0;
+  for (int i = 0; i + 1 < steps; ++i) {
+    if ((turns >> i & 1u) == 0) continue;
+    s->via[others++] = static_cast<std::uint16_t>(middle.hit[i].instance);
   }
-  scatterers.push_back(*s);
+  add_with_walls(*s, middle.walls, scattering.sonar, scattering.water, scatterers);
 }
 
 // The bits of the cell's own ray and the eight around it.
@@ -152,7 +170,7 @@ ComesBack around(const Fan& fan, std::span<const ComesBack> found, std::size_t c
   for (std::size_t c = column == 0 ? 0 : column - 1; c <= last_column; ++c) {
     for (int e = std::max(elevation - 1, 0); e <= std::min(elevation + 1, fan.rays_elevation - 1);
          ++e) {
-      any = static_cast<ComesBack>(any | found[c * fan.rays_elevation + e]);
+      any |= found[c * fan.rays_elevation + e];
     }
   }
   return any;
@@ -168,16 +186,19 @@ void add_chains(const BounceContext& context, const Fan& fan, std::span<const Co
   for (int a = 0; a < fan.rays_azimuth; ++a) {
     const std::size_t column = beam * fan.rays_azimuth + a;
     for (int e = 0; e < fan.rays_elevation; ++e) {
-      const ComesBack bits = around(fan, found, column, e);
-      for (int mirrors = 2; mirrors <= context.ping.bounces + 1; ++mirrors) {
-        if ((bits >> mirrors & 1) == 0) continue;
+      const ComesBack chains = around(fan, found, column, e);
+      if (chains.none()) continue;
+      for (unsigned code = 0; code < chains.size(); ++code) {
+        if (!chains[code]) continue;
         const std::uint64_t cell = column * fan.rays_elevation + e;
+        const int steps = static_cast<int>(std::bit_width(code)) - 1;
         ChainSector sector{context,
-                           mirrors,
+                           steps,
+                           code ^ 1u << steps,
                            context.wavelength_m,
                            range_limit_m,
                            static_cast<std::uint32_t>(beam),
-                           kChainKey | cell << 24 | std::uint64_t(mirrors) << 20,
+                           kChainKey | cell << 28 | std::uint64_t{code} << 20,
                            {}};
         divide(cell_of<ChainSample>(fan.azimuth_rad[column], azimuth_step, fan.elevation_rad[e],
                                     elevation_step, sector),
@@ -211,7 +232,13 @@ WalkStep BounceContext::step(const WalkStep& from, Vec3 direction, const Hit& hi
     step.reflection =
         coherent_reflection(m.reflection, m.roughness_rms_m, wavelength_m, hit.cos_incidence);
   }
+  step.wall = wall_at(ping.scattering, hit);
   return step;
+}
+
+WallEvent WalkStep::event(bool reflected) const {
+  const float sine = std::sqrt(std::max(1 - hit.cos_incidence * hit.cos_incidence, 0.0f));
+  return {wall, sine, reflected, hit.instance};
 }
 
 std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction) const {
@@ -233,19 +260,27 @@ BounceContext bounce_context(const BouncePing& ping) {
   return context;
 }
 
-MirrorWalk follow_mirrors(const BounceContext& context, Vec3 direction, const Hit& first,
-                          int most) {
+bool walk_on(const BounceContext& context, MirrorWalk& walk, bool reflected) {
+  const WalkStep& last = walk.last();
+  const Vec3 direction = reflected ? normalized(reflected_direction(last)) : last.direction;
+  const std::optional<WalkStep> next = context.next(last, direction);
+  if (!next) return false;
+  if (reflected) walk.turns |= 1u << (walk.steps - 1);
+  walk.step[walk.steps++] = *next;
+  return true;
+}
+
+MirrorWalk follow_turns(const BounceContext& context, Vec3 direction, const Hit& first,
+                        unsigned turns, int steps) {
   MirrorWalk walk;
   walk.step[walk.steps++] = context.step({}, direction, first);
-  while (true) {
-    const WalkStep& last = walk.step[walk.steps - 1];
-    if (last.reflection == 0) return walk;
-    walk.mirrors = walk.steps;
-    if (walk.steps == most) return walk;
-    const std::optional<WalkStep> next = context.next(last, normalized(reflected_direction(last)));
-    if (!next) return walk;
-    walk.step[walk.steps++] = *next;
+  while (walk.steps < steps) {
+    const WalkStep& last = walk.last();
+    const bool reflected = (turns >> (walk.steps - 1) & 1u) != 0;
+    if (reflected ? last.reflection == 0 : !last.lets_through()) return walk;
+    if (!walk_on(context, walk, reflected)) return walk;
   }
+  return walk;
 }
 
 double spreading_per_m2(const BounceContext& context, double azimuth_rad, double elevation_rad,
@@ -262,7 +297,7 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
     const Hit hit = context.ping.tracer.first_hit(
         {context.ping.sonar_in_world.position_m, direction}, context.length_max_m);
     if (hit.instance == 0) return flat;
-    const MirrorWalk beside = follow_mirrors(context, direction, hit, surface + 1);
+    const MirrorWalk beside = follow_turns(context, direction, hit, walk.turns, surface + 1);
     if (beside.steps <= surface) return flat;
     for (int k = 0; k <= surface; ++k) {
       const WalkStep &a = beside.step[k], &b = walk.step[k];
@@ -275,7 +310,26 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
   return std::min(kBeside_rad * kBeside_rad / area, most);
 }
 
-std::optional<LegEnd> connect(const BounceContext& context, const WalkStep& from) {
+// Follows a piece of a path to a point `piece_m` away, through walls. False if something else is
+// in between.
+static bool passes(const BounceContext& context, const WalkStep& from, Vec3 direction,
+                   double piece_m, WallEvents& walls) {
+  WalkStep at = from;
+  double left_m = piece_m;
+  while (true) {
+    const Hit hit =
+        hit_after(context.ping.tracer, context.ping.sonar_in_world.position_m + at.point_m,
+                  direction, left_m, true);
+    if (hit.instance == 0 || hit.range_m >= left_m * (1 - kOnSurface)) return true;
+    const WalkStep wall = context.step(at, direction, hit);
+    if (!wall.lets_through() || !walls.add(wall.event(false))) return false;
+    left_m -= hit.range_m;
+    at = wall;
+  }
+}
+
+std::optional<LegEnd> connect(const BounceContext& context, const WalkStep& from,
+                              WallEvents& walls) {
   LegEnd back;
   back.point_m = from.point_m;
   back.length_m = length(from.point_m);
@@ -288,19 +342,15 @@ std::optional<LegEnd> connect(const BounceContext& context, const WalkStep& from
   if (!set_direction(context.ping.scattering.sonar, context.to_sonar(from.point_m), back)) {
     return std::nullopt;
   }
-  const Vec3 at = context.ping.sonar_in_world.position_m + from.point_m;
-  if (!is_free_piece(context.ping.tracer, at, -back.direction, back.length_m)) return std::nullopt;
+  if (!passes(context, from, -back.direction, back.length_m, walls)) return std::nullopt;
   back.extinction_db = context.piece_extinction_db(from.point_m, -back.direction, back.length_m);
   return back;
 }
 
-ComesBack what_comes_back(const BounceContext& context, const MirrorWalk& walk) {
-  unsigned found = 0;
-  for (int mirrors = 2; mirrors <= walk.mirrors; ++mirrors) {
-    const ChainSample sample = sample_of(context, walk, mirrors);
-    if (sample.mirrors > 0 && sample.leaving_sine <= kLeavingSine) found |= 1u << mirrors;
-  }
-  return static_cast<ComesBack>(found);
+bool comes_back(const BounceContext& context, const MirrorWalk& walk) {
+  if (walk.last().reflection == 0 || walk.steps < 2) return false;
+  const ChainSample sample = sample_of(context, walk);
+  return sample.steps > 0 && sample.leaving_sine < kLargestLeavingSine;
 }
 
 std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan& fan,

@@ -1,6 +1,6 @@
 // Straight pieces of paths between surfaces. Private to trace/.
 //
-//   kOnMirror_m  hit_after  is_free_piece
+//   kOnMirror_m  hit_after
 #pragma once
 
 #include <algorithm>
@@ -21,12 +21,6 @@ inline Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double r
                          std::max(0.0, range_max_m - kOnMirror_m));
   hit.range_m += kOnMirror_m;
   return hit;
-}
-
-// Whether nothing stands between a point on a surface and the point `piece_m` from it.
-inline bool is_free_piece(const Tracer& tracer, Vec3 from_m, Vec3 direction, double piece_m) {
-  const Hit hit = hit_after(tracer, from_m, direction, piece_m, true);
-  return hit.instance == 0 || hit.range_m >= piece_m * (1 - kOnSurface);
 }
 
 }  // namespace ensonify

@@ -189,9 +189,19 @@ Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, in
   return s;
 }
 
+static void add_wall(const Material& material, SurfaceScattering& scattering) {
+  if (!material.wall) return;
+  const Wall& wall = *material.wall;
+  const auto known = std::ranges::find(scattering.walls, wall, &SurfaceScattering::KnownWall::wall);
+  if (known != scattering.walls.end()) return;
+  const Sonar& sonar = scattering.sonar;
+  scattering.walls.push_back(
+      {wall, wall_response(wall, scattering.water, sonar.frequency_hz, sonar.bandwidth_hz)});
+}
+
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
-  SurfaceScattering scattering{sonar, water, {}, {}};
+  SurfaceScattering scattering{sonar, water, {}, {}, {}};
   scattering.material.resize(world.instances.size() + 1);
   for (const WorldObject& object : world.objects) {
     scattering.material[object.instance] = object.material;
@@ -199,7 +209,21 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
     scattering.part_material.resize(scattering.material.size());
     scattering.part_material[object.instance] = object.parts.materials;
   }
+  for (const Material& material : scattering.material) add_wall(material, scattering);
+  for (const auto& parts : scattering.part_material) {
+    for (const Material& material : parts) add_wall(material, scattering);
+  }
   return scattering;
+}
+
+const WallResponse* wall_at(const SurfaceScattering& scattering, const Hit& hit) {
+  if (scattering.walls.empty()) return nullptr;
+  const Material& material = material_at(scattering, hit);
+  if (!material.wall) return nullptr;
+  const auto known =
+      std::ranges::find(scattering.walls, *material.wall, &SurfaceScattering::KnownWall::wall);
+  ENSONIFY_ASSERT(known != scattering.walls.end());
+  return &known->response;
 }
 
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,

@@ -1,6 +1,6 @@
 // From hits to scatterers: the physics of one echo.
 //
-//   SurfaceScattering  material_at   fixed for a sequence
+//   SurfaceScattering  material_at  wall_at   fixed for a sequence
 //   surface_scatterers     one scatterer for each usable hit
 //   surface_scatterer_list the same, sorted
 //   point_target_scatterers  school_scatterers  HiddenTarget
@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "acoustics/plate.h"
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
@@ -26,12 +27,21 @@ struct SurfaceScattering {
   std::vector<Material> material;  // by instance id; [0] is unused
   // By instance id, then Hit::part - 1; empty where no object has parts.
   std::vector<std::vector<Material>> part_material = {};
+  // Of each wall that differs from the others.
+  struct KnownWall {
+    Wall wall;
+    WallResponse response;
+  };
+  std::vector<KnownWall> walls = {};
 };
 
 inline const Material& material_at(const SurfaceScattering& scattering, const Hit& hit) {
   return hit.part == 0 ? scattering.material[hit.instance]
                        : scattering.part_material[hit.instance][hit.part - 1];
 }
+
+// Null if the material is no wall.
+const WallResponse* wall_at(const SurfaceScattering& scattering, const Hit& hit);
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world);

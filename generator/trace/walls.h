@@ -1,0 +1,52 @@
+// What walls do to the sound of a path. Private to trace/.
+//
+//   WallEvent  WallEvents     the walls that a path passes through or reflects off
+//   add_with_walls            the scatterers of an echo
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "acoustics/plate.h"
+#include "core/scatterers.h"
+
+namespace ensonify {
+
+// Most walls that one path passes through, out and back together.
+inline constexpr int kMostPasses = 8;
+
+struct WallEvent {
+  const WallResponse* wall = nullptr;
+  float sine = 0;  // of the angle of incidence
+  bool reflected = false;
+  std::uint32_t instance = 0;
+};
+
+struct WallEvents {
+  static constexpr int kMost = kMostPasses + 2 * (kMostBounces + 1);
+
+  int count = 0, passed = 0;
+  std::array<WallEvent, kMost> event;
+
+  // False if there are more than a path may have.
+  bool add(const WallEvent& wall) {
+    if (count == kMost || (!wall.reflected && passed == kMostPasses)) return false;
+    passed += !wall.reflected;
+    event[count++] = wall;
+    return true;
+  }
+  bool add(const WallEvents& others) {
+    for (int i = 0; i < others.count; ++i) {
+      if (!add(others.event[i])) return false;
+    }
+    return true;
+  }
+};
+
+// Appends the echo as the walls leave it: one scatterer for each tap of the product of their
+// responses. All keep the echo's key, and so its draw. If the path passes walls, the scatterers get
+// the path id of such a path, and the walls follow in `via` while there is room.
+void add_with_walls(Scatterer echo, const WallEvents& walls, const Sonar& sonar, const Water& water,
+                    std::vector<Scatterer>& scatterers);
+
+}  // namespace ensonify
