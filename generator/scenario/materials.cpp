@@ -237,6 +237,10 @@ bool has_walls(const Scenario& scenario) {
                              [](const MaterialSpec& spec) { return spec.wall.has_value(); });
 }
 
+bool has_more_paths(const Scenario& scenario) {
+  return scenario.multipath || scenario.bounces > 0 || has_walls(scenario);
+}
+
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering) {
   Material material;
   material.reflectivity = spec.reflectivity;

@@ -252,11 +252,11 @@ void output_fields(Fields& f, Scenario& scenario) {
   png_fields(f, output);
   hidden_label_fields(f, selection);
   const bool pictures = selection.polar || selection.cartesian;
-  const bool bounces = scenario.multipath.has_value() || scenario.bounces > 0;
+  const bool bounces = has_more_paths(scenario);
   if (!f.writing()) selection.multipath = bounces && pictures;
   f.toggle({"multipath", "Multipath masks",
             "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
-            "multipath or bounces; left out: true with these and polar or cartesian"},
+            "multipath, bounces or a wall; left out: true with these and polar or cartesian"},
            selection.multipath, written_if(bounces, {.has_default = false}));
   surfaces_field(f, selection);
   extra_fields(f, selection);
@@ -273,9 +273,10 @@ void output_fields(Fields& f, Scenario& scenario) {
       selection.statistics, written_if(selection.statistics));
   pings_field(f, selection);
   if (!selection.multipath || (bounces && pictures)) return;
-  f.fault("multipath", pictures
-                           ? "the scenario has no multipath; expected only with multipath or bounces"
-                           : "there are no images to label; expected polar or cartesian as well");
+  f.fault("multipath",
+          pictures
+              ? "the scenario has no multipath; expected only with multipath, bounces or a wall"
+              : "there are no images to label; expected polar or cartesian as well");
 }
 
 std::vector<std::string> layer_target_words(const Value& root) {

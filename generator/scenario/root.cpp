@@ -230,7 +230,7 @@ static void product_fields(Fields& f, Scenario& scenario) {
     output_fields(f, scenario);
     f.end();
   } else if (!f.writing()) {
-    scenario.output.selection.multipath = scenario.multipath.has_value() || scenario.bounces > 0;
+    scenario.output.selection.multipath = has_more_paths(scenario);
   }
   f.map({"splits", "Splits",
          "Relative shares of the sequences, with a sum above zero; left out: all in train"},

@@ -344,6 +344,8 @@ Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering)
 
 // Whether a material is a wall that sound passes through.
 bool has_walls(const Scenario& scenario);
+// Whether there are paths other than the direct one: with multipath, bounces or walls.
+bool has_more_paths(const Scenario& scenario);
 Pose pose_of(const PoseSpec& spec);
 
 struct SonarPreset {

@@ -60,6 +60,44 @@ TEST_CASE("a preset lies under the keys of a material") {
   CHECK(hull.texture->shape == 2);
 }
 
+TEST_CASE("a wall replaces the reflection of a preset") {
+  const std::string wall =
+      "{thickness_m: 0.003, density_kg_m3: 7850, speed_m_s: 5900, shear_speed_m_s: 3230, inside: "
+      "air}";
+  const auto scenario =
+      parsed("materials: {drum: {preset: steel_rusty, wall: " + wall + "}}\n", "drum");
+  REQUIRE(scenario);
+  const MaterialSpec& drum = material(*scenario, "drum");
+  REQUIRE(drum.wall);
+  CHECK(drum.wall->shear_speed_m_s == 3230);
+  CHECK(drum.wall->loss == 0.01);
+  CHECK_FALSE(drum.wall->water_inside);
+  CHECK(has_walls(*scenario));
+  CHECK(material_of(drum, scenario->scattering).reflection == 1);
+  const auto both = parsed(
+      "materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, "
+      "reflection: 0.9}, wall: " +
+          wall + "}}\n",
+      "drum");
+  REQUIRE_FALSE(both);
+  CHECK_THAT(both.error().message, Catch::Contains("coherent.reflection"));
+}
+
+TEST_CASE("a wall that no solid can be is an error") {
+  const auto soft = parsed(
+      "materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
+      "speed_m_s: 1500, shear_speed_m_s: 1400}}}\n",
+      "a");
+  REQUIRE_FALSE(soft);
+  CHECK_THAT(soft.error().message, Catch::Contains("shear_speed_m_s"));
+  const auto flat = parsed(
+      "materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
+      "speed_m_s: 1500}}}\nmultipath: {surface: {z_m: 2, reflection: -1}}\n",
+      "a");
+  REQUIRE_FALSE(flat);
+  CHECK_THAT(flat.error().message, Catch::Contains("multipath"));
+}
+
 TEST_CASE("materials of choices, parts and growth are known too") {
   const auto drawn = parsed("", "{choice: [gravel, rock]}");
   REQUIRE(drawn);
