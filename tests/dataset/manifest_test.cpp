@@ -48,6 +48,7 @@ SequenceInfo full_info() {
   info.paths = {{1, {"surface"}, {}}};
   info.sdf = SdfGrid{0.1, 4};
   info.png = {GreyScale::amplitude, 0.5, 3, 20, false, true, {50, 90}};
+  info.png.resampling = Resampling::nearest;
   info.png_counts = {100, 3, 50, 7};
   info.draws = {{"objects.a", "0.5"}, {"objects.b", "[1, two]"}};
   info.output.layers = info.output.channels = info.output.packed = info.output.statistics = true;
