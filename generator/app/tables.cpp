@@ -93,12 +93,12 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
   return power;
 }
 
-namespace {
-
 bool needs_footprints(const OutputSpec& output) {
   return output.selection.png && output.selection.cartesian &&
          output.png.resampling == Resampling::bilinear;
 }
+
+namespace {
 
 std::shared_ptr<const PipelineTables> make_tables(const Session& session, const Numerics& numerics,
                                                   const DopplerRange& doppler) {

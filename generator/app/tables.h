@@ -68,6 +68,9 @@ struct PipelineTables {
   HiddenPower hidden_power;
 };
 
+// Whether there are 8-bit Cartesian images that are not nearest neighbor.
+bool needs_footprints(const OutputSpec& output);
+
 // Taken from `numerics.tables`, if it has them, otherwise computed. Throws DeviceFailure.
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
                                                       const Numerics& numerics);

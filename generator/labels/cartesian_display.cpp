@@ -167,6 +167,18 @@ class GrayScale {
 
 }  // namespace
 
+bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
+                    const Record& record) {
+  constexpr double kSlack = 1.01;
+  const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
+  const double half_fan = std::min(sonar.beam_count * sonar.beam_spacing_rad / 2, kPi / 2);
+  // The longest edge of a grid in samples: forward and back, or to both sides.
+  const double longest = 2 * kSlack * (record.samples + 1.0);
+  return sonar.beam_spacing_rad > 0 && samples_per_px > 0 &&
+         grid.height_px * samples_per_px <= longest &&
+         (grid.width_px - 2) * samples_per_px <= longest * std::sin(half_fan);
+}
+
 Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                       const Record& record, std::span<const std::int32_t> map) {
   const double samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
@@ -215,7 +227,7 @@ std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& 
     const double range_m = std::max(sample_at(f, i), 1.0) * table.step_m;
     const double tvg_db =
         table.display.spreading * std::log10(range_m) + 2 * table.alpha_db_m * range_m;
-    gains.push_back(static_cast<float>(std::pow(10.0, (tvg_db - table.tvg_db.back()) / 10)));
+    gains.push_back(bounded(std::pow(10.0, (tvg_db - table.tvg_db.back()) / 10)));
   }
   return gains;
 }

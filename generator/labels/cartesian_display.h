@@ -2,6 +2,7 @@
 // dots, and far ranges no blocks.
 //
 //   Footprints  footprints   where each Cartesian pixel lies in the polar image
+//   is_grid_of_fan           whether a grid from a file is plausible
 //   cartesian_gains          the time-varied gain of each pixel
 //   displayed_cartesian      the gray levels
 //
@@ -35,6 +36,11 @@ struct Footprints {
   std::vector<std::uint16_t> beam_fraction, sample_fraction;
   std::vector<std::uint32_t> large;  // indices of `to`, rising: footprints of several parts
 };
+
+// Whether the grid is hardly larger than the fan. Only then footprints is defined and the work is
+// in proportion to the pixels of both images. The numbers may be any, as from an untrusted file.
+bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
+                    const Record& record);
 
 // `map`: cartesian_map (labels/cartesian.h); its pixels from 0 are those in the fan.
 Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,

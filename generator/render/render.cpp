@@ -189,6 +189,10 @@ Result<SequenceDisplay> display_of(const Job& job, const StoredSequence& sequenc
   shown.map = std::move(*map);
   const SequenceInfo& info = sequence.manifest.info;
   if (job.display.resampling == Resampling::nearest) return shown;
+  if (!is_grid_of_fan(*info.cartesian, info.sonar, info.water, info.record)) {
+    return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
+                   "has a Cartesian grid that is larger than its fan");
+  }
   shown.footprints = footprints(*info.cartesian, info.sonar, info.water, info.record, shown.map);
   shown.gains = cartesian_gains(shown.table, *shown.footprints);
   return shown;

@@ -36,13 +36,19 @@ class Footprints:
         if pixels.shape != (grid["height_px"], grid["width_px"]):
             raise ValueError(f"cartesian: {grid['height_px']} x {grid['width_px']} pixels; expected those of "
                              "cartesian_map.npy")
+        self._length = grid["metres_per_pixel"] * per_m
+        # Forward and back, or to both sides; the work on untrusted files has an end.
+        longest = 2.02 * (self.samples + 1)
+        half_fan = min(self.beams * beams["spacing_rad"] / 2, math.pi / 2)
+        if not (beams["spacing_rad"] > 0 and self._length > 0 and grid["height_px"] * self._length <= longest
+                and (grid["width_px"] - 2) * self._length <= longest * math.sin(half_fan)):
+            raise ValueError("cartesian: is larger than the fan")
         self.row, self.column = np.nonzero(pixels >= 0)
         x = grid["x_top_m"] - (self.row + 0.5) * grid["metres_per_pixel"]
         y = grid["y_left_m"] - (self.column + 0.5) * grid["metres_per_pixel"]
         self._beam = self._place(np.arctan2(y, x) / beams["spacing_rad"] + (self.beams - 1) / 2.0, self.beams)
         self._sample = self._place(np.sqrt(x * x + y * y) * per_m, self.samples)
         self.sample = self._sample[0] + self._sample[1] / _ONE  # of the middle of each
-        self._length = grid["metres_per_pixel"] * per_m
         self._width = np.minimum(self._length / beams["spacing_rad"] / np.maximum(self.sample, 0.5), self.beams)
 
     def mean_intensity(self, level_db: np.ndarray, no_energy_db: float) -> np.ndarray:

@@ -185,6 +185,33 @@ TEST_CASE("beams that are denser than pixels are averaged") {
   CHECK(near > 10);
 }
 
+// Protects renders of untrusted data sets from undefined numbers and from work without end.
+TEST_CASE("grids from files are no larger than their fan") {
+  for (const double fov_deg : {1.0, 20.0, 130.0, 200.0, 360.0}) {
+    for (const int height_px : {1, 50, 3001}) {
+      const Seen seen(fov_deg, 90, height_px);
+      INFO(fov_deg << " degrees, " << height_px << " rows");
+      CHECK(is_grid_of_fan(seen.grid, seen.sonar, kStillWater, seen.record));
+    }
+  }
+  const Seen seen(90, 90, 50);
+  const auto fits = [&](auto change) {
+    Sonar sonar = seen.sonar;
+    CartesianGrid grid = seen.grid;
+    change(sonar, grid);
+    return is_grid_of_fan(grid, sonar, kStillWater, seen.record);
+  };
+  CHECK(fits([](Sonar&, CartesianGrid&) {}));
+  CHECK_FALSE(fits([](Sonar&, CartesianGrid& grid) { grid.m_per_px *= 3; }));
+  CHECK_FALSE(fits([](Sonar&, CartesianGrid& grid) { grid.m_per_px = 0; }));
+  CHECK_FALSE(fits([](Sonar&, CartesianGrid& grid) { grid.m_per_px = -1; }));
+  CHECK_FALSE(fits([](Sonar&, CartesianGrid& grid) { grid.m_per_px = 1e308; }));
+  CHECK_FALSE(fits([](Sonar&, CartesianGrid& grid) { grid.width_px *= 2; }));
+  CHECK_FALSE(fits([](Sonar& sonar, CartesianGrid&) { sonar.beam_spacing_rad = 0; }));
+  CHECK_FALSE(fits([](Sonar& sonar, CartesianGrid&) { sonar.beam_spacing_rad /= 100; }));
+  CHECK_FALSE(fits([](Sonar& sonar, CartesianGrid&) { sonar.bandwidth_hz = -1; }));
+}
+
 // Protects images of levels that no file holds, as the extension's are: the table of halves is a
 // short cut.
 TEST_CASE("levels between those of half precision are as good") {
