@@ -264,7 +264,7 @@ TEST_CASE("sequence.json has the numbers of the beam model") {
   CHECK(head["sonar"]["bandwidth_hz"] == 29.9e3);
   CHECK(head["sonar"]["source_pressure_pa_m"].get<double>() == Approx(1e5));
   CHECK(head["sonar"]["beams"]["count"] == sample::kBeams);
-  CHECK(head["sonar"]["beams"]["first_azimuth_rad"].get<double>() == Approx(-0.25));
+  CHECK(head["sonar"]["beams"]["first_azimuth_rad"].get<double>() == Approx(-0.75));
   CHECK(head["sonar"]["beams"]["width_rad"] == 0.02);
   CHECK(head["record"]["samples"] == sample::kSamples);
   CHECK(head["record"]["transform"] == 128);

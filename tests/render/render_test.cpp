@@ -3,6 +3,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "../dataset/damage.h"
 #include "../dataset/sample.h"
 #include "catch.h"
 #include "dataset/overwrite.h"
@@ -120,6 +121,17 @@ TEST_CASE("renders are bilinear unless nearest is asked for") {
   CHECK(image("smooth", "000002_polar.png") == image("nearest", "000002_polar.png"));
   CHECK(image("smooth", "000002_cartesian.png") != image("nearest", "000002_cartesian.png"));
   CHECK(faults_of(set.dir).empty());
+}
+
+// Protects renders of untrusted data sets from work without end; all hashes are right.
+TEST_CASE("a grid that is larger than its fan is refused unless images are nearest") {
+  const Sample set;
+  damage::reseal(set.dir, "sequences/000000/sequence.json", "\"metres_per_pixel\": 0.03",
+                 "\"metres_per_pixel\": 3e+99");
+  RenderOptions options = options_of(set.dir, "a");
+  CHECK(error_of(options).find("larger than its fan") != std::string::npos);
+  options.display.resampling = Resampling::nearest;
+  rendered(options);
 }
 
 // Protects renders from depending on the machine: every option on, any number of threads.
