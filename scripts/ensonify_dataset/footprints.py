@@ -7,7 +7,7 @@ centers of the parts, interpolated bilinearly. Single precision, in the order of
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Sequence, Tuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _ONE = 1 << 15  # of a fraction
 _LEAST, _MOST = float(np.finfo(np.float32).tiny), 1e37
 
 
-def bounded(powers: np.ndarray) -> np.ndarray:
+def bounded(powers: Sequence[float]) -> np.ndarray:
     """float32 that are neither 0 nor infinite."""
     return np.clip(np.asarray(powers, np.float64), _LEAST, _MOST).astype(np.float32)
 
