@@ -252,6 +252,11 @@ void add_render(CLI::App& app, ViewArguments& arguments) {
         colour_maps());
   command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")
       ->check(CLI::IsMember({"none", "horizontal", "vertical", "both"}));
+  command
+      .add_option("--resampling", words.resampling,
+                  "of Cartesian images; bilinear (default): mean intensity over each pixel; "
+                  "nearest: the nearest polar pixel")
+      ->check(CLI::IsMember({"bilinear", "nearest"}));
   command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
@@ -278,6 +283,9 @@ Status run_render(const ViewArguments& arguments) {
     options.sequences = *sequences;
   }
   options.display.scale = words.scale == "db" ? GreyScale::db : GreyScale::amplitude;
+  if (words.resampling == resampling_name(Resampling::nearest)) {
+    options.display.resampling = Resampling::nearest;
+  }
   for (const Flip flip : {Flip::horizontal, Flip::vertical, Flip::both}) {
     if (words.flip == flip_name(flip)) options.display.flip = flip;
   }
@@ -285,8 +293,8 @@ Status run_render(const ViewArguments& arguments) {
 }
 
 void add_presets(CLI::App& app, std::optional<std::string>& preset) {
-  CLI::App& command =
-      *app.add_subcommand("presets", "list the sonar presets, or print one, or the materials, with their sources");
+  CLI::App& command = *app.add_subcommand(
+      "presets", "list the sonar presets, or print one, or the materials, with their sources");
   offer(*command.add_option("NAME", preset, "preset to print, or materials"), sonar_presets());
 }
 

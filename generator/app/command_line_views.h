@@ -30,7 +30,7 @@ struct FigureWords {
 
 // Options of `render` as given.
 struct RenderWords {
-  std::string view, db, scale = "db", flip = "none", sequences;
+  std::string view, db, scale = "db", flip = "none", resampling = "bilinear", sequences;
 };
 
 struct ViewArguments {

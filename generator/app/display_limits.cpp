@@ -28,7 +28,7 @@ Result<Calibrated> probe(const ReadyWorld& world, std::uint32_t sequence, const 
 Result<std::array<double, 2>> display_limits_db(
     const std::function<Result<ReadyWorld>(std::uint32_t sequence)>& world, bool vary,
     const Numerics& numerics, const Workers& workers, SharedParts* first, bool keeps_ping_zero) {
-  std::vector<float> levels_db;
+  EchoLevels levels;
   int made = 0;
   for (std::uint32_t sequence = 0; sequence < (vary ? kDisplayProbesTried : 1); ++sequence) {
     if (made == kDisplayProbes) break;
@@ -48,12 +48,12 @@ Result<std::array<double, 2>> display_limits_db(
     if (!probed && probed.error().kind == ErrorKind::usage) continue;
     if (!probed) return probed.error();
     ++made;
-    levels_db.insert(levels_db.end(), probed->echo_levels_db.begin(), probed->echo_levels_db.end());
+    levels.add(probed->echoes);
     if (known && keeps_ping_zero) {
       first->ping_zero = std::make_shared<PingStart>(std::move(probed->ping_zero));
     }
   }
-  return default_limits_db(std::move(levels_db));
+  return default_limits_db(std::move(levels));
 }
 
 }  // namespace ensonify

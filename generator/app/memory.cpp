@@ -9,6 +9,7 @@
 
 #include "app/cost.h"
 #include "app/ping_echoes.h"
+#include "app/tables.h"
 #include "core/image_planes.h"
 #include "core/moments.h"
 #include "core/random.h"
@@ -32,6 +33,9 @@ constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // A hit behind another one until it becomes a label: the hit itself and a scatterer in three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
+// A Cartesian pixel of Footprints, and its gain.
+constexpr std::uint64_t kFootprintBytes =
+    3 * sizeof(std::int32_t) + 2 * sizeof(std::uint16_t) + sizeof(float);
 // A scatterer's part in labels: an Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 48;
 
@@ -111,7 +115,9 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t cartesian_pixel =
       plane_bytes(output, ImageView::cartesian) + (output.amodal ? kAmodalBytesPerPixel : 0);
   const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
-  const std::uint64_t shown = output.png ? count.pixels * sizeof(float) : 0;
+  // The stored levels, and their intensities.
+  const int planes_shown = needs_footprints(session.scenario.output) ? 2 : 1;
+  const std::uint64_t shown = output.png ? planes_shown * count.pixels * sizeof(float) : 0;
   const std::uint64_t cartesian = count.cartesian_pixels * cartesian_pixel + grey;
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
@@ -246,8 +252,10 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
                          const EchoCounts& echoes, std::uint64_t encoded_bytes,
                          const SynthesisMemory& synthesis) {
   const PingCounts count{ping_size(session), echoes};
-  const std::uint64_t tables =
-      synthesis.shared_bytes + count.cartesian_pixels * sizeof(std::int32_t);
+  const std::uint64_t map_bytes = needs_footprints(session.scenario.output)
+                                      ? sizeof(std::int32_t) + kFootprintBytes
+                                      : sizeof(std::int32_t);
+  const std::uint64_t tables = synthesis.shared_bytes + count.cartesian_pixels * map_bytes;
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
   const UnderWay run = under_way(session, threads);
   // The first world is kept in addition to those of the sequences in progress, which all load at

@@ -10,6 +10,7 @@
 #include "formats/half_floats.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
+#include "labels/cartesian_display.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
@@ -106,11 +107,23 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   return input;
 }
 
-// The image is made from the stored levels, so that it can be made from them again.
-DisplayedImage shown(const PingSetup& setup, const LabelledImage& polar) {
+// The images are made from the stored levels, so that they can be made from them again.
+void add_grey(const PingSetup& setup, const LabelledImage& polar, const Workers& workers,
+              PingResult& result) {
+  const StageTimer timer(workers, Stage::grey);
   std::vector<float> stored = polar.level_db;
   round_to_halves(stored);
-  return displayed(*setup.display, polar.rows, polar.columns, stored, polar.elevation_rad);
+  const DisplayTable& display = *setup.display;
+  DisplayedImage image = displayed(display, polar.rows, polar.columns, stored, polar.elevation_rad);
+  const PipelineTables& tables = *setup.tables;
+  if (setup.info.output.cartesian) {
+    result.cartesian_grey =
+        tables.footprints ? displayed_cartesian(display, *tables.footprints, setup.cartesian_gains,
+                                                image.further_gain_db, stored)
+                          : resample(image.grey, *setup.info.cartesian, tables.cartesian_map);
+  }
+  result.polar_grey = std::move(image.grey);
+  result.grey_counts = image.counts;
 }
 
 // The mean over pixels with an echo; 0 if there are none.
@@ -197,11 +210,7 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
       result.polar_hidden = add_amodal(hidden.amodal, occlusion, result.polar_annotations);
     }
   });
-  if (output.png) {
-    DisplayedImage image = timed(workers, Stage::grey, [&] { return shown(setup, polar); });
-    result.polar_grey = std::move(image.grey);
-    result.grey_counts = image.counts;
-  }
+  if (output.png) add_grey(setup, polar, workers, result);
   if (output.cartesian) {
     const auto cartesian_of = [&](const auto& image, auto... planes) {
       const StageTimer timer(workers, Stage::cartesian);
@@ -217,7 +226,6 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
       if (!output.amodal) return;
       result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
     });
-    if (output.png) result.cartesian_grey = cartesian_of(*result.polar_grey);
     result.cartesian = std::move(cartesian);
   }
   if (output.polar) result.polar = std::move(polar);
@@ -230,10 +238,12 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
   std::vector<std::uint8_t> class_of_instance = {0};
   for (const Instance& instance : info.instances) class_of_instance.push_back(instance.class_id);
   std::shared_ptr<const DisplayTable> display;
+  std::vector<float> gains;
   if (info.output.png) {
     display = std::make_shared<const DisplayTable>(
         display_table(info.png, info.water.absorption_db_m,
                       sample_range_m(info.sonar, info.water, 1), info.record.samples));
+    if (tables->footprints) gains = cartesian_gains(*display, *tables->footprints);
   }
   MeasuredInstances measured;
   if (has_pictures(info.output)) measured = measured_instances(session.world);
@@ -244,6 +254,7 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
           make_surface_scattering(session.sonar, session.water, session.world),
           std::move(class_of_instance),
           std::move(display),
+          std::move(gains),
           std::move(measured)};
 }
 
@@ -267,7 +278,7 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   }
   if (wish.echo_levels) {
     LabelledImage polar = polar_image(polar_input(setup, echoes, series), workers);
-    made.echo_levels_db = echo_levels_db(*setup.display, polar);
+    made.echoes = echo_levels(*setup.display, polar, made.noise_power_pa2);
     if (keeps_series) made.ping_zero.polar = std::move(polar);
   }
   if (keeps_series) made.ping_zero.series = std::move(series);

@@ -36,6 +36,7 @@ struct PingSetup {
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
   std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
+  std::vector<float> cartesian_gains;           // labels/cartesian_display.h
   MeasuredInstances measured;                   // if there are images
 };
 
@@ -58,9 +59,9 @@ struct CalibrationWish {
 };
 
 struct Calibrated {
-  double noise_power_pa2 = 0;         // of SequenceInfo, also for noise.snr_db
-  std::vector<float> echo_levels_db;  // echo_levels_db (labels/display.h) of the ping
-  PingStart ping_zero;                // empty unless requested and computed
+  double noise_power_pa2 = 0;  // of SequenceInfo, also for noise.snr_db
+  EchoLevels echoes;           // echo_levels (labels/display.h) of the ping
+  PingStart ping_zero;         // empty unless requested and computed
 };
 
 // `setup.info` is not calibrated yet. Everything follows from the expected image of ping 0, whose

@@ -93,6 +93,11 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
   return power;
 }
 
+bool needs_footprints(const OutputSpec& output) {
+  return output.selection.png && output.selection.cartesian &&
+         output.png.resampling == Resampling::bilinear;
+}
+
 namespace {
 
 std::shared_ptr<const PipelineTables> make_tables(const Session& session, const Numerics& numerics,
@@ -106,6 +111,10 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
     const CartesianGrid grid =
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
     tables->cartesian_map = cartesian_map(grid, session.sonar, session.water, session.record);
+    if (needs_footprints(session.scenario.output)) {
+      tables->footprints =
+          footprints(grid, session.sonar, session.water, session.record, tables->cartesian_map);
+    }
   }
   tables->hidden_power = hidden_power(session.sonar, session.water, session.record);
   return tables;
@@ -137,6 +146,8 @@ std::string table_key(const Scenario& scenario) {
   part.noise_snr_db = none.noise_snr_db;
   part.output.png_db = none.output.png_db;
   part.output.png = none.output.png;
+  part.output.png.resampling =
+      needs_footprints(scenario.output) ? Resampling::bilinear : Resampling::nearest;
   part.output.layer_targets = none.output.layer_targets;
   part.output.sdf = none.output.sdf;
   using Output = OutputSelection;

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "core/error.h"
 #include "core/runtime.h"
 #include "core/sonar.h"
+#include "labels/cartesian_display.h"
 #include "synthesis/backend.h"
 #include "trace/tracer.h"
 
@@ -62,8 +64,12 @@ struct PipelineTables {
   Fan fan;
   std::unique_ptr<Backend> backend;  // may be used by several threads at once
   std::vector<std::int32_t> cartesian_map;
+  std::optional<Footprints> footprints;  // unless 8-bit images are nearest neighbor
   HiddenPower hidden_power;
 };
+
+// Whether there are 8-bit Cartesian images that are not nearest neighbor.
+bool needs_footprints(const OutputSpec& output);
 
 // Taken from `numerics.tables`, if it has them, otherwise computed. Throws DeviceFailure.
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,

@@ -1,7 +1,7 @@
 // How levels become 8-bit images.
 //
-//   GreyScale  Flip  Display   the settings, of a data set's own images and of rendered ones
-//   DisplayCounts              how much of the images lies beyond the limits
+//   GreyScale  Flip  Resampling  Display   the settings, of own and of rendered images
+//   DisplayCounts                          how much of the images lies beyond the limits
 #pragma once
 
 #include <array>
@@ -17,6 +17,13 @@ constexpr const char* flip_name(Flip flip) {
   return kNames[static_cast<int>(flip)];
 }
 
+// How a Cartesian pixel follows from the polar image: it shows the mean intensity over its
+// footprint (labels/cartesian_display.h), or the polar pixel that is nearest to its center.
+enum class Resampling { bilinear, nearest };
+constexpr const char* resampling_name(Resampling resampling) {
+  return resampling == Resampling::bilinear ? "bilinear" : "nearest";
+}
+
 // A pixel shows its level plus a gain: s = level + spreading log10(r / 1 m) + 2 alpha r + gain_db,
 // the third term with `absorption`. labels/display.h says how s becomes a gray level.
 struct Display {
@@ -29,6 +36,7 @@ struct Display {
   std::array<double, 2> limits_db = {60, 120};  // black and white, dB re 1 uPa
   std::string color_map = {};                   // name of figure/drawing.h; empty: gray
   Flip flip = Flip::none;                       // of the rows and columns of an image
+  Resampling resampling = Resampling::bilinear;
   friend bool operator==(const Display&, const Display&) = default;
 };
 
@@ -37,7 +45,7 @@ inline bool same_tvg(const Display& a, const Display& b) {
   return a.spreading == b.spreading && a.absorption == b.absorption;
 }
 
-// Pixels of polar images; Cartesian ones show the same.
+// Pixels of polar images.
 struct DisplayCounts {
   std::uint64_t all = 0;
   std::uint64_t white = 0;  // show 255

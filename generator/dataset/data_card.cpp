@@ -65,11 +65,12 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
 - A level is 20 log10 |p| + 120, in dB re 1 µPa. Where there is no energy, levels are −99 dB and
   angles NaN.
 - Polar images: rows are samples, nearest first; columns are beams, 0 first. Cartesian images show
-  the fan from above: boresight up, port left, nearest neighbor. The headers and `sequence.json`
-  give the meters per pixel and the position of pixel (0, 0).
+  the fan from above: boresight up, port left, nearest neighbor except in `png/`. The headers and
+  `sequence.json` give the meters per pixel and the position of pixel (0, 0).
 - The 8-bit images in `png/` show the level; `png` in `sequence.json` describes how: linear in dB
-  between two limits, or in amplitude up to one limit, with a gain that may grow with range. EXR
-  images and time series have no such gain.
+  between two limits, or in amplitude up to one limit, with a gain that may grow with range.
+  Cartesian ones show the mean intensity over each pixel unless `resampling` is nearest. EXR images
+  and time series have no such gain.
 
 )";
 

@@ -4,12 +4,15 @@ namespace ensonify {
 
 static const char* name_of(GreyScale value) { return value == GreyScale::db ? "db" : "amplitude"; }
 
+static const char* name_of(Resampling value) { return resampling_name(value); }
+
 namespace {
 
 template <class Io, class Shown, class Counts>
 void members(Io& io, Shown& display, Counts& counts, std::optional<double> absorption_db_m) {
   io.word("scale", display.scale, GreyScale::amplitude);
   io("db", display.limits_db);
+  io.word("resampling", display.resampling, Resampling::nearest);
   io.group("pixels", [&](Io& pixels) {
     pixels("all", counts.all);
     pixels("white", counts.white);
@@ -51,6 +54,7 @@ bool is_plain(const Display& display) {
   plain.limits_db = display.limits_db;
   plain.color_map = display.color_map;
   plain.flip = display.flip;
+  plain.resampling = display.resampling;
   return display == plain;
 }
 

@@ -37,8 +37,8 @@ Json model_json(const SequenceInfo& info);
 Json axes_json(const OutputSelection& output);
 
 // The settings of a display and the counts of its pixels. A plain display, without gains, has only
-// scale, limits and counts. With `absorption_db_m`, of a sequence, tvg holds this number instead of
-// a truth value.
+// scale, limits, resampling and counts. With `absorption_db_m`, of a sequence, tvg holds this
+// number instead of a truth value.
 void display_members(MemberWriter& io, const Display& display, const DisplayCounts& counts,
                      std::optional<double> absorption_db_m = {});
 void display_members(MemberReader& io, Display& display, DisplayCounts& counts,

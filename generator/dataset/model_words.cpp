@@ -198,8 +198,11 @@ std::string grey_formula(const Display& display, const char* absorption) {
   }
   text += display.scale == GreyScale::db ? "; gray = 255 (shown - db[0]) / (db[1] - db[0])"
                                          : "; gray = 255 10^(gamma (shown - db[1]) / 20)";
-  return text +
-         ", rounded, 0 to 255; 0 where Y = -99; Cartesian images show the nearest polar pixel";
+  text += ", rounded, 0 to 255; 0 where Y = -99; ";
+  return text + (display.resampling == Resampling::nearest
+                     ? "Cartesian images show the nearest polar pixel"
+                     : "in Cartesian images, Y is 10 log10 of the mean of 10^(Y / 10) over the "
+                       "footprint of the pixel and r is the range of its center");
 }
 
 }  // namespace ensonify

@@ -100,7 +100,8 @@ void FrameMaker::set_scale(const StoredPixels& first) {
   } else {
     bar.label = options_.quantity == FigureQuantity::level ? "level (dB re 1 \xc2\xb5Pa)"
                                                            : "expected level (dB re 1 \xc2\xb5Pa)";
-    bar.limits = options_.db.value_or(db_limits_from_clean(first.clean_db, first.elevation_rad));
+    bar.limits = options_.db.value_or(db_limits_from_clean(
+        first.clean_db, first.elevation_rad, job_.sequence.manifest.info.noise_power_pa2));
   }
   around_.bar = bar;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/units.h"
 
@@ -10,6 +11,11 @@ namespace {
 
 constexpr int kStarts = 4096;
 constexpr double kAutomaticRank = 0.995;
+// Of default limits.
+constexpr double kWhiteOfAll = 0.002, kWhiteOfEchoes = 0.1;
+constexpr double kBlackRank = 0.05, kUnderBlackRank_db = 15;
+constexpr double kLeastSpan_db = 45, kMostSpan_db = 75;
+constexpr int kBinsPerDb = 4;
 
 std::array<double, 255> steps_of(const Display& display) {
   const auto [black, white] = display.limits_db;
@@ -66,10 +72,12 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
                            int samples) {
   DisplayTable table;
   table.display = display;
-  const double alpha_db_m = display.absorption ? absorption_db_m : 0;
+  table.alpha_db_m = display.absorption ? absorption_db_m : 0;
+  table.step_m = step_m;
   for (int n = 0; n < samples; ++n) {
     const double range_m = std::max(n, 1) * step_m;
-    table.tvg_db.push_back(display.spreading * std::log10(range_m) + 2 * alpha_db_m * range_m);
+    table.tvg_db.push_back(display.spreading * std::log10(range_m) +
+                           2 * table.alpha_db_m * range_m);
   }
   table.steps_db = steps_of(display);
   table.starts_per_db = kStarts / (table.steps_db.back() - table.steps_db.front());
@@ -79,10 +87,11 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
 
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
                          std::span<const float> level_db, std::span<const float> elevation_rad) {
-  DisplayedImage image{{rows, columns, std::vector<std::uint8_t>(level_db.size())}, {}};
+  DisplayedImage image{{rows, columns, std::vector<std::uint8_t>(level_db.size())}, {}, 0};
   if (level_db.empty()) return image;
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
+  image.further_gain_db = further_db;
   image.counts.all = level_db.size();
   std::size_t i = 0;
   for (const double tvg_db : table.tvg_db) {
@@ -99,36 +108,72 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
   return image;
 }
 
-std::vector<float> echo_levels_db(const DisplayTable& table, const LabelledImage& polar) {
-  std::vector<float> levels;
-  const auto columns = static_cast<std::size_t>(polar.columns);
-  for (std::size_t i = 0; i < polar.clean_db.size(); ++i) {
-    if (std::isnan(polar.elevation_rad[i]) || !(polar.clean_db[i] > kNoEnergyDb)) continue;
-    levels.push_back(static_cast<float>(polar.clean_db[i] + table.tvg_db[i / columns]));
-  }
-  return levels;
+void EchoLevels::add(const EchoLevels& more) {
+  db.insert(db.end(), more.db.begin(), more.db.end());
+  pixels += more.pixels;
 }
 
-std::array<double, 2> default_limits_db(std::vector<float> levels) {
-  if (levels.empty()) return Display{}.limits_db;
-  const auto percentile = [&](double p) {
-    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(p * (levels.size() - 1));
-    std::nth_element(levels.begin(), nth, levels.end());
-    return *nth;
+EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
+                       double noise_power_pa2) {
+  const auto columns = static_cast<std::size_t>(polar.columns);
+  const auto above = [&](double least_db) {
+    EchoLevels levels{{}, polar.clean_db.size()};
+    for (std::size_t i = 0; i < polar.clean_db.size(); ++i) {
+      const float clean_db = polar.clean_db[i];
+      if (std::isnan(polar.elevation_rad[i]) || !(clean_db > kNoEnergyDb)) continue;
+      if (clean_db < least_db) continue;
+      levels.db.push_back(static_cast<float>(clean_db + table.tvg_db[i / columns]));
+    }
+    return levels;
   };
-  const double white = std::ceil(percentile(0.995) + 7.0);
-  const double black = std::floor(percentile(0.05) - 10.0);
-  return {std::clamp(black, white - 80.0, white - 40.0), white};
+  EchoLevels heard = above(level_db(noise_power_pa2));
+  return heard.db.empty() ? above(kNoEnergyDb) : heard;
+}
+
+namespace {
+
+// The lowest limit, in whole dB, that speckle over `levels_db` is expected to reach no more than
+// `most` times.
+double white_limit_db(std::span<const float> levels_db, double most) {
+  std::map<double, double> counts;  // by level, rounded
+  for (const float level_db : levels_db) {
+    counts[std::round(level_db * kBinsPerDb) / kBinsPerDb] += 1;
+  }
+  const auto expected = [&](double white_db) {
+    double sum = 0;
+    for (const auto& [level_db, count] : counts) {
+      sum += count * std::exp(-std::pow(10.0, (white_db - level_db) / 10));
+    }
+    return sum;
+  };
+  // So far above the loudest level speckle comes once in 20,000 pixels.
+  double white_db = std::ceil(counts.rbegin()->first) + 10;
+  while (expected(white_db - 1) <= most) --white_db;
+  return white_db;
+}
+
+}  // namespace
+
+std::array<double, 2> default_limits_db(EchoLevels levels) {
+  auto& db = levels.db;
+  if (db.empty()) return Display{}.limits_db;
+  const auto echoes = static_cast<double>(db.size()), all = static_cast<double>(levels.pixels);
+  const double white = white_limit_db(db, std::min(kWhiteOfAll * all, kWhiteOfEchoes * echoes));
+  const auto rank = db.begin() + static_cast<std::ptrdiff_t>(kBlackRank * (echoes - 1));
+  std::nth_element(db.begin(), rank, db.end());
+  const double black = std::floor(*rank - kUnderBlackRank_db);
+  return {std::clamp(black, white - kMostSpan_db, white - kLeastSpan_db), white};
 }
 
 std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
-                                           std::span<const float> elevation_rad) {
+                                           std::span<const float> elevation_rad,
+                                           double noise_power_pa2) {
   LabelledImage image;
   image.columns = 1;
   image.clean_db.assign(clean_db.begin(), clean_db.end());
   image.elevation_rad.assign(elevation_rad.begin(), elevation_rad.end());
   const int samples = static_cast<int>(clean_db.size());
-  return default_limits_db(echo_levels_db(display_table({}, 0, 1, samples), image));
+  return default_limits_db(echo_levels(display_table({}, 0, 1, samples), image, noise_power_pa2));
 }
 
 }  // namespace ensonify

@@ -2,8 +2,8 @@
 //
 //   DisplayTable  display_table   a display at the ranges of a sequence
 //   DisplayedImage  displayed     the gray levels of a polar image
-//   echo_levels_db  default_limits_db   the limits if none are given
-//   db_limits_from_clean                the same for one image, without gain
+//   EchoLevels  echo_levels  default_limits_db   the limits if none are given
+//   db_limits_from_clean                         the same for one image, without gain
 #pragma once
 
 #include <array>
@@ -18,6 +18,8 @@ namespace ensonify {
 
 struct DisplayTable {
   Display display;
+  double alpha_db_m = 0;               // of the gain; 0: none
+  double step_m = 0;                   // from sample to sample
   std::vector<double> tvg_db;          // [samples]
   std::array<double, 255> steps_db{};  // the level at which gray level k becomes k + 1, rising
   // The search for the gray level of s begins at starts[(s - steps_db[0]) * starts_per_db].
@@ -35,6 +37,7 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
 struct DisplayedImage {
   GreyImage grey;
   DisplayCounts counts;
+  double further_gain_db = 0;  // constant and automatic gain
 };
 
 // [rows x columns], rows are samples: the rounded 255 (s - b) / (w - b), or
@@ -45,17 +48,28 @@ struct DisplayedImage {
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
                          std::span<const float> level_db, std::span<const float> elevation_rad);
 
-// The expected levels plus time-varied gain of the pixels that have energy and hold an echo (their
-// elevation is known).
-std::vector<float> echo_levels_db(const DisplayTable& table, const LabelledImage& polar);
+// The levels that determine the limits of a data set, from its first pings.
+struct EchoLevels {
+  std::vector<float> db;
+  std::uint64_t pixels = 0;  // of the images, with or without echoes
+  void add(const EchoLevels& more);
+};
 
-// From 10 dB below the 5th percentile to 7 dB above the 99.5th, in whole dB, 40 to 80 dB apart;
-// [60, 120] if there are no levels. Speckle is 7 dB above its mean in 0.7 % of the pixels, so fewer
-// than 1 % become white where levels are alike.
-std::array<double, 2> default_limits_db(std::vector<float> levels_db);
+// The expected levels plus time-varied gain of the pixels that hold an echo above the noise: their
+// elevation is known, and their expected power is at least that of the noise. If there are none,
+// those of all pixels with energy and an echo.
+EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
+                       double noise_power_pa2);
+
+// In whole dB; [60, 120] if there are no levels. White: the lowest limit that speckle is expected
+// to reach in at most 0.2 % of all pixels and 10 % of those in `levels`. Speckle with the mean L
+// reaches w with the probability exp(-10^((w - L) / 10)). Black: 15 dB below the 5th percentile of
+// the levels, but 45 to 75 dB below white.
+std::array<double, 2> default_limits_db(EchoLevels levels);
 
 // The same for the pixels of one image.
 std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
-                                           std::span<const float> elevation_rad);
+                                           std::span<const float> elevation_rad,
+                                           double noise_power_pa2 = 0);
 
 }  // namespace ensonify

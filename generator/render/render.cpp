@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "dataset/render.h"
 #include "figure/drawing.h"
 #include "formats/output.h"
+#include "labels/cartesian_display.h"
 #include "labels/display.h"
 #include "render/image.h"
 
@@ -36,6 +38,14 @@ struct Job {
   bool sees(ImageView view) const {
     return std::find(views.begin(), views.end(), view) != views.end();
   }
+};
+
+// What the images of a sequence are made with.
+struct SequenceDisplay {
+  DisplayTable table;
+  std::vector<std::int32_t> map;         // empty without Cartesian images
+  std::optional<Footprints> footprints;  // unless the images are nearest neighbor
+  std::vector<float> gains;
 };
 
 // A lane's results for a sequence, in the order of its pings.
@@ -113,7 +123,7 @@ Result<std::array<double, 2>> limits_of(const Job& job) {
   if (options.limits_db) return *options.limits_db;
   const auto& own = job.dataset.manifest.png;
   if (own && same_tvg(*own, options.display)) return own->limits_db;
-  std::vector<float> levels_db;
+  EchoLevels levels;
   for (std::size_t i = 0; i < std::min(kLimitSequences, job.rows.size()); ++i) {
     const auto sequence = read_sequence(job.dataset, job.rows[i]);
     if (!sequence) return sequence.error();
@@ -123,10 +133,10 @@ Result<std::array<double, 2>> limits_of(const Job& job) {
     LabelledImage polar;
     static_cast<ImagePlanes&>(polar) = *pixels;
     polar.columns = static_cast<int>(sequence->beams);
-    const auto more = echo_levels_db(table_of(options.display, *sequence), polar);
-    levels_db.insert(levels_db.end(), more.begin(), more.end());
+    levels.add(echo_levels(table_of(options.display, *sequence), polar,
+                           sequence->manifest.info.noise_power_pa2));
   }
-  return default_limits_db(std::move(levels_db));
+  return default_limits_db(std::move(levels));
 }
 
 Status write_image(const Job& job, const StoredSequence& sequence, std::uint32_t ping,
@@ -138,9 +148,8 @@ Status write_image(const Job& job, const StoredSequence& sequence, std::uint32_t
 }
 
 // `files`: of the ping, one for each view.
-Status render_ping(const Job& job, const StoredSequence& sequence, const DisplayTable& table,
-                   std::span<const std::int32_t> map, std::uint32_t ping,
-                   std::span<FileEntry> files, DisplayCounts& counts) {
+Status render_ping(const Job& job, const StoredSequence& sequence, const SequenceDisplay& shown,
+                   std::uint32_t ping, std::span<FileEntry> files, DisplayCounts& counts) {
   if (job.options.stop && job.options.stop()) {
     return Error{ErrorKind::interrupted, "interrupted; run the same command to start again"};
   }
@@ -153,33 +162,48 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Display
                    "has no polar levels, but other sequences have them");
   }
   const DisplayedImage polar =
-      displayed(table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
+      displayed(shown.table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
                 pixels->level_db, pixels->elevation_rad);
   counts = polar.counts;
+  const auto cartesian = [&] {
+    return shown.footprints
+               ? displayed_cartesian(shown.table, *shown.footprints, shown.gains,
+                                     polar.further_gain_db, pixels->level_db)
+               : mapped(polar.grey, shown.map, static_cast<int>(sequence.cartesian_height),
+                        static_cast<int>(sequence.cartesian_width));
+  };
   for (std::size_t i = 0; i < job.views.size(); ++i) {
     const bool is_polar = job.views[i] == ImageView::polar;
-    Status written =
-        write_image(job, sequence, ping, job.views[i],
-                    is_polar ? polar.grey
-                             : mapped(polar.grey, map, static_cast<int>(sequence.cartesian_height),
-                                      static_cast<int>(sequence.cartesian_width)),
-                    files[i]);
+    Status written = write_image(job, sequence, ping, job.views[i],
+                                 is_polar ? polar.grey : cartesian(), files[i]);
     if (!written) return written;
   }
   return {};
+}
+
+Result<SequenceDisplay> display_of(const Job& job, const StoredSequence& sequence) {
+  SequenceDisplay shown{table_of(job.display, sequence), {}, {}, {}};
+  if (!job.sees(ImageView::cartesian)) return shown;
+  auto map = read_cartesian_map(job.dataset, sequence);
+  if (!map) return map.error();
+  shown.map = std::move(*map);
+  const SequenceInfo& info = sequence.manifest.info;
+  if (job.display.resampling == Resampling::nearest) return shown;
+  if (!is_grid_of_fan(*info.cartesian, info.sonar, info.water, info.record)) {
+    return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
+                   "has a Cartesian grid that is larger than its fan");
+  }
+  shown.footprints = footprints(*info.cartesian, info.sonar, info.water, info.record, shown.map);
+  shown.gains = cartesian_gains(shown.table, *shown.footprints);
+  return shown;
 }
 
 Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Workers& workers) {
   Rendered rendered;
   const auto sequence = read_sequence(job.dataset, row);
   if (!sequence) return {sequence.error(), {}, {}};
-  std::vector<std::int32_t> map;
-  if (job.sees(ImageView::cartesian)) {
-    auto read = read_cartesian_map(job.dataset, *sequence);
-    if (!read) return {read.error(), {}, {}};
-    map = std::move(*read);
-  }
-  const DisplayTable table = table_of(job.display, *sequence);
+  const auto shown = display_of(job, *sequence);
+  if (!shown) return {shown.error(), {}, {}};
   const auto pings = static_cast<std::size_t>(row.pings());
   const std::size_t views = job.views.size();
   std::vector<Status> statuses(pings);
@@ -187,7 +211,7 @@ Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Wor
   rendered.files.resize(pings * views);
   workers.for_each(pings, [&](std::size_t i) {
     statuses[i] =
-        render_ping(job, *sequence, table, map, row.first_ping + static_cast<std::uint32_t>(i),
+        render_ping(job, *sequence, *shown, row.first_ping + static_cast<std::uint32_t>(i),
                     std::span(rendered.files).subspan(i * views, views), counts[i]);
   });
   for (std::size_t i = 0; i < pings; ++i) {

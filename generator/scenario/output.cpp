@@ -93,6 +93,12 @@ void png_fields(Fields& f, OutputSpec& output) {
                "Whether each ping gets a gain that puts the 99.5th percentile of its levels on the "
                "upper limit"},
               output.png.automatic_gain);
+    f.choice<Resampling>(
+        {"resampling", "Resampling",
+         "How Cartesian images are made: bilinear: the mean intensity over each pixel's footprint, "
+         "interpolated between beams and samples; nearest: the nearest polar pixel"},
+        output.png.resampling,
+        {{"bilinear", Resampling::bilinear}, {"nearest", Resampling::nearest}});
   }
   f.end();
 }

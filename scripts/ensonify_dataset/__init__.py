@@ -14,6 +14,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
+    footprints.py  what Cartesian 8-bit images are made of
     transforms.py  Display, to_db, to_grey, to_amplitude, normalise
     pytorch.py     TorchPings; the only one that imports torch
 """

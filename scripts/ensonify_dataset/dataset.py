@@ -12,6 +12,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
+from .footprints import Footprints
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
 from .statistics import Statistics, statistics_of
 from .transforms import Display
@@ -138,7 +139,13 @@ class View:
         with told_of(sequence.folder / "sequence.json"):
             step_m = float(sequence.info["record"]["range_step_m"])
             alpha = float(sequence.info["water"]["absorption_db_m"])
-        grey = display.grey(self.ping.polar.level_db, step_m, alpha)
+        level_db = self.ping.polar.level_db
+        if self.kind == "cartesian" and display.resampling == "bilinear":
+            with told_of(sequence.map_path):
+                if sequence.cartesian_map.max(initial=-1) >= level_db.size:
+                    raise ValueError("names pixels that the polar image does not have")
+            return display.flipped(display.cartesian_grey(level_db, sequence.footprints, step_m, alpha))
+        grey = display.grey(level_db, step_m, alpha)
         if self.kind == "cartesian":
             pixels = sequence.cartesian_map
             with told_of(sequence.map_path):
@@ -343,6 +350,12 @@ class SequenceFolder:
         """int32 [rows, columns] of the Cartesian images: sample * beams + beam, the index of the
         pixel's polar one in a flattened plane; -1 outside the fan."""
         return np.array(read_npy(self.map_path))
+
+    @cached_property
+    def footprints(self) -> Footprints:
+        """Of the pixels of 8-bit Cartesian images."""
+        with told_of(self.folder / "sequence.json"):
+            return Footprints(self.info, self.cartesian_map)
 
     @property
     def statistics(self) -> Statistics:

@@ -7,6 +7,8 @@ from typing import Any, Dict, Tuple
 
 import numpy as np
 
+from .footprints import Footprints, bounded, power
+
 NO_ENERGY_DB = -99.0
 
 
@@ -28,7 +30,8 @@ class Display:
 
     A pixel shows s = level + spreading log10(r / 1 m) + 2 alpha r (with `absorption`) + gain_db as
     255 (s - black) / (white - black) (scale "db") or 255 10^(gamma (s - white) / 20) ("amplitude").
-    `automatic_gain` puts the 99.5th percentile of each ping on white.
+    `automatic_gain` puts the 99.5th percentile of each ping on white. A pixel of a Cartesian image shows the mean
+    intensity over its footprint in the polar image (`resampling` "bilinear") or the nearest polar pixel ("nearest").
     """
 
     limits_db: Tuple[float, float] = (60.0, 120.0)  # black and white
@@ -40,6 +43,7 @@ class Display:
     automatic_gain: bool = False
     color_map: str = ""
     flip: str = "none"
+    resampling: str = "bilinear"
 
     @classmethod
     def of(cls, told: Dict[str, Any]) -> "Display":
@@ -50,7 +54,7 @@ class Display:
         return cls((black, white), str(told["scale"]), float(told.get("gamma", 1)),
                    float(told.get("gain_db", 0)), float(tvg.get("spreading", 0)), absorption,
                    bool(told.get("automatic_gain", False)), str(told.get("color_map", "")),
-                   str(told.get("flip", "none")))
+                   str(told.get("flip", "none")), str(told.get("resampling", "bilinear")))
 
     def grey(self, level_db: np.ndarray, step_m: float = 1.0, absorption_db_m: float = 0.0) -> np.ndarray:
         """uint8 of polar levels [samples, beams], not flipped; samples stand `step_m` apart.
@@ -58,17 +62,43 @@ class Display:
         The values of the program: sums and comparisons are the same in double precision, and
         logarithms are those of the C library.
         """
+        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m)
+        grey = np.searchsorted(self._steps_db(), shown + self._further_gain_db(heard, shown), side="right")
+        return np.where(heard, grey, 0).astype(np.uint8)
+
+    def cartesian_grey(self, level_db: np.ndarray, footprints: Footprints, step_m: float = 1.0,
+                       absorption_db_m: float = 0.0) -> np.ndarray:
+        """uint8 [rows, columns] of polar levels, with `resampling` "bilinear", not flipped; black outside the fan."""
+        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m)
+        offset_db = self._further_gain_db(heard, shown)
+        intensity = footprints.mean_intensity(level_db, NO_ENERGY_DB)
+        if self.spreading or self.absorption:
+            last_db = float(self._tvg_db(len(heard), step_m, absorption_db_m)[-1])
+            alpha = absorption_db_m if self.absorption else 0.0
+            range_m = np.maximum(footprints.sample, 1) * step_m
+            tvg_db = self.spreading * np.log10(range_m) + 2 * alpha * range_m
+            intensity = intensity * (10 ** ((tvg_db - last_db) / 10)).astype(np.float32)
+            offset_db += last_db
+        steps = bounded([power(step - offset_db) for step in self._steps_db()])
+        image = np.zeros(footprints.shape, np.uint8)
+        image[footprints.row, footprints.column] = np.searchsorted(steps, intensity, side="right")
+        return image
+
+    def _with_tvg(self, level_db: np.ndarray, step_m: float,
+                  absorption_db_m: float) -> Tuple[np.ndarray, np.ndarray]:
+        """Which pixels have energy, and the levels with time-varied gain."""
         level = np.asarray(level_db, np.float64)
         shown = level
         if self.spreading or self.absorption:
             shown = level + self._tvg_db(len(level), step_m, absorption_db_m)[:, None]
-        heard, gain_db = level > NO_ENERGY_DB, self.gain_db
-        if self.automatic_gain and heard.any():
-            values = shown[heard]
-            rank = int(0.995 * (values.size - 1))
-            gain_db += self.limits_db[1] - float(np.partition(values, rank)[rank])
-        grey = np.searchsorted(self._steps_db(), shown + gain_db, side="right")
-        return np.where(heard, grey, 0).astype(np.uint8)
+        return level > NO_ENERGY_DB, shown
+
+    def _further_gain_db(self, heard: np.ndarray, shown: np.ndarray) -> float:
+        if not self.automatic_gain or not heard.any():
+            return self.gain_db
+        values = shown[heard]
+        rank = int(0.995 * (values.size - 1))
+        return self.gain_db + (self.limits_db[1] - float(np.partition(values, rank)[rank]))
 
     def flipped(self, image: np.ndarray) -> np.ndarray:
         rows = slice(None, None, -1 if self.flip in ("vertical", "both") else 1)

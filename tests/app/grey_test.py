@@ -81,7 +81,7 @@ class Grey(unittest.TestCase):
 
     def test_as_it_comes(self):
         _, png = self.check()
-        self.assertEqual(set(png), {"scale", "db", "pixels"})
+        self.assertEqual(set(png), {"scale", "db", "resampling", "pixels"})
 
     def test_tvg_and_gain_in_db(self):
         plain, _ = self.check("output.png.db=[60, 150]")
@@ -103,26 +103,61 @@ class Grey(unittest.TestCase):
         self.check("output.png={scale: amplitude, db: [0, 130], tvg: {spreading: 40, absorption: false}}")
         self.check("output.png={scale: amplitude, gamma: 0.4}")
 
-    def test_the_cartesian_picture_shows_the_polar_one(self):
+    def cartesian(self, *settings):
+        """Polar and Cartesian picture, limits, and the Cartesian pixels clear of rounding: place in samples and beams,
+        where in the fan, width of a pixel in beams."""
         with tempfile.TemporaryDirectory() as folder:
-            sequence = made(folder, "output.png={scale: amplitude, tvg: true}")
+            sequence = made(folder, *settings)
             about = json.loads((sequence / "sequence.json").read_text())
             polar = sonar_dataset.read_png(sequence / "png/000000_polar.png")
             seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
-            grid = about["cartesian"]
-            row, column = np.mgrid[:grid["height_px"], :grid["width_px"]]
-            x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
-            y = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
-            sample = np.hypot(x, y) / about["record"]["range_step_m"]
-            beams = about["sonar"]["beams"]
-            beam = np.arctan2(y, x) / beams["spacing_rad"] + beams["count"] / 2
-            inside = (beam > 0) & (beam < beams["count"]) & (sample < polar.shape[0] - 0.5)
-            # Beside an edge between two samples or sectors rounding decides.
-            clear = np.minimum(np.abs(sample % 1 - 0.5), np.abs((beam + 0.5) % 1 - 0.5)) > 1e-6
-            use = inside & clear
-            expected = polar[np.rint(sample[use]).astype(int), beam[use].astype(int)]
-            self.assertTrue(np.array_equal(seen[use], expected))
-            self.assertEqual(np.max(seen[~inside & clear]), 0)
+            level_db = exr_level(sequence / "polar/000000.exr")
+        grid, beams = about["cartesian"], about["sonar"]["beams"]
+        row, column = np.mgrid[:grid["height_px"], :grid["width_px"]]
+        x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
+        y = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
+        step_m = about["record"]["range_step_m"]
+        sample = np.hypot(x, y) / step_m
+        beam = np.arctan2(y, x) / beams["spacing_rad"] + beams["count"] / 2
+        inside = (beam > 0) & (beam < beams["count"]) & (sample < polar.shape[0] - 0.5)
+        # Beside an edge between two samples or sectors rounding decides.
+        clear = np.minimum(np.abs(sample % 1 - 0.5), np.abs((beam + 0.5) % 1 - 0.5)) > 1e-6
+        width = grid["metres_per_pixel"] / step_m / sample / beams["spacing_rad"]
+        return polar, seen, level_db, about, sample, beam, inside, clear, width
+
+    def test_a_nearest_cartesian_picture_shows_the_polar_one(self):
+        polar, seen, _, about, sample, beam, inside, clear, _ = self.cartesian(
+            "output.png={scale: amplitude, tvg: true, resampling: nearest}")
+        self.assertEqual(about["png"]["resampling"], "nearest")
+        use = inside & clear
+        expected = polar[np.rint(sample[use]).astype(int), beam[use].astype(int)]
+        self.assertTrue(np.array_equal(seen[use], expected))
+        self.assertEqual(np.max(seen[~inside & clear]), 0)
+
+    def test_a_cartesian_picture_is_interpolated(self):
+        """Where a pixel is no larger than a cell: the level of the mean intensity between beams and samples."""
+        _, seen, level_db, about, sample, beam, inside, clear, width = self.cartesian()
+        png, beam = about["png"], beam - 0.5
+        self.assertEqual(png["resampling"], "bilinear")
+        self.assertEqual(np.max(seen[~inside & clear]), 0)
+        samples, beams = level_db.shape
+        length = about["cartesian"]["metres_per_pixel"] / about["record"]["range_step_m"]
+        use = inside & (width < 1) & (sample < samples - 1) & (beam > 0) & (beam < beams - 1)
+        parts = int(np.ceil(length))
+        sample, beam = sample[use], beam[use]
+        intensity, mean = np.where(level_db > -99, 10 ** (level_db / 10), 0), 0
+        column, right = beam.astype(int), beam % 1
+        for k in range(parts):
+            at = np.clip(sample + length * ((k + 0.5) / parts - 0.5), 0, samples - 1.001)
+            row, up = at.astype(int), at % 1
+            mean = mean + ((1 - up) * ((1 - right) * intensity[row, column] + right * intensity[row, column + 1])
+                           + up * ((1 - right) * intensity[row + 1, column]
+                                   + right * intensity[row + 1, column + 1])) / parts
+        black, white = png["db"]
+        grey = np.clip(255 * (10 * np.log10(mean) - black) / (white - black), 0, 255)
+        self.assertLess(np.max(np.abs(grey - seen[use])), 0.51)
+        self.assertGreater(np.count_nonzero(use), 1000)
+        self.assertGreater(len(np.unique(seen)), 40)
 
     def test_pixels_are_counted(self):
         picture, png = self.check("output.png.db=[70, 120]")
@@ -193,6 +228,42 @@ class OneDisplay(unittest.TestCase):
         self.assertEqual(*limits)
         name = "sequences/000000/png/000001_polar.png"
         self.assertEqual((whole / name).read_bytes(), (late / name).read_bytes())
+
+
+class EveryScene(unittest.TestCase):
+    """Default limits show what is in a scene: neither a bright wall nor noise makes its first image black or white."""
+
+    SETTINGS = {"random_debris": ["sequences=1"],
+                "speckle_wall": ["output.statistics=false", "output.pings=true", "trajectory.pings=1"]}
+
+    def test_echoes_are_seen(self):
+        scenes = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.yaml"))
+        self.assertGreater(len(scenes), 10)
+        for scene in scenes:
+            with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
+                settings = ["output.timeseries=none", "output.shadow=false", "output.amodal=false",
+                            *self.SETTINGS.get(scene.stem, [])]
+                command = [ENSONIFY, "generate", scene, "-o", Path(folder, "out"), "--quiet", "--pings", "0:1"]
+                for setting in settings:
+                    command += ["--set", setting]
+                subprocess.run(command, check=True, capture_output=True)
+                self.check(Path(folder, "out/sequences/000000"))
+
+    def check(self, sequence):
+        grey = sonar_dataset.read_png(sequence / "png/000000_polar.png")
+        seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
+        level, labels = sonar_dataset.read_exr(sequence / "polar/000000.exr")
+        noise = json.loads((sequence / "sequence.json").read_text())["noise"]
+        noise_db = 10 * np.log10(noise["power_pa2"]) + 120 if noise else -99
+        channels = labels.channels
+        heard = ~np.isnan(channels["elevation_rad"]) & (channels["clean_db"] >= noise_db) & (level.channels["Y"] > -99)
+        self.assertGreaterEqual(np.median(grey[heard]), 64)
+        self.assertGreater(np.mean(grey == 255), 0)
+        self.assertLess(np.mean(grey == 255), 0.01)
+        in_fan = seen[np.load(sequence / "cartesian_map.npy") >= 0]
+        self.assertLess(np.mean(in_fan == 255), 0.01)
+        # Of an empty tank, too, 1 % of the image is bright.
+        self.assertGreaterEqual(np.percentile(in_fan, 99), 128)
 
 
 if __name__ == "__main__":

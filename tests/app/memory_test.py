@@ -81,6 +81,12 @@ class Memory(unittest.TestCase):
     def test_pictures(self):
         self.check_announced(ROOM)
 
+    def test_large_cartesian_images(self):
+        self.check_announced(ROOM, "output.cartesian.height_px=3000", "output.png.tvg=true")
+
+    def test_large_cartesian_images_of_the_nearest_pixels(self):
+        self.check_announced(ROOM, "output.cartesian.height_px=3000", "output.png.resampling=nearest")
+
     def test_series_alone(self):
         self.check_announced(
             ROOM, "output.polar=false", "output.cartesian=false", "output.png=false",

@@ -65,6 +65,7 @@ const std::vector<Override> kChanges = {
     {"output.timeseries", "exr"},
     {"output.png", "false"},
     {"output.png", "{db: [-10, 60]}"},
+    {"output.png.resampling", "nearest"},
     {"output.shadow", "false"},
     {"output.one_file_per", "sequence"},
     {"output.layers", "true"},
@@ -98,8 +99,8 @@ TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built
 TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
   CHECK(paths_that_change(table_key) ==
         std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "water.sound_speed_m_s",
-                              "scattering.normalization", "synthesis.tolerance",
-                              "output.cartesian"});
+                              "scattering.normalization", "synthesis.tolerance", "output.cartesian",
+                              "output.png", "output.png.resampling"});
 }
 
 // Protects the time of sampled data sets: what is sampled in this scene, the mount among it,

@@ -48,6 +48,7 @@ SequenceInfo full_info() {
   info.paths = {{1, {"surface"}, {}}};
   info.sdf = SdfGrid{0.1, 4};
   info.png = {GreyScale::amplitude, 0.5, 3, 20, false, true, {50, 90}};
+  info.png.resampling = Resampling::nearest;
   info.png_counts = {100, 3, 50, 7};
   info.draws = {{"objects.a", "0.5"}, {"objects.b", "[1, two]"}};
   info.output.layers = info.output.channels = info.output.packed = info.output.statistics = true;
@@ -263,7 +264,7 @@ TEST_CASE("sequence.json has the numbers of the beam model") {
   CHECK(head["sonar"]["bandwidth_hz"] == 29.9e3);
   CHECK(head["sonar"]["source_pressure_pa_m"].get<double>() == Approx(1e5));
   CHECK(head["sonar"]["beams"]["count"] == sample::kBeams);
-  CHECK(head["sonar"]["beams"]["first_azimuth_rad"].get<double>() == Approx(-0.25));
+  CHECK(head["sonar"]["beams"]["first_azimuth_rad"].get<double>() == Approx(-0.75));
   CHECK(head["sonar"]["beams"]["width_rad"] == 0.02);
   CHECK(head["record"]["samples"] == sample::kSamples);
   CHECK(head["record"]["transform"] == 128);

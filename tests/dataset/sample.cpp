@@ -35,7 +35,7 @@ SequenceInfo sequence_info(std::uint32_t sequence) {
   info.sonar.source_level_db = 220;
   info.sonar.range_max_m = kSamples * 1500 / (2 * 29.9e3);
   info.sonar.beam_count = kBeams;
-  info.sonar.beam_spacing_rad = 0.1;
+  info.sonar.beam_spacing_rad = 0.3;
   info.sonar.beam_width_rad = 0.02;
   info.receive_aperture_wavelengths = 44;
   info.sonar.elevation_width_rad = info.sonar.elevation_fan_rad = 0.3;

@@ -110,7 +110,7 @@ Layout layout_for(const FigureOptions& o) {
 Rgb colour_of(const RgbImage& image, const Layout& l, int row, int column) {
   const SequenceInfo info = sequence_info(false);
   const double range = row * 1500 / (2 * 29.9e3);
-  const double azimuth = (column - (sample::kBeams - 1) / 2.0) * 0.1;
+  const double azimuth = (column - (sample::kBeams - 1) / 2.0) * info.sonar.beam_spacing_rad;
   const double port = range * std::sin(azimuth), ahead = range * std::cos(azimuth);
   const Extent& e = l.extent;
   return image.at(

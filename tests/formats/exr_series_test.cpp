@@ -81,7 +81,7 @@ TEST_CASE("a series in EXR says its units and scales") {
   CHECK(number("sample_interval_s") == 1 / 29.9e3);
   CHECK(number("carrier_frequency_hz") == 900e3);
   CHECK(number("range_step_m") == Approx(1500 / (2 * 29.9e3)));
-  CHECK(number("beam_spacing_rad") == 0.1);
+  CHECK(number("beam_spacing_rad") == 0.3);
   const auto parts = read_exr_parts(path);
   REQUIRE(parts.ok());
   REQUIRE(parts->size() == 1);

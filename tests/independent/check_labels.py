@@ -29,6 +29,8 @@ CLEAN_DEPTH_DB = 120.0
 # V5, and from which tolerance of the series on clean is no longer exact to rounding.
 CLEAN_TOLERANCE_DB = 0.1
 SINGLE_PRECISION_TOLERANCE = 1e-6
+# Of a Cartesian grey picture about so many pixels are worked out, one by one.
+SMOOTH_PIXELS = 30000
 LABEL_CHANNELS = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
 
 
@@ -268,7 +270,8 @@ def check_moments(checklist, ping):
 
 
 def check_grey(checklist, ping):
-    """The grey picture is the stored half-precision level between the limits, rounded to a grey step."""
+    """The grey picture is the stored half-precision level between the limits, rounded to a grey step; a Cartesian one
+    that of the mean intensity over each pixel's footprint."""
     if not ping.sequence.has("png"):
         return
     low, high = ping.sequence.png_limits_db
@@ -282,9 +285,17 @@ def check_grey(checklist, ping):
             both, unsure = [wanted.T for wanted in both], np.zeros(grey.shape, bool)
         else:
             fan = cartesian_map(ping)
-            both = [fan.apply(wanted, 0.0) for wanted in both]
             unsure, outside = fan.uncertain, ~fan.inside
-        gap = np.where(unsure | outside, 0.0, np.min([np.abs(grey - wanted) for wanted in both], axis=0))
+            if ping.sequence.png_resampling == "bilinear":
+                level = physics.level_db(ping.series)
+                chosen = fan.inside & every(1 + grey.size // SMOOTH_PIXELS, grey.shape)
+                both = labels.smooth_grey_levels(level, smooth_map(ping), chosen, low, high)
+                unsure = unsure | (fan.inside & ~chosen)
+            else:
+                both = [fan.apply(wanted, 0.0) for wanted in both]
+        # Pixels are stored as either half; a mean of them lies between those of all.
+        gap = np.maximum(np.min(both, axis=0) - grey, grey - np.max(both, axis=0))
+        gap = np.where(unsure | outside, 0.0, gap)
         checklist.expect(
             gap.max() <= 0.501,
             f"{ping.label} {kind} grey, largest difference in grey steps",
@@ -295,15 +306,26 @@ def check_grey(checklist, ping):
         checklist.expect(lit == 0, f"{ping.label} {kind} grey, lit pixels outside the fan", lit, 0)
 
 
-def cartesian_map(ping):
-    """The fan's lookup for one Cartesian image, with the scale from its own header where it has one."""
+def every(step, shape):
+    """True at each step-th pixel."""
+    return np.arange(np.prod(shape)).reshape(shape) % step == 0
+
+
+def cartesian_geometry(ping):
+    """Grid and axes of one Cartesian image, with the scale from its own header where it has one."""
     sonar, sequence = ping.sonar, ping.sequence
     grid = sequence.stated_grid
     if sequence.has_image("cartesian"):
         grid = sequence.grid(sequence.image("cartesian", ping.number)["level"])
-    return labels.CartesianMap(
-        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
-    )
+    return grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+
+
+def cartesian_map(ping):
+    return labels.CartesianMap(*cartesian_geometry(ping))
+
+
+def smooth_map(ping):
+    return labels.SmoothMap(*cartesian_geometry(ping))
 
 
 def cartesian_channels(ping):

@@ -310,6 +310,11 @@ class Sequence:
         """Levels of black and white of the grey pictures."""
         return tuple(self.info["png"]["db"])
 
+    @property
+    def png_resampling(self):
+        """How Cartesian grey pictures are made: bilinear or nearest."""
+        return self.info["png"]["resampling"]
+
     def scatterers(self, ping):
         return read_npy(self.path("scatterers", f"{ping:06d}.npy"))
 

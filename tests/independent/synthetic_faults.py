@@ -166,6 +166,10 @@ def scale_grid(content):
     content["cartesian"]["metres_per_pixel"] *= 1.002
 
 
+def claim_smooth(content):
+    content["png"]["resampling"] = "bilinear"
+
+
 def later(array):
     """clean_db two samples late: the wall misses its place."""
     return np.roll(array, 2, axis=0)
@@ -297,6 +301,16 @@ FAULTS = [
             f"{SEQUENCE}/png/000000_polar.png",
             lambda a: (a.astype(int) ** 2 // 255).astype(np.uint8),
         ),
+    ),
+    (
+        "a Cartesian grey picture one row off",
+        "check_labels",
+        change_png(f"{SEQUENCE}/png/000000_cartesian.png", lambda a: np.roll(a, 1, axis=0)),
+    ),
+    (
+        "a Cartesian grey picture of the nearest pixels",
+        "check_labels",
+        change_json(f"{NOISY}/sequence.json", claim_smooth),
     ),
     (
         "a wrong first return",

@@ -177,7 +177,12 @@ def stated_grid(grid):
     }
 
 
-def write_images(folder, sonar, images, limits_db, exr_kinds):
+def resampling_of(kind):
+    """Of the Cartesian grey pictures: each of the two in some sequence."""
+    return "nearest" if kind == "noisy" else "bilinear"
+
+
+def write_images(folder, sonar, images, limits_db, exr_kinds, resampling):
     """Masks and grey pictures of ping 0 in both geometries, EXR in some; the COCO entries of both."""
     grid = cartesian_grid(sonar)
     fan = labels.CartesianMap(
@@ -193,6 +198,9 @@ def write_images(folder, sonar, images, limits_db, exr_kinds):
         "beam_spacing_rad": sonar.spacing_rad,
         "range_step_m": sonar.range_step_m,
     }
+    smooth = labels.SmoothMap(
+        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+    )
     entries = []
     for kind, apply, numbers in (
         ("polar", lambda array, _: array.T, axes),
@@ -206,6 +214,9 @@ def write_images(folder, sonar, images, limits_db, exr_kinds):
         }
         instance = apply(images.instance, 0).astype(np.uint16)
         grey = apply(np.rint(labels.stored_grey_levels(images.level, *limits_db)[0]), 0).astype(np.uint8)
+        if kind == "cartesian" and resampling == "bilinear":
+            greys = labels.smooth_grey_levels(images.level, smooth, fan.inside, *limits_db)
+            grey = np.where(fan.inside, np.rint(greys[0]), 0).astype(np.uint8)
         if kind in exr_kinds:
             parts = [("level", level, "none", numbers), ("labels", channels, "zip", numbers)]
             write(f"{folder}/{kind}/000000.exr", exr_bytes(parts))
@@ -299,7 +310,7 @@ def description(sonar, number, limits_db, kind="plain"):
             "transform": len(sonar.spectrum),
             "pulse_extent_s": sonar.pulse.duration_s,
         },
-        "png": {"db": list(limits_db)},
+        "png": {"db": list(limits_db), "resampling": resampling_of(kind)},
         "cartesian": stated_grid(cartesian_grid(sonar)),
         "classes": CLASSES,
         "instances": [
@@ -349,7 +360,8 @@ def write_sequence(root, number, kind):
     save_array(f"{folder}/first_return_m.npy", returns[None].astype(np.float32))
     limits_db = (100.0, 160.0)
     exr_kinds = ("polar", "cartesian") if kind == "plain" else ("polar",)
-    masks = write_images(folder, sonar, Images(sonar, scatterers, series), limits_db, exr_kinds)
+    images = Images(sonar, scatterers, series)
+    masks = write_images(folder, sonar, images, limits_db, exr_kinds, resampling_of(kind))
     numbers = ",".join(map(str, POSE))
     write(f"{folder}/poses.csv", f"ping,time_s,x,y,z,qw,qx,qy,qz\n0,0.0,{numbers}\n")
     write(f"{folder}/poses.tum", "0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n")

@@ -145,10 +145,53 @@ TEST_CASE("limits follow the pixels that hold an echo") {
     clean_db.push_back(20);
     elevation_rad.push_back(std::numeric_limits<float>::quiet_NaN());
   }
+  // At one dB less more than 0.2 % of the 2,000 pixels are white.
+  double white = 150;
+  const auto whites = [&](double limit_db) {
+    double sum = 0;
+    for (std::size_t i = 0; i < clean_db.size(); i += 2) {
+      sum += std::exp(-std::pow(10.0, (limit_db - clean_db[i]) / 10));
+    }
+    return sum;
+  };
+  while (whites(white - 1) <= 0.002 * 2000) --white;
   const auto limits = db_limits_from_clean(clean_db, elevation_rad);
-  CHECK(limits[0] == 72);   // 82.5 - 10, rounded down
-  CHECK(limits[1] == 137);  // 129.7 + 7, rounded up
+  CHECK(limits[0] == 67);  // 82.5 - 15, rounded down
+  CHECK(limits[1] == white);
   CHECK(db_limits_from_clean({}, {}) == std::array<double, 2>{60, 120});
+}
+
+// Protects the share of white pixels: speckle over one mean level reaches the white limit as often
+// as is allowed for, 0.2 % of the pixels. 10^(w / 10) = ln(500) times the mean: 7.93 dB over it.
+TEST_CASE("speckle reaches the white limit in few pixels") {
+  const auto limits = default_limits_db({std::vector<float>(1000, 100.0f), 1000});
+  CHECK(limits == std::array<double, 2>{63, 108});  // 45 dB at least
+}
+
+// Protects scenes with few echoes from the loudest of them: a glint in an empty tank does not make
+// its walls black. A tenth of the echoes may be white.
+TEST_CASE("a few loud pixels do not darken the others") {
+  EchoLevels levels{std::vector<float>(9200, 100.0f), 1'000'000};
+  levels.db.resize(10'000, 150.0f);
+  const auto [black, white] = default_limits_db(levels);
+  CHECK(white < 108);
+  CHECK(black > 60);
+  levels.pixels = 10'000;  // the same echoes everywhere: the bright ones are no small part
+  CHECK(default_limits_db(levels)[1] > 150);
+}
+
+// Protects scenes in noise: echoes that it hides have no part in the limits.
+TEST_CASE("limits follow the echoes that are louder than the noise") {
+  LabelledImage polar;
+  polar.rows = 1;
+  polar.columns = 4;
+  polar.clean_db = {50, 70, 90, 100};
+  polar.elevation_rad = {0, 0, 0, std::numeric_limits<float>::quiet_NaN()};
+  const auto table = display_table({}, 0, 1, 1);
+  CHECK(echo_levels(table, polar, 0).db == std::vector<float>{50, 70, 90});
+  CHECK(echo_levels(table, polar, mean_square_pa2(69)).db == std::vector<float>{70, 90});
+  CHECK(echo_levels(table, polar, mean_square_pa2(95)).db == std::vector<float>{50, 70, 90});
+  CHECK(echo_levels(table, polar, 0).pixels == 4);
 }
 
 // Protects default limits from a display's constant gain, which would cancel itself.
@@ -161,5 +204,5 @@ TEST_CASE("levels for limits have the time-varied gain and no other") {
   polar.columns = 1;
   polar.clean_db = {50, 60};
   polar.elevation_rad = {0, 0};
-  CHECK(echo_levels_db(display_table(display, 0, 10, 2), polar) == std::vector<float>{70, 80});
+  CHECK(echo_levels(display_table(display, 0, 10, 2), polar, 0).db == std::vector<float>{70, 80});
 }

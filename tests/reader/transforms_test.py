@@ -1,4 +1,6 @@
 """Transforms against their formulas, and against what the program itself made of the same ping."""
+import copy
+import dataclasses
 import pathlib
 import tempfile
 import unittest
@@ -6,7 +8,8 @@ import unittest
 import numpy as np
 
 import small_data
-from ensonify_dataset import SonarDataset, normalise, to_amplitude, to_db, to_grey
+from ensonify_dataset import Display, SonarDataset, normalise, to_amplitude, to_db, to_grey
+from ensonify_dataset.footprints import Footprints
 
 
 class Formulas(unittest.TestCase):
@@ -46,6 +49,40 @@ class ARealPing(unittest.TestCase):
             self.assertLess(abs(level - ping.polar.level_db).max(), 1 / 16 + 1e-3)
             grey = to_grey(ping.polar.level_db, *ping.sequence.info["png"]["db"])
             np.testing.assert_array_equal(grey, ping.polar.grey)
+
+
+class Cartesian(unittest.TestCase):
+    """8-bit images seen from above."""
+
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            cls.ping = SonarDataset(small_data.generate("seabed_and_target", pathlib.Path(folder) / "d"))[0]
+            cls.info, cls.map = cls.ping.sequence.info, cls.ping.sequence.cartesian_map
+            cls.grey, cls.level = cls.ping.cartesian.grey, cls.ping.polar.level_db
+            cls.display = Display.of(cls.info["png"])
+            cls.nearest = cls.ping.cartesian.displayed(dataclasses.replace(cls.display, resampling="nearest"))
+
+    def test_both_resamplings(self):
+        self.assertEqual(self.display.resampling, "bilinear")
+        footprints = Footprints(self.info, self.map)
+        np.testing.assert_array_equal(self.display.cartesian_grey(self.level, footprints), self.grey)
+        polar = to_grey(self.level, *self.display.limits_db).ravel()
+        np.testing.assert_array_equal(self.nearest, np.where(self.map < 0, 0, polar[np.maximum(self.map, 0)]))
+
+    def test_a_level_that_is_everywhere(self):
+        mean = Footprints(self.info, self.map).mean_intensity(np.full(self.level.shape, 60), -99)
+        np.testing.assert_allclose(10 * np.log10(mean), 60, atol=1e-5)
+
+    def test_other_sizes_are_refused(self):
+        footprints = Footprints(self.info, self.map)
+        self.assertRaises(ValueError, footprints.mean_intensity, self.level[1:], -99)
+        self.assertRaises(ValueError, Footprints, self.info, self.map[1:])
+        for group, member, value in (("cartesian", "metres_per_pixel", 1e300), ("cartesian", "metres_per_pixel", 0),
+                                     ("water", "sound_speed_m_s", 1e-9), ("sonar", "bandwidth_hz", -1)):
+            info = copy.deepcopy(self.info)
+            info[group][member] = value
+            self.assertRaisesRegex(ValueError, "larger than the fan", Footprints, info, self.map)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ DISPLAYS = {
     "automatic": ["--auto", "--gain-db", "-2"],
     "tvg": ["--tvg", "30", "--absorption"],
     "amplitude": ["--scale", "amplitude", "--gamma", "0.45", "--db", "0:150", "--tvg", "17.5"],
+    "nearest": ["--resampling", "nearest", "--tvg", "20"],
     "all": ["--scale", "amplitude", "--gamma", "1.7", "--auto", "--tvg", "40", "--absorption", "--gain-db", "4",
             "--color-map", "viridis", "--flip", "both"],
 }
@@ -66,7 +67,25 @@ class Renders(unittest.TestCase):
                     self.assertGreater(len(np.unique(stored)), 20)
                     np.testing.assert_array_equal(view.displayed(display), stored, name)
         own = data.display()
-        np.testing.assert_array_equal(data[0].polar.displayed(own), data[0].polar.grey)
+        for view in (data[0].polar, data[0].cartesian):
+            np.testing.assert_array_equal(view.displayed(own), view.grey)
+
+    def test_nearest_shows_the_polar_pixels(self):
+        ping = SonarDataset(self.data)[0]
+        pixels = ping.sequence.cartesian_map
+        shown = ping.polar.render("nearest").ravel()[np.maximum(pixels, 0)]
+        np.testing.assert_array_equal(ping.cartesian.render("nearest"), np.where(pixels < 0, 0, shown))
+        self.assertEqual(SonarDataset(self.data).display("nearest").resampling, "nearest")
+        self.assertEqual(SonarDataset(self.data).display("plain").resampling, "bilinear")
+
+    def test_a_generated_set_can_have_nearest_images(self):
+        sets = [small_data.generate("seabed_and_target", self.folder / name, "--pings", "0:1", "--set",
+                                    f"output.png={{resampling: {name}}}") for name in ("nearest", "bilinear")]
+        run("render", sets[1], "--name", "nearest", "--resampling", "nearest")
+        nearest, bilinear = (SonarDataset(folder)[0].cartesian for folder in sets)
+        np.testing.assert_array_equal(nearest.grey, bilinear.render("nearest"))
+        self.assertGreater(np.mean(nearest.grey != bilinear.grey), 0.2)
+        np.testing.assert_array_equal(nearest.displayed(SonarDataset(sets[0]).display()), nearest.grey)
 
     def test_what_is_not_there_is_named(self):
         data = SonarDataset(self.data)

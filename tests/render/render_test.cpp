@@ -3,6 +3,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "../dataset/damage.h"
 #include "../dataset/sample.h"
 #include "catch.h"
 #include "dataset/overwrite.h"
@@ -71,6 +72,7 @@ TEST_CASE("a render shows the stored levels and leaves the data set as it is") {
   RenderOptions options = options_of(set.dir, "loud");
   options.limits_db = {{70, 110}};
   options.display.gain_db = 5;
+  options.display.resampling = Resampling::nearest;
   const RenderReport report = rendered(options);
   CHECK(report.sequences == 2);
   CHECK(report.pings == 2 * sample::kPings);
@@ -97,6 +99,39 @@ TEST_CASE("a render shows the stored levels and leaves the data set as it is") {
     different += (*seen)[i] != (map[i] < 0 ? 0 : (*gray)[static_cast<std::size_t>(map[i])]);
   }
   CHECK(different == 0);
+}
+
+// Protects the choice of the resampling, which the manifest names.
+TEST_CASE("renders are bilinear unless nearest is asked for") {
+  const Sample set;
+  RenderOptions options = options_of(set.dir, "smooth");
+  options.limits_db = {{70, 110}};
+  rendered(options);
+  options.name = "nearest";
+  options.display.resampling = Resampling::nearest;
+  rendered(options);
+  const fs::path renders = set.dir / "renders";
+  CHECK(sample::read(renders / "smooth/render.json").find(R"("resampling": "bilinear")") !=
+        std::string::npos);
+  CHECK(sample::read(renders / "nearest/render.json").find(R"("resampling": "nearest")") !=
+        std::string::npos);
+  const auto image = [&](const char* name, const char* file) {
+    return sample::read(renders / name / "sequences/000001" / file);
+  };
+  CHECK(image("smooth", "000002_polar.png") == image("nearest", "000002_polar.png"));
+  CHECK(image("smooth", "000002_cartesian.png") != image("nearest", "000002_cartesian.png"));
+  CHECK(faults_of(set.dir).empty());
+}
+
+// Protects renders of untrusted data sets from work without end; all hashes are right.
+TEST_CASE("a grid that is larger than its fan is refused unless images are nearest") {
+  const Sample set;
+  damage::reseal(set.dir, "sequences/000000/sequence.json", "\"metres_per_pixel\": 0.03",
+                 "\"metres_per_pixel\": 3e+99");
+  RenderOptions options = options_of(set.dir, "a");
+  CHECK(error_of(options).find("larger than its fan") != std::string::npos);
+  options.display.resampling = Resampling::nearest;
+  rendered(options);
 }
 
 // Protects renders from depending on the machine: every option on, any number of threads.
@@ -203,14 +238,13 @@ TEST_CASE("limits come from the data set, or from its levels with another time-v
   CHECK(rendered(options_of(set.dir, "a")).display.limits_db == std::array<double, 2>{60, 120});
   RenderOptions options = options_of(set.dir, "b");
   options.display.spreading = 20;
-  std::vector<float> levels;
+  EchoLevels levels;
   const SequenceInfo info = sample::sequence_info(0);
   const auto table = display_table(options.display, info.water.absorption_db_m,
                                    sample_range_m(info.sonar, info.water, 1), sample::kSamples);
   for (const int variant : {0, 10}) {
     const auto image = sample::image(sample::kSamples, sample::kBeams, variant);
-    const auto more = echo_levels_db(table, image);
-    levels.insert(levels.end(), more.begin(), more.end());
+    levels.add(echo_levels(table, image, info.noise_power_pa2));
   }
   CHECK(rendered(options).display.limits_db == default_limits_db(levels));
 }

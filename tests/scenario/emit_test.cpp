@@ -54,7 +54,7 @@ trajectory:
 motion_within_ping: true
 noise: {spectrum_level_db: -30.5}
 synthesis: {tolerance: 3.0e-6}
-output: {timeseries: none, polar: false, cartesian: {height_px: 77, exr: true}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, one_file_per: sequence}
+output: {timeseries: none, polar: false, cartesian: {height_px: 77, exr: true}, png: {scale: amplitude, db: [-20, 40.5], tvg: {spreading: 27.5, absorption: true}, gain_db: -1.5, resampling: nearest}, shadow: false, amodal: false, polygons: true, scatterers: true, points: true, layers: {targets: ["käse 🐟", "null"]}, one_file_per: sequence}
 splits: {train: 0.7, val: 0.2, test: 0.1}
 )";
 
@@ -172,6 +172,7 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK(s.output.cartesian_height_px == 77);
     CHECK(s.output.selection.cartesian_exr);
     CHECK(s.output.png_db == std::array<double, 2>{-20, 40.5});
+    CHECK(s.output.png.resampling == Resampling::nearest);
     CHECK_FALSE(s.output.selection.shadow);
     CHECK_FALSE(s.output.selection.amodal);
     CHECK(s.output.selection.scatterers);

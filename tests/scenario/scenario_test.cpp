@@ -156,7 +156,11 @@ TEST_CASE("shadows and amodal masks are on where there are polar or Cartesian pi
 
 // Protects the picture's settings, and that written back they say the same.
 TEST_CASE("grey pictures have a scale, limits, a gain and one that grows with range") {
+  Display nearest;
+  nearest.resampling = Resampling::nearest;
   const std::pair<const char*, Display> cases[] = {
+      {"{resampling: nearest}", nearest},
+      {"{resampling: bilinear}", {}},
       {"{scale: amplitude}", {GreyScale::amplitude}},
       {"{scale: amplitude, gamma: 0.5}", {GreyScale::amplitude, 0.5}},
       {"{gain_db: -3.5}", {GreyScale::db, 1, -3.5}},

@@ -1,0 +1,59 @@
+// 8-bit Cartesian images of polar levels, as a sonar viewer makes them: near ranges show no grid of
+// dots, and far ranges no blocks.
+//
+//   Footprints  footprints   where each Cartesian pixel lies in the polar image
+//   is_grid_of_fan           whether a grid from a file is plausible
+//   cartesian_gains          the time-varied gain of each pixel
+//   displayed_cartesian      the gray levels
+//
+// The footprint of a pixel with edge e (m) at range r is e / (r spacing) beams wide and e / step
+// samples long, but no wider than the fan, and r is at least half a sample. It is divided into
+// equal parts, in both directions as many as its width rounded up. The pixel shows the mean of the
+// intensities 10^(level / 10) at the centers of the parts, each interpolated bilinearly between
+// beams and samples. Centers beyond the first or last beam or sample are moved to it. If no
+// footprint is larger than a cell, this is bilinear interpolation; where beams are denser than
+// pixels, it is the mean over all of them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/ping.h"
+#include "labels/display.h"
+
+namespace ensonify {
+
+// The pixels in the fan, in the order of their numbers. A pixel lies between the polar pixel `from`
+// and the next one in beam and sample, at fractions in units of 2^-15.
+struct Footprints {
+  int rows = 0, columns = 0;        // of the Cartesian image
+  int beams = 0, samples = 0;       // of the polar one
+  double samples_per_px = 0;        // length of all footprints
+  double beams_samples_per_px = 0;  // width in beams times range in samples
+  std::vector<std::int32_t> to;     // row * columns + column
+  std::vector<std::int32_t> from;   // sample * beams + beam
+  std::vector<std::uint16_t> beam_fraction, sample_fraction;
+  std::vector<std::uint32_t> large;  // indices of `to`, rising: footprints of several parts
+};
+
+// Whether the grid is hardly larger than the fan. Only then footprints is defined and the work is
+// in proportion to the pixels of both images. The numbers may be any, as from an untrusted file.
+bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
+                    const Record& record);
+
+// `map`: cartesian_map (labels/cartesian.h); its pixels from 0 are those in the fan.
+Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
+                      const Record& record, std::span<const std::int32_t> map);
+
+// 10^(tvg / 10) of each pixel of `to`, at its range but at least that of sample 1, divided by the
+// value at the last sample. Empty without time-varied gain.
+std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& footprints);
+
+// Black outside the fan and where there is no energy. `gains`: cartesian_gains; `further_gain_db`:
+// the polar image's (DisplayedImage).
+GreyImage displayed_cartesian(const DisplayTable& table, const Footprints& footprints,
+                              std::span<const float> gains, double further_gain_db,
+                              std::span<const float> level_db);
+
+}  // namespace ensonify

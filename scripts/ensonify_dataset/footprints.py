@@ -1,0 +1,97 @@
+"""Where the pixels of Cartesian images lie in the polar image, and the mean intensity that each of them shows.
+
+The footprint of a pixel with edge e at range r is e / (r spacing) beams wide and e / step samples long. It is divided
+into equal parts, in both directions as many as its width rounded up. The mean is that of the intensities at the
+centers of the parts, interpolated bilinearly. Single precision, in the order of the program, makes the images equal.
+"""
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, Sequence, Tuple
+
+import numpy as np
+
+_ONE = 1 << 15  # of a fraction
+_LEAST, _MOST = float(np.finfo(np.float32).tiny), 1e37
+
+
+def bounded(powers: Sequence[float]) -> np.ndarray:
+    """float32 that are neither 0 nor infinite."""
+    return np.clip(np.asarray(powers, np.float64), _LEAST, _MOST).astype(np.float32)
+
+
+def power(db: float) -> float:
+    """10^(db / 10), infinite where that is too large."""
+    return math.pow(10.0, db / 10) if db < 3000 else math.inf
+
+
+class Footprints:
+    """The footprints of a sequence; `info` is its sequence.json and `pixels` its cartesian_map."""
+
+    def __init__(self, info: Dict[str, Any], pixels: np.ndarray):
+        grid, beams = info["cartesian"], info["sonar"]["beams"]
+        per_m = 2.0 * info["sonar"]["bandwidth_hz"] / info["water"]["sound_speed_m_s"]
+        self.shape = pixels.shape
+        self.beams, self.samples = int(beams["count"]), int(info["record"]["samples"])
+        if pixels.shape != (grid["height_px"], grid["width_px"]):
+            raise ValueError(f"cartesian: {grid['height_px']} x {grid['width_px']} pixels; expected those of "
+                             "cartesian_map.npy")
+        self._length = grid["metres_per_pixel"] * per_m
+        # Forward and back, or to both sides; the work on untrusted files has an end.
+        longest = 2.02 * (self.samples + 1)
+        half_fan = min(self.beams * beams["spacing_rad"] / 2, math.pi / 2)
+        if not (beams["spacing_rad"] > 0 and self._length > 0 and grid["height_px"] * self._length <= longest
+                and (grid["width_px"] - 2) * self._length <= longest * math.sin(half_fan)):
+            raise ValueError("cartesian: is larger than the fan")
+        self.row, self.column = np.nonzero(pixels >= 0)
+        x = grid["x_top_m"] - (self.row + 0.5) * grid["metres_per_pixel"]
+        y = grid["y_left_m"] - (self.column + 0.5) * grid["metres_per_pixel"]
+        self._beam = self._place(np.arctan2(y, x) / beams["spacing_rad"] + (self.beams - 1) / 2.0, self.beams)
+        self._sample = self._place(np.sqrt(x * x + y * y) * per_m, self.samples)
+        self.sample = self._sample[0] + self._sample[1] / _ONE  # of the middle of each
+        self._width = np.minimum(self._length / beams["spacing_rad"] / np.maximum(self.sample, 0.5), self.beams)
+
+    def mean_intensity(self, level_db: np.ndarray, no_energy_db: float) -> np.ndarray:
+        """float32, of each pixel in the fan; levels are [samples, beams]."""
+        if np.shape(level_db) != (self.samples, self.beams):
+            raise ValueError(f"levels are {np.shape(level_db)}; expected {(self.samples, self.beams)}")
+        levels, which = np.unique(np.asarray(level_db, np.float32), return_inverse=True)
+        powers = bounded([power(float(level)) for level in levels])
+        intensity = np.where(levels > no_energy_db, powers, np.float32(0))[which.ravel()]
+        mean = self._mixed(intensity, self._sample, self._beam)
+        m, n = _parts(np.array(self._length)), _parts(self._width)
+        # Sorted by number of parts, so that the footprints that have a part j come first.
+        large = np.flatnonzero(m * n > 1)
+        large = large[np.argsort(-n[large], kind="stable")]
+        if not large.size:
+            return mean
+        n, width = n[large], self._width[large]
+        beam = self._beam[0][large] + self._beam[1][large] / _ONE
+        total = np.zeros(large.size, np.float32)
+        for k in range(int(m)):
+            first, fraction = self._place(self.sample[large] + self._length * ((k + 0.5) / m - 0.5), self.samples)
+            for j in range(int(n[0])):
+                count = int(np.searchsorted(-n, -j, side="left"))
+                column = self._place(beam[:count] + width[:count] * ((j + 0.5) / n[:count] - 0.5), self.beams)
+                total[:count] += self._mixed(intensity, (first[:count], fraction[:count]), column)
+        mean[large] = total / (m * n).astype(np.float32)
+        return mean
+
+    def _place(self, position: np.ndarray, count: int) -> Tuple[np.ndarray, np.ndarray]:
+        """The point before a position, and its distance, in units of 2^-15."""
+        inside = np.clip(position, 0.0, count - 1.0)
+        first = np.minimum(inside.astype(np.int64), max(count - 2, 0))
+        return first, np.floor((inside - first) * _ONE + 0.5)
+
+    def _mixed(self, intensity: np.ndarray, sample: Tuple[np.ndarray, np.ndarray],
+               beam: Tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        one, right, up = np.float32(1), int(self.beams > 1), self.beams if self.samples > 1 else 0
+        at = sample[0] * self.beams + beam[0]
+        along_beams, along_samples = (place[1].astype(np.float32) / np.float32(_ONE) for place in (beam, sample))
+        near = (one - along_beams) * intensity[at] + along_beams * intensity[at + right]
+        far = (one - along_beams) * intensity[at + up] + along_beams * intensity[at + up + right]
+        return (one - along_samples) * near + along_samples * far
+
+
+def _parts(width: np.ndarray) -> np.ndarray:
+    return np.maximum(1, np.ceil(width - 1e-6).astype(np.int64))
