@@ -64,8 +64,8 @@ struct Piece {
   double solid_angle_sr = 0;
 };
 
-// The pieces into which cells of the fan are cut. Columns that cut a row into equally many pieces
-// share these.
+// The pieces into which cells of the fan are cut. Columns that cut a row into the same number of
+// pieces share them.
 class CutRows {
  public:
   CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces)

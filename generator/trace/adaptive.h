@@ -1,6 +1,5 @@
-// Adaptive refinement: more rays where those of the fan are too few. At small grazing angles a
-// surface crosses many range cells between two rays, and speckle needs many scatterers in each of
-// them.
+// Adaptive refinement adds rays where the fan has too few. At small grazing angles a surface
+// crosses many range cells between two rays, and speckle needs many scatterers in each of them.
 //
 //   ResolutionCell  resolution_cell
 //   scatterers_per_cell   how many the rays of a fan give
@@ -40,15 +39,15 @@ Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation
 // divided by the area that belongs to one ray.
 double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant);
 
-// The share of the range that the rays pass along surfaces, summed over all beam cells, in which a
-// resolution cell has fewer than `least` scatterers. Pieces count as rays if sonar.rays_per_cell is
-// set. 0 if no ray meets anything.
+// The rays of each beam cell cover a length of range along surfaces. Returns the share of this
+// length, summed over all beam cells, in which a resolution cell has fewer than `least` scatterers.
+// Pieces count as rays if sonar.rays_per_cell is set. Returns 0 if no ray meets anything.
 double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
                           std::span<const Hit> hits, const Pose& sonar_in_world, double least);
 
 // [fan.size()]: the number of equal pieces in elevation into which each cell of the fan is cut, so
 // that a resolution cell holds sonar.rays_per_cell of them; at most kMostPieces. A cell whose ray
-// misses is cut as its neighbors in elevation are.
+// misses is cut like its neighbors in elevation.
 inline constexpr int kMostPieces = 1024;
 std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionCell& cell,
                                            const Fan& fan, std::span<const Hit> hits,
@@ -60,8 +59,9 @@ struct FanRaysMet {
   std::span<const RayPath> paths = {};
 };
 
-// As surface_scatterer_list, with a ray through the middle of every piece. The key of a piece is
-// that of the fan's ray, with the number of the piece, from 0, in the upper 32 bits.
+// Does the same as surface_scatterer_list, with a ray through the middle of every piece. The key of
+// a piece is that of the fan's ray, with the number of the piece, counted from 0, in the upper 32
+// bits.
 ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
                                           std::span<const std::uint16_t> pieces,
                                           const Tracer& tracer, const Pose& sonar_in_world,

@@ -17,8 +17,8 @@ double signed_height_m(const PlacedMirror& mirror, Vec3 point_m) {
   return dot(mirror.normal, point_m) - mirror.offset_m;
 }
 
-// False if an image of the sonar lies behind the next reflector of the leg, or farther from it than
-// sound travels.
+// Returns false if an image of the sonar lies behind the next reflector of the leg, or if the
+// distance between them is longer than sound travels.
 bool images_are_before(std::span<const PlacedMirror> mirrors, const Leg& leg, double length_max_m) {
   Vec3 image;
   for (const std::uint16_t m : leg) {

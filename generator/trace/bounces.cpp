@@ -14,7 +14,7 @@ namespace {
 // Keeps the keys apart from those of rays, targets and kirchhoff_scatterers.
 constexpr std::uint64_t kBounceKey = std::uint64_t{1} << 61;
 constexpr int kKeysOfRay = 8;  // bits for the echoes of a ray
-// A sampled direction is followed with a probability of kFollowed times its share of the energy,
+// A sampled direction is followed with the probability kFollowed times its share of the energy,
 // limited to [kLeastFollowed, 1].
 constexpr double kLeastFollowed = 1.0 / 8, kFollowed = 4;
 constexpr double kLeastCosine = 1e-6;
@@ -41,12 +41,13 @@ struct Travel {
     at = step;
     instance[surfaces++] = step.hit.instance;
   }
-  // A wall that is passed is no surface of the path: the next surface takes its place.
+  // A wall that the path passes through does not count as a surface; the next surface takes its
+  // place.
   void pass_to(const WalkStep& step) {
     at = step;
     instance[surfaces - 1] = step.hit.instance;
   }
-  // The surface that it has reached scatters it.
+  // The surface that the path has reached scatters the sound.
   void scatter() {
     if (first_scatterer != 0) return;
     first_scatterer = surfaces;
@@ -135,8 +136,8 @@ std::optional<Scatterer> RayEchoes::echo(const Travel& travel, const LegEnd& out
   return s;
 }
 
-// Connects a surface that scatters to the sonar, and adds both directions of the path. Straight out
-// and back through walls they are the same.
+// Connects a surface that scatters to the sonar, and adds both directions of the path. If the path
+// goes straight out and back through walls, both directions are the same.
 void RayEchoes::hear(Travel travel) {
   const std::optional<LegEnd> back = connect(context_, travel.at, travel.walls);
   if (!back) return;
@@ -185,8 +186,8 @@ void RayEchoes::hear_over_same_mirrors(Travel travel, double spreading_per_m2) {
   ++next_key_;
 }
 
-// Chooses the next direction, specular, sampled or straight through a wall, and updates the energy.
-// None: the path ends here.
+// Chooses the next direction, which is specular, sampled or straight through a wall, and updates
+// the energy. Returns none if the path ends here.
 std::optional<RayEchoes::Turn> RayEchoes::choose_direction(Travel& travel, Vec3& direction) {
   const WalkStep& at = travel.at;
   const Material& material = context_.material(at.hit);
@@ -194,7 +195,7 @@ std::optional<RayEchoes::Turn> RayEchoes::choose_direction(Travel& travel, Vec3&
       random_words(context_.ping.key, context_.ping.ping, ray_.index, next_draw_++);
   const double incidence = at.hit.cos_incidence;
   const bool may_turn = travel.surfaces < most();
-  // After its first scattering, a path continues in one of these ways, chosen by their energies.
+  // After its first scattering, a path continues in only one of these directions, chosen by energy.
   const bool one_way = travel.first_scatterer > 0;
   const WallEvent wall = at.event(false);
   const double by_wall = at.wall != nullptr ? at.wall->at(wall.sine).reflected_energy : 1;
@@ -206,7 +207,7 @@ std::optional<RayEchoes::Turn> RayEchoes::choose_direction(Travel& travel, Vec3&
                                : 0;
   const double all = by_mirror + passed + scattered;
   const double chosen = uniform_from_word(words.v[2]) * all;
-  // The taps of the wall contain its energy.
+  // The taps of the wall contain the reflected energy.
   if (chosen < by_mirror) {
     if (at.wall != nullptr && !travel.walls.add(at.event(true))) return std::nullopt;
     travel.energy *= all / by_wall;
@@ -253,7 +254,7 @@ void RayEchoes::scatter_on(Travel travel) {
   }
 }
 
-// None if it has more walls than a path may have.
+// Returns none if the walk has more walls than a path may have.
 std::optional<Travel> RayEchoes::travel_along(const MirrorWalk& walk) const {
   Travel travel;
   travel.at = walk.step[0];

@@ -47,8 +47,7 @@ struct Bend {
   double corner_m = 0;  // largest total deviation at a corner
 };
 
-// The change of range across the part, from those of its two sides that lie on the surface of the
-// middle.
+// The change of range across the part, from those sides that lie on the surface of the middle.
 template <class Sample>
 double change_across(const Sample& low, const Sample& middle, const Sample& high) {
   const bool below = same_body(low, middle), above = same_body(high, middle);
@@ -57,7 +56,7 @@ double change_across(const Sample& low, const Sample& middle, const Sample& high
   return below ? 2 * (middle.range_m - low.range_m) : 0;
 }
 
-// Uses the hits on the surface of the middle; deviations that these do not show count as 0.
+// Uses only the hits on the surface of the middle; deviations at other hits count as 0.
 template <class Sample>
 Bend bend_of(const CellPart<Sample>& part) {
   const auto& hits = part.hits;
@@ -87,7 +86,7 @@ Bend bend_of(const CellPart<Sample>& part) {
 }
 
 // The mean of x e^(-i g x) divided by i, and the mean of x^2 e^(-i g x), over x in [-1, 1]. For |g|
-// below 1e-2 the series are exact to 1e-9, where the quotients would lose their digits.
+// below 1e-2 the quotients would lose digits, while the series are exact to 1e-9.
 inline double first_moment(double g) {
   if (std::abs(g) < 1e-2) return -g / 3 * (1 - g * g / 10);
   return (std::cos(g) - std::sin(g) / g) / g;
@@ -102,7 +101,7 @@ inline double second_moment(double g) {
 inline std::complex<double> bend_factor(const Bend& bend, double wavelength_m) {
   const double two_k = 4 * kPi / wavelength_m;
   const double gx = two_k * bend.change_azimuth_m / 2, gy = two_k * bend.change_elevation_m / 2;
-  // The bend is larger than this only at limbs and creases, where a first order is not valid.
+  // The bend is larger than this only at limbs and creases, where the first order is not valid.
   const auto phase = [&](double range_m) {
     return std::clamp(two_k * range_m, -kBend_rad, kBend_rad);
   };
@@ -185,7 +184,8 @@ CellPart<Sample> half_of(const CellPart<Sample>& part, Cut cut, int half, const 
     const auto hit = [&](CellPart<Sample>& p, int k) -> Sample& {
       return in_azimuth ? p.hits[k][i] : p.hits[i][k];
     };
-    // Copies both outer samples first: they come from the parent, and one of them keeps its place.
+    // Copies both outer samples first, because they come from the parent and one of them keeps its
+    // place.
     const Sample first = hit(result, half), last = hit(result, half + 1);
     hit(result, 0) = first;
     hit(result, 2) = last;

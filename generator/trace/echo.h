@@ -66,13 +66,15 @@ inline void set_refracted(const RayPath& path, const EchoDirection& direction, c
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);
 
-// False for an amplitude of zero, NaN or infinity. A constant amplitude needs no random part.
+// Returns false if the amplitude is zero, NaN or infinite. A constant amplitude needs no random
+// part.
 inline bool is_an_echo(const ScattererMoments& moments) {
   return std::isfinite(moments.mean_m) && std::isfinite(moments.variance_m2) &&
          moments.variance_m2 >= 0 && (moments.mean_m > 0 || moments.variance_m2 > 0);
 }
 
-// Above the keys of all rays. A target has no random amplitude; its key only orders equal delays.
+// Lies above the keys of all rays. A target has no random amplitude; its key only orders equal
+// delays.
 inline std::uint64_t point_target_key(std::uint32_t instance) {
   return std::uint64_t{1} << 63 | instance;
 }
@@ -121,8 +123,8 @@ inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
   return directions;
 }
 
-// The moments of the scatterer at a hit; false if the hit gives no echo. `path`: of a refracted
-// ray, else null.
+// Computes the moments of the scatterer at a hit; returns false if the hit gives no echo. `path` is
+// that of a refracted ray, and null for a straight ray.
 inline bool surface_moments(const SurfaceScattering& scattering, const Hit& hit,
                             double solid_angle_sr, const RayPath* path, ScattererMoments& moments) {
   if (!is_usable(hit, scattering.sonar)) return false;

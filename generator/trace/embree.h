@@ -16,8 +16,8 @@ inline auto intersect_of(const RTCRayHit4&) { return rtcIntersect4; }
 inline auto intersect_of(const RTCRayHit8&) { return rtcIntersect8; }
 inline auto intersect_of(const RTCRayHit16&) { return rtcIntersect16; }
 
-// The rays of intersect_packet start at one point in similar directions; valid[i] is -1 for a ray
-// and 0 for none.
+// The rays of intersect_packet start at one point in similar directions; valid[i] is -1 if lane i
+// has a ray, and 0 otherwise.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 inline void init_context(EmbreeContext& context) { rtcInitRayQueryContext(&context); }

@@ -12,8 +12,8 @@ namespace ensonify {
 
 static bool same_body(const Hit& a, const Hit& b) { return a.instance == b.instance; }
 
-// There is an edge where the material changes, even if the surface continues. Patches of growth are
-// no edges: their outlines are random, and finding them would take a hundred times as many parts.
+// A change of material is an edge, even if the surface continues. Patches of growth are no edges:
+// their outlines are random, and finding them would take a hundred times as many parts.
 static bool same_surface(const Hit& a, const Hit& b) {
   return a.instance == b.instance && a.own_part == b.own_part;
 }

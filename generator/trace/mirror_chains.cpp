@@ -40,10 +40,10 @@ namespace {
 
 using ChainPart = CellPart<ChainSample>;
 
-// The sine of the angle between the ray that leaves the last reflector and the direction to the
-// sonar: a part counts fully up to the first value, and not at all beyond the second, where only
-// the edges of a chain contribute. A curved reflector needs the smooth end: a sharp one would be an
-// edge whose echo is as strong as that of the reflector.
+// Limits of the sine of the angle between the ray that leaves the last reflector and the direction
+// to the sonar. A part counts fully up to the first limit and not at all beyond the second, where
+// only the edges of a chain contribute. Curved reflectors need a smooth transition: a sharp limit
+// would be an edge whose echo is as strong as that of the reflector.
 constexpr double kLeavingSine = 0.15, kLargestLeavingSine = 0.5;
 
 double leaving_weight(double sine) {
@@ -310,8 +310,8 @@ double spreading_per_m2(const BounceContext& context, double azimuth_rad, double
   return std::min(kBeside_rad * kBeside_rad / area, most);
 }
 
-// Follows a piece of a path to a point `piece_m` away, through walls. False if something else is
-// in between.
+// Follows a piece of a path through walls to a point `piece_m` away. Returns false if anything else
+// blocks the piece.
 static bool passes(const BounceContext& context, const WalkStep& from, Vec3 direction,
                    double piece_m, WallEvents& walls) {
   WalkStep at = from;

@@ -22,7 +22,7 @@
 namespace ensonify {
 
 inline constexpr int kMostSurfaces = kMostBounces + 1;
-// Of a walk: surfaces that it reaches and walls that it passes.
+// Most walls that a walk passes on its way out, and most surfaces and walls that it meets in all.
 inline constexpr int kMostPassesOut = 2;
 inline constexpr int kMostSteps = kMostSurfaces + kMostPassesOut;
 
@@ -102,19 +102,20 @@ void each_walk(const BounceContext& context, MirrorWalk& walk, int most, Visit& 
   if (walk.last().lets_through() && walk.passes() < kMostPassesOut) go_on(false);
 }
 
-// The walk of a ray that turns as given, as far as it goes, over at most `steps` surfaces.
+// The walk of a ray with the given turns, over at most `steps` surfaces; shorter if the ray meets
+// fewer.
 MirrorWalk follow_turns(const BounceContext& context, Vec3 direction, const Hit& first,
                         unsigned turns, int steps);
 
 // J = dOmega / dA of the ray tube around a ray of the fan at surface `surface` of its walk, from
-// two neighboring rays. 1/r^2 with the unfolded length r if these meet other surfaces. At most
-// 1/(lambda d), where d is the length of the last piece.
+// two neighboring rays. If the neighbors meet other surfaces, J is 1/r^2 with the unfolded length
+// r. J is at most 1/(lambda d), where d is the length of the last piece.
 double spreading_per_m2(const BounceContext& context, double azimuth_rad, double elevation_rad,
                         const MirrorWalk& walk, int surface);
 
 // The straight path from a surface back to the sonar, as the end of a leg at that surface, with its
-// cosine to the normal as cos_incidence. The walls that it passes are added to `walls`. None if it
-// is outside the fan, behind the surface, blocked or too long.
+// cosine to the normal as cos_incidence. The walls that it passes are added to `walls`. Returns
+// none if the path is outside the fan, behind the surface, blocked or too long.
 std::optional<LegEnd> connect(const BounceContext& context, const WalkStep& from,
                               WallEvents& walls);
 
@@ -127,8 +128,8 @@ inline unsigned chain_code(const MirrorWalk& walk) {
 // Whether a walk is a chain that returns. One reflection alone, through no wall, is no chain.
 bool comes_back(const BounceContext& context, const MirrorWalk& walk);
 
-// Echoes over the chains of reflectors and walls that each ray of the fan found, and no other
-// surface.
+// Echoes over those chains of reflectors and walls that the rays of the fan found, without any
+// other surface.
 std::vector<Scatterer> chain_scatterers(const BounceContext& context, const Fan& fan,
                                         std::span<const ComesBack> found, const Workers& workers);
 

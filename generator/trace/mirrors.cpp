@@ -77,7 +77,7 @@ bool may_follow(const Scenario& scenario, const std::vector<Mirror>& mirrors, st
   return box != nullptr && box->inside;
 }
 
-// False: more than kMaxSoundPaths legs.
+// Returns false if there are more than kMaxSoundPaths legs.
 bool add_legs(const Scenario& scenario, BouncePlan& plan) {
   plan.legs = {{}};
   std::size_t first = 0;
@@ -106,8 +106,8 @@ std::vector<std::string> names_of(const BouncePlan& plan, const Leg& leg, bool b
   return names;
 }
 
-// False: more than kMaxSoundPaths paths. A leg lists reflectors from the sonar on; on the way back
-// sound meets them in reverse order.
+// Returns false if there are more than kMaxSoundPaths paths. A leg lists its reflectors in order
+// from the sonar; returning sound meets them in reverse order.
 bool add_paths(std::size_t bounces_max, BouncePlan& plan) {
   std::map<std::pair<std::size_t, std::size_t>, std::uint16_t> id_of;
   for (std::size_t bounces = 1; bounces <= bounces_max; ++bounces) {

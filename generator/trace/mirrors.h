@@ -50,9 +50,9 @@ struct BouncePlan {
   std::vector<SoundPath> paths;   // by id; ids by bounces, then by the legs out and back
 };
 
-// Empty if the scenario asks for no multipath. No leg has, in a row, one reflector twice or two
-// faces of a body that is seen from outside. Errors (usage): no specular reflector, or more than
-// kMaxSoundPaths paths.
+// Empty if the scenario has no multipath. No leg has the same reflector twice in a row, or in a row
+// two faces of a body that is seen from outside. Errors (usage): no specular reflector, or more
+// than kMaxSoundPaths paths.
 Result<BouncePlan> make_bounce_plan(const Scenario& scenario);
 
 // Along the axes of the world, with the sonar at the origin.

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kExact_s = 1e-15;
 constexpr int kMostSteps = 60;  // enough for a body at half the speed of sound
-// The last echo arrives later than the delay of the largest range if the sonar moves away from it.
+// If the sonar moves away from the last scatterer, the echo arrives later than the delay of the
+// largest range.
 constexpr double kSpanMargin = 1.05;
 
 // Solves t = value(t) by iteration from a first guess.

@@ -43,8 +43,8 @@ struct Flight {
   double doppler = 0;       // d(sent)/d(heard) - 1, positive while closing
 };
 
-// The flight to a point X, given in the sonar's frame at transmission. `object` carries the point;
-// null: it rests. The delays solve
+// The flight to a point X, given in the sonar's frame at transmission. The point moves with
+// `object`, or rests if `object` is null. The delays solve
 //   tau_out = |X(tau_out) - p(0)|/c,   tau = tau_out + |X(tau_out) - p(tau)|/c
 // to 1e-15 s, where p is the position of the sonar. With the unit vectors u and w toward X from
 // p(0) and p(tau), the velocity V of X at tau_out and the velocity v of the sonar,
@@ -59,11 +59,11 @@ Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 poi
 Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound_speed_m_s);
 
 // Replaces delay, arrival, beam, received path, gain and Doppler of every echo by those of its
-// flight, and for moving objects also the departure. The gain follows
-// 1/(out in) 10^(-absorption (out + in)/20), two_direction_pattern in elevation, and the transmit
-// pattern in the direction of departure. Drops echoes that arrive outside the beam cells, or
-// outside the ranges at c tau/2; in elevation the fan limits only what is transmitted. Sorts again:
-// origin[i] is the former index of item i.
+// flight, and for moving objects also the departure. The gain follows 1/(out in) 10^(-absorption
+// (out + in)/20), two_direction_pattern in elevation, and the transmit pattern in the direction of
+// departure. Drops echoes that arrive outside the beam cells, or outside the ranges at c tau/2; in
+// elevation the fan limits only the transmission. Sorts the echoes again: origin[i] is the former
+// index of item i.
 struct MovedEchoes {
   ScattererList list;
   std::vector<std::uint32_t> origin;

@@ -33,9 +33,9 @@ struct BouncedMoment {
 // The scatterers of all paths of the plan except the direct one, in an order that does not depend
 // on the workers. `hits`: the direct rays of the fan, from trace_fan.
 //
-// The fan is traced over every leg with at most half the bounces. For the surface element that a
-// ray meets, and for every later leg over which the element is seen as well, both directions of the
-// path give an echo (one echo if the legs are the same). An element has the area r^2 dOmega / cos
+// The fan is traced over every leg with at most half the bounces. Both directions of a path give an
+// echo, for the surface element that a ray meets and for every later leg over which the element is
+// also seen. If the legs are the same, they give one echo. An element has the area r^2 dOmega / cos
 // of its ray, where r is the unfolded length, and scatters by bistatic_moments. Point targets and
 // fish are tested over all legs.
 //
@@ -91,11 +91,12 @@ struct Bounces {
 
   // The end of a direct ray.
   LegEnd straight(Vec3 sonar_direction, double range_m) const;
-  // The end of a ray over a leg, and its hit; the caller sets the angles. None if the ray does not
-  // follow the leg or meets nothing.
+  // The end of a ray over a leg, and its hit; the caller sets the angles. Returns none if the ray
+  // cannot follow the leg or meets nothing.
   std::optional<LegEnd> trace(std::uint16_t leg, Vec3 sonar_direction, Hit& hit) const;
-  // The end at a given point, by geometry alone. None if the leg does not show the point inside the
-  // fan, or if the path is too long with `other_m`, the length of the other leg.
+  // The end at a given point, by geometry alone. Returns none if the point does not appear inside
+  // the fan over this leg, or if the path is too long together with `other_m`, the length of the
+  // other leg.
   std::optional<LegEnd> reach(std::uint16_t leg, Vec3 point_m, double other_m) const;
   // Whether nothing blocks the leg.
   bool is_free(const LegEnd& end) const;

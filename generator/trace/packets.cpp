@@ -88,7 +88,7 @@ bool before(const Hit& a, const Hit& b) {
 }
 
 void add(const Hit& hit, Layers& layers) {
-  // Written so that a NaN is no hit.
+  // The negated comparison ensures that a NaN is no hit.
   if (!(hit.range_m <= layers.range_max_m)) return;
   int place = layers.count;
   while (place > 0 && before(hit, layers.hits[place - 1])) --place;
@@ -184,7 +184,7 @@ void along_bounds(const RTCBoundsFunctionArguments* arguments) {
   *arguments->bounds_o = bounds_of(scene, scene.by_geometry[arguments->primID]);
 }
 
-// Leaves the rays unchanged: for Embree none of them hits anything, so all continue.
+// Leaves the rays unchanged, so that Embree sees no hit and all rays continue.
 void along_intersect(const RTCIntersectFunctionNArguments* arguments) {
   const Scene& scene = *static_cast<const AlongScene*>(arguments->geometryUserPtr)->scene;
   const auto& query = *reinterpret_cast<const Query*>(arguments->context);

@@ -1,10 +1,11 @@
-// Packets of rays, which Embree takes through its hierarchy together: for the first hits of a fan,
-// whose packets are tiles of neighboring columns and elevations, and for rays that continue behind
+// Packets of rays that Embree traces through its hierarchy together. They serve the first hits of a
+// fan, whose packets are tiles of neighboring columns and elevations, and rays that continue behind
 // a hit.
 //
 // For the latter every object is one primitive of a separate scene. Its callback records where a
-// ray first meets the object and lets the ray continue as if it had missed. So one pass finds the
-// first hit of every instance along a ray, in any order and without a restart behind each hit.
+// ray first meets the object and lets the ray continue as if it had missed. Therefore one pass
+// finds the first hit of every instance along a ray, in any order and without a restart behind each
+// hit.
 //
 //   fan_tracer  bundle_tracer  packet_rays
 //   AlongScene  build_along_scene

@@ -6,9 +6,9 @@
 //   RefractedHit  first_refracted_hit  refracted_hits_along
 //
 // A refracted ray is followed as chords within a tenth of a millimeter of it. The hit of a chord is
-// moved to where the ray itself crosses the tangent plane of the surface there. So the travel time
-// to a plane is that of the closed forms; elsewhere its error is that distance squared over the
-// radius of the surface.
+// moved to where the ray itself crosses the tangent plane of the surface there. Therefore the
+// travel time to a plane agrees with the closed forms. On other surfaces its error is the square of
+// that distance divided by the radius of the surface.
 #pragma once
 
 #include <optional>
@@ -22,8 +22,8 @@
 
 namespace ensonify {
 
-// Goes with a Hit, whose range_m is then the one that the instrument shows: its sound speed times
-// the one-way travel time.
+// Belongs to a Hit, whose range_m is then the range that the instrument shows: its sound speed
+// times the one-way travel time.
 struct RayPath {
   Vec3 position_m;                // end of the path, sonar frame
   double length_m = 0;            // along the ray
@@ -32,7 +32,7 @@ struct RayPath {
   double curvature_radius_m = 0;  // of the returning wave, horizontally
 };
 
-// In the order of ray_index. `paths` is empty for straight rays, else as long as `hits`.
+// In the order of ray_index. `paths` is empty for straight rays; otherwise it is as long as `hits`.
 struct FanHits {
   std::vector<Hit> hits;
   std::vector<RayPath> paths;

@@ -25,7 +25,8 @@ struct PointEchoes {
 
   std::optional<RefractedRays> refracted;  // if the sound speed varies
 
-  // None if the point is outside the fan or its ranges. `hidden_by`: as returned by what_hides.
+  // Returns none if the point is outside the fan or its ranges. `hidden_by` is the result of
+  // what_hides.
   std::optional<Scatterer> at(Vec3 position_m, double target_strength_db,
                               std::optional<std::uint32_t>& hidden_by) const {
     std::optional<Scatterer> s =
@@ -83,7 +84,8 @@ struct PointEchoes {
     return first->hit.instance;
   }
 
-  // The instance that hides a point. None: nothing does. 0: several do, or it is not wanted.
+  // The instance that hides a point. None if nothing hides it; 0 if several instances do, or if the
+  // instance is not wanted.
   std::optional<std::uint32_t> what_hides(const Ray& ray, double range_m) const {
     const double before_m = range_m * (1 - kOnSurface);
     const Hit first = tracer.first_hit(ray, range_m);
@@ -95,7 +97,7 @@ struct PointEchoes {
     return first.instance;
   }
 
-  // Adds an echo to those that are heard or, if wanted, to those that are not.
+  // Adds an echo to the audible ones or, if they are wanted, to the hidden ones.
   void sort_out(const Scatterer& s, std::optional<std::uint32_t> hidden_by,
                 std::vector<Scatterer>& heard, std::vector<HiddenTarget>* not_heard) const {
     if (!hidden_by) {

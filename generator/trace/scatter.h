@@ -27,7 +27,7 @@ struct SurfaceScattering {
   std::vector<Material> material;  // by instance id; [0] is unused
   // By instance id, then Hit::part - 1; empty where no object has parts.
   std::vector<std::vector<Material>> part_material = {};
-  // Of each wall that differs from the others.
+  // The response of each distinct wall.
   struct KnownWall {
     Wall wall;
     WallResponse response;
@@ -54,9 +54,10 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering);
 
-// The same as a list in the order of sorted_by_beam_and_delay; the workers share the beams.
-// `paths`: of refracted rays, else empty. With paths, the tube's A/dOmega replaces r^2 in dA, and
-// the gain is 10^(-absorption 2s/20) B_el B_tx / two_way_spreading_m2 with the path's length s.
+// The same as a list in the order of sorted_by_beam_and_delay; the workers share the beams. `paths`
+// are those of refracted rays, and empty for straight rays. With paths, the tube's A/dOmega
+// replaces r^2 in dA, and the gain is 10^(-absorption 2s/20) B_el B_tx / two_way_spreading_m2 with
+// the path's length s.
 ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
                                      const SurfaceScattering& scattering, const Workers& workers,
                                      std::span<const RayPath> paths = {});
@@ -89,11 +90,11 @@ bool has_smooth_surfaces(const SurfaceScattering& scattering);
 // meets such a surface gets rays through its corners and the middles of its sides. It is one
 // scatterer if the range is linear in both angles to 0.2 rad of two-way phase (the amplitude
 // includes the bend to first order) and changes by no more than c/24b along either side. Otherwise
-// it is cut in two across the side that needs it, and so are the halves, down to a quarter of a
-// wavelength. A part with an edge of a body in it is cut down to an eighth, or to a thirty-second
-// if the edge runs along its sides; then its middle decides. A body that all rays of the fan miss
-// is not found.
-// The order does not depend on the workers. `hits` in the order of ray_index.
+// it is cut in two across the side that needs it. The halves are cut in the same way, down to a
+// quarter of a wavelength. A part that contains an edge of a body is cut down to an eighth of a
+// wavelength, or to a thirty-second if the edge runs along its sides; then its middle decides. A
+// body that all rays of the fan miss is not found. The order does not depend on the workers. `hits`
+// in the order of ray_index.
 std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit> hits,
                                             const Tracer& tracer, const Pose& sonar_in_world,
                                             const SurfaceScattering& scattering,
@@ -105,10 +106,10 @@ struct PointScatterers {
   std::vector<HiddenTarget> hidden;
 };
 
-// Each hit behind the first of a ray gives the scatterer that surface_scatterers would make of it;
-// coherent echoes are left out. The first of these hits is hidden only by the instance that the ray
-// met first. `instances`: their number in the world. The caller applies the extinction by volumes
-// (attenuate).
+// Each hit behind the first one of a ray gives the scatterer that surface_scatterers would compute
+// for it; coherent echoes are left out. The first of these hits is hidden only by the instance that
+// the ray met first. `instances`: their number in the world. The caller applies the extinction by
+// volumes (attenuate).
 HiddenEchoes hidden_echoes(const Fan& fan, std::span<const Hit> hits, const FanHitsBehind& behind,
                            const PointScatterers& points, const SurfaceScattering& scattering,
                            std::size_t instances, const Workers& workers);

@@ -118,7 +118,7 @@ RTCBounds bounds_of(const Scene& scene, const PlacedObject& placed) {
                    std::abs(x.y) + std::abs(y.y) + std::abs(z.y),
                    std::abs(x.z) + std::abs(y.z) + std::abs(z.z)};
   const Vec3 centre = transform_point(pose, middle) - scene.origin_m;
-  // Wider than float rounding, since the boxes decide what is tested at all.
+  // The slack exceeds float rounding, because objects outside of these boxes are never tested.
   const double slack = 1e-5 + 1e-6 * (length(centre) + length(reach));
   RTCBounds bounds{};
   bounds.lower_x = static_cast<float>(centre.x - reach.x - slack);
@@ -137,8 +137,8 @@ RTCScene new_scene(RTCDevice device) {
   return made;
 }
 
-// Uses one thread: several would sort triangles into leaves in a varying order, which decides which
-// of two triangles owns their common edge.
+// Uses one thread, because several would sort triangles into leaves in a varying order. This order
+// decides which of two triangles owns their common edge.
 void commit(RTCDevice device, RTCScene part) {
   Workers(1).for_each(1, [&](std::size_t) { rtcCommitScene(part); });
   if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {

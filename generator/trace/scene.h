@@ -26,7 +26,7 @@ namespace ensonify {
 // How far Embree searches, in float, for hits up to a range in double.
 inline float float_range(double range_m) { return static_cast<float>(range_m) * 1.000001f; }
 
-// Hits nearer than this are ignored: they are on a surface that the sonar itself touches.
+// Nearer hits are ignored, because they lie on a surface that the sonar itself touches.
 inline constexpr double kNearestHit_m = 1e-6;
 
 // Embree's device and one hierarchy per mesh, which all objects with that mesh share.
@@ -51,7 +51,7 @@ struct PlacedObject {
 
 struct Scene;
 
-// What Embree's callbacks get for a closed form.
+// The data that Embree passes to the callbacks of a closed form.
 struct ClosedForm {
   const Scene* scene = nullptr;
   PlacedObject placed;

@@ -24,8 +24,8 @@ struct SectorWork {
 };
 
 // fill(beam, work, scatterers) appends the scatterers of a beam, at most most[beam], sorted by
-// delay and key. One thread fills the list itself; several fill one part each, which is copied
-// once.
+// delay and key. A single thread fills the list directly; several threads fill one part each, which
+// is copied once.
 template <class Work, class Fill>
 ScattererList list_of_sectors(std::span<const std::uint32_t> most, const Workers& workers,
                               const Fill& fill) {

@@ -11,9 +11,10 @@ namespace ensonify {
 namespace {
 
 // A hit within this part of the range, or this distance, is the leaf's own surface. Ranges are
-// compared, not triangles: Embree, in float, may return a neighbor of the triangle that is meant.
+// compared, not triangles: Embree computes in float and may return a neighbor of the intended
+// triangle.
 constexpr double kSameRange = 1e-6, kSameRange_m = 1e-5;
-// With no more levels than this left, testing the enclosing ball costs more than it saves.
+// If no more levels than this remain, a test of the enclosing ball costs more than it saves.
 constexpr std::uint32_t kLeavesAtOnce = 2;
 // Rays that are traced together, and tiles that one task handles.
 constexpr std::size_t kBundle = 1024, kBlock = 32;
@@ -132,7 +133,7 @@ struct Listener {
       const bool is_seen =
           hit.instance == c.instance && apart <= std::max(kSameRange * c.range_m, kSameRange_m);
       if (!is_seen) continue;
-      // The leaf's area in place of r^2 dOmega: range 1 m, solid angle shown_m2.
+      // Replaces r^2 dOmega by the leaf's area: range 1 m, solid angle shown_m2.
       const ScattererMoments moments = scatterer_moments(
           material_at(scattering, hit), hit.reflectivity, hit.cos_incidence, 1, c.shown_m2);
       if (!is_an_echo(moments)) continue;

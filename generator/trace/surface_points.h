@@ -1,5 +1,5 @@
-// Scatterers fixed on the surfaces. The surfaces of a sequence are cut into leaves, each with one
-// scatterer; a ping hears some of them.
+// Scatterers that are fixed on surfaces. The surfaces of a sequence are cut into leaves with one
+// scatterer each, some of which each ping hears.
 //
 // The leaves are fixed once for all pings, so that a scatterer is the same in every ping.
 //
@@ -42,7 +42,7 @@ struct SurfaceTile {
   Ball ball;    // around it
   std::uint32_t object = 0;
   std::uint32_t levels = 0;
-  std::uint64_t root = 0;  // key of the primitive of which the tile is a part
+  std::uint64_t root = 0;  // key of the primitive that contains the tile
   std::uint64_t path = 1;  // the halves taken from there: a leading 1, then one bit each
 };
 
@@ -52,7 +52,7 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path);
 struct SurfaceTiles {
   std::vector<SurfaceTile> tiles;
   std::vector<std::uint32_t> instance;  // by object
-  std::uint64_t most_leaves = 0;        // about, in the fan of one ping; the most of all
+  std::uint64_t most_leaves = 0;        // approximate maximum over all pings, in the fan of one
 };
 
 // The sonar's pose in the frame of an object.
@@ -66,7 +66,8 @@ struct SurfaceViews {
 };
 
 // The area of the smallest cell, range . beam width . range resolution, divided by the scatterers
-// per cell. If the beam is lower than the range resolution is long, its height replaces the latter.
+// per cell. If the height of the beam is smaller than the range resolution, it replaces the range
+// resolution.
 double leaf_area_m2(const SurfaceViews& views, double range_m);
 
 // The least range at which any part of a ball, given in the sonar's frame, may be heard; none if

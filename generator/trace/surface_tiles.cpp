@@ -28,7 +28,7 @@ constexpr std::size_t kJobs = 64;
 struct Primitives {
   const Mesh* mesh = nullptr;
   std::vector<Patch> patches;         // of other shapes
-  std::vector<std::uint64_t> number;  // of other shapes: which of the object's it is
+  std::vector<std::uint64_t> number;  // of other shapes: index among those of the object
   std::vector<Ball> balls;
 
   Patch patch(std::uint32_t i) const {
@@ -95,7 +95,7 @@ Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const
   return all;
 }
 
-// What is still to be cut: some primitives or a part of one, and the eyes that may see it.
+// Primitives, or a part of one, that must still be cut, and the eyes that may see them.
 struct TilePiece {
   std::uint32_t begin = 0, end = 0;  // in Cutter::order; one entry: a part of this primitive
   std::uint64_t path = 0;            // 0: whole primitives
@@ -182,7 +182,7 @@ void part_group(Cutter& cutter, TilePiece& piece, const Ball& around,
   rest.push_back(std::move(second));
 }
 
-// Makes a tile of a piece, or replaces it by two pieces; drops what no eye may hear.
+// Turns a piece into a tile or replaces it by two pieces, and drops a piece that no eye may hear.
 void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
          std::vector<SurfaceTile>& tiles) {
   if (piece.path == 0 && piece.end == piece.begin + 1) {
@@ -206,7 +206,7 @@ void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
       piece.patch);
 }
 
-// Collects the eyes, equal ones in a row only once, and returns the index of each ping's eye.
+// Collects the eyes, merging equal ones in a row, and returns the index of each ping's eye.
 std::vector<std::uint32_t> part_eyes(std::span<const Pose> by_ping, std::vector<Pose>& eyes) {
   std::vector<std::uint32_t> of_ping;
   for (const Pose& pose : by_ping) {
@@ -224,7 +224,7 @@ void cut_object(Cutter& cutter, const Workers& workers, std::vector<SurfaceTile>
   std::iota(all.begin(), all.end(), 0u);
   std::vector<TilePiece> jobs, next;
   jobs.push_back({0, static_cast<std::uint32_t>(cutter.order.size()), 0, {}, std::move(all)});
-  // Breadth first until there is enough for all workers, then each job depth first.
+  // Cuts breadth first until there are enough jobs for all workers, then each job depth first.
   while (!jobs.empty() && jobs.size() < kJobs) {
     for (TilePiece& job : jobs) cut(cutter, std::move(job), next, tiles);
     jobs = std::exchange(next, {});

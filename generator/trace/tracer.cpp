@@ -32,7 +32,7 @@ Vec3 at(const std::array<Lanes, 3>& lanes, int i) {
 }
 
 double cos_incidence(Vec3 direction, Vec3 normal) {
-  // In this order a NaN stays NaN, and surface_scatterers leaves it out.
+  // With this order of arguments a NaN stays NaN, and surface_scatterers leaves it out.
   return std::min(std::abs(dot(direction, normal)), 1.0);
 }
 
@@ -68,7 +68,7 @@ void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, 
 }
 
 // Ranges and normals on the triangles that Embree found, in double precision. Keeps Embree's range
-// if the ray lies in the triangle's plane, where the quotient is not valid.
+// if the ray lies in the triangle's plane, because the quotient is not valid there.
 ENSONIFY_VECTOR_CLONES void meet_triangles(Vec3 local_origin_m, Quat rotation, TriangleHits& t) {
   for (int i = 0; i < t.count; ++i) {
     const auto corner = [&](int k) {
@@ -116,7 +116,7 @@ float reflectivity_at(const Mesh& mesh, const Found& found) {
   return static_cast<float>(factor);
 }
 
-// Replaces the nearest hit by one on a plane, if that is nearer.
+// Replaces the nearest hit by a hit on a plane if the latter is nearer.
 void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
   for (std::size_t i = 0; i < scene.planes.size(); ++i) {
     const std::optional<Hit> hit = plane_hit(scene, query, ray, i);

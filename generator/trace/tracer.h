@@ -49,29 +49,31 @@ struct Hit {
 // Most surfaces that are kept along one ray, the nearest ones.
 inline constexpr int kMostLayers = 8;
 
-// Part of a range: a surface this near to a point does not hide it, because the point lies on it.
+// As a share of the range: a surface this near to a point does not hide it, because the point lies
+// on the surface.
 inline constexpr double kOnSurface = 1e-6;
 
 // The first hit of each ray on each other instance, as if all instances in front were transparent.
 struct HitsBehind {
   std::vector<std::uint32_t> offset;  // [rays + 1]
-  std::vector<Hit> hits;              // of ray i [offset[i], offset[i + 1]), nearest first
+  std::vector<Hit> hits;              // ray i: [offset[i], offset[i + 1]), nearest first
 
   std::span<const Hit> of_ray(std::size_t ray) const {
     return std::span(hits).subspan(offset[ray], offset[ray + 1] - offset[ray]);
   }
 };
 
-// The world at one moment. Copies share what was built and may be used concurrently.
+// The world at one moment. Copies share the acceleration structures and may be used concurrently.
 class Tracer {
  public:
   // Every object at its own pose. Builds the acceleration structures; `world` must outlive the
-  // tracer and all tracers made from it. Throws DeviceFailure if Embree has not enough memory or
+  // tracer and all tracers made from it. Throws DeviceFailure if Embree runs out of memory or
   // cannot start.
   explicit Tracer(const World& world);
 
   // The same world with other poses of the objects (in the world, in the order of World::objects).
-  // Rebuilds the scene of the objects but no mesh; builds nothing if all poses are the same.
+  // Rebuilds the scene of the objects but not the meshes, and builds nothing if all poses are
+  // unchanged.
   Tracer at(std::span<const Pose> object_in_world) const;
 
   // The nearest surface within (0, range_max_m]. Embree finds the surface, in float; range and
@@ -90,9 +92,9 @@ class Tracer {
   // first): the nearest kMostLayers within (0, range_max_m]. Ranges are those of first_hit.
   std::vector<Hit> hits_along(const Ray& ray, double range_max_m) const;
 
-  // Continues the rays of a fan that met something; `hits` are those of trace_fan. Finds the other
-  // instances along each ray, as hits_along does, at most kMostLayers - 1. The instance of the
-  // first hit is transparent as a whole, including its far side. The result does not depend on the
+  // Continues the rays of a fan that met something; `hits` are those of trace_fan. Finds at most
+  // kMostLayers - 1 other instances along each ray, as hits_along does. The instance of the first
+  // hit is transparent as a whole, including its far side. The result does not depend on the
   // workers.
   HitsBehind trace_behind(const Fan& fan, std::span<const Hit> hits, const Pose& pose,
                           double range_max_m, const Workers& workers) const;

@@ -40,7 +40,8 @@ bool is_inside(Vec3 p, const Sonar& sonar) {
 }  // namespace
 
 std::vector<Vec3> surface_samples(const Shape& shape) {
-  // Steps by the fraction of the golden ratio: with steps of equal area they form a lattice.
+  // The fraction of the golden ratio. Steps of this size, combined with steps of equal area, form a
+  // lattice.
   constexpr double kGolden = 0.6180339887498949;
   const auto patches = std::visit([](const auto& s) { return patches_of(s); }, shape);
   double whole = 0;

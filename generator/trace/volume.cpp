@@ -19,7 +19,7 @@ struct Reach {
   double weight = 0, elevation = 0, elevation_square = 0;
 };
 
-// By rising range. Each entry includes its own ray and all longer ones.
+// Sorted by rising range. Each entry includes its own ray and all longer ones.
 std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, int beam,
                                      const Sonar& sonar) {
   std::vector<Reach> rays;

@@ -1,5 +1,5 @@
-// Reverberation of the water, up to the first surface that each ray meets, and its extinction of
-// sound.
+// Reverberation of the water up to the first surface that each ray meets, and extinction of sound
+// by the water.
 //
 //   DensityColumn  march  extinction_db   how much density lies on each step of a ray
 //   volume_echoes         expected energy of every volume
@@ -42,15 +42,15 @@ double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double 
 //   s_v (sum over rays: dOmega B_el^2 B_tx^2 int rho 10^(-2A/10) dr') r^2 (two_way_loss(r))^2
 // over the rays of the beam cell, with r' in [r - c/(4b), r + c/(4b)] and no farther than the ray's
 // surface. rho is the volume's density and A the one-way extinction of all volumes up to r' in dB,
-// both in steps of c/(4b). If no volume has bounds or extinction, a ray counts with the whole cell,
-// c/(2b), if it reaches r.
+// both in steps of c/(4b). If no volume has bounds or extinction, a ray that reaches r counts with
+// the whole cell, c/(2b).
 std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const std::vector<Volume>& volumes,
                                       const Pose& sonar_in_world, const Sonar& sonar,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
 
-// Multiplies the gain of each direct echo by 10^(-2A/20), A as above.
+// Multiplies the gain of each direct echo by 10^(-2A/20), with A as above.
 void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,
                const Sonar& sonar, const Water& water, const Workers& workers);
 

@@ -47,8 +47,8 @@ void add_with_walls(Scatterer echo, const WallEvents& walls, const Sonar& sonar,
     s.delay_s += tap.delay_s;
     s.mean *= std::complex<float>(tap.gain);
     s.standard_deviation *= static_cast<float>(std::abs(tap.gain));
-    // A random amplitude has a modulus alone, so the phase of the tap becomes a part of its delay,
-    // less than half a period of the carrier.
+    // A random amplitude has only a modulus, so the phase of the tap becomes a part of its delay,
+    // shorter than half a period of the carrier.
     if (s.standard_deviation > 0) {
       s.delay_s -= std::arg(tap.gain) / (2 * kPi * sonar.frequency_hz);
     }

@@ -1,4 +1,4 @@
-// What walls do to the sound of a path. Private to trace/.
+// The effect of walls on the echo of a path. Private to trace/.
 //
 //   WallEvent  WallEvents     the walls that a path passes through or reflects off
 //   add_with_walls            the scatterers of an echo
@@ -28,7 +28,7 @@ struct WallEvents {
   int count = 0, passed = 0;
   std::array<WallEvent, kMost> event;
 
-  // False if there are more than a path may have.
+  // Returns false if the path already has the maximum number of walls.
   bool add(const WallEvent& wall) {
     if (count == kMost || (!wall.reflected && passed == kMostPasses)) return false;
     passed += !wall.reflected;
@@ -43,9 +43,10 @@ struct WallEvents {
   }
 };
 
-// Appends the echo as the walls leave it: one scatterer for each tap of the product of their
-// responses. All keep the echo's key, and so its draw. If the path passes walls, the scatterers get
-// the path id of such a path, and the walls follow in `via` while there is room.
+// Appends the echo with the effect of its walls: one scatterer for each tap of the product of their
+// responses. All scatterers keep the echo's key, and therefore its random draw. If the path passes
+// through walls, the scatterers get the path id of such a path, and `via` also lists the walls as
+// far as there is room.
 void add_with_walls(Scatterer echo, const WallEvents& walls, const Sonar& sonar, const Water& water,
                     std::vector<Scatterer>& scatterers);
 
