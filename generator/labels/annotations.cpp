@@ -15,7 +15,7 @@ struct Mask {
   int left = 0, right = 0, top = 0, bottom = 0;
 };
 
-// Adds the ones of `length` rows of a column, from `row` on.
+// Adds a run of ones over `length` rows of a column, starting at `row`.
 void add_run(Mask& mask, int rows, int column, int row, int length) {
   const std::int64_t start = std::int64_t{column} * rows + row;
   const int last_row = row + length - 1;
@@ -101,7 +101,7 @@ class MaskTable {
     if (id >= masks_.size()) masks_.resize(std::size_t{id} + 1);
     return masks_[id];
   }
-  // Calls use(id, mask) by id.
+  // Calls use(id, mask) in the order of the ids.
   template <class Use>
   void for_each(Use&& use) {
     for (std::size_t id = 0; id < masks_.size(); ++id) {

@@ -21,9 +21,9 @@ std::vector<Annotation> annotations(const LabelledImage& image);
 std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const double> occlusion,
                                    std::vector<Annotation>& annotations);
 
-// The text that COCO's tools use for run lengths (zeros first, column-major). Each count, from the
-// fourth on minus the one two before it, is written in 5-bit groups, low group first; the sixth bit
-// marks that more follow, and 48 is added.
+// The text that COCO's tools use for run lengths (zeros first, column-major). From the fourth count
+// on, each count is reduced by the one two places before it. Each number is written in 5-bit
+// groups, the low group first; the sixth bit marks that more groups follow, and 48 is added.
 std::string rle_counts(const std::vector<std::int64_t>& counts);
 
 }  // namespace ensonify

@@ -24,7 +24,7 @@ struct Pixel {
   std::int32_t to = 0, from = 0;
 };
 
-// Calls use(from, to, plane) for those of `planes` that all images have.
+// Calls use(from, to, plane) for those planes in `planes` that every image has.
 template <class Use>
 void for_each_plane(ResampledPlanes planes, const LabelledImage& from, LabelledImage& to, Use use) {
   for (const ImagePlane& plane : kImagePlanes) {
@@ -90,11 +90,11 @@ void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& ho
   copy(false);
 }
 
-// Far below a pixel, far above rounding errors.
+// Much smaller than a pixel and much larger than rounding errors.
 constexpr double kSlack = 1e-9;
 
-// The tangents of the borders of beam cells; infinite, with the sign of the side, if not ahead of
-// the sonar.
+// The tangents of the borders of beam cells. A border that is not ahead of the sonar has an
+// infinite tangent with the sign of its side.
 std::vector<double> edge_tangents(const Sonar& sonar) {
   std::vector<double> edges;
   for (int k = 0; k <= sonar.beam_count; ++k) {
@@ -106,8 +106,8 @@ std::vector<double> edge_tangents(const Sonar& sonar) {
   return edges;
 }
 
-// sector_of(atan2(y, x)) for falling y along a row, by comparing tangents. The arc tangent took two
-// thirds of a map's time; only pixels on a border, or not ahead, need it.
+// sector_of(atan2(y, x)) for falling y along a row, by comparing tangents. The arc tangent would
+// take two thirds of a map's time; only pixels on a border or not ahead of the sonar need it.
 class SectorsOfRow {
  public:
   SectorsOfRow(const Sonar& sonar, std::span<const double> edges, double x)

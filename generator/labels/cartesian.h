@@ -1,5 +1,5 @@
-// Images in Cartesian coordinates: the fan seen from above, boresight up, port left, nearest
-// neighbor from the polar image.
+// Images in Cartesian coordinates. They show the fan from above with the boresight up and port on
+// the left, and take the nearest neighbor from the polar image.
 //
 //   cartesian_grid             the position of a pixel in meters
 //   cartesian_map              the polar pixel that it shows
@@ -26,8 +26,8 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 // With `ids` the float planes of the image stay empty.
 enum class ResampledPlanes { all, ids };
 
-// Outside the fan: kNoEnergyDb, NaN angles, instance 0. A polar pixel without an elevation holds no
-// label (labels/polar.h).
+// Pixels outside the fan have kNoEnergyDb, NaN angles and instance 0. A polar pixel without an
+// elevation holds no label (labels/polar.h).
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
                        const std::vector<std::int32_t>& map,
                        ResampledPlanes planes = ResampledPlanes::all);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kOne = 1 << 15;  // of a fraction
 constexpr float kUnit = 1.0f / (1 << 15);
-// A footprint of one cell is not two because of rounding.
+// Prevents rounding from turning a footprint of one cell into two cells.
 constexpr double kCellSlack = 1e-6;
 constexpr float kLeast = std::numeric_limits<float>::min(), kMost = 1e37f;
 
@@ -27,8 +27,8 @@ float power_of(float level_db) {
   return level_db > kNoEnergyDb ? bounded(std::pow(10.0, double{level_db} / 10)) : 0;
 }
 
-// Levels of finished data sets are half floats. There are few of these between 1 and 256 dB, so
-// their intensities are in a table.
+// Levels of finished data sets are half floats. Few half floats lie between 1 and 256 dB, so their
+// intensities are in a table.
 class Intensities {
  public:
   Intensities() {
@@ -103,7 +103,7 @@ double sample_at(const Footprints& f, std::size_t i) {
   return f.from[i] / f.beams + f.sample_fraction[i] / kOne;
 }
 
-// In beams; no wider than the fan.
+// The width of a footprint in beams, at most that of the fan.
 double width_at(const Footprints& f, double sample) {
   return std::min<double>(f.beams_samples_per_px / std::max(sample, 0.5), f.beams);
 }

@@ -8,9 +8,9 @@
 //
 // The footprint of a pixel with edge e (m) at range r is e / (r spacing) beams wide and e / step
 // samples long, but no wider than the fan, and r is at least half a sample. It is divided into
-// equal parts, in both directions as many as its width rounded up. The pixel shows the mean of the
-// intensities 10^(level / 10) at the centers of the parts, each interpolated bilinearly between
-// beams and samples. Centers beyond the first or last beam or sample are moved to it. If no
+// equal parts; their number in each direction is its size in cells, rounded up. The pixel shows the
+// mean of the intensities 10^(level / 10) at the centers of the parts, each interpolated bilinearly
+// between beams and samples. Centers beyond the first or last beam or sample are moved to it. If no
 // footprint is larger than a cell, this is bilinear interpolation; where beams are denser than
 // pixels, it is the mean over all of them.
 #pragma once
@@ -37,8 +37,9 @@ struct Footprints {
   std::vector<std::uint32_t> large;  // indices of `to`, rising: footprints of several parts
 };
 
-// Whether the grid is hardly larger than the fan. Only then footprints is defined and the work is
-// in proportion to the pixels of both images. The numbers may be any, as from an untrusted file.
+// Whether the grid is hardly larger than the fan. Otherwise footprints is not defined, and the work
+// would exceed what the pixels of both images justify. The arguments may have any values, such as
+// those of an untrusted file.
 bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                     const Record& record);
 
@@ -46,8 +47,8 @@ bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& 
 Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                       const Record& record, std::span<const std::int32_t> map);
 
-// 10^(tvg / 10) of each pixel of `to`, at its range but at least that of sample 1, divided by the
-// value at the last sample. Empty without time-varied gain.
+// 10^(tvg / 10) of each pixel of `to`, divided by the value at the last sample. The range is that
+// of the pixel, but at least that of sample 1. Empty without time-varied gain.
 std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& footprints);
 
 // Black outside the fan and where there is no energy. `gains`: cartesian_gains; `further_gain_db`:

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kStarts = 4096;
 constexpr double kAutomaticRank = 0.995;
-// Of default limits.
+// Shares of white pixels that the default limits allow.
 constexpr double kWhiteOfAll = 0.002, kWhiteOfEchoes = 0.1;
 constexpr double kBlackRank = 0.05, kUnderBlackRank_db = 15;
 constexpr double kLeastSpan_db = 45, kMostSpan_db = 75;
@@ -146,7 +146,7 @@ double white_limit_db(std::span<const float> levels_db, double most) {
     }
     return sum;
   };
-  // So far above the loudest level speckle comes once in 20,000 pixels.
+  // Speckle reaches a level this far above the highest expected one once in 20,000 pixels.
   double white_db = std::ceil(counts.rbegin()->first) + 10;
   while (expected(white_db - 1) <= most) --white_db;
   return white_db;

@@ -1,4 +1,4 @@
-// 8-bit images of levels, the data set's own and rendered ones.
+// 8-bit images of levels, both those of the data set and rendered ones.
 //
 //   DisplayTable  display_table   a display at the ranges of a sequence
 //   DisplayedImage  displayed     the gray levels of a polar image
@@ -56,15 +56,15 @@ struct EchoLevels {
 };
 
 // The expected levels plus time-varied gain of the pixels that hold an echo above the noise: their
-// elevation is known, and their expected power is at least that of the noise. If there are none,
-// those of all pixels with energy and an echo.
+// elevation is known, and their expected power is at least that of the noise. If there are no such
+// pixels, the levels of all pixels with energy and an echo.
 EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
                        double noise_power_pa2);
 
-// In whole dB; [60, 120] if there are no levels. White: the lowest limit that speckle is expected
-// to reach in at most 0.2 % of all pixels and 10 % of those in `levels`. Speckle with the mean L
-// reaches w with the probability exp(-10^((w - L) / 10)). Black: 15 dB below the 5th percentile of
-// the levels, but 45 to 75 dB below white.
+// Limits in whole dB; [60, 120] if there are no levels. White is the lowest limit that speckle is
+// expected to reach in at most 0.2 % of all pixels and 10 % of those in `levels`. Speckle with the
+// mean L reaches w with the probability exp(-10^((w - L) / 10)). Black is 15 dB below the 5th
+// percentile of the levels, but 45 to 75 dB below white.
 std::array<double, 2> default_limits_db(EchoLevels levels);
 
 // The same for the pixels of one image.

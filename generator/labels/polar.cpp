@@ -97,8 +97,8 @@ PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>
   return label;
 }
 
-// The label if some echoes bounced: that of the direct echoes alone, with their winner's fraction
-// of all energy.
+// The label of a pixel with bounced echoes. It is that of the direct echoes alone, and its fraction
+// is the winner's share of all energy.
 PixelLabel mixed_label_of(std::span<const SectorEcho> echoes, Scratch& scratch) {
   scratch.direct.clear();
   scratch.bounced.clear();
@@ -264,7 +264,7 @@ std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
     for (std::size_t i = scatterers.beam_offset[j]; i < scatterers.beam_offset[j + 1]; ++i) {
       const Scatterer& s = scatterers.items[i];
       if (s.path != 0) continue;
-      // Echoes are sorted by delay, which follows the distance except for rounding.
+      // Echoes are sorted by delay, which rises with the distance except for rounding.
       if (s.delay_s > latest_s) break;
       latest_s = std::min(latest_s, s.delay_s * (1 + kRoundingSlack));
       // Without a speed these are squares; the root is taken at the end.

@@ -31,16 +31,14 @@ struct PolarInput {
 
 // The image and its labels. A pixel hears the echoes of its beam cell (no side lobes) within c/2b
 // of its sample that have any energy. Its instance is the one with the most expected energy, E|a|^2
-// gain^2 summed without phase; of equal ones that with the lower id. It has none if there is no
-// echo, or if noise is given and the pixel's expected power is below it; then the fraction is 0.
-// Elevation: energy-weighted mean and standard deviation over all echoes of the pixel, NaN if there
-// are none.
-// Bounced echoes (path != 0) count only in the energy of which the fraction is a part, and in
-// `multipath`, if `input` asks for it. This is the instance with the most bounced energy if that
-// exceeds the direct energy and noise does not forbid a label; of equal ones that with the lower
-// id. A volume counts with its energy in the pixel's own sample and half of that in the two
-// adjacent ones.
-// Levels are those of core/units.h.
+// gain^2 summed without phase; if two have equal energy, the lower id wins. The pixel has no
+// instance if there is no echo, or if noise is given and the pixel's expected power is below it;
+// then the fraction is 0. Elevation: energy-weighted mean and standard deviation over all echoes of
+// the pixel, NaN if there are none. Bounced echoes (path != 0) count only in the total energy for
+// the fraction, and in `multipath` if `input` requests it. The latter is the instance with the most
+// bounced energy, if that energy exceeds the direct energy and noise does not forbid a label; the
+// lower id wins if two are equal. A volume counts with its energy in the pixel's own sample and
+// half of that in the two adjacent ones. Levels are those of core/units.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 
 // [beams x samples]: 1 if the pixel hears an echo, as above; noise does not matter.
@@ -50,7 +48,8 @@ std::vector<std::uint8_t> hears_echo(const ScattererList& scatterers,
 
 // Slant range of the nearest direct scatterer of each beam cell, [beams]; NaN if there is none.
 // Volumes do not count. If rays are refracted or the sonar moves within the ping, it is the value
-// on the range axis: `instrument_speed_m_s` times half the delay. 0: the distance itself.
+// on the range axis: `instrument_speed_m_s` times half the delay. If `instrument_speed_m_s` is 0,
+// it is the distance itself.
 std::vector<float> first_return_m(const ScattererList& scatterers, int beams,
                                   double instrument_speed_m_s = 0);
 

@@ -62,7 +62,8 @@ class EchoWindow {
     while (low_ < high_ && echoes_[low_].sample < sample - 1.0) ++low_;
     return echoes_.subspan(low_, high_ - low_);
   }
-  // If at() found none: the last sample up to which no echo can be heard, at most `end`.
+  // Call it if at() found no echo. Returns the last sample up to which no echo can be heard, at
+  // most `end`.
   int silent_until(int end) const {
     if (high_ == echoes_.size() || echoes_[high_].sample > end) return end;
     return static_cast<int>(echoes_[high_].sample) - 2;
@@ -90,7 +91,7 @@ struct EnergyShare {
 
 inline void add_share(std::uint32_t instance, double energy, double power,
                       std::vector<EnergyShare>& shares) {
-  // From the end, because most often the instance is that of the last echo.
+  // Searches from the end, because the instance is most often that of the last echo.
   for (std::size_t i = shares.size(); i-- > 0;) {
     if (shares[i].instance != instance) continue;
     shares[i].energy += energy;

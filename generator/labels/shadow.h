@@ -16,7 +16,7 @@
 
 namespace ensonify {
 
-// Pixels with any number of instances, row-major. Many pixels share a set.
+// Pixels with any number of instances, row-major. Many pixels share the same set.
 struct InstanceSets {
   int rows = 0, columns = 0;
   std::vector<std::uint32_t> set;  // 0: no instance
@@ -49,17 +49,15 @@ struct HiddenLabels {
 };
 
 // A pixel hears, or would hear without occluders, the direct echoes of its beam cell within c/2b of
-// its sample.
-// Shadow: a pixel is in shadow if the energy of the echoes that a single instance hides exceeds
-// that of all echoes that are heard, including volumes, and if their power is not below the noise,
-// where given. The occluder is the instance that hides the most energy; of equal ones that with the
-// lower id.
-// Amodal: the pixel's own label, and all instances with any energy, heard or hidden; if noise is
-// given, only those whose power is not below it. `image` is that of polar_image.
+// its sample. Shadow: a pixel is in shadow if the energy of the echoes that a single instance hides
+// exceeds that of all echoes that are heard, including volumes, and if their power is not below the
+// noise, where given. The occluder is the instance that hides the most energy; the lower id wins if
+// two are equal. Amodal: the pixel's own label, and all instances with any energy, heard or hidden.
+// If noise is given, instances with a power below it are left out. `image` is that of polar_image.
 HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
                            const Workers& workers);
 
-// As resample of labels/cartesian.h.
+// Does the same as resample of labels/cartesian.h.
 InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,
                       const std::vector<std::int32_t>& map);
 

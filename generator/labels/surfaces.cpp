@@ -103,7 +103,7 @@ class BeamSurfaces {
     put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
     image_.surface_count[at] =
         static_cast<float>(pixel_.count(kSurfaceGap * input_.elevation_step_rad));
-    // Most often it is the strongest scatterer of the previous pixel as well.
+    // This is usually the strongest scatterer of the previous pixel as well.
     const std::uint32_t item = pixel_.strongest->item;
     if (items_.empty() || items_.back() != item) items_.push_back(item);
     places_.push_back({at, items_.size() - 1});

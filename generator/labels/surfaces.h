@@ -27,17 +27,17 @@ struct SurfaceInput {
   NormalsAt normals_at;
 };
 
-// Adds the planes of surfaces to polar_image's image. They describe the direct scatterers of the
-// pixel's instance in its beam cell within c/2b of its sample; volumes have no surface. Range is
-// c/2 times the delay, elevation that of arrival.
+// Adds the planes of surfaces to polar_image's image. The planes describe the direct scatterers of
+// the pixel's instance in its beam cell within c/2b of its sample; volumes have no surface. Range
+// is c/2 times the delay, elevation that of arrival.
 //   surface_*            the scatterer of largest expected energy E|a|^2 gain^2; of equal ones the
 //                        nearest
 //   lowest_*, highest_*  the scatterers of least and of largest elevation
 //   surface_count        1 + the number of gaps of more than kSurfaceGap steps between neighbors in
 //                        elevation: a ray through such a gap meets nothing of the instance there
-// NaN and 0 if a pixel has no instance, or its instance no scatterer. Rounded to
+// NaN and 0 if a pixel has no instance, or its instance no scatterer. Values are rounded to
 // kSurfaceAngleQuantum_rad, kSurfaceRangeQuantum_m and kSurfaceNormalQuantum, because further
-// digits would take most of the file without meaning.
+// digits would fill most of the file without meaning.
 void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image);
 
 inline constexpr double kSurfaceGap = 1.5;
