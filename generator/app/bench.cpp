@@ -91,7 +91,7 @@ Status measure_growth(const std::vector<GrowthAxis>& axes, const std::filesystem
 // Measures whole data sets, from scene to disk, in a folder that is removed afterward.
 Status measure_whole(const BenchCommandOptions& options, const Chosen& chosen,
                      BenchReport& report) {
-  // An interrupt ends a data set as it ends `generate`, so that its files are removed.
+  // An interrupt ends a data set as it would end `generate`, so that its files are removed.
   listen_for_interrupts();
   const auto disk = options.disk.empty() ? std::filesystem::temp_directory_path() : options.disk;
   const Result<ScratchFolder> folder = ScratchFolder::make(disk);

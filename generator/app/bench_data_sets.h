@@ -1,5 +1,5 @@
-// The speed of making whole data sets, from scene to disk: one by kind of file, the shipped scenes
-// with the files that they select.
+// The speed of making whole data sets, from scene to disk. One data set is measured by kind of
+// file, and the shipped scenes with the files that they select.
 //
 //   DataSetCase  data_set_cases   the scenarios, embedded by the build
 //   BenchMesh    bench_meshes     the meshes that they read, also embedded

@@ -35,8 +35,8 @@ struct GrowthAxis {
 //   rays       of a ping, by rays in elevation
 //   objects    with up to 4096 spheres over the seabed
 //   triangles  of the seabed, 39,000 to 2.5 million
-// Everything else is that of configs/bench/full.yaml with 128 beams, and the default files without
-// Cartesian and 8-bit images.
+// All other keys are those of configs/bench/full.yaml with 128 beams. The files are the default
+// ones without Cartesian and 8-bit images.
 std::vector<GrowthAxis> growth_axes(int threads);
 
 struct GrowthBenchOptions {

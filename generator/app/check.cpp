@@ -101,7 +101,8 @@ Status check(const CheckOptions& options) {
   }
   // Includes the processor time that loading the program took.
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
-  // Comes first, because it measures the memory of the process before anything else allocates.
+  // The cost comes first, because it measures the memory of the process before anything else
+  // allocates.
   const Cost cost = estimate_cost(session, workers.threads());
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();

@@ -329,7 +329,8 @@ int report(const Error& error) {
   return exit_code(error.kind);
 }
 
-// The error of std::thread, and of TBB with only these words, if the system cannot start a thread.
+// Whether this is the error of std::thread, or that of TBB, which has only these words, when the
+// system cannot start a thread.
 bool is_refused_thread(const std::exception& error) {
   if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
     return system->code() == std::errc::resource_unavailable_try_again;

@@ -31,12 +31,13 @@ namespace ensonify {
 struct ScenarioOptions {
   std::filesystem::path scenario;
   std::vector<Override> overrides;  // from --set, --seed and similar options
-  // Text that replaces the file, whose name is still used in messages and whose folder for paths.
+  // Text that replaces the content of the file. Messages still use the file's name, and relative
+  // paths its folder.
   std::optional<std::string> text = {};
 };
 
-// Callbacks for programs that call `generate` themselves: they report progress and stop it. The
-// signals of the process are left alone then, and nothing is printed on stderr.
+// Callbacks for programs that call `generate` themselves: they report progress and stop it. With
+// them, the program does not handle signals and prints nothing on stderr.
 struct RunHooks {
   std::function<void(std::string_view)> warn;
   std::function<void(std::uint64_t done, std::uint64_t all)> progress;  // in pings; from any thread

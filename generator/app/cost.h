@@ -30,8 +30,9 @@ int pings_under_way(int threads, std::uint64_t pings);
 // ensemble.
 std::uint32_t work_items(std::uint32_t pings, const OutputSelection& output);
 
-// As many sequences of `pings` each as are needed for enough pings in progress; at least two if
-// each has a world of its own, so that one is built while the pings of another are computed.
+// The number of sequences of `pings` each that gives enough pings in progress. It is at least two
+// if each sequence has a world of its own, so that one world is built while the pings of another
+// are computed.
 int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequences, bool vary);
 
 // The size of one ping. Cartesian pixels are counted only if they are requested.

@@ -14,7 +14,7 @@
 
 namespace ensonify {
 
-// Not the name of a sonar.
+// A word that no sonar has as its name.
 static constexpr std::string_view kMaterialPresets = "materials";
 
 Status presets(const std::optional<std::string>& name) {

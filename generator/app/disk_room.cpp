@@ -22,13 +22,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// README.md, work.json, the heads of dataset.json and coco.json; and a line of dataset.json.
+// Bytes of README.md, work.json and the heads of dataset.json and coco.json, and of a line of
+// dataset.json.
 constexpr double kTopBytes = 7000, kTopBytesPerSequence = 240;
-// A run that needs no more than this share of what is free is not measured.
+// A run that needs at most this share of the free space is not measured.
 constexpr double kSafeShare = 0.25;
-// The last block of a file is half empty, in the mean.
+// On average, the last block of a file is half empty.
 constexpr double kUnusedBytesPerFile = 2048;
-// Of so many pings, and sequences, one is made to find out the size of all; a few are enough.
+// One ping or sequence is made for every kPerProbe of them, at most kMostProbes, to measure the
+// size of all.
 constexpr std::uint64_t kPerProbe = 20, kMostProbes = 3;
 
 double unused_bytes(std::uint64_t files) {
@@ -52,8 +54,8 @@ double top_level_bytes(const Session& session, const Remaining& remaining) {
          kTopBytesPerSequence * static_cast<double>(remaining.listed_sequences);
 }
 
-// What stands on the disk while work is under way and is gone in the end, and what blocks leave
-// unused.
+// Bytes of temporary files, which exist only while the run is in progress, and the unused space in
+// blocks.
 double passing_bytes(const Measured& measured, const Session& session, const Remaining& remaining,
                      std::uint64_t sequences_at_once) {
   const auto pings = static_cast<double>(remaining.pings);
@@ -111,7 +113,7 @@ Status room_for_bytes(const fs::path& folder, double needed,
 
 namespace {
 
-// Whether the folder holds this work: what is there is then not made again.
+// Whether the folder holds this work, whose existing files are then not made again.
 bool continues(const fs::path& folder, const DatasetWork& work) {
   const auto text = read_file(folder / layout::kWorkJson, kMaxManifestBytes);
   return text && *text == to_json(work.identity);
@@ -122,7 +124,7 @@ bool holds_work(const fs::path& folder) {
          listed_file_size(folder, layout::kDatasetJson).has_value();
 }
 
-// Of a folder's files.
+// The size of all files in a folder.
 double bytes_in(const fs::path& folder) {
   const auto files = files_below(folder);
   double bytes = 0;
@@ -169,7 +171,8 @@ MeasureJob job_of(const SequenceWorlds& worlds, const DatasetWork& work, const N
           threads};
 }
 
-// All of it: from the number of echoes that no ping exceeds, and typical images.
+// The size of all remaining files, from an upper bound for the echoes of a ping and from typical
+// images.
 double roughly(const Session& session, const Remaining& rest) {
   const EchoCounts most = most_echoes(session);
   const Cost all = estimate_files(session, most.surface + most.coherent);
@@ -211,8 +214,8 @@ Status room_for_work(const GenerateOptions& options, const SequenceWorlds& world
 
 namespace {
 
-// Of a data set, over what run_cost says; 1 where its first world cannot be built, which making the
-// run will report.
+// The measured size of a data set divided by the estimate of run_cost. 1 if its first world cannot
+// be built, because making the run reports this error.
 double measured_share(const Sweep& sweep, const SweepRun& run, const Numerics& numerics,
                       int threads) {
   Result<Session> session =

@@ -70,14 +70,15 @@ PingRange Ensemble::block_pings(std::uint32_t block) const {
   return {first, std::min(first + kMomentBlock, info_.last_ping)};
 }
 
-// The beam behind a stripe must still be as this block found it: its covariance needs the means.
+// The beam behind a stripe must keep the state in which this block found it, because its covariance
+// needs the means.
 bool Ensemble::wait_for(std::uint32_t block, int stripe) {
   const auto s = static_cast<std::size_t>(stripe);
   const auto is_next = [&] {
     return next_block_[s] == block && (s + 1 == next_block_.size() || next_block_[s + 1] == block);
   };
   std::unique_lock lock(mutex_);
-  // Who has begun goes on to the end, and who is before it has begun.
+  // A block that has begun runs to its end, and all blocks before it have begun.
   changed_.wait(lock, [&] { return is_next() || (given_up_ && stripe == 0); });
   return is_next();
 }

@@ -1,7 +1,7 @@
 // The pings of a sequence as realizations of one scene: their moments, independent of the order in
 // which threads compute them.
 //
-//   check_draws  that they are independent
+//   check_draws  whether the pings are independent
 //   Ensemble     takes blocks of pings from several threads and adds them in order
 #pragma once
 
@@ -37,9 +37,9 @@ class Ensemble {
   std::uint32_t blocks_done() const { return first_block_; }  // in the checkpoint
   PingRange block_pings(std::uint32_t block) const;
 
-  // Waits until all blocks before this one are added, or the ensemble is given up; then nothing
-  // happens. May be called from several threads at once, for different blocks. Writes a checkpoint
-  // from time to time. Error (io): it cannot be written.
+  // Waits until all blocks before this one are added. Does nothing if the ensemble is given up. May
+  // be called from several threads at once, for different blocks. Writes a checkpoint from time to
+  // time. Error (io): it cannot be written.
   Status add(std::uint32_t block, SeriesBlock series);
   // Releases all waiting threads, because a block will not come.
   void give_up();

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The common start of generate and finalize_dataset: everything is known, nothing is written.
+// The result of the common start of generate and finalize_dataset, which write nothing up to here.
 struct Opened {
   SequenceWorlds worlds;
   Numerics numerics;
@@ -179,7 +179,7 @@ void warn_of_display(const GenerateOptions& options, const DatasetManifest& data
   if (!warning.empty()) warn(options, warning);
 }
 
-// The data set when its sequences are made, or the shard.
+// Finishes the data set when its sequences are made, or ends the shard.
 Status end_work(const GenerateOptions& options, const Opened& opened, int threads,
                 Clock::time_point start) {
   const DatasetWork& work = opened.work;

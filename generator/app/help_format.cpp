@@ -52,7 +52,8 @@ HelpCommand read_command(const CLI::App& app) {
   return read;
 }
 
-// A line that begins with a dot or an apostrophe would be a request, and a hyphen would be typeset.
+// roff would take a line that begins with a dot or an apostrophe as a request, and would typeset a
+// hyphen.
 std::string roff(const std::string& text) {
   std::string escaped;
   for (const char c : text) {

@@ -32,7 +32,7 @@ struct MeasuredPing {
   std::span<const Annotation> polar_instances;  // annotations of `polar`
 };
 
-// By instance id; without numbers for instances that have no pixel in the polar image.
+// Measures by instance id, without numbers for instances that have no pixel in the polar image.
 std::vector<InstanceMeasures> instance_measures(const MeasuredPing& ping);
 
 }  // namespace ensonify

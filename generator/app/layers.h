@@ -20,12 +20,12 @@
 namespace ensonify {
 
 // Ids in ascending order. A word of output.layers.targets is the name of an object or point target,
-// a class, or the name of an entry with a count. Without words: all but planes, height fields and
-// inward-facing shapes.
+// a class, or the name of an entry with a count. Without words, all instances except planes, height
+// fields and inward-facing shapes.
 std::vector<std::uint16_t> target_instances(const Scenario& scenario);
 
-// In the order of the enumeration. A layer that is empty in all pings of the sequence is left out.
-// Needs the instances, noise, ADC and target_instances.
+// Layers in the order of the enumeration, without those that are empty in all pings of the
+// sequence. `info` needs the instances, noise, ADC and target_instances.
 std::vector<Layer> layers_of(const SequenceInfo& info);
 
 // For each of [instances + 1]: `target`, `background` or `volume`, the layer with the direct echoes
@@ -39,8 +39,8 @@ std::vector<std::complex<float>> remainder(std::span<const std::complex<float>> 
                                            std::span<const LayerSeries> layers);
 
 // Adds the remainder, sample by sample, to the strongest existing layer except noise. A backend's
-// plan is the same for every layer and its sums are linear, so the remainder is rounding: far below
-// the tolerance, but more than that of float if beams are sums of nodes that cancel.
+// plan is the same for every layer and its sums are linear, so the remainder is a rounding error.
+// It is far below the tolerance, but exceeds float rounding if beams are sums of nodes that cancel.
 void settle(std::span<const std::complex<float>> whole, std::span<LayerSeries> layers);
 
 }  // namespace ensonify

@@ -42,9 +42,9 @@ struct LiveSequence {
   std::shared_ptr<const PipelineTables> tables;
 };
 
-// Opens the sequence with `output`, which must not select more than the scenario's own selection.
-// Its pings equal those that `generate` writes. Errors: those of SequenceWorlds::world,
-// make_pipeline and display_limits_db. Throws DeviceFailure.
+// Opens the sequence with `output`, which must not select more than the scenario does. Its pings
+// equal those that `generate` writes. Errors: those of SequenceWorlds::world, make_pipeline and
+// display_limits_db. Throws DeviceFailure.
 Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,
                                                           std::uint32_t sequence,
                                                           const OutputSelection& output,

@@ -25,7 +25,8 @@ int main(int argc, char** argv) {
   // to the system and cleared page by page each time.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  // One heap for all threads, because heaps of single threads return free memory all the same.
+  // Uses one heap for all threads, because separate heaps of threads would still return free
+  // memory.
   mallopt(M_ARENA_MAX, 1);
   return ensonify::run_command_line(argc, argv);
 }

@@ -179,7 +179,7 @@ std::vector<SequenceFailure> failures_of(const fs::path& dir, const DatasetWork&
 }
 
 std::string portable_text(std::string text, std::span<const Asset> assets) {
-  // The longest paths first, since a path may begin with another.
+  // The longest paths come first, because a path may begin with another one.
   std::map<std::pair<std::size_t, std::string>, std::string, std::greater<>> names;
   for (const Asset& asset : assets) {
     const std::string path = asset.source.string();

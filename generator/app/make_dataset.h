@@ -26,7 +26,7 @@
 
 namespace ensonify {
 
-// settle_backend, with a message for a device, since `auto` may have chosen it.
+// Calls settle_backend and reports a device, because `auto` may have chosen it.
 Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet);
 
 class FileHashes {

@@ -51,7 +51,7 @@ struct Workshop {
   SharedParts shared;  // of the world
 };
 
-// Computes the processor's part of a ping when it is its turn.
+// Computes the ping up to its encoded files, when it is its turn to use the processor.
 Result<EncodedPing> encoded_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                                  PingStart start, const Workers& workers) {
   const Turn turn(run.crew.turns);
@@ -108,9 +108,9 @@ Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
   return ensemble.add(block, series);
 }
 
-// Makes whole pings in parallel, in their order, while there are enough of them; additional threads
-// work within each ping. There are a few more pings than threads, so that the disk writes some
-// while others are computed. `ping_zero`: the known part of ping 0.
+// Makes whole pings in parallel and in order as long as there are enough of them; additional
+// threads work within each ping. A few more pings than threads are in progress, so that the disk
+// writes some while others are computed. `ping_zero`: the known part of ping 0.
 Status make_pings(const Run& run, const Pipeline& pipeline,
                   const std::vector<std::uint32_t>& missing, int threads,
                   PingStart ping_zero = {}) {

@@ -48,7 +48,7 @@ struct PingTime {
   double seconds = 0, store_s = 0, join_s = 0, finish_s = 0;
 };
 
-// Sums of what the lanes have measured.
+// Sums of the measurements of all lanes.
 struct MeasureSums {
   std::mutex mutex;
   Measured measured;  // sums in place of means
@@ -89,8 +89,8 @@ struct MeasureRoom {
   bool is_late() const { return elapsed_s(start) > seconds; }
 };
 
-// Writes a file without a name, which vanishes when it is closed. If the disk stores less of it,
-// the measured time is too short; there is no other harm.
+// Writes a file without a name, which vanishes when it is closed. If the disk does not store all of
+// it, the measured time is too short, without other consequences.
 void write_unnamed(const std::filesystem::path& folder, std::string_view bytes) {
   int descriptor = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (descriptor < 0) descriptor = ::memfd_create("ensonify", MFD_CLOEXEC);
@@ -194,8 +194,8 @@ Status measure_pings_of(MeasureRoom& room, ReadyPipeline& ready) {
   return {};
 }
 
-// As make_sequences does it, then again with the known parts if other sequences follow in the same
-// world.
+// Prepares pings as make_sequences does, then again with the known parts if other sequences follow
+// in the same world.
 Result<ReadyPipeline> prepare_pings(MeasureRoom& room, const ReadyWorld& world,
                                     const SequenceInfo& info, SharedParts& shared) {
   const Turn turn(room.turns);
@@ -287,7 +287,7 @@ Measured means_of(const MeasureSums& sums, double core_s) {
   m.ping_s = sums.warm_pings > 0 ? mean(m.ping_s, sums.warm_pings)
                                  : mean(sums.cold_ping_s, sums.cold_pings);
   if (sums.first_pings == 0) m.first_ping_s = m.ping_s;
-  // Ping 0 alone, a part of which was computed before.
+  // Only ping 0 was measured, a part of which had been computed before.
   if (sums.warm_pings + sums.cold_pings == 0) m.ping_s = m.first_ping_s + m.prepare_s + m.once_s;
   for (double* of_ping : {&m.first_ping_s, &m.ping_s}) *of_ping += mean(sums.moments_s, m.pings);
   m.cores = sums.busy_s > 0 ? core_s / sums.busy_s : 1;

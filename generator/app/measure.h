@@ -50,7 +50,7 @@ struct Measured {
   double store_s = 0;       // for any ping, while others are computed
   double join_s = 0;        // for a ping: appending its part to arrays
   double finish_s = 0;      // for a ping: its lines in tables and manifests, written once
-  double cores = 1;         // processor seconds per second of the above
+  double cores = 1;         // processor seconds per second of these times
   // Bytes per ping, as in dataset/footprint.h, and per sequence.
   double files = 0, piece = 0, sequence_lines = 0, dataset_lines = 0, record = 0;
   double sequence_bytes = 0;

@@ -29,9 +29,10 @@ constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
 constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // in two scenes
 // Output for each object: for all pings together, and in the record of each ping.
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
-// For shadow masks and the set of instances, which are made together.
+// Memory for shadow masks and sets of instances, which are made together.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
-// A hit behind another one until it becomes a label: the hit itself and a scatterer in three lists.
+// Memory for a hit behind another one, until it becomes a label: the hit itself and a scatterer in
+// three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A Cartesian pixel of Footprints, and its gain.
 constexpr std::uint64_t kFootprintBytes =
@@ -92,8 +93,8 @@ struct PingCounts : PingSize {
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
-// Draws of one scene share what was traced once; the time series of a block are kept until they are
-// added.
+// Pings of one scene share its traced echoes, and the time series of a block are kept until they
+// are added.
 std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
                          std::uint64_t series) {
   return output.statistics ? kMomentBlock * series
@@ -123,7 +124,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
-  // They are kept from synthesis until the files are written, as layers are.
+  // Channels, like layers, are kept from synthesis until the files are written.
   const std::uint64_t layers = layer_count(session) * series + channels;
   // The scatterers of one layer at a time are kept in addition to the list of all.
   const std::uint64_t layering = layers > channels ? count.echoes() * sizeof(Scatterer) : 0;
@@ -159,7 +160,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
          session.world.objects.size() * kRecordBytesPerObject;
 }
 
-// Memory that all draws of one scene share: echoes, which are traced once, and their moments, which
+// Memory that all pings of one scene share: echoes, which are traced once, and their moments, which
 // are written array by array.
 std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.statistics) return 0;
@@ -214,7 +215,8 @@ EchoCounts count_echoes(const Session& session) {
   return most;
 }
 
-// Scatterers of one ray's echo through walls, each a tap of their response.
+// The number of scatterers of one ray's echo through walls. Each one is a tap of the walls'
+// response.
 constexpr std::uint64_t kWallEchoes = 16;
 
 EchoCounts most_echoes(const Session& session) {
@@ -222,7 +224,8 @@ EchoCounts most_echoes(const Session& session) {
   EchoCounts most;
   most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
   if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
-  // Each ray goes on from each mirror, and is heard both ways round at each surface.
+  // Each ray continues from each specular reflector, and the sonar hears it in both directions at
+  // each surface.
   const std::uint64_t bounces = session.scenario.bounces;
   most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
   if (has_walls(session.scenario)) most.coherent += rays * kWallEchoes * (1 + bounces);
@@ -236,7 +239,7 @@ std::uint64_t world_bytes(const World& world) {
 }
 
 ResidentMemory resident_memory() {
-  // Frees what loading no longer needs, so that it does not count.
+  // Frees the memory that loading no longer needs, so that it does not count.
   malloc_trim(0);
   ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
   std::ifstream status("/proc/self/status");

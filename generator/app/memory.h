@@ -25,9 +25,9 @@ ResidentMemory resident_memory();
 // how many rays hit something.
 EchoCounts count_echoes(const Session& session);
 
-// The peak memory of a `generate` of this session. Memory after loading is measured and not
-// estimated: `loaded` is that of a process that has prepared the session and nothing else.
-// `encoded_bytes`: files of a ping.
+// The peak memory of a `generate` of this session. Memory after loading is measured, not estimated:
+// `loaded` is the memory of a process that has only prepared the session. `encoded_bytes`: files of
+// a ping.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, std::uint64_t encoded_bytes,
                          const SynthesisMemory& synthesis);
@@ -35,7 +35,7 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
 // An upper bound for all pings, found without tracing; it is often far too high.
 EchoCounts most_echoes(const Session& session);
 
-// The memory of a world with its hierarchies, however many share it.
+// The memory of a world with its hierarchies, independent of how many sequences share it.
 std::uint64_t world_bytes(const World& world);
 
 }  // namespace ensonify

@@ -1,4 +1,4 @@
-// The view of the sonar on each object, printed by `check` before anything is made.
+// How the sonar sees each object. `check` prints this before anything is made.
 //
 //   ObjectLook  look_at_objects   at ping 0 of one sequence
 //   look_lines                    as a table
@@ -37,8 +37,8 @@ Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tr
 // One line for the header and each object (at most the first 24), without line ends.
 std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks);
 
-// Over all sequences that were examined. If anything is sampled, single objects may be out of view,
-// so classes are counted.
+// Objects that were seen in any examined sequence. If the scenario samples values, single objects
+// may be out of view, so classes are counted instead.
 struct SeenObjects {
   std::map<std::string, bool> is_seen;       // by name, or by class if anything is sampled
   std::map<std::string, std::string> where;  // for one that is not seen: its place at ping 0

@@ -183,7 +183,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   return other;
 }
 
-// With everything where it is at transmission.
+// The echoes with everything at its position at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {

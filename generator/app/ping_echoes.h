@@ -2,7 +2,7 @@
 //
 //   Moment  PingEchoes  ping_echoes
 //   EchoCounts  count_echoes             the number of echoes
-//   has_pictures  wants_hidden           what an output selection needs of a ping
+//   has_pictures  wants_hidden           the parts of a ping that an output selection needs
 //   moves  doppler_range  check_motion   the effect of motion_within_ping on a ping
 #pragma once
 

@@ -54,7 +54,7 @@ std::optional<PingStream::State::Task> PingStream::State::ping_task() {
   for (std::size_t i = 0; i < open.size(); ++i) {
     Sequence& sequence = *open[i];
     if (!sequence.live || sequence.next == sequence.last) continue;
-    // Pings of later sequences must not block those that are waited for.
+    // Pings of later sequences must not block the pings that a caller waits for.
     const auto own = static_cast<int>(sequence.next - sequence.taken);
     if (ahead >= wish.ahead && (i > 0 || own >= wish.ahead)) continue;
     ++ahead;

@@ -47,8 +47,8 @@ class PingStream {
   // Returns whether next() has a result, after waiting at most this long.
   bool wait(std::chrono::milliseconds most);
 
-  // Waits for the next result. Empty: the end. Throws the exception of making it, which ends the
-  // stream.
+  // Waits for the next result; empty at the end. Rethrows an exception that occurred while the
+  // result was made, which ends the stream.
   std::optional<Result<StreamedPing>> next();
 
  private:

@@ -67,7 +67,7 @@ PingSeries series_of(const PingSetup& setup, const PingEchoes& echoes, std::uint
   return synthesized(setup, task, workers);
 }
 
-// The same tasks with fewer items. Keys, and therefore all random numbers, are those of the
+// Runs the same tasks with fewer items. Keys, and therefore all random numbers, are those of the
 // complete task.
 std::vector<LayerSeries> layers_of_ping(const PingSetup& setup,
                                         const std::vector<Layer>& layer_of_instance,
@@ -107,7 +107,7 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   return input;
 }
 
-// The images are made from the stored levels, so that they can be made from them again.
+// The images are made from the stored levels, so that `render` can repeat them.
 void add_grey(const PingSetup& setup, const LabelledImage& polar, const Workers& workers,
               PingResult& result) {
   const StageTimer timer(workers, Stage::grey);
@@ -265,8 +265,7 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   Calibrated made{info.noise_power_pa2, {}, {}};
   if (!wish.echo_levels && !info.noise_snr_db) return made;
   PingEchoes echoes = echoes_of(setup, 0, wish.keeps_ping_zero && wants_hidden(output), workers);
-  // Without the noise of an snr_db, which is not known yet, this is not the time series of the
-  // ping.
+  // With snr_db the noise is not known yet, so this is not the final time series of the ping.
   const bool keeps_series = wish.keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
   PingSeries series =
       series_of(setup, echoes, 0, true, keeps_series ? only_level(output) : true, workers);

@@ -1,4 +1,4 @@
-// One ping, from the world to everything that is written about it.
+// One ping, from the world to the content of all its files.
 //
 //   PingSetup  ping_setup    common data of the pings of a sequence
 //   PingStart                a partly computed ping
@@ -89,8 +89,8 @@ class Pipeline {
   // `setup.info` is calibrated; `scene` is null unless the pings are realizations of one scene.
   Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene);
 
-  // Everything that the sequence's output selection requests. May be called from several threads at
-  // once, for different pings.
+  // Computes everything that the sequence's output selection requests. May be called from several
+  // threads at once, for different pings.
   PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
 
   const SequenceInfo& info() const { return setup_.info; }

@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Everything known, nothing written. The parts refer to each other.
+// A prepared preview, of which nothing is written yet. Its parts refer to each other.
 struct Preview {
   Scenario scenario;  // complete, before it is reduced
   Session session;
@@ -45,7 +45,7 @@ struct Preview {
 
 using FolderName = std::shared_ptr<const fs::path>;
 
-// A temporary folder that is removed with its content when the last reference goes.
+// A temporary folder that is removed with its content when the last reference to it is destroyed.
 Result<FolderName> temporary_folder() {
   std::error_code error;
   const fs::path place = fs::temp_directory_path(error);
@@ -204,7 +204,7 @@ Status make_preview_pings(Preview& preview, const fs::path& folder, const Worker
   return finish_sequence(folder, info, {.cartesian_map = preview.pipeline->cartesian_map()});
 }
 
-// Without the input files, which nobody needs there.
+// The data set has no copies of the input files, because a preview does not need them.
 Status make_data_set(Preview& preview, const fs::path& folder, const Workers& workers) {
   DatasetInfo dataset;
   dataset.identity = preview_identity(preview);
@@ -266,8 +266,9 @@ std::string scenario_faults(const PreviewOptions& options) {
   return scenario ? std::string() : scenario.error().message;
 }
 
-// A scenario with errors may not get as far as naming its files, so its errors may change without a
-// change of a known file, when a missing file appears. `told`: the errors before.
+// The program may stop reading a scenario with errors before it knows all files. Then a missing
+// file that appears can change the errors, although no known file changes. `told` has the previous
+// errors.
 void wait_for_work(const PreviewOptions& options, const std::string* told, FileWatch& files) {
   std::function<bool()> faults_changed;
   if (told != nullptr) {
@@ -276,7 +277,7 @@ void wait_for_work(const PreviewOptions& options, const std::string* told, FileW
   wait_for_change(files, faults_changed, interrupted);
 }
 
-// `is_again`: the place of the page has been printed already.
+// `is_again` means that the path of the page has been printed already.
 void tell_page(const PreviewOptions& options, const fs::path& page, double seconds, bool is_again) {
   if (options.quiet) return;
   tell("{} in {:.1f} s{}\n", is_again ? std::string("again") : page.string(), seconds,

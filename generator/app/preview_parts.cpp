@@ -14,7 +14,7 @@
 namespace ensonify {
 namespace {
 
-// Half of so few rays would leave gaps between them.
+// Half of this number of rays would leave gaps between them.
 constexpr int kFewRays = 16;
 
 OutputSelection pictures_alone(const OutputSelection& asked) {

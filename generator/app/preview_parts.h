@@ -18,14 +18,14 @@
 
 namespace ensonify {
 
-// `count` of `pings` pings, evenly spaced from the first to the last; all if there are fewer. One
-// is the first.
+// Selects `count` of `pings` pings, evenly spaced from the first to the last, or all if there are
+// fewer. A count of one selects the first.
 std::vector<std::uint32_t> spread_pings(std::uint32_t pings, std::uint32_t count);
 
-// Only polar images and labels, whatever the scenario writes. Unless `full`: half of the rays in
-// elevation, one column of them per beam cell, half of the adaptive refinement but enough for
-// speckle, and no scatterers fixed on surfaces. Beams, range, samples and all sources of echoes
-// stay.
+// The result writes only polar images and labels, whatever the scenario selects. Unless `full` is
+// set, it has half of the rays in elevation, one column of rays per beam cell, half of the adaptive
+// refinement but enough for speckle, and no scatterers fixed on surfaces. Beams, range, samples and
+// all sources of echoes stay unchanged.
 Scenario reduced_scenario(const Scenario& scenario, bool full);
 
 // "rays 512 x 57 instead of 512 x 114, 10 per cell instead of 20; images and labels only"

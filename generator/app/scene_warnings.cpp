@@ -84,7 +84,7 @@ bool is_solid_at(const WorldObject& object, const Pose& pose, Vec3 point) {
           if (shape.ground) return is_below(object.shape, pose, point);
           return winding_number(*shape.mesh, own) > 0.5;
         } else {
-          // A plane is visible from both sides, as a water surface is.
+          // A plane is visible from both sides, like a water surface.
           const bool is_plane = std::is_same_v<std::decay_t<decltype(shape)>, PlaneShape>;
           return !is_plane && signed_distance_m(shape, own) < 0;
         }
@@ -153,7 +153,7 @@ std::optional<double> likely_scale(double longest_edge_m) {
 
 namespace {
 
-// No source and receiver together have such a dynamic range.
+// No source and receiver have such a large dynamic range together.
 constexpr double kMostAbsorptionDb = 250;
 
 void warn_of_range(const Session& session, std::vector<std::string>& warnings) {

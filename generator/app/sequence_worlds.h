@@ -55,7 +55,7 @@ class SequenceWorlds {
   // The same without a tracer, which trace_first makes.
   static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input);
   void trace_first();
-  // The same in the existing world of sequence 0, or with the error of building it.
+  // The same with the existing world of sequence 0, or with the error that building it returned.
   static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
   // Whether each sequence has a world of its own.
@@ -64,18 +64,20 @@ class SequenceWorlds {
   const Session& first() const { return *first_.session; }
   const Tracer& first_tracer() const { return *first_.tracer; }
 
-  // Information for the files of a sequence, as far as it is known without building its world: ids,
-  // names and classes of the instances of its first sample, but no measures. `pings` absent: all
-  // pings of the sequence. Errors (usage), with places: its samples are not a valid scenario, or it
-  // has fewer pings. May be called from several threads at once.
+  // Information for the files of a sequence that is known without its world: ids, names and classes
+  // of the instances of its first sample, but no measures. Without `pings`, it is for all pings of
+  // the sequence. Errors (usage), with places: its samples are not a valid scenario, or it has
+  // fewer pings. May be called from several threads at once.
   Result<SequenceInfo> info(std::uint32_t sequence, const std::optional<PingRange>& pings) const;
 
-  // Of up to kSequencesChecked evenly spaced sequences, those for which info is an error.
+  // Examines up to kSequencesChecked evenly spaced sequences and returns those for which info
+  // fails.
   std::vector<SequenceFailure> unreadable(const std::optional<PingRange>& pings,
                                           const Workers& workers) const;
 
-  // Errors (usage, final_usage): its samples are not a valid scenario, or its world cannot be
-  // built; those of `world` without places. May be called from several threads at once.
+  // Errors (usage, final_usage): the samples of the sequence are not a valid scenario, or its world
+  // cannot be built. The function `world` returns the same errors, without places. May be called
+  // from several threads at once.
   Result<Session> session(std::uint32_t sequence, ErrorPlaces places) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 

@@ -113,7 +113,7 @@ Status check_in_water(const Session& session) {
   return {};
 }
 
-// Determined by all pings of the sequence, whatever range is run.
+// Cuts surfaces for all pings of the sequence, whatever range is run.
 Status cut_surfaces(Session& session) {
   if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
   std::vector<Pose> sonar_in_world;
@@ -170,7 +170,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                  "sonar.pulse.table.file: the amplitudes are zero at every bin of the record; "
                  "expected a table with amplitudes above zero across the band"};
   }
-  // It takes longer than everything else if no world is built, and then it is not needed.
+  // The resolution cell is needed only with a world; without one, computing it would take most of
+  // the time.
   if (is_built) {
     session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
   }

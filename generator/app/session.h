@@ -60,12 +60,12 @@ void give_back_import(const World& world);
 // is no cell.
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence);
 
-// Without limits of 8-bit images that the scenario does not state (display_limits.h), and without
+// The result lacks limits of 8-bit images that the scenario does not state (display_limits.h), and
 // the noise power of an snr_db, which needs the expected image of ping 0.
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
                            std::uint32_t last_ping);
 
-// Keyed by seed and sequence, so that it does not depend on what else is run.
+// The choice depends only on seed and sequence, and not on the other sequences of the run.
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence);
 
 // The box within range of the sonar in all pings of [first, last).

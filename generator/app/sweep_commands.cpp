@@ -87,7 +87,7 @@ struct Begun {
   Plan plan;
 };
 
-// The sweep as its folder describes it, whatever happened to its file.
+// The sweep as its folder describes it, even if its file has changed.
 Result<Begun> begun_sweep(const fs::path& dir) {
   auto head = read_sweep_head(dir);
   if (!head) return head.error();

@@ -27,8 +27,8 @@ struct Job {
 };
 
 // Runs of one world follow each other, and within them those of equal tables; otherwise they are in
-// the order of the plan. This keeps few worlds and tables at a time. Errors: a scenario that cannot
-// be loaded again, because one of its files is gone.
+// the order of the plan. This order keeps the number of worlds and tables in memory small. Errors:
+// a scenario that cannot be loaded again, because one of its files is gone.
 Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const SweepRun*>& runs,
                                  const Workers& workers);
 

@@ -84,14 +84,14 @@ class MemoryGate {
   };
 
   // Waits until the memory is available. A run that never fits starts when no other run holds
-  // memory, a world when nothing does: the budget limits how many there are at once, not their
-  // size.
+  // memory, and such a world when nothing holds memory: the budget limits the number of runs and
+  // worlds, not their size.
   Hold hold(What what, std::uint64_t bytes);
 
   // Corrects the amount held, without waiting.
   void resize(Hold& hold, std::uint64_t bytes);
 
-  // Whether it would not have to wait if all of `runs` were as large.
+  // Whether hold would return without waiting if each of `runs` runs were as large.
   bool fits(std::uint64_t bytes, std::uint64_t runs) const;
 
  private:
@@ -102,9 +102,9 @@ class MemoryGate {
   std::size_t held_ = 0, runs_ = 0;
 };
 
-// Equal keys: build_world gives equal worlds for sequence 0. The key is the whole scenario without
-// keys that are known not to matter, so that a forgotten key separates worlds instead of mixing
-// them.
+// If keys are equal, build_world gives equal worlds for sequence 0. The key is the whole scenario
+// without keys that are known not to matter, so that a forgotten key separates worlds instead of
+// mixing them.
 std::string world_key(const Scenario& scenario);
 
 class WorldCache {

@@ -71,13 +71,14 @@ struct PipelineTables {
 // Whether there are 8-bit Cartesian images that are not nearest neighbor.
 bool needs_footprints(const OutputSpec& output);
 
-// Taken from `numerics.tables`, if it has them, otherwise computed. Throws DeviceFailure.
+// Takes the tables from `numerics.tables` if it has them, and computes them otherwise. Throws
+// DeviceFailure.
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
                                                       const Numerics& numerics);
 
-// Equal keys: equal tables, on one machine and as long as input files do not change. The key is the
-// whole scenario without keys that are known not to matter, so that a forgotten key separates
-// tables instead of mixing them.
+// If keys are equal, tables are equal on one machine as long as input files do not change. The key
+// is the whole scenario without keys that are known not to matter, so that a forgotten key
+// separates tables instead of mixing them.
 std::string table_key(const Scenario& scenario);
 
 class TableCache {

@@ -1,6 +1,6 @@
 // Messages, progress and interrupts of the program.
 //
-//   tell             to standard error; a message that cannot be written does not end the work
+//   tell             to standard error; a failure to write a message does not end the work
 //   answer           to standard output: requested output
 //   answers_written  whether all output could be written
 //   Progress  progress_style  progress_text    a bar on a terminal, a line every 30 s elsewhere
@@ -72,9 +72,9 @@ class Progress {
   bool bar_open_ = false;
 };
 
-// SIGINT, SIGTERM and SIGHUP: after listen_for_interrupts the current pings are finished, then the
-// run ends. After expect_interrupts, when nothing has been written yet, the first two end the
-// program with 130 at once.
+// SIGINT, SIGTERM and SIGHUP: after listen_for_interrupts, the run finishes the current pings and
+// ends. After expect_interrupts, when nothing has been written yet, SIGINT and SIGTERM end the
+// program at once with status 130.
 void expect_interrupts();
 void listen_for_interrupts();
 bool interrupted();

@@ -22,8 +22,8 @@ namespace ensonify {
 struct DataSetPlan {
   ScenarioOptions input;           // `sequences` is among its overrides
   std::optional<PingRange> pings;  // of each sequence; absent: all
-  // Several sequences have a world each, so that worlds are part of the time per ping. A single
-  // world is not, since a longer data set has only one as well.
+  // Whether the time per ping includes worlds. It does if several sequences have a world each, but
+  // not with a single world, because a longer data set has only one as well.
   bool times_worlds = false;
 };
 
@@ -43,15 +43,15 @@ struct TimedDataSet {
   std::array<double, kStageCount> stages_ms{};  // per ping
 };
 
-// Measured from the scenario on if the plan includes worlds, otherwise from the existing worlds and
-// tables on. Errors: usage (the scenario is wrong), io, interrupted.
+// The time starts at the scenario if the plan includes worlds, and otherwise with existing worlds
+// and tables. Errors: usage (the scenario is wrong), io, interrupted.
 Result<TimedDataSet> time_data_set(const DataSetPlan& plan, const BenchSite& site);
 
 // In existing worlds of plan.input. The tables are made before the clock starts.
 Result<TimedDataSet> time_in_world(const SequenceWorlds& worlds, const DataSetPlan& plan,
                                    const BenchSite& site);
 
-// Of all threads, of importer processes that have ended, and of the system on their behalf.
+// Includes all threads, importer processes that have ended, and the system's work for both.
 double core_ms();
 
 }  // namespace ensonify

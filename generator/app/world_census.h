@@ -26,13 +26,13 @@ struct WorldCensus {
 };
 
 // Builds the worlds of up to `most` evenly spaced sequences on all threads, with a progress bar. If
-// all sequences share one world, only that of the first. Errors: those of SequenceWorlds::session
-// except usage, which is one of `failed`.
+// all sequences share one world, builds only that of the first. Errors: those of
+// SequenceWorlds::session except usage, which is one of `failed`.
 Result<WorldCensus> take_census(const SequenceWorlds& worlds, std::uint32_t most,
                                 const Workers& workers);
 
-// The largest probability at which `hits` or fewer of `trials` are observed in one case of 20
-// (Clopper and Pearson 1934, one-sided); 1 if all are hits.
+// The largest probability at which `hits` or fewer of `trials` occur in one of 20 cases (Clopper
+// and Pearson 1934, one-sided); 1 if all are hits.
 double rate_bound(std::uint64_t hits, std::uint64_t trials);
 
 // Without line ends; empty if there is only one world.
