@@ -13,7 +13,7 @@ using Complex = std::complex<double>;
 constexpr int kSines = 256;
 constexpr double kLeastLoss = 1e-6;  // keeps the resonances finite
 constexpr double kLeastCosine = 1e-6;
-// Taps may lie between these, in 1/b; what rings on after that is left out.
+// Taps may lie between these delays, in 1/b. Later reverberation of the plate is left out.
 constexpr double kFirstTap_cells = -1, kLastTap_cells = 10;
 constexpr int kMostTaps = 8;
 constexpr double kTapError = 1e-3;

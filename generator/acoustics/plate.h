@@ -1,4 +1,4 @@
-// A plate between two fluids: what a thin wall reflects and lets through.
+// A plate between two fluids, as a model of the sound that a thin wall reflects and transmits.
 //
 //   PlateResponse  plate_response   at one frequency and angle
 //   WallResponse  wall_response     over a band, as delayed echoes, for all angles
@@ -19,8 +19,8 @@ struct PlateResponse {
   std::complex<double> reflected, transmitted;
 };
 
-// `sine`: of the angle of incidence in the water, 0 to 1. A solid plate with compressional and
-// shear waves: its symmetric and its antisymmetric motion have the impedances
+// `sine` is that of the angle of incidence in the water, from 0 to 1. The plate is solid, with
+// compressional and shear waves. Its symmetric and antisymmetric motions have the impedances
 //   Z_S = -i omega rho / (alpha k_T^4) [(beta^2 - xi^2)^2 cot(alpha d/2) + 4 xi^2 alpha beta
 //         cot(beta d/2)],
 //   Z_A = the same with -tan in place of cot,
@@ -30,7 +30,7 @@ struct PlateResponse {
 // Media I (1990), chapter 4.
 PlateResponse plate_response(const Wall& wall, const Water& water, double sine, double f_hz);
 
-// The responses over a band, by steps of the sine.
+// The responses over a band, in steps of the sine of the angle of incidence.
 struct WallResponse {
   struct Angle {
     std::vector<Tap> reflected, transmitted;

@@ -180,7 +180,7 @@ Complex unscaled(const Sonar& sonar, const std::vector<PulseTableRow>& rows, dou
 
 double peak(const std::vector<Complex>& spectrum) {
   double sum = 0;
-  bool in_phase = true;  // then |s(t)| is largest at t = 0, where all add up
+  bool in_phase = true;  // then |s(t)| is largest at t = 0, where all bins add up
   for (const Complex& bin : spectrum) {
     sum += bin.real();
     in_phase = in_phase && bin.imag() == 0 && bin.real() >= 0;
@@ -280,7 +280,8 @@ double pulse_extent_s(const Sonar& sonar) {
   const bool is_table = sonar.pulse.shape == PulseShape::table;
   const bool is_steep = sonar.pulse.shape == PulseShape::lfm && sonar.pulse.taper < kEdge;
   if (!is_table && !is_steep) return 0;
-  // First long enough for the delay of every piece of the table, then doubled until the tails end.
+  // The record is first long enough for the delay of every piece of the table, then doubled until
+  // the tails end.
   const double delay = is_table ? longest_delay(sonar, unwrapped(sonar.pulse.table)) : 0;
   int transform = 1024;
   while (transform < 4 * delay && transform < kLongestRecord) transform *= 2;

@@ -1,7 +1,7 @@
 // Transmitted pulses, as spectra over the band of the record.
 //
 //   pulse_spectrum       S_m on the bins of a record
-//   pulse_is_heard       whether any of it falls on a bin
+//   pulse_is_heard       whether any of its spectrum falls on a bin
 //   pulse_extent_s       T_p, by which a record is longer than its echoes
 //   pulse_width_s        -3 dB width
 //   processing_gain      by which its matched filter lowers the noise
@@ -28,10 +28,10 @@ namespace ensonify {
 //   table     S = A(f) e^(i phi(f)) T(f), both interpolated linearly in f (phi unwrapped first),
 //             zero outside the table: its peak comes at its group delay
 // T is one up to |f - f_c| = 0.4 b and falls as a raised cosine to zero at 0.5 b. Then S is
-// multiplied by the receiver's window W(x), x = (f - f_c)/b: hann (1 + cos 2 pi x)/2, hamming
-// 0.54 + 0.46 cos 2 pi x, blackman 0.42 + 0.5 cos 2 pi x + 0.08 cos 4 pi x. Last it is scaled:
-// max|s| = 1, over the grid t = k / (32 b), k = 0 .. 32 M - 1.
-// A table needs two rows, and some amplitude on a bin of the band (pulse_is_heard).
+// multiplied by the receiver's window W(x), x = (f - f_c)/b: hann (1 + cos 2 pi x)/2, hamming 0.54
+// + 0.46 cos 2 pi x, blackman 0.42 + 0.5 cos 2 pi x + 0.08 cos 4 pi x. Finally S is scaled so that
+// max|s| = 1 over the grid t = k / (32 b), k = 0 .. 32 M - 1. A table needs two rows, and some
+// amplitude on a bin of the band (pulse_is_heard).
 std::vector<std::complex<double>> pulse_spectrum(const Sonar& sonar, int transform);
 
 // Whether S differs from 0 on any bin: the band of a table may lie between two bins.
@@ -57,7 +57,8 @@ std::vector<std::complex<double>> pulse_autospectrum(
 // lfm: 1) after the receiver's window and the edges of its band. An echo with Doppler eta > -1 is
 // the pulse e^(i 2 pi f_c eta (t - tau)) P((1 + eta)(t - tau)) after the same receiver:
 //   S_eta(f) = P(f') W(f - f_c) T(f - f_c) / (1 + eta),  f' = (f - f_c - eta f_c)/(1 + eta)
-// scaled as S is. What Doppler moves out of the band is lost. doppler 0 gives pulse_spectrum.
+// scaled as S is. Spectrum that Doppler moves out of the band is lost. doppler 0 gives
+// pulse_spectrum.
 struct DopplerPulse {
   Sonar sonar;
   int transform = 0;

@@ -274,8 +274,8 @@ struct Aim {
     return std::abs(shot.miss_m) * shot.ray.end.cos_phi <= 1e-12 * way;
   }
 
-  // Searches between a ray that passes below the target and one above. None: none of the rays
-  // between hits it.
+  // Searches between a ray that passes below the target and one that passes above. Returns none if
+  // no ray between them hits it.
   std::optional<Shot> between(double low, double high, double first) const {
     double phi = first;
     constexpr int kMost = 200;

@@ -74,7 +74,7 @@ RayArc next_arc(const SoundLayers& layers, const RayArc& arc);
 // (2/g) asinh(g d / (2 sqrt(c_1 c_2))) = (1/g) acosh(1 + g^2 d^2/(2 c_1 c_2)).
 RayPoint point_on(const RayArc& arc, double s_m);
 
-// The point at which the ray passes x_m >= 0. None if it never does, as a vertical ray.
+// The point at which the ray passes x_m >= 0. None if it never does, like a vertical ray.
 std::optional<RayPoint> ray_at_distance(const SoundLayers& layers, RayArc arc, double x_m);
 
 // A / dOmega: the cross-section of a thin tube of rays divided by its solid angle at the start; s^2
@@ -85,8 +85,7 @@ inline double tube_area_m2(const RayPoint& point) {
 
 // Replaces r^2 in the two-way loss: sqrt(A_out/dOmega . A_back/dOmega) = (c_0/c) A_out/dOmega by
 // reciprocity, but at least (k r)^(-1/3) of its value without focusing, where r = lateral_m. At a
-// caustic, where rays cross and A is 0, waves are as strong as that (Airy's function) and no
-// stronger.
+// caustic, where rays cross and A is 0, this limit is the strength of the wave (Airy's function).
 double two_way_spreading_m2(const RayPoint& point, double source_speed_m_s, double frequency_hz);
 
 struct Eigenray {
@@ -94,11 +93,11 @@ struct Eigenray {
   RayPoint end;
 };
 
-// The ray from a point at height z_m to one at height end_z_m, at a horizontal distance x_m >= 0:
-// by Newton's method from the straight direction, kept between two rays that pass on either side.
-// Of several rays it is the fastest one: if the first ray found has passed a caustic, which the
-// fastest never has, all directions are searched in steps of half a degree. None if the point lies
-// in a shadow zone.
+// The ray from a point at height z_m to one at height end_z_m, at a horizontal distance x_m >= 0.
+// Newton's method starts from the straight direction and stays between two rays that pass on either
+// side. If several rays reach the point, the fastest one is returned: if the first ray found has
+// passed a caustic, which the fastest never has, all directions are searched in steps of half a
+// degree. None if the point lies in a shadow zone.
 std::optional<Eigenray> find_eigenray(const SoundLayers& layers, double z_m, double x_m,
                                       double end_z_m);
 

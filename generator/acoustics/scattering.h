@@ -1,4 +1,4 @@
-// How much sound an element of surface, or a target, scatters.
+// The strength of the sound that a surface element or a target scatters.
 //
 //   cell_solid_angle_sr
 //   backscatter_strength       of a unit of surface: the scattering laws
@@ -51,9 +51,9 @@ ScattererMoments scatterer_moments(const Material& material, double reflectivity
 //   table            the geometric mean of both directions' backscatter
 double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering);
 
-// As scatterer_moments, and equal to it if both cosines are equal:
-// sigma^2 = factor bistatic_strength dS, where dS = r^2 dOmega / cos(incidence) is the area of the
-// cell in which a ray found the element.
+// The moments for two directions, equal to scatterer_moments if both cosines are equal: sigma^2 =
+// factor bistatic_strength dS, where dS = r^2 dOmega / cos(incidence) is the area of the cell in
+// which a ray found the element.
 ScattererMoments bistatic_moments(const Material& material, double reflectivity_factor,
                                   double cos_incidence, double cos_scattering, double range_m,
                                   double solid_angle_sr);

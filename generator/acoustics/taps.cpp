@@ -58,7 +58,8 @@ std::vector<Complex> solve_gains(const std::vector<std::vector<Complex>>& taps,
   return x;
 }
 
-// The delay on the grid whose tap correlates best with the rest, at a distance from the others.
+// The delay on the grid whose tap correlates best with the rest and keeps its distance from the
+// other taps.
 double best_delay(std::span<const Complex> rest, std::span<const double> f_hz, const TapFit& fit,
                   std::span<const Tap> taken) {
   const double step = 1 / (kGridSteps * fit.bandwidth_hz);

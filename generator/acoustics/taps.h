@@ -11,7 +11,7 @@
 
 namespace ensonify {
 
-// The response gain e^(-i 2 pi f delay).
+// One delayed echo, with the response gain e^(-i 2 pi f delay).
 struct Tap {
   double delay_s = 0;
   std::complex<double> gain;
@@ -24,11 +24,11 @@ struct TapFit {
   int most = 16;        // taps
 };
 
-// Taps whose sum follows `response` over the band, in order of their delays. Fewer taps than `most`
-// if these reach `error`. Taps are at least 0.6/b apart, so that the energy of the sum is nearly
-// the sum of the energies. Orthogonal matching pursuit: each tap is placed where it correlates best
-// with what is missing, then all gains are solved again by least squares (Pati, Rezaiifar and
-// Krishnaprasad, 27th Asilomar Conference, 1993). Empty if the response is 0.
+// Taps whose sum follows `response` over the band, in order of their delays. There are fewer taps
+// than `most` if these reach `error`. Taps are at least 0.6/b apart, so that the energy of the sum
+// is nearly the sum of the energies. Orthogonal matching pursuit: each tap is placed where it
+// correlates best with the remaining response, then all gains are solved again by least squares
+// (Pati, Rezaiifar and Krishnaprasad, 27th Asilomar Conference, 1993). Empty if the response is 0.
 std::vector<Tap> fit_taps(const std::function<std::complex<double>(double f_hz)>& response,
                           const TapFit& fit);
 
