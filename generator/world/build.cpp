@@ -24,7 +24,7 @@ namespace {
 using Scale = std::array<double, 3>;
 using MeshKey = std::tuple<std::string, Scale, bool, bool>;
 
-// Meshes of one world, which reports the warnings of a mesh once.
+// The meshes of one world. The warnings of a mesh are reported once.
 struct MeshCache {
   MeshLibrary* library = nullptr;  // of files, for this world and others; null: there is none
   std::map<MeshKey, std::shared_ptr<const Mesh>> meshes = {};
@@ -100,7 +100,8 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
     });
   }
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
-    // A mesh file does not end in .vdb; no name of a grid holds a line feed.
+    // This key is unique, because no mesh file ends in .vdb and no name of a grid contains a line
+    // feed.
     const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals,
                       false};
     return file_shape(key, meshes, warnings, [&] {
@@ -116,10 +117,10 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   return Shape(PlaneShape{});
 }
 
-// Equal files make equal terrain; synthetic terrain differs between objects.
+// Terrain from equal files is equal; synthetic terrain differs between objects.
 using TerrainCache = std::vector<std::pair<HeightfieldSpec, std::shared_ptr<const Mesh>>>;
 
-// `kept`: where the terrain is stored; null: nowhere. Returns nothing on error.
+// Stores the terrain in `kept` unless it is null. Returns nothing on error.
 std::shared_ptr<const Mesh> terrain_mesh(const HeightfieldSpec& spec, std::uint64_t terrain_key,
                                          const std::string& key, TerrainCache& cache, Terrain* kept,
                                          WorldFaults& faults) {
@@ -325,7 +326,7 @@ World empty_world(const Scenario& scenario) {
 
 Result<std::shared_ptr<const Mesh>> MeshLibrary::mesh(const std::string& key,
                                                       const std::function<Result<Mesh>()>& load) {
-  // Each sampled scale is used only once: drops meshes that no world uses any more.
+  // Drops meshes that no world uses any more, because each sampled scale is used only once.
   constexpr std::size_t kKept = 64;
   const std::lock_guard lock(mutex_);
   const auto found = meshes_.find(key);

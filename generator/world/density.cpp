@@ -29,7 +29,7 @@ Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine&
   grid.spacing_m = spacing_m;
   std::size_t cells = 1;
   for (int i = 0; i < 3; ++i) {
-    // The cells below the first sample count: the density rises there from zero.
+    // The cells below the first sample count as well, because the density rises from zero there.
     const int first = brick_of(source.low[i] - 1), last = brick_of(source.high[i]);
     grid.origin[i] = first * kCells;
     grid.bricks[i] = last - first + 1;
@@ -40,7 +40,7 @@ Result<DensityGrid> make_density_grid(const DensitySource& source, const Affine&
     }
   }
   grid.top.assign(cells, -1);
-  // Counted first, so that memory is allocated once.
+  // Bricks are counted first, so that memory is allocated only once.
   std::vector<std::size_t> filled;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (!source.is_empty(first_sample(grid, cell))) filled.push_back(cell);

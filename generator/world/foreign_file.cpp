@@ -47,7 +47,8 @@ class Child {
 #endif
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    // Its own process group: signals from the terminal to the program's group do not reach it.
+    // The importer has its own process group, so that signals from the terminal to the program's
+    // group do not reach it.
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
     posix_spawnattr_setpgroup(&attributes, 0);
     if (posix_spawn(&pid_, argv[0], &actions, &attributes, argv.data(), environ) != 0) pid_ = -1;
@@ -60,7 +61,7 @@ class Child {
   Child& operator=(const Child&) = delete;
   ~Child() {
     if (pid_ > 0) {
-      kill(-pid_, SIGKILL);  // its group: whatever it has started goes as well
+      kill(-pid_, SIGKILL);  // its group, with everything that it has started
       int status = 0;
       while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
       }
@@ -71,7 +72,7 @@ class Child {
   bool started() const { return pid_ > 0; }
   int pipe() const { return pipe_; }
 
-  // Its exit status; none if it is still running then.
+  // Returns its exit status, or none if it is still running at `end`.
   std::optional<int> wait_until(Clock::time_point end) {
     int status = 0;
     while (waitpid(pid_, &status, WNOHANG) == 0) {
@@ -126,7 +127,7 @@ Error too_late(const ImportRequest& request) {
                                       request.limits.seconds));
 }
 
-// Why an importer ended that returned nothing usable.
+// The reason why an importer ended without a usable result.
 Error told_by(int status, const ImportRequest& request) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return too_late(request);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {

@@ -22,18 +22,18 @@ struct ImportLimits {
   std::uint64_t seconds = 0;       // of processor time; four times as many by the clock
 };
 
-// 2 GB plus 64 bytes per byte of the file; a minute plus a second per megabyte: more than ten times
-// what valid files needed.
+// 2 GB plus 64 bytes per byte of the file, and a minute plus a second per megabyte. Valid files
+// needed less than a tenth of this.
 ImportLimits import_limits(std::uint64_t file_bytes);
 
 // The importer's executable: the environment variable ENSONIFY_IMPORTER, which ctest sets for test
-// programs, else `ensonify_import` by companion_path. No other folder is searched: in a
-// world-writable one, such as /tmp, another user could have put a file of this name.
+// programs, or otherwise `ensonify_import` by companion_path. No other folder is searched, because
+// another user could have put a file of this name into a world-writable one, such as /tmp.
 std::filesystem::path importer_path();
 
 struct ImportRequest {
   std::filesystem::path importer, file;
-  std::vector<std::string> words;  // the kind, the file and four more
+  std::vector<std::string> words;  // the kind, the file and four other words
   ImportLimits limits;
 };
 

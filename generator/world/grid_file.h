@@ -18,17 +18,17 @@ inline constexpr std::int64_t kMaxGridCells = 64'000'000;
 // At least two rows and columns; the first row is the northernmost.
 struct GridFile {
   int rows = 0, columns = 0;
-  std::vector<double> values;  // row-major, as they stand in the file; NaN: none
+  std::vector<double> values;  // row-major, as in the file; NaN: no value
   double white = 0;            // of PNG: the highest value that a pixel can have
   double cell_m = 0;           // of ESRI ASCII
 };
 
-// NPY of two dimensions (integers, float32, float64, either order of bytes and of axes), grayscale
-// PNG of 8 or 16 bits (gamma is ignored), ESRI ASCII; the extension decides. Errors: usage, `file:
-// what is wrong; what is expected`; io if the file cannot be read.
+// Reads NPY of two dimensions (integers, float32 or float64, with either order of bytes and axes),
+// grayscale PNG of 8 or 16 bits (gamma is ignored), or ESRI ASCII. The extension determines the
+// format. Errors: usage, `file: what is wrong; what is expected`; io if the file cannot be read.
 Result<GridFile> load_grid_file(const std::filesystem::path& file);
 
-// The same from a file's bytes; errors without the file's name.
+// The same from a file's bytes. Errors do not contain the file's name.
 Result<GridFile> parse_npy_grid(std::string_view bytes);
 Result<GridFile> parse_png_grid(std::string_view bytes);
 Result<GridFile> parse_asc_grid(std::string_view bytes);

@@ -6,7 +6,7 @@
 namespace ensonify {
 
 Result<GridFile> parse_png_grid(std::string_view bytes) {
-  // Checked before memory is allocated for its pixels.
+  // The size is checked before memory is allocated for the pixels.
   if (const auto header = parse_png_header(bytes)) {
     if (header->color_type != 0 || header->bit_depth < 8) {
       return Error{ErrorKind::usage,

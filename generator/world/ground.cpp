@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMaxCellsAcross = 2048;
 
-// Points on an edge belong to both sides, whatever the rounding.
+// This margin lets points on an edge belong to both sides despite rounding.
 constexpr double kOnEdge = -1e-12;
 
 Vec3 upwards(Vec3 normal) { return normal.z < 0 ? -normal : normal; }

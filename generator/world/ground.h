@@ -21,15 +21,15 @@ struct GroundPoint {
   Vec3 normal;          // unit length, upwards
 };
 
-// Closed forms by their own intersection, rooms from within (their floor); meshes triangle by
-// triangle, found through a grid over x and y.
+// Closed forms use their own intersection; rooms are met from inside, at their floor. Meshes are
+// tested triangle by triangle, with a grid over x and y as an index.
 class Ground {
  public:
   // `shape` must outlive it.
   Ground(const Shape& shape, const Pose& pose);
   Ground(const Shape&& shape, const Pose& pose) = delete;
 
-  // None outside the object and where its surface is vertical.
+  // Returns none outside the object and where its surface is vertical.
   std::optional<GroundPoint> at(double x_m, double y_m) const;
 
  private:
@@ -43,7 +43,7 @@ class Ground {
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   Bounds bounds_;  // of the vertices
   std::size_t columns_ = 1, rows_ = 1;
-  std::vector<std::uint32_t> first_;  // of each cell's triangles in `listed_`, one more at the end
+  std::vector<std::uint32_t> first_;  // index of each cell's triangles in `listed_`, with the end
   std::vector<std::uint32_t> listed_;
 };
 
@@ -56,8 +56,8 @@ struct PlacedTriangles {
 PlacedTriangles placed(const Mesh& mesh, const Pose& pose);
 double area_m2(const PlacedTriangles& surface);
 
-// The triangles that reach into the box, walls below their edges, and a floor below the whole box;
-// "below" is along -z of the pose. Empty if no triangle reaches the box.
+// Consists of the triangles that reach into the box, walls below their edges, and a floor below the
+// whole box; "below" is along -z of the pose. Empty if no triangle reaches the box.
 PlacedTriangles ground_block(const Mesh& mesh, const Pose& pose, Vec3 low_m, Vec3 high_m);
 
 }  // namespace ensonify

@@ -99,7 +99,8 @@ void add_cell(const std::array<std::uint32_t, 4>& corners, bool along_first, Mes
   }
 }
 
-// Bilinear, from 0 to rows - 1 and columns - 1 of the file.
+// The value by bilinear interpolation; row and column run from 0 to rows - 1 and columns - 1 of the
+// file.
 double value_at(const GridFile& file, double row, double column) {
   const int r = std::min(static_cast<int>(row), file.rows - 2);
   const int c = std::min(static_cast<int>(column), file.columns - 2);
@@ -143,7 +144,7 @@ Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file
 
 namespace {
 
-// Errors that are known only after reading the file; the key is below the heightfield.
+// Finds errors that only the content of the file shows; the returned key is below the heightfield.
 std::optional<CoverFault> cover_fault(const HeightfieldSpec& spec, const HeightGrid& grid) {
   const std::array<double, 2> size_m{(grid.columns - 1) * grid.cell_m,
                                      (grid.rows - 1) * grid.cell_m};

@@ -1,4 +1,4 @@
-// Triangle meshes, and where they come from.
+// Triangle meshes, and the functions that read them.
 //
 //   Mesh  to_vec3  to_floats  Bounds
 //   load_mesh             from OBJ, STL, PLY, glTF and DAE
@@ -18,14 +18,14 @@
 
 namespace ensonify {
 
-// Vertices in meters, z up, in the object's frame. In float, as the tracer keeps them.
+// Vertices in meters, z up, in the object's frame. They are floats, as in the tracer.
 struct Mesh {
   std::vector<std::array<float, 3>> vertices;
-  std::vector<std::array<float, 3>> normals;  // one a vertex where smooth ones are asked for
+  std::vector<std::array<float, 3>> normals;  // one per vertex if smooth ones are requested
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<float> reflectivity;      // one a vertex where asked for: factor on the material's
-  std::vector<std::uint8_t> part;       // one a triangle: index into part_names
-  std::vector<std::string> part_names;  // of a file: its material's, or the part's own without one
+  std::vector<float> reflectivity;      // one per vertex if requested: factor on the material's
+  std::vector<std::uint8_t> part;       // one per triangle: index into part_names
+  std::vector<std::string> part_names;  // in a file: of the material, otherwise of the part
   std::vector<std::string> warnings;    // repairs, each with the file's name
 };
 
@@ -51,28 +51,29 @@ struct Bounds {
 
 enum class Normals { face, smooth };
 
-// material: the object's material alone. vertex_color: its reflectivity times the color of the
-// mesh (mean of red, green and blue, 0 ... 1), interpolated over each face; a face whose corners
-// are its own and of one color has that.
+// material: only the object's material. vertex_color: its reflectivity times the color of the mesh
+// (mean of red, green and blue, 0 ... 1), interpolated over each face. A face that shares no
+// corners and has corners of equal color has this color.
 enum class MeshReflectivity { material, vertex_color };
 
-// Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF give their up axis and unit: the mesh has z up
-// and meters. The other formats give neither and are read unchanged. All parts of the file become
-// one mesh; `scale` multiplies the coordinates along x, y and z, which are those of the mesh that
-// comes out. Normals stay normal to the surface. `part` stays empty for a file of more than 256
-// names, with a warning. Faces without area, points and lines are ignored, with a warning. Errors
-// (usage): a file that cannot be read as a mesh, is cut off or has no faces with area; a face that
-// refers to a missing vertex; a vertex that is not finite; a .gltf with its buffers in a second
-// file; requested vertex colors that are missing.
+// Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF define their up axis and unit, and are converted
+// to z up and meters. The other formats define neither and are read unchanged. All parts of the
+// file become one mesh; `scale` multiplies the coordinates along x, y and z of the resulting mesh.
+// Normals stay normal to the surface. If a file has more than 256 names, `part` stays empty, with a
+// warning. Faces without area, points and lines are ignored, with a warning. Errors (usage): a file
+// that cannot be read as a mesh, is cut off or has no faces with area; a face that refers to a
+// missing vertex; a vertex that is not finite; a .gltf with its buffers in a second file; requested
+// vertex colors that are missing.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 
-// The zero surface of one grid of floats as triangles, seen counter-clockwise from where the
-// distance is positive, two to each voxel that it passes through; in meters, by the grid's own
-// transform. Smooth normals are the means of the faces around a vertex, weighted by area. `grid`
-// may be empty where the file holds one. Errors (usage, naming the file): a file that is damaged or
-// not a .vdb; a grid that is missing, not a level set of floats, has no linear transform, has a
-// background not above zero (inside out), holds a distance that is not finite, or has no surface.
+// The zero surface of one grid of floats as triangles, two for each voxel that it passes through.
+// They are counter-clockwise as seen from the side of positive distance, and in meters by the
+// grid's own transform. Smooth normals are the means of the faces around a vertex, weighted by
+// area. `grid` may be empty if the file has only one. Errors (usage, naming the file): a file that
+// is damaged or not a .vdb; a grid that is missing, not a level set of floats, has no linear
+// transform, has a background not above zero (inside out), holds a distance that is not finite, or
+// has no surface.
 Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
                                 Normals normals);
 

@@ -16,7 +16,7 @@ std::optional<OrientedBox> box_of(const Bounds& bounds) {
   return OrientedBox{{bounds.middle(), {}}, bounds.size()};
 }
 
-// The inverse of p -> (rows . p) + offset.
+// Applies the inverse of p -> (rows . p) + offset.
 Vec3 mapped_back(const Affine& a, Vec3 p) {
   const Vec3 q = p - a.offset;
   const auto& [r0, r1, r2] = a.rows;
@@ -193,7 +193,7 @@ std::vector<Vec3> points_on(const CylinderShape& cylinder) {
   return points;
 }
 
-// On a spiral of equal areas.
+// The points lie on a spiral of equal areas.
 std::vector<Vec3> points_on(const SphereShape& sphere) {
   std::vector<Vec3> points;
   for (int i = 0; i < kOnSphere; ++i) {
@@ -257,7 +257,8 @@ struct Separation {
   Point2 direction{1, 0};
 };
 
-// How far `there` lies beyond the edges of `here`: along the outward normal for which it is farthest.
+// The distance by which `there` lies beyond the edges of `here`, along the outward normal for which
+// it is largest.
 Separation beyond_edges(const std::vector<Point2>& here, const std::vector<Point2>& there) {
   Separation most;
   for (std::size_t i = 0; here.size() > 1 && i < here.size(); ++i) {
@@ -287,7 +288,7 @@ Point2 way_to(const std::vector<Point2>& hull, Point2 from) {
   return best;
 }
 
-// For separate hulls.
+// Valid only for hulls that do not overlap.
 Point2 shortest_way(const std::vector<Point2>& from, const std::vector<Point2>& to) {
   Point2 best = way_to(to, from[0]);
   for (const Point2& point : from) {

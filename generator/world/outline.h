@@ -19,32 +19,34 @@
 
 namespace ensonify {
 
-// Along the axes of the object's own frame; none for a plane. Of a mesh: around its vertices.
+// The box along the axes of the object's own frame; none for a plane. The box of a mesh encloses
+// its vertices.
 std::optional<OrientedBox> box_of(const Shape& shape);
 
-// In the world. Of a school: around its fish, along the world's axes; none without fish. Of a
-// density grid: around the bricks that hold anything, a cell of 8 samples wide at most too large on
-// every side; none for a density without end or an empty grid.
+// The box in the world. That of a school encloses its fish, along the world's axes; without fish
+// there is none. That of a density grid encloses the bricks that have a density, and is too large
+// by at most one brick of 8 samples on every side. An infinite density or an empty grid has none.
 std::optional<OrientedBox> box_of(const Volume& volume);
 std::optional<OrientedBox> box_of(const School& school);
 
-// Relative to the body's origin, or to any other point that it is moved by.
+// Relative to the body's origin, or to another point that moves with the body.
 struct Outline {
   std::vector<std::array<double, 2>> hull_m;  // convex, counter-clockwise; one point of a circle
-  double round_m = 0;                         // how far the body extends beyond the hull
+  double round_m = 0;                         // distance by which the body extends beyond the hull
   double x_m = 0, y_m = 0;                    // middle of the rectangle around it
-  double radius_m = 0;                        // of the circle around that middle that holds it
+  double radius_m = 0;                        // of the circle around that middle that encloses it
   double low_m = 0, high_m = 0;
 };
 
-// Of a box or mesh the convex hull; of a sphere or upright cylinder the circle; of another cylinder
-// 0.5 % too wide at most. A plane has none; it is not asked for one.
+// The outline of a box or mesh is the convex hull, and that of a sphere or upright cylinder is the
+// circle. The outline of another cylinder is at most 0.5 % too wide. Must not be called for a
+// plane, which has none.
 Outline outline_of(const Shape& shape, const Quat& rotation);
 Outline turned(const Outline& outline, double yaw_rad);
 Outline moved(Outline outline, Vec3 by_m);
 
-// From one outline to the nearest point of another: of length `distance_m`, below zero where they
-// overlap (then the depth along the direction in which it is least).
+// The vector from one outline to the nearest point of another, of length `distance_m`. If the
+// outlines overlap, the length is negative: the depth along the direction in which it is least.
 struct Gap {
   double distance_m = 0;
   double x = 0, y = 0;  // unit length
@@ -55,7 +57,7 @@ Gap gap_between(const Outline& from, const Outline& to);
 // cylinder, 200 of a sphere.
 std::vector<Vec3> contact_points(const Shape& shape);
 
-// For closed forms; a mesh has it among its contact points.
+// Only for closed forms, because the contact points of a mesh contain this point.
 std::optional<Vec3> support_point(const Shape& shape, Vec3 direction);
 
 }  // namespace ensonify

@@ -1,8 +1,8 @@
 // Objects whose poses are in the frames of other objects, with which they move.
 //
-//   ParentTree  parent_tree   which object is the parent of which
+//   ParentTree  parent_tree   the parent of each object
 //   descendants  root_of      children, grandchildren and so on; the end of a chain of parents
-//   carry_children            where they are in the world
+//   carry_children            the poses of children in the world
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace ensonify {
 
-// By the indexes of scenario.objects.
+// Indices are those of scenario.objects.
 struct ParentTree {
   std::vector<std::optional<std::size_t>> parent;
   std::vector<std::vector<std::size_t>> children;

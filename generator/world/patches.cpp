@@ -7,13 +7,13 @@
 namespace ensonify {
 namespace {
 
-// In units of the distance between nodes. At this distance the sum of squares over the nodes is
-// constant to 1e-8, and what the kernel leaves out is 1e-7 of it.
+// The correlation length in units of the distance between nodes. With this value the sum of squares
+// over the nodes is constant to 1e-8, and the kernel leaves out 1e-7 of it.
 constexpr double kCorrelation = 2;
 constexpr int kReach = 8;
 constexpr int kTaps = 2 * kReach;
 
-// Of the rms gradient, sqrt(2) / correlation.
+// As a share of the rms gradient, sqrt(2) / correlation.
 constexpr double kLeastGradient = 1.0 / 7;
 
 // The kernel and its slope per node, at the nodes around one coordinate.
@@ -40,7 +40,7 @@ double node_value(std::uint64_t key, std::int64_t column, std::int64_t row) {
   return std::sqrt(2.0) * complex_normal(key, 0, item, 0).re;
 }
 
-// Sums over the nodes of one column, for a row of the grid: of the values and of the slopes.
+// Sums of the values and of the slopes over the nodes of one column, for a row of the grid.
 struct ColumnSum {
   double value = 0, slope = 0;
 };

@@ -79,7 +79,7 @@ TimeSpan span_of(const Path& path) {
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
   const TimeSpan span = span_of(path);
   const double duration = span.end_s - span.start_s;
-  // Rounding of two time stamps (1e-7 s for Unix times) must not lose the last ping.
+  // The last ping must not be lost by the rounding of two time stamps (1e-7 s for Unix times).
   const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
                             std::max(std::abs(span.start_s), std::abs(span.end_s));
   const double fitting = std::floor((duration + rounding_s) * spec.ping_rate_hz + 1e-9) + 1;

@@ -28,7 +28,8 @@ struct PathPoint {
   Pose pose;
 };
 
-// At least one point, in strictly increasing time. Straight lines and spherical interpolation.
+// At least one point, in strictly increasing time. Positions are interpolated linearly, rotations
+// spherically.
 struct SampledPath {
   std::vector<PathPoint> points;
 };
@@ -40,7 +41,8 @@ struct SplineSegment {
   std::array<double, kParts + 1> arc_m{};  // from the start of the whole spline
 };
 
-// Centripetal Catmull-Rom through all points, first and last one continued straight.
+// Centripetal Catmull-Rom spline through all points, continued straight beyond the first and the
+// last.
 struct SplinePath {
   std::vector<SplineSegment> segments;
   double speed_m_s = 0;
@@ -51,13 +53,14 @@ struct SplinePath {
 SampledPath make_path(const std::vector<TimedPoseSpec>& poses);
 SplinePath make_path(const SplineSpec& spec);
 
-// From a TUM file (time x y z qx qy qz qw, blank-separated, # comments) or a CSV file with a header
-// that names time_s, x, y, z, qw, qx, qy, qz in any order (as poses.csv of a data set has; other
-// columns are ignored, but must hold numbers). Errors (usage): file:line and what is wrong there.
+// Reads a TUM file (time x y z qx qy qz qw, separated by blanks, # comments) or a CSV file. The
+// header of a CSV file names time_s, x, y, z, qw, qx, qy, qz in any order, like poses.csv of a data
+// set; other columns are ignored, but must hold numbers. Errors (usage) give file:line and the
+// reason.
 Result<SampledPath> load_path_file(const std::filesystem::path& file);
 
-// Line k of a lawnmower's path starts at k spacings to port; half circles of half a spacing join
-// the lines, so that heading and speed never jump.
+// Line k of a lawnmower's path starts at k spacings to port; half circles with a radius of half a
+// spacing join the lines, so that heading and speed never jump.
 double line_count(const LawnmowerSpec& path);
 
 // Before the start and after the end, the body rests at the ends of the path.
@@ -85,13 +88,13 @@ struct WaveMotion {
     double rms = 0;  // radians or meters
     std::array<Sinusoid, kTerms> terms;
   };
-  double start_time_s = 0;  // where the phases count from
+  double start_time_s = 0;  // the time of the initial phases
   Axis roll, pitch, yaw, heave;
 };
 
-// Frequencies drawn from a normal density about 1 / period, of standard deviation
-// bandwidth / period, cut at three of them: one in each of kTerms strata of equal probability, so
-// that each key has the whole spectrum and no two terms fall together.
+// Frequencies are drawn from a normal density around 1 / period with the standard deviation
+// bandwidth / period, cut at three standard deviations. Each of kTerms strata of equal probability
+// gets one frequency, so that each key has the whole spectrum and no two terms coincide.
 WaveMotion make_wave_motion(const WaveMotionSpec& spec, std::uint64_t key, double start_time_s);
 
 // Roll, pitch and yaw as a further rotation in the body's frame, heave along the world's z.

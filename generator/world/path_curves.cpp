@@ -1,5 +1,5 @@
-// Paths known at every instant: lawnmower, orbit and spline, and the wave motion on top of any
-// path.
+// Paths that are defined at every instant (lawnmower, orbit and spline), and the wave motion that
+// is added to any path.
 #include <algorithm>
 #include <cmath>
 
@@ -74,7 +74,8 @@ constexpr int kParts = SplineSegment::kParts;
 Vec3 at(const SplineSegment& s, double u) { return s.a + u * (s.b + u * (s.c + u * s.d)); }
 Vec3 slope(const SplineSegment& s, double u) { return s.b + u * (2.0 * s.c + 3 * u * s.d); }
 
-// Gauss-Legendre with five nodes: exact to the ninth degree, and the slope's length is smooth.
+// Gauss-Legendre with five nodes, which is exact to the ninth degree. The length of the slope is
+// smooth.
 double arc_between(const SplineSegment& s, double u0, double u1) {
   constexpr double kNode[] = {0, 0.5384693101056831, 0.9061798459386640};
   constexpr double kWeight[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
@@ -87,7 +88,7 @@ double arc_between(const SplineSegment& s, double u0, double u1) {
   return half * sum;
 }
 
-// The parameter where the arc length reaches `arc_m`, by Newton's rule held within the part.
+// The parameter at which the arc length is `arc_m`, by Newton's method within the part.
 double parameter_at(const SplineSegment& s, double arc_m) {
   const auto after = std::upper_bound(s.arc_m.begin() + 1, s.arc_m.end() - 1, arc_m);
   const auto part = static_cast<int>(after - s.arc_m.begin()) - 1;
@@ -106,7 +107,7 @@ double parameter_at(const SplineSegment& s, double arc_m) {
   return u;
 }
 
-// Roll stays zero. A vertical path has no heading; it is then the world's x.
+// Roll stays zero. A vertical path has no heading; the world's x axis is used instead.
 Quat facing(Vec3 direction) {
   const double level = std::hypot(direction.x, direction.y);
   const double yaw =
@@ -178,7 +179,8 @@ double normal_below(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 double cut_normal(double probability) {
   const double low_tail = normal_below(-kCut);
   const double wanted = low_tail + probability * (1 - 2 * low_tail);
-  // On either side of zero the curvature has one sign, so that Newton's method never overshoots.
+  // The curvature does not change its sign on either side of zero, so that Newton's method never
+  // overshoots.
   double z = 0;
   for (int i = 0; i < 12; ++i) {
     z += (wanted - normal_below(z)) * std::sqrt(2 * kPi) * std::exp(0.5 * z * z);

@@ -17,7 +17,8 @@ bool overlap(const Taken& a, const Taken& b, double clearance_m) {
   const Outline &p = a.outline, &q = b.outline;
   const double apart = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
   if (apart >= p.radius_m + q.radius_m + clearance_m) return false;
-  // On the same ground no object stands over another; otherwise one may be above the other.
+  // Objects on the same ground never stand one over the other; otherwise one may be above the
+  // other.
   const bool on_one_ground = !a.on.empty() && a.on == b.on;
   if (!on_one_ground && !(p.low_m < q.high_m + clearance_m && q.low_m < p.high_m + clearance_m)) {
     return false;
@@ -51,7 +52,7 @@ std::optional<double> resting_height(const Body& body, const Quat& rotation, dou
     if (!let_down(point)) return std::nullopt;
   }
   if (std::isinf(height)) return height;  // outside all ground
-  // Round bodies touch between those points, where the surface faces the ground.
+  // Round bodies touch the ground between those points, where their surface faces it.
   for (int i = 0; i < 4; ++i) {
     const auto point = support_point(body.shape, rotate(conjugate(rotation), -normal));
     if (!point) break;
@@ -62,9 +63,10 @@ std::optional<double> resting_height(const Body& body, const Quat& rotation, dou
   return height;
 }
 
-// The height of the origin at which a round body over (x, y) touches a round thing below it: where
-// the body faces against the normal of what is under it, the angle being halved in each step. It
-// starts at several tilts towards the thing, since one straight down may be beside it.
+// The height of the origin at which a round body over (x, y) touches a round object below it. At
+// the point of contact, the body faces against the normal of the object; each step halves the
+// remaining angle. The search starts at several tilts toward the object, because a start straight
+// down may miss it.
 double round_height(const Body& body, const Quat& rotation, double x, double y,
                     const PlacedGround& thing) {
   double height = -std::numeric_limits<double>::infinity();
@@ -86,11 +88,11 @@ double round_height(const Body& body, const Quat& rotation, double x, double y,
   return height;
 }
 
-// The height of the origin at which no point of the things below it reaches into the turned body
-// over (x, y): corners below a face, and round bodies on each other.
+// The height of the origin at which no point of the objects below reaches into the rotated body
+// over (x, y). This covers corners below a face, and round bodies on each other.
 double height_above_heap(const Body& body, const Quat& rotation, double x, double y) {
   double height = -std::numeric_limits<double>::infinity();
-  // Turned about x by half a turn, its underside is what is seen from above.
+  // After half a turn about x, the underside of the body is visible from above.
   const Ground underside(body.shape, {{}, Quat{0, 1, 0, 0} * rotation});
   for (std::size_t i = 1; i < body.around.grounds.size(); ++i) {
     const PlacedGround& below = body.around.grounds[i];
@@ -185,7 +187,7 @@ Touch nearest_on_ground(const Taken& own, const std::string& ground,
   return touch;
 }
 
-// How far a body reaches along a direction, from its origin.
+// The extent of a body along a direction, from its origin.
 double reach_along(const Body& body, const Quat& rotation, Vec3 direction) {
   const Vec3 local = rotate(conjugate(rotation), direction);
   if (const auto point = support_point(body.shape, local)) return dot(*point, local);
@@ -194,7 +196,7 @@ double reach_along(const Body& body, const Quat& rotation, Vec3 direction) {
   return reach;
 }
 
-// The terrain or plane that a body in mid-water would meet; empty: none.
+// The name of the terrain or plane that a body in mid-water would meet; empty if there is none.
 std::string met_in_water(const Body& body, const Pose& pose) {
   const double clearance = body.spec.place->clearance_m;
   const auto height =
@@ -278,7 +280,7 @@ const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Ta
     const double clearance =
         &other == touched ? -kTouchM : std::max(own.clearance_m, other.clearance_m);
     if (is_ground || !overlap(own, other, clearance)) continue;
-    // Whatever surrounds the ground also surrounds all that stands on it.
+    // An object that surrounds the ground also surrounds everything on the ground.
     const bool is_around = other.on.empty() && ground && holds(other.outline, ground->outline);
     if (!is_around) return &other;
   }

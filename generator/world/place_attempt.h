@@ -1,9 +1,9 @@
 // One attempt to place an object on another one, or in the water. Private to world/.
 //
-//   Taken  taken_by  takes_room     room that is taken
-//   PlaceGround  Body  body_of     what is to be placed, and where
+//   Taken  taken_by  takes_room     occupied space
+//   PlaceGround  Body  body_of     the body to be placed, and its ground
 //   Attempt  attempt_to_place
-//   in_the_way                      of a body, or of what belongs to it
+//   in_the_way                      the obstacle of a body or of its children
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ namespace ensonify {
 // Occupied space within an outline, from its low_m to its high_m.
 struct Taken {
   std::string name;
-  std::string on;   // what it stands on, if it was placed so
+  std::string on;   // the object that it was placed on, if any
   Outline outline;  // in the world
   double clearance_m = 0;
 };
@@ -39,14 +39,14 @@ struct PlacedGround {
   Pose pose;
 };
 
-// Surfaces below a body: first its ground, then objects on it; for one in mid-water the terrain
-// that it must stay above, and the planes that it must not cross.
+// Surfaces below a body: first its ground, then objects on the ground. For a body in mid-water
+// these are the terrain that it must stay above, and the planes that it must not cross.
 struct PlaceGround {
   std::vector<PlacedGround> grounds;
-  std::optional<Taken> ground_taken;  // by the first ground; nothing if that is without end
+  std::optional<Taken> ground_taken;  // by the first ground; none if that is infinite
   std::vector<std::pair<std::string, Pose>> planes;
 
-  // The highest of them under a point; none outside all of them.
+  // The highest surface under a point; none outside all of them.
   std::optional<GroundPoint> at(double x_m, double y_m) const;
 };
 
@@ -54,7 +54,7 @@ struct Body {
   const ObjectSpec& spec;
   const Shape& shape;
   PlaceGround around;
-  Quat base;                                 // as place.rotation_deg lays it
+  Quat base;                                 // by place.rotation_deg
   std::vector<Vec3> points;                  // in its own frame
   Outline outline;                           // of `base`
   std::vector<RestFace> faces;               // of `base`; with PlaceAlignment::rest alone
@@ -65,11 +65,11 @@ Result<Body> body_of(const ObjectSpec& spec, const Shape& shape, PlaceGround aro
 
 struct Attempt {
   std::optional<Pose> pose;
-  std::string in_the_way;  // the name of it; neither: no ground, or nothing to touch
+  std::string in_the_way;  // its name; if both are empty: no ground, or no contact
 };
 
-// What obstructs `own`, the body or a child of it, apart from its ground and what surrounds that;
-// null: nothing. `touched` may be near.
+// The object that obstructs `own`, which is the body or a child of it; null if there is none. Its
+// ground and objects around the ground do not count, and `touched` may be near.
 const Taken* in_the_way(const Body& body, const Taken& own, const std::vector<Taken>& taken,
                         const Taken* touched);
 

@@ -29,7 +29,7 @@ PoseTrack::PoseTrack(std::function<Pose(double)> pose_at, double start_s, double
   add(0, span_s, 0);
 }
 
-// q and -q are the same rotation: the one nearer to the first is taken.
+// q and -q are the same rotation. The one nearer to the first quaternion is used.
 PoseTrack::Values PoseTrack::sample(double time_s) const {
   const Pose pose = exact(time_s);
   const Vec3& p = pose.position_m;
@@ -136,7 +136,7 @@ Vec3 PoseTrack::velocity_of(const Point& point, double time_s) const {
     const double before = held(time_s - h), after = held(time_s + h);
     return (1 / (after - before)) * (point(after) - point(before));
   }
-  // Of second order, too.
+  // A one-sided difference, also of second order.
   const double t0 = held(time_s), t1 = held(time_s + h), t2 = held(time_s + 2 * h);
   const Vec3 near = (1 / (t1 - t0)) * (point(t1) - point(t0));
   const Vec3 far = (1 / (t2 - t1)) * (point(t2) - point(t1));

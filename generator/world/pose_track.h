@@ -9,24 +9,25 @@
 
 namespace ensonify {
 
-// Polynomials through poses, as long as needed and as many: positions within 1e-11 m (or 16 units
-// in the last place, of far coordinates), quaternions within 1e-13 of the body's own. Near a corner
-// of the path, and beyond the span, it evaluates the body's path itself.
+// Polynomials through poses, with as many pieces as their accuracy requires. Positions are within
+// 1e-11 m of the body's own (or within 16 units in the last place, for far coordinates), and
+// quaternions within 1e-13. Near a corner of the path, and beyond the span, the body's path itself
+// is evaluated.
 class PoseTrack {
  public:
-  // `pose_at` by the clock in which `start_s` is; kept.
+  // The argument of `pose_at` is a time on the clock of `start_s`. The function is kept.
   PoseTrack(std::function<Pose(double)> pose_at, double start_s, double span_s);
 
-  // Time counts from the start, from 0 on.
+  // The time counts from the start, which is 0.
   Pose at(double time_s) const;
   Vec3 position(double time_s) const;
 
-  // Of the body's origin, or of a point fixed to it, by differences over 0.1 ms to either side; at
-  // the start ahead.
+  // The velocity of the body's origin, or of a point fixed to the body, by differences over 0.1 ms
+  // on either side; at the start, only forward.
   Vec3 velocity(double time_s) const;
   Vec3 velocity(double time_s, Vec3 local_m) const;
 
-  // Whether it stands still over the span.
+  // Whether the body is at rest over the span.
   bool rests() const { return rests_; }
 
  private:
@@ -41,13 +42,13 @@ class PoseTrack {
   };
 
   Pose exact(double time_s) const { return pose_at_(start_s_ + time_s); }
-  // A time near this one that the clock can hold: late clocks count in steps.
+  // The nearest time that the clock can represent, because late times have coarser steps.
   double held(double time_s) const { return (start_s_ + time_s) - start_s_; }
   template <class Point>
   Vec3 velocity_of(const Point& point, double time_s) const;
   Values sample(double time_s) const;
   void add(double begin_s, double end_s, int depth);
-  const Piece* piece_at(double time_s) const;  // null: ask the body
+  const Piece* piece_at(double time_s) const;  // null: evaluate the body's path
 
   std::function<Pose(double)> pose_at_;
   double start_s_ = 0, span_s_ = 0;

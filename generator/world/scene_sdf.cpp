@@ -153,9 +153,9 @@ struct IndexTriangles {
   }
 };
 
-// OpenVDB looks for the nearest triangle among those of the voxels before, and far from the surface
-// it can miss it: each voxel looks at its own and at those of all voxels around. False where none
-// was found nearer.
+// OpenVDB searches for the nearest triangle only among those of the preceding voxels, and can miss
+// it far from the surface. Here each voxel examines its own triangle and those of all voxels around
+// it. Returns false if no voxel found a nearer one.
 bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatGrid& grid) {
   bool changed = false;
   auto numbers = nearest.getAccessor();
@@ -182,7 +182,7 @@ bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatG
   return changed;
 }
 
-// Narrows the band: voxels beyond it hold the new background.
+// Narrows the band. Voxels beyond it get the new background.
 void trim(FloatGrid& grid, float background) {
   for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
     for (auto value = leaf->beginValueOn(); value; ++value) {
@@ -195,8 +195,8 @@ void trim(FloatGrid& grid, float background) {
 
 void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid& scene) {
   if (surface.triangles.empty()) return;
-  // OpenVDB walks outwards from face to face of the voxels, for twice the band less two, and would
-  // leave gaps in the band where it lies askew.
+  // OpenVDB proceeds outward from face to face of the voxels, for twice the band less two. It would
+  // leave gaps in a band that is oblique to the axes.
   const auto band = static_cast<float>(lattice.band_voxels + 2);
   // Renormalized distances would no longer be distances to the triangles.
   const IndexTriangles triangles{surface, lattice.voxel_m};
@@ -277,7 +277,7 @@ std::string file_of(const FloatGrid::Ptr& grid) {
   return without_tag(std::move(bytes).str());
 }
 
-// Cubes of the smallest edge whose balls the surface passes through.
+// The number of cubes of the smallest edge whose bounding balls the surface passes through.
 double cubes_met(const Solids& solids, Vec3 middle, double edge_m, int halvings) {
   if (std::abs(nearest_m(solids, middle)) > std::numbers::sqrt3 / 2 * edge_m) return 0;
   if (halvings == 0) return 1;
@@ -289,8 +289,8 @@ double cubes_met(const Solids& solids, Vec3 middle, double edge_m, int halvings)
   return sum;
 }
 
-// Of what lies in the cube around the region, from cubes of a sixty-fourth of its edge: a layer of
-// them as thick as their balls, sqrt 3 edges, is met.
+// The area within the cube around the region, estimated from cubes of a sixty-fourth of its edge.
+// The surface meets a layer of these that is as thick as their bounding balls, sqrt 3 edges.
 double closed_form_area_m2(const Solids& solids, const SdfRegion& region) {
   if (solids.empty()) return 0;
   constexpr int kHalvings = 6;
@@ -301,7 +301,7 @@ double closed_form_area_m2(const Solids& solids, const SdfRegion& region) {
          smallest_m / std::numbers::sqrt3;
 }
 
-// Of 8^3 floats, that the band passes through, whichever way it lies.
+// The number of leaves of 8^3 floats that the band passes through, for any orientation.
 double leaves_of(double area_m2, double voxel_m, int band_voxels) {
   return area_m2 / (kLeaf * kLeaf * voxel_m * voxel_m) * 1.5 * (1 + 2.0 * band_voxels / kLeaf);
 }
@@ -320,12 +320,13 @@ SdfSize sdf_size(const World& world, std::span<const Pose> object_in_world, cons
   const auto voxels_of = [&](double area) {
     return area / (grid.voxel_m * grid.voxel_m) * 2 * grid.band_voxels;
   };
-  // As measured at voxels of 0.16 to 0.01 m; the file grows in memory before it is written.
+  // The factors were measured with voxels of 0.16 to 0.01 m. The file grows in memory before it is
+  // written.
   const double mesh_file = 3 * voxels_of(meshes), form_file = 8 * voxels_of(forms);
   SdfSize size;
   size.voxels = voxels_of(meshes + forms);
   size.file_bytes = mesh_file + form_file;
-  // A mesh has a wider band while it is made, and a grid of its triangles' numbers.
+  // While the field of a mesh is made, it has a wider band and a grid of triangle numbers.
   size.memory_bytes = kLeafBytes * (leaves_of(meshes + forms, grid.voxel_m, grid.band_voxels) +
                                     2 * leaves_of(meshes, grid.voxel_m, grid.band_voxels + 2)) +
                       2 * mesh_file + 6 * form_file;

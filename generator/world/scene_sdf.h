@@ -2,7 +2,7 @@
 //
 //   SdfRegion          the box to compute it in
 //   sdf_size           its size and memory
-//   sdf_fits           whether that is allowed
+//   sdf_fits           whether this size is allowed
 //   scene_sdf_vdb      as an OpenVDB file
 #pragma once
 
@@ -36,14 +36,14 @@ Status sdf_fits(const World& world, std::span<const Pose> object_in_world, const
                 const SdfRegion& region);
 
 // The bytes of an OpenVDB file with one level set of floats, `sdf`, cubic voxels, voxel i with its
-// middle at i voxel_m of the world. The least distance of all objects where they stand
-// (`object_in_world`, one an object): exact outside of all, and inside of one that meets no other;
-// where solids reach into each other its amount is too small. Closed forms by their formulas, to
-// float's rounding; meshes and models by their triangles, inside where no way leads out; terrain as
-// a block down to below the region; a mesh that is not closed is unsigned. Active voxels are those
-// nearer than band_voxels to a surface, the others hold +- the band's width. Nothing is active
-// outside of the region. Equal input gives equal bytes. One thread.
-// Errors: those of sdf_fits; (device) out of memory.
+// middle at i voxel_m of the world. The field is the least distance to all objects at the poses
+// `object_in_world` (one per object). It is exact outside of all objects, and inside of an object
+// that meets no other; where solids overlap, its magnitude is too small. Closed forms use their
+// formulas, to float rounding. Meshes and models use their triangles; their inside is the space
+// from which no path leads out, and a mesh that is not closed is unsigned. Terrain is a block that
+// ends below the region. Active voxels are those nearer than band_voxels to a surface; the others
+// hold +- the band's width. No voxel is active outside of the region. Equal input gives equal
+// bytes. Uses one thread. Errors: those of sdf_fits; (device) out of memory.
 Result<std::string> scene_sdf_vdb(const World& world, std::span<const Pose> object_in_world,
                                   const SdfGrid& grid, const SdfRegion& region);
 

@@ -26,7 +26,7 @@ double hump(double u) {
   return root * root;
 }
 
-// First and last index, one past it, of the points within `reach_m` of a coordinate.
+// The first index of the points within `reach_m` of a coordinate, and one past the last.
 std::array<int, 2> index_range(double at_m, double reach_m, double cell_m, int count) {
   const auto index = [&](double from_first_m) {
     const double i = from_first_m / cell_m + 0.5 * (count - 1);
@@ -66,7 +66,7 @@ void scour(const ScourSpec& spec, const Outline& outline, const Pose& terrain, H
   const ScourShape shape = scour_shape(spec, outline);
   const double reach_m = outline.radius_m + shape.width_m + shape.mound_width_m;
   const Vec3 center = inverse_transform_point(terrain, {outline.x_m, outline.y_m, 0});
-  // What lies within reach of the center in the world lies farther from it in a tilted frame.
+  // In a tilted frame, points within reach of the center in the world lie farther from it.
   const bool upright = rotate(terrain.rotation, {0, 0, 1}).z > 1 - 1e-12;
   const auto range = [&](double at_m, int count) {
     return upright ? index_range(at_m, reach_m, grid.cell_m, count) : std::array{0, count};

@@ -62,13 +62,13 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // First words of the draws' counters.
 enum Draw : std::uint32_t { roughness_wave = 0, ripple_phase = 1 };
 
-// Lattice indices from -n/2 + 1 to n/2 stand in the order of the transform.
+// Lattice indices from -n/2 + 1 to n/2 are in the order of the transform.
 std::int64_t lattice_index(std::int64_t place, std::int64_t period) {
   return place <= period / 2 ? place : place - period;
 }
 
-// Twice the power of each wave, since only the real part of the complex sum is kept. Wave numbers
-// begin at `lowest`.
+// Each wave has twice its power, because only the real part of the complex sum is kept. Wave
+// numbers begin at `lowest`.
 Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m, double lowest,
                  std::array<std::int64_t, 2> period) {
   const double step_x = 2 * kPi / (static_cast<double>(period[0]) * cell_m);
@@ -106,7 +106,7 @@ void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, double lowest
     along_y.run(line.data());
     for (std::size_t row = 0; row < rows; ++row) waves[row * columns + column] = line[row];
   }
-  // The corner in the north-west is the waves' origin, whatever the cell.
+  // The north-west corner is the origin of the waves for every cell size.
   for (int row = 0; row < grid.rows; ++row) {
     std::complex<double>* first = waves.data() + row * columns;
     along_x.run(first);
@@ -115,8 +115,8 @@ void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, double lowest
   }
 }
 
-// theta of theta - e sin theta = phase, for 0 <= e < 1. From pi on, Newton's steps fall all the
-// way: the function is convex there.
+// Solves theta - e sin theta = phase for theta, with 0 <= e < 1. Newton's method starts at pi and
+// decreases monotonically, because the function is convex there.
 double trochoid_angle(double phase, double e) {
   const double folded = std::abs(std::remainder(phase, 2 * kPi));
   double theta = kPi;
@@ -151,7 +151,7 @@ HeightGrid flat(const HeightfieldSpec& spec) {
   return {rows, columns, spec.cell_m, std::vector<double>(std::size_t(rows) * columns)};
 }
 
-// Ripples and roughness of wave numbers from `lowest` on.
+// Ripples, and roughness with wave numbers of at least `lowest`.
 HeightGrid relief_from(const HeightfieldSpec& spec, std::uint64_t key, double lowest) {
   HeightGrid grid = flat(spec);
   if (spec.roughness) add_roughness(spec, key, lowest, grid);
@@ -159,7 +159,7 @@ HeightGrid relief_from(const HeightfieldSpec& spec, std::uint64_t key, double lo
   return grid;
 }
 
-// Long waves are not scaled, since that would make a step at the border of a patch.
+// Long waves are not scaled, because that would cause a step at the border of a patch.
 void scale_relief(const HeightfieldSpec& spec, std::uint64_t key, HeightGrid& grid) {
   double shortest_m = kInfinite;
   bool differs = false;

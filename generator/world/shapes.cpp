@@ -50,7 +50,8 @@ std::optional<SurfaceHit> intersect(const BoxShape& box, const Ray& ray, double 
 }
 
 std::optional<SurfaceHit> intersect(const SphereShape& sphere, const Ray& ray, double nearest_m) {
-  // Through the point of the ray nearest to the center: no difference of large squares.
+  // Starts from the point of the ray nearest to the center, which avoids a difference of large
+  // squares.
   const double middle = -dot(ray.origin_m, ray.direction);
   const Vec3 closest = ray.origin_m + middle * ray.direction;
   const double square = sphere.radius_m * sphere.radius_m - dot(closest, closest);
@@ -126,7 +127,7 @@ std::array<Interval, 2> halves_of(Interval span) {
   return {{{span.low, middle}, {middle, span.high}}};
 }
 
-// Of a point on the sphere at that height.
+// The radius of the sphere's circle at a height.
 double circle_radius(double radius_m, double z_m) {
   return std::sqrt(std::max(0.0, (radius_m - z_m) * (radius_m + z_m)));
 }
@@ -146,7 +147,7 @@ double distance_m(const SpherePatch& patch, double low_m, double high_m) {
   return patch.radius_m * (latitude(high_m) - latitude(low_m));
 }
 
-// Two halves in the middle of one of the patch's sides.
+// Two halves, cut at the middle of one of the patch's sides.
 template <class P>
 std::array<P, 2> cut_along(const P& patch, Interval P::*side) {
   std::array<P, 2> halves{patch, patch};
@@ -192,7 +193,7 @@ double area_m2(const DiscPatch& d) {
 std::array<TrianglePatch, 2> halves_of(const TrianglePatch& t) {
   const auto squared = [](Vec3 edge) { return dot(edge, edge); };
   const double ab = squared(t.b - t.a), bc = squared(t.c - t.b), ca = squared(t.a - t.c);
-  // Turned so that the longest edge is a to b.
+  // The triangle is turned so that its longest edge is from a to b.
   TrianglePatch turned = t;
   if (bc > ab && bc >= ca) {
     turned = {t.b, t.c, t.a};
@@ -239,7 +240,7 @@ Ball ball_of(const RectanglePatch& r) {
   return {r.corner + 0.5 * (r.u + r.v), 0.5 * length(r.u + r.v)};
 }
 
-// On curved ones any point is reached along the meridian and then around.
+// On a curved patch, a path along the meridian and then around the axis reaches any point.
 Ball ball_of(const SpherePatch& s) {
   const double middle = s.z_m.middle();
   const double reach =
@@ -268,7 +269,7 @@ Ball ball_of(const DiscPatch& d) {
 }
 
 PatchPoint point_of(const TrianglePatch& t, double u, double v) {
-  // The far half of the parallelogram folded back.
+  // Folds the far half of the parallelogram back.
   if (u + v > 1) {
     u = 1 - u;
     v = 1 - v;

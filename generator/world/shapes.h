@@ -6,7 +6,7 @@
 //   half_extents  of the bounding box around the origin
 //   signed_distance_m  to the surface, negative inside solids
 //   TrianglePatch RectanglePatch SpherePatch MantlePatch DiscPatch   of a surface, halved again and
-//                 again into patches of equal area
+//                 into patches of equal area
 //   surface_patches   of a body
 //   area_m2  halves_of  ball_of  point_of   of a patch
 #pragma once
@@ -20,7 +20,7 @@
 
 namespace ensonify {
 
-// `inside`: a room, seen from within; rays from outside pass through its walls.
+// `inside` makes the box a room that is seen from inside; rays from outside pass through its walls.
 struct BoxShape {
   Vec3 half_size_m;
   bool inside = false;
@@ -29,11 +29,11 @@ struct SphereShape {
   double radius_m = 0;
   bool inside = false;
 };
-// Axis z, centered at the origin, closed by two discs.
+// A cylinder with axis z, centered at the origin and closed by two discs.
 struct CylinderShape {
   double radius_m = 0, half_height_m = 0;
 };
-// z = 0, infinite, seen from both sides.
+// The infinite plane z = 0, which is visible from both sides.
 struct PlaneShape {};
 
 struct Ray {
@@ -47,7 +47,7 @@ struct SurfaceHit {
 };
 
 // The nearest hit beyond `nearest_m` (>= 0); none for a ray that misses or runs along the surface.
-// A solid is seen from outside and, by a sonar inside it, from within.
+// A solid is visible from outside and, for a sonar inside it, from inside.
 std::optional<SurfaceHit> intersect(const BoxShape& box, const Ray& ray, double nearest_m);
 std::optional<SurfaceHit> intersect(const SphereShape& sphere, const Ray& ray, double nearest_m);
 std::optional<SurfaceHit> intersect(const CylinderShape& cylinder, const Ray& ray,
@@ -80,7 +80,8 @@ struct Interval {
   double middle() const { return (low + high) / 2; }
   double at(double part) const { return low + part * (high - low); }
 };
-// Between two meridians and two heights: its area is radius . azimuth . height.
+// The part of a sphere between two meridians and two heights; its area is radius . azimuth .
+// height.
 struct SpherePatch {
   double radius_m = 0;
   Interval azimuth_rad, z_m;
@@ -90,15 +91,15 @@ struct MantlePatch {
   double radius_m = 0;
   Interval azimuth_rad, z_m;
 };
-// Between two meridians and two circles.
+// The part of a disc between two meridians and two circles.
 struct DiscPatch {
   double z_m = 0;
   Interval azimuth_rad, radius_squared_m2;
 };
 using Patch = std::variant<TrianglePatch, RectanglePatch, SpherePatch, MantlePatch, DiscPatch>;
 
-// All of a body's surface in its own frame: of a box the faces -x, +x, -y, +y, -z, +z; the sphere
-// as one; of a cylinder the mantle, the low and the high disc.
+// The whole surface of a body in its own frame. A box has the faces -x, +x, -y, +y, -z, +z; a
+// sphere has one patch; a cylinder has the mantle, the low disc and the high disc.
 std::vector<Patch> surface_patches(const BoxShape& box);
 std::vector<Patch> surface_patches(const SphereShape& sphere);
 std::vector<Patch> surface_patches(const CylinderShape& cylinder);
@@ -109,14 +110,14 @@ double area_m2(const SpherePatch& patch);
 double area_m2(const MantlePatch& patch);
 double area_m2(const DiscPatch& patch);
 
-// Cut across the longer side; a triangle from the middle of its longest edge.
+// A patch is cut across its longer side, and a triangle from the middle of its longest edge.
 std::array<TrianglePatch, 2> halves_of(const TrianglePatch& patch);
 std::array<RectanglePatch, 2> halves_of(const RectanglePatch& patch);
 std::array<SpherePatch, 2> halves_of(const SpherePatch& patch);
 std::array<MantlePatch, 2> halves_of(const MantlePatch& patch);
 std::array<DiscPatch, 2> halves_of(const DiscPatch& patch);
 
-// Holds the patch; not the smallest one.
+// A ball that contains the patch, but not the smallest one.
 struct Ball {
   Vec3 centre_m;
   double radius_m = 0;

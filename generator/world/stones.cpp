@@ -8,10 +8,10 @@
 namespace ensonify {
 namespace {
 
-// Mean number of stones in a tile, the piece of the plane that one set of keys fills.
+// Mean number of stones in a tile, which is the part of the plane that one set of keys fills.
 constexpr double kPerTile = 16;
 
-// The number of a Poisson distribution of that mean, by inversion.
+// A random number with the Poisson distribution of this mean, by inversion.
 int poisson(double mean, double uniform) {
   double term = std::exp(-mean);
   int count = 0;
@@ -35,7 +35,7 @@ bool reaches(const Stone& stone, std::array<double, 2> half_m) {
   return std::abs(stone.x_m) <= half_m[0] + radius && std::abs(stone.y_m) <= half_m[1] + radius;
 }
 
-// Bilinear; beside the grid, of its edge.
+// The height of the bed by bilinear interpolation; outside the grid, the height of its edge.
 double bed_m(const HeightGrid& grid, double x_m, double y_m) {
   const double u = std::clamp((x_m - column_x_m(grid, 0)) / grid.cell_m, 0.0, grid.columns - 1.0);
   const double v = std::clamp((row_y_m(grid, 0) - y_m) / grid.cell_m, 0.0, grid.rows - 1.0);
@@ -127,7 +127,7 @@ void lay_stones(const std::vector<StoneSpec>& populations, std::uint64_t key, He
   for (std::size_t k = 0; k < populations.size(); ++k) {
     const auto factor = static_cast<float>(std::pow(10, populations[k].reflectivity_db / 10));
     if (factor != 1) factors.resize(grid.heights_m.size(), 1);
-    // All stand on the bed, none on another stone.
+    // All stones stand on the bed and none on another stone.
     for (const Stone& stone : stones_within(populations[k], key, k, half_m)) {
       laid.push_back({stone, bed_m(grid, stone.x_m, stone.y_m), factor});
     }

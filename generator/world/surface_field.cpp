@@ -14,8 +14,8 @@ namespace {
 constexpr int kLattice = 64;
 constexpr double kFieldEnd = 5;  // a normal value passes it once in two million
 constexpr int kTableSteps = 1000;
-// Mean correlation along an axis after this many cells is 1/e: of a normalized linear
-// interpolation, averaged over the place in the cell.
+// After this number of cells along an axis, the mean correlation of a normalized linear
+// interpolation is 1/e, averaged over the position in the cell.
 constexpr double kCorrelationCells = 0.9;
 
 double normal_share_below(double g) { return std::erfc(-g / std::sqrt(2.0)) / 2; }
@@ -43,7 +43,7 @@ void fill_table(SurfaceField& field, const Value& value) {
 }  // namespace
 
 float SurfaceField::at(Vec3 local_m) const {
-  // Turned, so that faces of boxes do not lie along the lattice.
+  // The lattice is rotated, so that faces of boxes are not parallel to it.
   static const Quat kTurn = normalized(Quat{0.8, 0.31, 0.42, 0.29});
   const Vec3 p = per_m * rotate(kTurn, local_m);
   const std::array<double, 3> at{p.x, p.y, p.z};
@@ -79,7 +79,7 @@ std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, 
   if (texture.model == TextureModel::gamma) {
     const boost::math::gamma_distribution<double> gamma(texture.shape, 1 / texture.shape);
     fill_table(*field, [&](double g) {
-      // From the nearer end, where the share keeps its digits.
+      // Computed from the nearer end, where the share keeps its digits.
       return g < 0 ? quantile(gamma, normal_share_below(g))
                    : quantile(complement(gamma, normal_share_below(-g)));
     });

@@ -25,7 +25,7 @@ struct SurfaceField {
   std::vector<float> lattice;  // 64^3
   std::vector<float> values;
 
-  // At a place in the object's frame.
+  // The value at a position in the object's frame.
   float at(Vec3 local_m) const;
 };
 
@@ -33,11 +33,12 @@ struct SurfaceField {
 // level. The correlation of the Gaussian field falls to 1/e at correlation_m.
 std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, std::uint64_t key);
 
-// 1 where a share `cover` of the surface has another material, else 0.
+// A field that is 1 on the share `cover` of the surface, which has another material, and 0
+// elsewhere.
 std::shared_ptr<const SurfaceField> make_growth(double cover, double correlation_m,
                                                 std::uint64_t key);
 
-// What a hit gets from the fields of its material; index k of ObjectFields is that of Hit::part k.
+// The fields of a material that affect its hits; index k of ObjectFields belongs to Hit::part k.
 struct MaterialFields {
   std::shared_ptr<const SurfaceField> texture = nullptr, growth = nullptr;
   std::shared_ptr<const SurfaceField> growth_texture = nullptr;  // of the material that has grown
@@ -46,8 +47,8 @@ struct MaterialFields {
 using ObjectFields = std::vector<MaterialFields>;
 
 // The fields of an object's material and of those of its parts, keyed by the names of the object
-// and of the materials, so that other objects do not change them; empty if all are even. What grows
-// is added to the materials of `parts` and to the instance, whose parts must be known.
+// and of the materials, so that other objects do not change them. Empty if all materials are even.
+// Materials of growth are added to `parts` and to the instance, whose parts must be known.
 ObjectFields make_fields(const Scenario& scenario, const ObjectSpec& object, SequenceDraw draw,
                          const std::map<std::string, Material>& materials, PartMaterials& parts,
                          Instance& instance);

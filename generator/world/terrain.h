@@ -23,8 +23,8 @@
 
 namespace ensonify {
 
-// Points `cell_m` apart, two rows and columns at least, centered at the origin: columns from west
-// (x least) to east, rows from north (y largest) to south.
+// Points `cell_m` apart, with at least two rows and columns, centered at the origin. Columns run
+// from west (smallest x) to east, rows from north (largest y) to south.
 struct HeightGrid {
   int rows = 0, columns = 0;
   double cell_m = 0;
@@ -50,36 +50,38 @@ std::uint64_t terrain_key(std::uint64_t seed, SequenceDraw draw, std::string_vie
 //   W2 = rms^2 (g - 2) / (2 pi) K0^(g - 2) (K^2 + K0^2)^(-g/2),  K0 = 2 pi / outer scale
 double roughness_spectrum(const RoughnessSpec& roughness, double wave_number_rad_m);
 
-// Roughness: normal heights, periodic over roughness_period(spec), whose wave vectors lie on that
-// period's lattice between 0 (left out: the mean height is 0) and half the grid's sampling rate.
-// Each wave's draw is keyed by its place on the lattice: halving the cell keeps all existing waves
-// and adds shorter ones. Ripples: trochoids of period mean 0, each with a random phase. Relief
-// factors of patches count; stones are not among the heights (cover.h). Needs a spec without a
-// file.
+// Roughness has normal heights and is periodic over roughness_period(spec). Its wave vectors lie on
+// the lattice of this period, from 0 (left out, so that the mean height is 0) to half the grid's
+// sampling rate. Each wave's draw is keyed by its place on the lattice: halving the cell keeps all
+// existing waves and adds shorter ones. Ripples are trochoids with a mean of 0 over a period, each
+// with a random phase. The heights include relief factors of patches, but no stones (cover.h).
+// Needs a spec without a file.
 HeightGrid make_seabed(const HeightfieldSpec& spec, std::uint64_t key);
 
 // `key` is the object's (terrain_key); ignored if the heights come from a file.
 Result<HeightGrid> height_grid_of(const HeightfieldSpec& spec, std::uint64_t key);
 
-// One factor a point of the grid, bilinear from an NPY or PNG file whose corner pixels lie on the
-// grid's corners. Of PNG: 0 ... 1 from black to white; of NPY: as they stand there, 0 ... 1000.
+// One factor per point of the grid, by bilinear interpolation of an NPY or PNG file whose corner
+// pixels lie on the grid's corners. PNG gives 0 ... 1 from black to white. NPY gives its own
+// values, 0 ... 1000.
 Result<std::vector<float>> vertex_reflectivity(const std::filesystem::path& file,
                                                const HeightGrid& grid);
 
 struct Terrain {
   HeightGrid grid;
-  std::vector<float> reflectivity;  // factors on the material's, one a point; none: 1 everywhere
+  std::vector<float> reflectivity;  // factors on the material's, one per point; none: 1
 };
 
 // `key` as above. Errors: those of height_grid_of and vertex_reflectivity, and of stones and
-// patches whose cell and area a file brings; `faulty_key` is then the key below the heightfield.
+// patches if their cell and area come from a file. `faulty_key` is then the key below the
+// heightfield.
 Result<Terrain> make_terrain(const HeightfieldSpec& spec, std::uint64_t key,
                              std::string& faulty_key);
 
-// Two triangles a cell, seen counter-clockwise from above, parted along the flatter diagonal. A
-// hole takes every triangle that it is a corner of. Smooth normals are those of central
-// differences, one-sided at the edges and beside holes, level
-// along an axis on which a point stands alone. `reflectivity` is empty or one a point.
+// Each cell has two triangles, counter-clockwise as seen from above and divided by the flatter
+// diagonal. A triangle with a hole at a corner is left out. Smooth normals follow from central
+// differences, or one-sided ones at the edges and next to holes; they are level along an axis on
+// which a point has no neighbor. `reflectivity` is empty or has one value per point.
 Mesh heightfield_mesh(const HeightGrid& grid, Normals normals,
                       const std::vector<float>& reflectivity = {});
 Mesh terrain_mesh(const HeightfieldSpec& spec, const Terrain& terrain);

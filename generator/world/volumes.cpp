@@ -20,7 +20,7 @@ constexpr double kFade = 0.2;  // of the height
 // Normal numbers on the corners of unit cells, interpolated so that the variance is 1 everywhere.
 class NormalField {
  public:
-  // Over [-reach, reach]^2 x [0, height].
+  // A field over [-reach, reach]^2 x [0, height].
   NormalField(int reach, int height, std::uint64_t key, std::uint32_t octave)
       : reach_(reach), side_(2 * reach + 2), levels_(height + 2) {
     values_.reserve(std::size_t(side_) * side_ * levels_);
@@ -57,7 +57,7 @@ class NormalField {
   std::vector<float> values_;
 };
 
-// Height in local radii: int dz / R.
+// The height in local radii, the integral of dz / R.
 double height_in_radii(const PlumeSpec& plume, double z_m) {
   const double slope = std::tan(radians(plume.spread_deg));
   if (slope * z_m < 1e-6 * plume.radius_m) return z_m / plume.radius_m;
@@ -74,7 +74,7 @@ class Turbulence {
     }
   }
 
-  // A factor of mean 1.
+  // The factor of turbulence, with mean 1.
   double at(Vec3 p) const {
     const double radius = plume_radius_m(plume_, p.z), z = height_in_radii(plume_, p.z);
     double g = 0, square = 0;
@@ -124,7 +124,7 @@ Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key) {
   DensitySource source;
   source.low = {-reach, -reach, 0};
   source.high = {reach, reach, static_cast<int>(plume.height_m / step)};
-  // Widest at its upper end.
+  // The plume is widest at its upper end.
   source.is_empty = [&](std::array<int, 3> first) {
     constexpr int kLast = DensityGrid::kCells;
     const auto nearest = [](int from) { return std::clamp(0, from, from + kLast); };

@@ -38,7 +38,7 @@ struct School {
 
 struct VolumeParts {
   std::variant<Volume, School> part;
-  double strength_db = 0;  // of density 1; of a school the mean over its ellipsoid
+  double strength_db = 0;  // at density 1; for a school, the mean over its ellipsoid
 };
 
 // Grids by file and grid name, each read once.
@@ -51,19 +51,19 @@ Result<VolumeParts> make_volume(const VolumeSpec& spec, std::uint64_t key, Densi
 // The key for errors of this volume's kind, such as "vdb.file".
 std::string faulty_key(const VolumeSpec& spec);
 
-// Uniform in the ellipsoid; fish i does not depend on the number of fish.
+// Positions are uniform in the ellipsoid. That of fish i does not depend on the number of fish.
 std::vector<Vec3> fish_of(const SchoolSpec& school, const Pose& pose, std::uint64_t key);
 
 // R(z) = radius + z tan(spread).
 double plume_radius_m(const PlumeSpec& plume, double z_m);
 
-// (radius/R)^2 (1 - s^2/R^2)^2 at distance s from the axis, falling to zero over the uppermost
-// fifth; zero outside. 1 on the axis at the foot.
+// (radius/R)^2 (1 - s^2/R^2)^2 at distance s from the axis, and zero outside. The density is 1 on
+// the axis at the foot, and falls to zero over the uppermost fifth.
 double plume_mean_density(const PlumeSpec& plume, Vec3 p);
 
-// The mean times turbulence: exp(sigma g - sigma^2/2), g a normal field of unit variance
-// everywhere, three octaves of eddies that grow with R. The mean over keys is plume_mean_density.
-// Error (usage): a plume too wide for its foot, so that the grid does not resolve it.
+// The mean density times the turbulence exp(sigma g - sigma^2/2). g is a normal field of unit
+// variance everywhere, with three octaves of eddies that grow with R. The mean over keys is
+// plume_mean_density. Error (usage): the plume is so wide that the grid does not resolve its foot.
 Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key);
 
 }  // namespace ensonify

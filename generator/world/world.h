@@ -33,13 +33,13 @@ struct MeshShape {
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
-// Whether it is seen from within, with everything else inside it.
+// Whether the shape is seen from inside and contains everything else.
 bool is_room(const Shape& shape);
 
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
-  Pose pose;  // in the world; of an object that moves: at its start
+  Pose pose;  // in the world; if the object moves: at its start
   Material material;
   std::shared_ptr<const Path> path = nullptr;  // null: at rest
   PartMaterials parts = {};
@@ -77,18 +77,18 @@ class MeshLibrary {
 };
 
 // Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
-// vertex_reflectivity, load_path and load_backscatter_table, of all materials and objects at once,
-// each line behind the key that names the file; usage, or io if all are reading errors; usage for a
-// part that a mesh does not have. Synthetic terrain is sampled by seed, sequence, redraw and name.
-// Places objects (place.h), with the errors of place_objects. `library`: shared by worlds that read
-// the same files; null: none.
+// vertex_reflectivity, load_path and load_backscatter_table, for all materials and objects at once.
+// Each line begins with the key that names the file. The kind is usage, or io if all are reading
+// errors. A part that a mesh does not have is a usage error. Synthetic terrain is sampled by seed,
+// sequence, redraw and name. Places objects (place.h), with the errors of place_objects. `library`
+// is shared by worlds that read the same files, and may be null.
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0,
                           MeshLibrary* library = nullptr);
 
-// Only its instances and classes, without materials; reads no files.
+// A world with only instances and classes, without materials. Reads no files.
 World empty_world(const Scenario& scenario);
 
-// The time is that of the pings.
+// `time_s` is on the clock of the pings.
 Pose object_pose(const WorldObject& object, double time_s);
 
 }  // namespace ensonify

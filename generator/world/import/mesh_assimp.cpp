@@ -70,11 +70,11 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
   return {};
 }
 
-// What to read from a file.
+// The parts of a file that are to be read.
 struct Wanted {
   bool smooth = false;
   bool colors = false;
-  std::vector<std::uint8_t> part;  // of each of its meshes; none: too many to tell apart
+  std::vector<std::uint8_t> part;  // of each of its meshes; empty: too many to distinguish
 };
 
 // The name of a mesh's material, or its own name if assimp invented the material.
@@ -102,7 +102,7 @@ void name_parts(const aiScene& scene, Wanted& wanted, Mesh& mesh) {
   }
 }
 
-// Whether a material of a mesh has an image, of whatever use.
+// Whether a material of a mesh has an image of any kind.
 bool has_texture(const aiScene& scene) {
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const unsigned material = scene.mMeshes[m]->mMaterialIndex;
@@ -124,7 +124,8 @@ void warn_of_textures(const aiScene& scene, Mesh& mesh) {
       "parts materials, or its vertices colors and use reflectivity: vertex_color");
 }
 
-// Adds the meshes of a node and of all below it, placed by the transforms on the way.
+// Adds the meshes of a node and of all nodes below it, placed by the transforms on the path to
+// them.
 void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
               const Wanted& wanted, Mesh& mesh) {
   const aiMatrix4x4 placed = parent * node.mTransformation;
@@ -168,7 +169,7 @@ Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
   return {};
 }
 
-// Intended lines and points look the same as faces that were cut off.
+// Intended lines and points cannot be distinguished from faces that were cut off.
 void warn_of_lines(const aiScene& scene, Mesh& mesh) {
   std::size_t lines = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -199,7 +200,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    // assimp turns this exception into a text.
+    // assimp converts this exception to a text.
     if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
     return broken_mesh(file,
                        fmt::format("cannot be read as a mesh: {}", importer.GetErrorString()));

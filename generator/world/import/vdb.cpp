@@ -32,7 +32,8 @@ std::string names_in(const openvdb::GridPtrVec& grids) {
   return names.empty() ? "none" : names;
 }
 
-// One grid of the file, by name, or the only one where `name` is empty. Throws as OpenVDB does.
+// Reads one grid of the file by its name, or the only grid if `name` is empty. Throws the
+// exceptions of OpenVDB.
 Result<openvdb::GridBase::Ptr> read_grid(const std::filesystem::path& path,
                                          const std::string& name) {
   openvdb::initialize();
@@ -86,10 +87,10 @@ std::string trouble_of(const openvdb::GridBase& base, const FloatGrid* grid,
                      kFarthestVdbIndex);
 }
 
-// Reads a grid that meets the demands and hands it to `make`, whose errors are named by the grid.
-// The file is named in all errors, and what OpenVDB throws becomes one. All of it runs on this
-// thread alone: all threads come from core/parallel.h, and OpenVDB would start some to count and to
-// free.
+// Reads a grid that meets the demands and passes it to `make`, whose errors get the name of the
+// grid. All errors get the name of the file, and exceptions of OpenVDB become errors. Everything
+// runs on this thread, because all threads come from core/parallel.h, and OpenVDB would start
+// others to count and to free memory.
 template <class T>
 Result<T> load_from_vdb(const std::filesystem::path& file, const std::string& name,
                         const GridDemands& demands, Result<T> (*make)(const FloatGrid&)) {
@@ -167,7 +168,7 @@ Result<DensityGrid> density_of(const FloatGrid& grid) {
   DensitySource source;
   source.low = {box.min()[0], box.min()[1], box.min()[2]};
   source.high = {box.max()[0], box.max()[1], box.max()[2]};
-  // A brick's samples lie in up to eight leaves, which have its size.
+  // A brick's samples lie in up to eight leaves, which have the size of a brick.
   source.is_empty = [&](std::array<int, 3> first) {
     for (int i = 0; i < 8; ++i) {
       const openvdb::Coord at(first[0] + 8 * (i & 1), first[1] + 8 * (i >> 1 & 1),
@@ -246,7 +247,7 @@ Result<Mesh> surface_of(const FloatGrid& grid) {
     }
     mesh.vertices.push_back({p.x(), p.y(), p.z()});
   }
-  // OpenVDB's faces are seen clockwise from outside.
+  // OpenVDB's faces are clockwise as seen from outside.
   const bool turned = !is_mirrored(grid.transform());
   mesh.triangles.reserve(2 * quads.size());
   for (openvdb::Vec4I q : quads) {
@@ -254,7 +255,7 @@ Result<Mesh> surface_of(const FloatGrid& grid) {
     mesh.triangles.push_back({q[0], q[1], q[2]});
     mesh.triangles.push_back({q[0], q[2], q[3]});
   }
-  // Voxels that the surface only touches leave slivers; they open no gap.
+  // Voxels that the surface only touches leave slivers. Dropping these opens no gap.
   drop_faces_without_area(mesh);
   mesh.warnings.clear();
   if (mesh.triangles.empty()) {

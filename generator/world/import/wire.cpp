@@ -50,7 +50,7 @@ template <class T>
 bool get_list(const WireInput& in, std::vector<T>& list) {
   std::uint64_t count = 0;
   if (!get(in, count) || count > in.most_bytes / sizeof(T)) return false;
-  // Reads in pieces, so that a false count takes no more memory than the data.
+  // Reads in pieces, so that a wrong count does not use more memory than the data.
   constexpr std::uint64_t kPiece = (std::uint64_t{4} << 20) / sizeof(T);
   list.reserve(static_cast<std::size_t>(count));
   while (list.size() < count) {
@@ -79,7 +79,7 @@ bool get_texts(const WireInput& in, std::vector<std::string>& texts) {
 
 const Error kNonsense{ErrorKind::bug, "returned nothing usable"};
 
-// None if the payload follows; else the importer's error, or kNonsense.
+// Returns none if the payload follows; otherwise the importer's error, or kNonsense.
 std::optional<Error> read_head(const WireInput& in, Payload wanted) {
   std::uint64_t magic = 0;
   Payload payload{};
