@@ -2,8 +2,8 @@
 //
 // A backend takes batches of pings. A ping consists of a list of scatterers, without any ray grid,
 // and the keys of its random numbers. The results are the time series and its expected power. The
-// delays, arrivals and Doppler of the scatterers contain how the sonar moved while the sound
-// traveled. Every backend draws xi from the same keys and is compared with the reference.
+// delays, arrivals and Doppler of the scatterers include the motion of the sonar while the sound
+// travels. Every backend draws xi from the same keys and is compared with the reference.
 //
 //   SynthesisSetup   what all pings of a sequence share
 //   PingTask         one ping to synthesize

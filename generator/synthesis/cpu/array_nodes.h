@@ -1,4 +1,4 @@
-// Beams by way of nodes: the elements' records are steered to a few equally spaced directions, the
+// Forms beams from nodes. The elements' records are steered to a few equally spaced directions, the
 // nodes, and beams are short sums of neighboring nodes.
 //
 // The record of node q at u = (first + q) spacing_u is

@@ -15,8 +15,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// The shares of the tolerance for the kernel, for its polynomials, and for its ends that are lost
-// at elements beside a group's middle.
+// The shares of the tolerance for the kernel, for its polynomials, and for the ends of the kernel
+// that are lost at elements away from a group's middle.
 constexpr double kSpreadShare = 0.3, kPolynomialShare = 0.2, kLostShare = 0.2;
 constexpr double kFurthestReach = 1.8;
 // The largest error of a path's expansion, in turns of the carrier.

@@ -110,7 +110,7 @@ double error_of(const BeamNodes& nodes, const std::vector<double>& weight, doubl
       error += sum * sum;
       norm += w(j) * w(j);
     }
-    // The factor 2: P on the left and P^T on the right of K each contribute this error.
+    // The factor is 2 because P on the left and P^T on the right of K each contribute this error.
     worst = std::max(worst, std::sqrt(2 * error / norm));
   }
   return worst;

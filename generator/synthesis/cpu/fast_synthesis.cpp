@@ -135,7 +135,7 @@ class FastSynthesis final : public PingSynthesis {
  private:
   void series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
               const Workers& workers) const;
-  // Needs series() of the same ping first, which finds out what amplitudes there are.
+  // Needs series() of the same ping first, which determines the kinds of amplitudes.
   void clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
                    const Workers& workers) const;
   void add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,

@@ -19,7 +19,7 @@ std::mutex& planner_mutex() {
 
 fftw_complex* as_fftw(std::complex<double>* data) { return reinterpret_cast<fftw_complex*>(data); }
 
-// Measured plans may differ from run to run, and so would the last bits of every result.
+// Measured plans may differ from run to run, which would change the last bits of every result.
 constexpr unsigned kPlanFlags = FFTW_ESTIMATE;
 
 void destroy(fftw_plan plan) {

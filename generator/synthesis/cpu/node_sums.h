@@ -28,7 +28,7 @@
 namespace ensonify {
 
 // A row is one complex record. For series it contains one node, and its two planes are re and im.
-// For power, whose values are real, it contains two nodes, and its planes are these nodes.
+// For power, whose values are real, it contains two nodes, one per plane.
 struct NodePlan {
   BeamNodes nodes;
   SpreadKernel spread;

@@ -147,7 +147,7 @@ struct GatherSounds {
     Complex32* at = grid + ((ping * elements) + first_element + element) * kernel.points + point;
     Complex32 sum = adds ? *at : Complex32{0, 0};
     add(ping, element, point, reach, sum);
-    // Sounds that wrap around the ends of the period.
+    // Adds sounds that wrap around the ends of the period.
     if (point + kernel.points <= kernel.points + reach) {
       add(ping, element, point + kernel.points, reach, sum);
     }

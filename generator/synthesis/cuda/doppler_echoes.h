@@ -161,7 +161,8 @@ class DopplerEchoes {
     if (setup.min_doppler != 0 || setup.max_doppler != 0) need_tables();
   }
 
-  // The points of a node's grid, or 0 as long as no Doppler is expected and no batch had any.
+  // The points of a node's grid, or 0 if the setup expects no Doppler and no batch has had any so
+  // far.
   std::uint64_t points() const { return tables_ ? tables_->spread.points : 0; }
   // Device memory for each Doppler echo.
   static constexpr std::uint64_t echo_bytes() {
