@@ -1,7 +1,7 @@
 // How levels become 8-bit images.
 //
-//   GreyScale  Flip  Resampling  Display   the settings, of own and of rendered images
-//   DisplayCounts                          how much of the images lies beyond the limits
+//   GreyScale  Flip  Resampling  Display   the settings, of original and rendered images
+//   DisplayCounts                          number of pixels beyond the limits
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ constexpr const char* resampling_name(Resampling resampling) {
 }
 
 // A pixel shows its level plus a gain: s = level + spreading log10(r / 1 m) + 2 alpha r + gain_db,
-// the third term with `absorption`. labels/display.h says how s becomes a gray level.
+// the third term with `absorption`. labels/display.h defines the gray level of s.
 struct Display {
   GreyScale scale = GreyScale::db;
   double gamma = 1;                             // power of the amplitude; of GreyScale::amplitude

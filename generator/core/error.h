@@ -23,7 +23,7 @@ enum class ErrorKind {
   interrupted,  // stopped on request; finished files are kept
   incomplete,   // some parts of the work cannot be made; all others are done
   redraw,       // the sampled world cannot be built; another sample may work
-  final_usage,  // usage that ends the whole run, where usage costs one sequence
+  final_usage,  // as usage, but ends the whole run instead of one sequence
 };
 
 struct Error {
@@ -44,7 +44,7 @@ class [[nodiscard]] Result {
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  // Values need ok(), error() needs !ok(): anything else is a bug and throws.
+  // Values need ok(), and error() needs !ok(). Any other use is a bug and throws.
   T& operator*() { return std::get<0>(state_); }
   const T& operator*() const { return std::get<0>(state_); }
   T* operator->() { return &std::get<0>(state_); }
@@ -55,8 +55,8 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
-// Thrown where a device or a library behind a stage has no memory or cannot start, deep inside code
-// that cannot return an Error; the program's top level turns it into ErrorKind::device.
+// Thrown if a device or a library has no memory or cannot start, in code that cannot return an
+// Error. The program's top level converts it to ErrorKind::device.
 class DeviceFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,5 +1,6 @@
 // The planes of a labeled image, one row each. All code that copies, checks, writes or reads images
-// loops over this table: a new label needs a member of ImagePlanes, a row here and its producer.
+// loops over this table: a new label needs a member of ImagePlanes, a row here and code that
+// computes it.
 //
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
@@ -19,7 +20,7 @@
 
 namespace ensonify {
 
-// What a pixel holds where there is nothing.
+// The value of a pixel without content.
 enum class PlaneBlank { zero, no_energy, nan };
 
 struct ImagePlane {

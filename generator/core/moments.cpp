@@ -8,8 +8,8 @@
 namespace ensonify {
 namespace {
 
-// A beam's part of a block: each realization less the first one, so that small spreads on large
-// means keep their digits.
+// A beam's part of a block. The first realization is subtracted from each one, so that small
+// spreads around large means keep their digits.
 struct Offsets {
   std::vector<double> re, im, power;  // [samples]
 
@@ -36,7 +36,7 @@ struct BlockSums {
   }
 };
 
-// sum of b a*.
+// Adds the sums of b a*.
 void add_products(const double* a_re, const double* a_im, const double* b_re, const double* b_im,
                   std::size_t count, double* re, double* im) {
   for (std::size_t n = 0; n < count; ++n) {

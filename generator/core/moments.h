@@ -1,8 +1,8 @@
 // Moments of the time series over independent speckle draws of one scene, for each pixel: a speckle
-// study keeps these in place of its pings. docs/physics/4_speckle.md, has the formulas.
+// study stores these instead of its pings. docs/physics/4_speckle.md, has the formulas.
 //
 //   Moments          central sums of n realizations; memory does not grow with n
-//   add_block        n + (a block of realizations), rows of beams at a time
+//   add_block        merges a block of realizations, some beams at a time
 //   Ratios           ratios of the moments at one pixel
 #pragma once
 
@@ -56,7 +56,7 @@ using SeriesBlock = std::span<const std::vector<std::complex<float>>>;
 // values.
 void add_block(SeriesBlock block, std::uint64_t count, int first, int last, Moments& moments);
 
-// Of one pixel from n >= 2 realizations; NaN where a denominator is 0.
+// The ratios of one pixel from n >= 2 realizations; NaN if a denominator is 0.
 struct Ratios {
   double power_variance = 0;  // of I, unbiased, Pa^4
   double contrast = 0;        // standard deviation of I / mean of I

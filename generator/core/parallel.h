@@ -12,8 +12,8 @@ struct StageTimes;
 
 class Workers {
  public:
-  // threads = 0: as many as the machine has. `stage_times`: receives the processor time of the
-  // stages that these workers run (stage_times.h).
+  // With threads = 0, uses as many threads as the machine has. `stage_times` receives the processor
+  // time of the stages that these workers run (stage_times.h).
   explicit Workers(int threads = 0, StageTimes* stage_times = nullptr);
   ~Workers();
   Workers(const Workers&) = delete;

@@ -38,7 +38,7 @@ struct ImagePlanes {
   std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
-  std::vector<std::uint16_t> shadow;  // the instance that casts it; 0: none. Empty: not asked for
+  std::vector<std::uint16_t> shadow;  // the occluder; 0: none. Empty: not requested
   // The instance with the strongest multipath echoes, where these exceed the direct ones; 0: none.
   // Empty: not requested.
   std::vector<std::uint16_t> multipath = {};
@@ -89,9 +89,9 @@ struct Annotation {
   std::array<int, 4> box{};
   std::int64_t area = 0;
   std::string rle_counts;
-  // Where it would be if everything else were transparent, with its own pixels; absent: not
-  // requested. Then also the share of its rays that meet something else first; NaN if no ray meets
-  // it.
+  // The pixels that the instance would have if everything else were transparent; absent if not
+  // requested. If requested, `occlusion` is the share of its rays that meet another instance first;
+  // NaN if no ray meets it.
   std::optional<PixelMask> amodal = {};
   double occlusion = 0;
   InstanceMeasures measures = {};
@@ -99,7 +99,7 @@ struct Annotation {
 
 // Signal components, whose sum is the time series. `target`: the chosen instances; `background`:
 // all other surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`:
-// all echoes over specular reflectors, none of which are in the components before; `quantisation`:
+// all echoes over specular reflectors, which the other components do not contain; `quantisation`:
 // the ADC's rounding error.
 enum class Layer { noise, volume, target, background, multipath, quantisation };
 constexpr const char* layer_name(Layer layer) {
@@ -116,7 +116,7 @@ struct LayerSeries {
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
-  Pose sonar_in_world;                        // mount included
+  Pose sonar_in_world;                        // with the mount
   std::vector<Pose> object_in_world;          // by instance id - 1
   std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: nothing needs it
   std::vector<LayerSeries> layers;            // as SequenceInfo::layers
@@ -169,7 +169,7 @@ struct Instance {
   bool vertex_reflectivity = false;      // of a surface: its mesh scales the reflectivity
   double target_strength_db = 0;         // of a point target
   double volume_strength_db = 0;         // of a volume, dB re 1/m
-  std::vector<InstancePart> parts = {};  // of a surface: what has another material
+  std::vector<InstancePart> parts = {};  // of a surface: parts with another material
   std::vector<InstanceGrowth> growth = {};
   std::optional<OrientedBox> box = {};   // absent: a point, or infinite
 };
@@ -220,8 +220,8 @@ struct DrawnValue {
   friend bool operator==(const DrawnValue&, const DrawnValue&) = default;
 };
 
-// The outcome of placing objects at random in a sequence. Sampling again favors sequences with few
-// or small objects: the counts show by how much.
+// The outcome of placing objects at random in a sequence. Repeated sampling favors sequences with
+// few or small objects, and the counts show by how much.
 struct PlacedClass {
   std::string class_name;
   std::uint64_t first = 0;  // objects to be placed in the first sample

@@ -1,7 +1,7 @@
 // Random numbers without state: a number is a function of its key and counter, so that results do
 // not depend on the order of calls or on threads.
 //
-//   Stream          what a draw is for
+//   Stream          the purpose of a draw
 //   SequenceDraw    a sequence may be sampled several times
 //   stream_key      64-bit key from (seed, stream, sequence)
 //   name_key        64-bit key from a name
@@ -19,7 +19,7 @@
 
 namespace ensonify {
 
-// The values are part of every data set's identity: never renumber.
+// The values are part of every data set's identity, so they must never change.
 enum class Stream : std::uint32_t {
   speckle = 1,
   noise = 2,
@@ -70,8 +70,8 @@ ENSONIFY_HD inline std::uint64_t stream_key(std::uint64_t seed, Stream stream,
   return mix64(mix64(seed) ^ mix64(~word));
 }
 
-// A sample of a sequence's world: redraw 0 is the first; the next is made if the objects of one
-// find no place.
+// A sample of a sequence's world. The first one is redraw 0; another one is made if objects find no
+// place.
 struct SequenceDraw {
   constexpr SequenceDraw(std::uint32_t sequence_number = 0, std::uint32_t redraw_number = 0)
       : sequence(sequence_number), redraw(redraw_number) {}

@@ -14,8 +14,8 @@
 namespace ensonify {
 
 // The file of this name in the folder of the program or of the Python module, as in a build tree,
-// or where an installation puts it: ../lib/ensonify from the program's folder, ../../../ensonify
-// from the module's. If none exists: the path in the first folder.
+// or in the folder of an installation: ../lib/ensonify from the program's folder, ../../../ensonify
+// from the module's. If no such file exists, returns the path in the first folder.
 std::filesystem::path companion_path(const char* name);
 
 enum class SimdLevel { sse4, avx2, avx512 };  // avx2 with fma; avx512 with f, bw, dq and vl

@@ -8,7 +8,7 @@
 namespace ensonify {
 namespace {
 
-// From this number on, one bucket per key is faster than comparing.
+// From this number of keys on, one bucket per key is faster than comparing keys.
 constexpr std::size_t kFewKeys = 16;
 
 bool before(const SortKey& a, const SortKey& b) {
@@ -19,7 +19,7 @@ bool before_in_sector(const Scatterer& a, const Scatterer& b) {
   return std::tie(a.delay_s, a.key) < std::tie(b.delay_s, b.key);
 }
 
-// Counts to places: offset[j] becomes the sum of all before j.
+// Converts counts to positions: offset[j] becomes the sum of all counts before j.
 void add_up(std::vector<std::uint32_t>& offset) {
   for (std::size_t j = 1; j < offset.size(); ++j) offset[j] += offset[j - 1];
 }

@@ -1,7 +1,7 @@
 // The record between tracing and synthesis: the echoes of one ping, and those that surfaces hide.
 //
-// Made once per ping, read by every backend and by the labels. It has no ray grid: an echo from a
-// refracted ray, a bounce or a fixed surface scatterer is one more entry.
+// The record is made once per ping, and all backends and the labels read it. It has no ray grid: an
+// echo from a refracted ray, a bounce or a fixed surface scatterer is one more entry.
 //
 //   Scatterer  ScattererList
 //   sorted_by_beam_and_delay  append  with_more  sort_keys
@@ -59,9 +59,8 @@ struct Scatterer {
   float received_path_m = 0;
 };
 
-// All scatterers of one ping, sorted by beam, then delay, then key; the two of one key in the order
-// in which they were given. Those of beam j are
-// [beam_offset[j], beam_offset[j + 1]).
+// All scatterers of one ping, sorted by beam, then delay, then key. Two scatterers with the same
+// key keep their order. Those of beam j are [beam_offset[j], beam_offset[j + 1]).
 struct ScattererList {
   std::vector<std::uint32_t> beam_offset;  // [beams + 1]
   std::vector<Scatterer> items;

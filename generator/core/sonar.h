@@ -34,7 +34,7 @@ struct Pulse {
 // Spectral window of the receiver over the band.
 enum class Window { none, hann, hamming, blackman };
 
-// How the receiving array's elements are weighted; the beam keeps its -3 dB width.
+// The weights of the receiving array's elements. Every shading keeps the -3 dB width of the beam.
 enum class Shading { uniform, hann, taylor, chebyshev };
 struct BeamShading {
   Shading kind = Shading::uniform;
