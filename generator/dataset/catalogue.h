@@ -1,13 +1,13 @@
 // The files of a data set and the planes of its images, one row each. All code that writes, packs,
 // checks, lists, estimates, describes or reads files loops over these rows.
 //
-//   FileScope  FileGrid  FileCodec     where a file lies, what its cells are, how they are stored
+//   FileScope  FileGrid  FileCodec     a file's folder, its cells and their encoding
 //   CatalogueRow  catalogue            the rows, in the order of the data card
-//   FileSelection  selection_of        what decides which of them exist
+//   FileSelection  selection_of        the settings that select files
 //   is_wanted  is_ping_file  is_array
 //   find_file  find_array  arrays_of   rows by name
-//   plane_row  grey_row  picture_row   ... or by what it shows
-//   GridSizes  sizes_of                how large the grids of a sequence are
+//   plane_row  grey_row  picture_row   rows by their content
+//   GridSizes  sizes_of                the sizes of a sequence's grids
 //   grid_shape  array_shape  cell_count  packed_bytes
 #pragma once
 
@@ -27,7 +27,7 @@
 
 namespace ensonify {
 
-// Once per data set, sequence or ping.
+// Whether a file exists once per data set, per sequence or per ping.
 enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [pings, beams], [beams, samples], [elements, samples], [samples, beams],
@@ -49,7 +49,7 @@ enum class FileCodec {
   vdb
 };
 
-// What decides which files a sequence has.
+// The settings that select the files of a sequence.
 struct FileSelection {
   OutputSelection output;
   std::vector<Layer> layers = {};
@@ -111,12 +111,12 @@ struct GridSizes {
   std::uint64_t pings = 0;
 };
 GridSizes sizes_of(const SequenceInfo& info);
-// {0} for a list, which means any length.
+// A list has the shape {0}, which stands for any length.
 NpyShape grid_shape(const CatalogueRow& row, const GridSizes& sizes);
 // Shape of `array`: pings first.
 NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes);
 std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes);
-// Of one ping in `array`.
+// The bytes of one ping in `array`.
 std::uint64_t packed_bytes(const CatalogueRow& row, const GridSizes& sizes);
 
 }  // namespace ensonify

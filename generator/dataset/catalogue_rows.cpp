@@ -252,8 +252,8 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
   return view == ImageView::polar ? r.polar : r.cartesian;
 }
 
-// Floats are stored as halves, all in one image, but those of surfaces, which have an image of
-// floats of their own; ids in an image of each plane.
+// Float planes are stored as halves in one image, except those of surfaces, which have their own
+// image of floats. Each plane of ids has its own image.
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
   const bool is_float = is_float_plane(plane);

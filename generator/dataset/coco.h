@@ -6,8 +6,8 @@
 //    "annotations": [{"instance", "bbox": [x, y, width, height], "area", "counts", "truncated",
 //    "contrast_db", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}], "hidden":
 //    [{"instance", "occlusion", "amodal_bbox", "amodal_area", "amodal_counts"}]}]}
-// `file` is relative to the sequence's folder, `counts` COCO's compressed run-length code. Without
-// output.amodal the last four are absent and nothing is hidden. Packed pings have
+// `file` is relative to the sequence's folder, and `counts` is COCO's compressed run-length code.
+// Without output.amodal, the last four members are absent and `hidden` is empty. Packed pings have
 // "array" and "index" in place of "file"; masks without an image have none of the three.
 //
 //   annotation_line  for_each_annotated_ping
@@ -47,7 +47,7 @@ Json categories_json(const std::vector<std::string>& classes, const std::vector<
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
                              const std::vector<std::uint32_t>& sequences, const Json& categories);
 
-// How much a line of annotations.jsonl adds to coco.json. Error (bug): as of write_coco.
+// The bytes that a line of annotations.jsonl adds to coco.json. Error (bug): the line is not valid.
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);
 
 // One image of a ping, with the selected annotations.
@@ -68,7 +68,7 @@ class CocoFile {
   // `line` is the ping's, of annotations.jsonl. Error (damage): it lacks a member; (bug): it names
   // an instance that the sequence does not have.
   Status add(const SequenceInfo& info, std::string_view line, const CocoImage& image);
-  // Gives the file its name. Error (io).
+  // Completes the file and gives it its final name. Error (io).
   Status close();
 
  private:

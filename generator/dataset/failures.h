@@ -26,7 +26,7 @@ Failures failures_in(const std::filesystem::path& dir);
 // Error (io): it cannot be written.
 Status record_failure(const std::filesystem::path& dir, const SequenceFailure& failure);
 
-// Ascending, each once.
+// In ascending order, without duplicates.
 std::vector<std::uint32_t> sequence_numbers(const std::filesystem::path& dir);
 
 }  // namespace ensonify

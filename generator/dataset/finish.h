@@ -57,13 +57,15 @@ struct DatasetInfo {
   std::vector<std::string> classes;      // class id k is classes[k - 1]
   std::vector<ClassKind> class_kinds;    // of each
   std::vector<Asset> assets;
-  // What differs between runs; goes to provenance.json, the only file that is never hashed.
+  // Values that differ between runs. They go to provenance.json, the only file that is never
+  // hashed.
   std::string host;
   double wall_seconds = 0;
   int threads = 0;
 };
 
-// README.md: what the data set is and how to read it. `pings`: of all its sequences.
+// The text of README.md, which describes the data set and how to read it. `pings` counts all its
+// sequences.
 std::string data_card(const DatasetInfo& info, std::uint64_t pings);
 
 // Writes the top-level files, dataset.json and finally dataset.sha256, and removes .work; while

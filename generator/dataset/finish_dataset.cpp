@@ -55,7 +55,7 @@ Result<FileEntry> copy_asset(const fs::path& dir, const Asset& asset) {
   return copy.commit();
 }
 
-// What dataset.json holds about all sequences.
+// The values of dataset.json that summarize all sequences.
 struct SequenceSums {
   std::optional<PlacementTotals> placement;
   std::optional<std::array<double, 2>> limits_db;  // of the 8-bit images
@@ -195,7 +195,7 @@ std::optional<DatasetManifest> manifest_in(const fs::path& dir) {
   return head ? read_dataset_head(*head) : std::nullopt;
 }
 
-// How many sequences are accounted for.
+// The number of sequences that are finished or cannot be made.
 template <class Dataset>
 std::size_t listed(const Dataset& dataset) {
   return dataset.sequences.size() + dataset.failed.size();
@@ -220,7 +220,8 @@ Status write_provenance(const fs::path& dir, const DatasetInfo& info) {
   return written ? Status() : Status(written.error());
 }
 
-// A finished data set of the same run with all of these sequences and more is newer than this one.
+// Returns a finished data set of the same run that has all of these sequences and more, and is
+// therefore newer.
 std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInfo& info) {
   if (!is_sealed(dir)) return std::nullopt;
   auto manifest = manifest_in(dir);
@@ -233,7 +234,7 @@ std::optional<DatasetManifest> outgrown_by(const fs::path& dir, const DatasetInf
   return has_all ? std::move(manifest) : std::nullopt;
 }
 
-// Another process may have started more sequences of this run: those stay.
+// Keeps the files of further sequences of this run, which another process may have started.
 void remove_own_work(const fs::path& dir, const DatasetInfo& info) {
   std::vector<std::uint32_t> numbers = info.sequences;
   for (const SequenceFailure& failure : info.failed) numbers.push_back(failure.sequence);

@@ -113,7 +113,7 @@ class SequenceTables {
   }
 
  private:
-  // In the order of table_rows.
+  // The files in the order of table_rows.
   std::array<StreamedFile*, 6> files() {
     return {&poses_, &tum_, &objects_, &boxes_, &first_return_, &annotations_};
   }

@@ -20,8 +20,8 @@ class FolderLock {
   int descriptor_;
 };
 
-// Held by any number of processes while they work in the folder: a shared lock on its work.json,
-// whose inode stays the same as long as the work does.
+// A shared lock that any number of processes hold while they work in the folder. It is on
+// work.json, whose inode does not change during the work.
 class FolderUse {
  public:
   FolderUse() = default;

@@ -14,7 +14,7 @@ namespace ensonify {
 
 struct PingBytes {
   std::uint64_t files = 0;           // its own, and its part of arrays
-  std::uint64_t piece = 0;           // of these the part of arrays, until the sequence is finished
+  std::uint64_t piece = 0;           // the part of arrays, until the sequence is finished
   std::uint64_t sequence_lines = 0;  // its lines in the tables and the manifest of the sequence
   std::uint64_t dataset_lines = 0;   // ... and in index.csv, splits and coco.json
   std::uint64_t record = 0;          // until the data set is finished
@@ -23,7 +23,7 @@ struct PingBytes {
 // Error (bug): `encoded` is not of encode_ping.
 Result<PingBytes> ping_bytes(const SequenceInfo& info, const EncodedPing& encoded);
 
-// Without its distance field; `encoded`: one of its pings.
+// The bytes of a sequence without its distance field. `encoded` is one of its pings.
 std::uint64_t sequence_bytes(const SequenceInfo& info, const EncodedPing& encoded);
 
 }  // namespace ensonify

@@ -4,7 +4,7 @@
 //   sequence_folder  ping_stem  index_stem      sequences/000000   000003   000000/000003
 //   ping_file        parse_ping_file            a template such as timeseries/{ping}.npy and back
 //   record_path  plan_path  failure_path        files of a sequence in .work
-//   is_layout_name                              could ensonify write a file of this name?
+//   is_layout_name                              whether ensonify could write a file of this name
 #pragma once
 
 #include <cstdint>
@@ -54,7 +54,7 @@ std::string index_stem(std::uint32_t sequence, std::uint32_t ping);
 
 // The name of a ping's file inside its sequence's folder.
 std::string ping_file(std::string_view name_template, std::uint32_t ping);
-// The inverse; none if the name is not that of a ping's file.
+// The inverse of ping_file; none if the name is not that of a ping's file.
 struct PingFile {
   std::string name_template;
   std::uint32_t ping = 0;
@@ -64,7 +64,7 @@ std::optional<PingFile> parse_ping_file(std::string_view name);
 std::string record_path(std::uint32_t sequence, std::uint32_t ping);
 // Files that the sequence (the finishing step) will write; see overwrite.h.
 std::string plan_path(std::uint32_t sequence);
-// Why the sequence cannot be made; see failures.h.
+// The file with the reason why the sequence cannot be made; see failures.h.
 std::string failure_path(std::uint32_t sequence);
 std::string top_plan_path();
 

@@ -87,7 +87,7 @@ void path_members(Io& io, Value& path) {
   io("back", path.back);
 }
 
-// Null without layers; otherwise the content of each.
+// Writes null without layers, and otherwise the content of each layer.
 void write_layers(const SequenceInfo& info, MemberWriter& io) {
   io.group_if("layers", info.output.layers, [&](MemberWriter& layers) {
     for (const Layer layer : info.layers) {
@@ -118,7 +118,7 @@ void placement_members(Io& io, Value& placement) {
   io("left_out", placement.left_out);
 }
 
-// Numbers as numbers, everything else as YAML text.
+// Sampled values; numbers stay numbers, and everything else is YAML text.
 Json draws_json(const std::vector<DrawnValue>& draws) {
   Json json = Json::object();
   for (const DrawnValue& draw : draws) {

@@ -33,7 +33,7 @@ void law_members(Io& io, Value& material) {
   if (material.law == ScatteringLaw::lambert) io("exponent", material.lambert_exponent);
 }
 
-// Of a surface or a part of it.
+// The material of a surface or of a part of it.
 template <class Io, class Value>
 void coherent_members(Io& io, Value& material) {
   io.group_if("coherent", material.coherent != CoherentModel::none, [&](Io& coherent) {
@@ -59,7 +59,7 @@ void wall_members(Io& io, Value& material) {
   });
 }
 
-// Left out of even surfaces.
+// These members are left out if the surface is even.
 template <class Io, class Value>
 void texture_members(Io& io, Value& material) {
   if (Io::kWrites && material.texture.model == TextureModel::none) return;

@@ -10,8 +10,8 @@ namespace {
 // Directions, clockwise with rows downwards: right, down, left, up.
 constexpr std::array<Corner, 4> kSteps = {Corner{1, 0}, Corner{0, 1}, Corner{-1, 0}, Corner{0, -1}};
 
-// The edges between pixels of the mask and others, each from its beginning: bit d of a corner says
-// that one leaves it in direction d. The mask lies to the right of each edge.
+// The edges between pixels of the mask and others, each from its beginning: bit d of a corner means
+// that an edge leaves it in direction d. The mask lies to the right of each edge.
 class Edges {
  public:
   explicit Edges(const Mask& mask) : columns_(mask.width + 1), rows_(mask.height + 1) {
@@ -52,8 +52,8 @@ class Edges {
     at(corner) = static_cast<std::uint8_t>(at(corner) & ~(1 << direction));
     return direction;
   }
-  // Prefers right, then straight on, then left: where two pixels touch only at a corner, the loop
-  // stays with its pixel.
+  // Prefers right, then straight on, then left, so that the loop stays with its pixel where two
+  // pixels touch only at a corner.
   int leave(Corner corner, int direction) {
     for (const int turn : {1, 0, 3}) {
       const int next = (direction + turn) % 4;

@@ -29,13 +29,13 @@ struct Corner {
   friend bool operator==(const Corner&, const Corner&) = default;
 };
 
-// Along the edges of pixels, parts clockwise (rows downwards) and holes the other way round: by the
-// even-odd rule together they give the mask back, pixel by pixel. Pixels that touch at a corner
-// only have rings of their own.
+// Rings along the edges of pixels. Parts are clockwise (rows downward) and holes counter-clockwise.
+// By the even-odd rule, the rings together reproduce the mask exactly. Pixels that touch only at a
+// corner have separate rings.
 std::vector<std::vector<Corner>> rings_of(const Mask& mask);
 
-// The rings in one: parts and holes joined by bridges of no width that are walked
-// there and back, so that the even-odd rule gives the mask back, pixel by pixel.
+// All rings in one polygon. Bridges of zero width, traversed in both directions, join parts and
+// holes, so that the even-odd rule reproduces the mask exactly.
 std::vector<Corner> outline_of(const Mask& mask);
 
 // None if the text is not such a code, or its runs do not sum to `pixels`.

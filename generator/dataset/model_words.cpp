@@ -5,7 +5,7 @@
 namespace ensonify {
 namespace {
 
-// Of the pattern `name`, B(theta) or the like.
+// The formula of the pattern `name`, such as B(theta).
 std::string pattern_formula(const std::string& name, Shading shading) {
   switch (shading) {
     case Shading::uniform:

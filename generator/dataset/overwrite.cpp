@@ -25,7 +25,7 @@ namespace {
 // The most names in a message.
 constexpr std::size_t kNamesInMessage = 3;
 
-// What an unfinished sequence may have written.
+// The files that an unfinished sequence may have written.
 struct Plan {
   std::uint64_t first_ping = 0, last_ping = 0;
   std::set<std::string> templates;
@@ -237,7 +237,7 @@ Result<Inventory> take_inventory(const fs::path& dir) {
 Status remove_listed(const fs::path& dir, const Inventory& inventory) {
   bool work_is_gone = false;
   for (const std::string& path : inventory.listed) {
-    // Plans stay until the files they stand for are gone.
+    // Plans stay until the files that they list are removed.
     if (!work_is_gone && removal_rank(path) >= 3) {
       remove_work_folder(dir);
       work_is_gone = true;

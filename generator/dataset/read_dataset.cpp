@@ -169,7 +169,7 @@ GridSizes StoredSequence::sizes() const {
   return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
 }
 
-// Why a folder is not a finished data set.
+// The reason why a folder is not a finished data set.
 static std::string why_unreadable(const fs::path& dir) {
   if (listed_file_size(dir, layout::kWorkJson)) {
     return "the data set is not finished; run its generate command again, then this one";

@@ -2,14 +2,14 @@
 // does not grow with the data set. It opens no file outside the folder: names come from layout.h,
 // numbers from the manifest, and links are not followed.
 //
-//   open_dataset     which classes and sequences there are
+//   open_dataset     the classes and sequences
 //   read_sequence    geometry, instances and kinds of files of one
 //   for_each_ping    times, poses and masks, ping by ping
 //   pictures_of      masks of a ping's images
-//   stored_file      path of a sequence's file that is there
+//   stored_file      path of an existing file of a sequence
 //   ping_file        ... of a ping's file
 //
-// Whatever else a person wants to read about it:
+// Functions for further information about it:
 //
 //   read_facts           of the data set
 //   read_sequence_facts  of a sequence: angles, numbers of its sonar, draws, instances
@@ -88,7 +88,7 @@ struct StoredPing {
 
 struct StoredAnnotation {
   std::uint16_t instance = 0;
-  std::vector<std::int64_t> runs;   // of 0, 1, 0, ... down the columns; they add to all pixels
+  std::vector<std::int64_t> runs;   // of 0, 1, 0, ... down the columns; their sum is all pixels
   std::optional<double> occlusion;  // absent: not asked for, or no ray meets it
   std::optional<std::uint64_t> amodal_area;  // pixels; absent: not asked for
 };

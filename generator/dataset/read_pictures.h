@@ -2,11 +2,11 @@
 // Float planes of Cartesian images that are not stored follow from the polar image through the
 // sequence's map, bit for bit.
 //
-//   read_cartesian_map            which polar pixel a Cartesian one shows
+//   read_cartesian_map            the polar pixel of each Cartesian pixel
 //   can_read                      whether a sequence has the cells of a row of the catalogue
 //   CellReader                    the cells of such a row
 //   PlaneNames  stored_planes     which planes a sequence has
-//   read_picture                  the planes of one ping's image that are asked for
+//   read_picture                  the requested planes of one ping's image
 //   has_series  read_series       one ping's series
 #pragma once
 

@@ -151,7 +151,7 @@ std::vector<InstanceFacts> instance_facts(const SequenceInfo& info) {
   return facts;
 }
 
-// The number before the first comma; none where there is none.
+// The number before the first comma; none if the row has no such number.
 std::optional<std::uint32_t> ping_of_row(const std::string& line) {
   std::uint32_t ping = 0;
   const auto [after, error] = std::from_chars(line.data(), line.data() + line.size(), ping);

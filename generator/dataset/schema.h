@@ -17,7 +17,7 @@
 
 namespace ensonify {
 
-// By the file's name without .json; it must be there.
+// The schema with this name, which is the file's name without .json. It must exist.
 std::string_view schema_text(std::string_view name);
 
 class SchemaCheck {
@@ -28,8 +28,8 @@ class SchemaCheck {
   SchemaCheck(const SchemaCheck&) = delete;
   SchemaCheck& operator=(const SchemaCheck&) = delete;
 
-  // "#/sonar/beams lacks the key count": the first few JSON pointers with what is wrong there;
-  // empty if nothing is. `at` is the pointer of the value itself. Not thread-safe.
+  // "#/sonar/beams lacks the key count": the first few JSON pointers, each with its error; empty if
+  // there is none. `at` is the pointer of the value itself. Not thread-safe.
   std::string fault(const Json& value, const std::string& at = {}) const;
 
  private:
@@ -48,10 +48,10 @@ struct Column {
 
 using TableSchema = std::vector<Column>;
 
-// None where tables.json does not describe it.
+// None if tables.json does not describe the file.
 std::optional<TableSchema> table_schema(std::string_view file_name);
 
-// Empty if the line is valid, otherwise what is wrong.
+// Returns an empty text if the line is valid, and the error otherwise.
 std::string header_fault(const TableSchema& table, std::string_view line);
 std::string row_fault(const TableSchema& table, std::string_view line);
 

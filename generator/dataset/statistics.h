@@ -42,7 +42,7 @@ Result<std::vector<FileEntry>> write_statistics(const std::filesystem::path& dir
 class MomentsFile {
  public:
   MomentsFile(const std::filesystem::path& dir, const SequenceInfo& info, std::uint64_t count);
-  // Of beams [first, last), which follow those before.
+  // Appends the moments of beams [first, last), which must follow the previous ones.
   void append(const Moments& moments, int first, int last);
   Status commit();
 

@@ -108,7 +108,7 @@ void check_listed_files(Verification& v, const SequenceShape& shape,
     v.fault(folder + layout::kSequenceJson, "its statistics do not cover all its pings");
   }
   if (shape.pings() * manifest.each_ping.size() > entries.size()) {
-    // Also keeps a manifest that claims billions of pings from filling the memory.
+    // This check also prevents a manifest that claims billions of pings from filling the memory.
     v.fault(folder + layout::kSequenceJson, "lists fewer files than its pings have");
     return;
   }
@@ -222,7 +222,7 @@ void check_top_level_files(Verification& v, const std::vector<FileEntry>& entrie
 }
 
 void check_tables(Verification& v, const Json& manifest) {
-  // A table that is missing has been reported with its hash.
+  // The check of hashes has already reported missing tables.
   const auto check = [&](const std::string& name, const auto& fault_of) {
     if (listed_file_size(v.dir, name)) v.fault(name, fault_of(v.dir / name));
   };
@@ -319,7 +319,8 @@ void check_manifest(Verification& v) {
   check_unlisted(v);
 }
 
-// Whether any file here is marked by ensonify; one flipped bit must not make the folder foreign.
+// Whether any file in the folder is marked by ensonify. One flipped bit must not make the folder
+// foreign.
 bool is_ours(const fs::path& dir) {
   const std::pair<const char*, const char*> marks[] = {{layout::kWorkJson, "ensonify_work"},
                                                        {layout::kDatasetJson, "ensonify_dataset"}};

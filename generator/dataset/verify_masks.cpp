@@ -55,7 +55,7 @@ bool is_share(const Json* value) {
   return value->is_number() && value->get<double>() >= 0 && value->get<double>() <= 1;
 }
 
-// The amodal part of an annotation, `counts` being where it keeps them.
+// Whether the amodal part of an annotation is complete; `counts` are its run lengths.
 bool amodal_is_whole(const Json& json, const std::optional<std::string>& counts, const Size& size) {
   return is_share(member(json, "occlusion")) &&
          is_whole(json, "amodal_area", "amodal_bbox", counts, size);

@@ -52,7 +52,8 @@ std::string index_fault(const std::filesystem::path& path,
 std::string split_fault(const std::filesystem::path& path, const std::string& split,
                         const std::vector<SequenceShape>& shapes);
 
-// Area and box of every mask against its run lengths; no amodal mask smaller than the visible one.
+// Checks area and box of every mask against its run lengths, and that no amodal mask is smaller
+// than the visible one.
 std::string line_masks_fault(const Json& line);
 
 // The same for coco.json, with its lists against each other. `known`: the files that manifests
@@ -70,8 +71,9 @@ struct RenderFindings {
   void add(const std::string& path, const std::string& fault);
 };
 
-// Every folder in renders/: its manifest's form, that it is of sequences of the data set, and every
-// image. Files of a render whose manifest is wrong are not in `files`. `entries`: of dataset.json.
+// Checks every folder in renders/: the form of its manifest, that its sequences belong to the data
+// set, and every image. Files of a render whose manifest is wrong are not in `files`. `entries`: of
+// dataset.json.
 RenderFindings check_renders(const std::filesystem::path& dir,
                              std::span<const SequenceShape> shapes,
                              std::span<const SequenceEntry> entries, const Workers& workers);

@@ -80,7 +80,7 @@ void check_files(const RenderParts& parts, const RenderManifest& render, const s
     pings += rendered.last_ping - rendered.first_ping;
   }
   if (pings * render.views.size() > files.size()) {
-    // Also keeps a manifest that claims billions of pings from filling the memory.
+    // This check also prevents a manifest that claims billions of pings from filling the memory.
     return found.add(folder + "/" + layout::kRenderJson, "lists fewer files than its pings have");
   }
   const auto expected = expected_images(render, parts.shapes);

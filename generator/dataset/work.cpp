@@ -42,8 +42,8 @@ std::optional<std::string> text_of(const fs::path& dir, const char* name) {
   return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-// A link in place of one of our folders, down to those of a sequence; empty: none. Files need no
-// check: writing replaces a link, and removing removes the link.
+// Returns a link that stands in place of one of our folders, down to those of a sequence; empty if
+// there is none. Files need no check: writing replaces a link, and removing removes the link.
 std::string link_among(const fs::path& dir, const std::string& relative, int levels) {
   std::error_code error;
   for (fs::directory_iterator entry(dir / relative, error), end; !error && entry != end;
@@ -184,7 +184,7 @@ Status drop_broken_sequences(const fs::path& dir, std::uint64_t begun) {
   return {};
 }
 
-// Removes what another, interrupted process with the same work may have left.
+// Removes files that another, interrupted process with the same work may have left.
 FolderState complete(const fs::path& dir) {
   for (const std::uint32_t sequence : sequence_numbers(dir)) remove_pieces(dir, sequence);
   remove_work_folder(dir);
