@@ -15,7 +15,7 @@
 // Sections with distributions, counts or uses of variables keep their text in the resolved
 // scenario, as `variables` does, so that it samples the same values again.
 //
-//   keep_drawn_sections   from the merged tree, presets laid under, input files resolved
+//   keep_drawn_sections   from the tree merged with presets, with resolved input files
 //   drawn_section  section_text
 //   flow_text             a tree as YAML on one line
 #pragma once
@@ -44,13 +44,13 @@ bool is_head_key(std::string_view key);
 bool is_counted_list(std::string_view path);
 bool has_counts(std::string_view section, const Node& node);
 
-// What is wrong with the two numbers of a distribution of that kind; empty if nothing is.
+// The error in the two numbers of a distribution of this kind; empty if they are valid.
 std::string distribution_trouble(std::string_view kind, const std::array<double, 2>& given);
 
 // A number without a fraction that a double can represent.
 std::optional<std::int64_t> whole_number(const Node& node);
 
-// The path of the value that a choice stands for: without `.choice.NUMBER`.
+// The path of the value that a choice replaces, without `.choice.NUMBER`.
 std::string without_choices(std::string path);
 
 // Replaces every distribution below the keys of the top level, and every use of a variable
@@ -76,8 +76,8 @@ struct Copies {
   std::size_t first = 0;
 };
 
-// A parent that is an entry with a count becomes the copy of it with the same number. Entries come
-// in the order of the list. Error: the counts differ.
+// Replaces a parent that is an entry with a count by its copy with the same number. Entries are in
+// the order of the list. Error: the counts differ.
 void name_parents(Node& objects, const std::vector<Copies>& copies, Faults& faults);
 
 std::size_t draw_variants(const Node& root);

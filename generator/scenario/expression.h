@@ -14,7 +14,7 @@ struct Evaluation {
   std::string trouble;
 };
 
-// The number that a name in the expression stands for, or what is wrong with it.
+// Returns the number that a name in the expression represents, or the error in it.
 using NumberOfName = std::function<Evaluation(const std::string& name)>;
 
 // Evaluates one expression in the syntax of muParser, without assignments.

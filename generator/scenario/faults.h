@@ -1,6 +1,6 @@
 // All errors of a scenario, collected so that one run reports them together.
 //
-//   Place   where: a source (file, preset, --set) with line and column
+//   Place   a source (file, preset, --set) with line and column
 //   ReadLimits  how much a text may hold
 //   Faults  add_source  add_fault  needs_words
 //   ErrorPlaces  to_error
@@ -28,7 +28,7 @@ struct Fault {
   std::string text;  // what is wrong and what is expected
 };
 
-// Limits far above real scenarios, so that a hostile one ends in a message: 65,534 objects with
+// Limits far above real scenarios, so that a hostile one ends with an error: 65,534 objects with
 // every key take about 1.2 million values in 10 MB. Fuzzers lower the limits, because a second in
 // the program takes twenty seconds under sanitizers.
 struct ReadLimits {
@@ -49,7 +49,7 @@ struct Faults {
   std::size_t found() const { return list.size() + left_out + repeated; }
 };
 
-// Nobody reads more errors than this; further ones are only counted.
+// At most this many errors are listed; further ones are only counted.
 inline constexpr std::size_t kMaxFaults = 100;
 
 int add_source(Faults& faults, std::string label);

@@ -1,7 +1,7 @@
 // Fills structs from a tree according to their fields.
 //
-//   InputFolder  MaterialNames   what the values of a scenario refer to
-//   FieldReader                  errors, the current map, and what Fields asks for
+//   InputFolder  MaterialNames   targets of references in a scenario
+//   FieldReader                  errors, the current map, and the functions of Fields
 //   ReadWatch                    whether a part was read without errors
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace ensonify {
 
-// The folder of input files, and where errors about them go.
+// The folder of input files, and the list for errors about them.
 struct InputFolder {
   std::filesystem::path folder;
   Faults& faults;

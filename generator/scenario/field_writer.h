@@ -23,7 +23,7 @@ using NameFile = std::function<std::string(const std::filesystem::path&)>;
 // so 1e-05 would be text to some readers.
 std::string number(double value);
 
-// Plain only if no reader could take the text for anything else.
+// Leaves the text unquoted only if no reader could interpret it as anything else.
 std::string quoted_if_needed(const std::string& text);
 
 // Empty for a file, which needs a name first.
@@ -33,7 +33,7 @@ class FieldWriter : public Fields {
  public:
   FieldWriter(const Scenario& scenario, const NameFile& name_file);
 
-  // What has been written on the top level.
+  // The text that has been written on the top level.
   std::string text_of_scenario() const;
 
   bool writing() const override { return true; }
@@ -50,7 +50,7 @@ class FieldWriter : public Fields {
   enum class Form { map, list, names, kind, on };  // as the alternatives of Branch
   struct Entry {
     std::string key;   // empty: an item of a list, or a whole section with its key
-    std::string text;  // after a line feed where it takes lines of its own
+    std::string text;  // after a line feed if it has its own lines
   };
   struct Frame {
     std::string key;  // the key of this frame in the frame below

@@ -2,8 +2,8 @@
 // its variable, its range and its rule, in the order of the resolved text. FieldReader fills the
 // struct from a tree and reports errors; FieldWriter writes the resolved text.
 //
-//   KeyText  KindText                         a key and what it means, for the schema and the docs
-//   Rule  kRequired  useless_if  written_if   what holds for one key
+//   KeyText  KindText                         a key and its meaning, for the schema and the docs
+//   Rule  kRequired  useless_if  written_if   the conditions of one key
 //   Leaf  Branch                              a single value; a container of values
 //   Fields                                    the values, maps and lists of a struct by their keys
 //   fields                                    of every struct, in the file of its section
@@ -162,7 +162,7 @@ class Fields {
 
   // Reports a key of this map that is given under its earlier name, with its current name.
   virtual void renamed(std::string_view, std::string_view) {}
-  // Describes an integer that is read before the fields are.
+  // Describes an integer that is read before the fields.
   virtual void describe_count(const KeyText&, int, int) {}
 
   // Adds an error at a key, or at the map itself if the key is empty.

@@ -74,8 +74,8 @@ struct WaveMotionSpec {
   double bandwidth = 0.2;
 };
 
-// If left out: at rest at the origin. Times of poses increase strictly; a single pose needs no
-// time.
+// If left out, the body is at rest at the origin. Times of poses increase strictly; a single pose
+// needs no time.
 struct TrajectorySpec {
   std::variant<std::vector<TimedPoseSpec>, PathFileSpec, LawnmowerSpec, OrbitSpec, SplineSpec> path;
   std::optional<WaveMotionSpec> wave_motion;
@@ -88,7 +88,7 @@ struct TrajectorySpec {
 enum class PlaceAlignment { up, surface, rest };
 const char* name_of(PlaceAlignment alignment);
 
-// What happens to a sequence in which an object finds no free place.
+// The reaction if an object of a sequence finds no free place.
 enum class PlaceFailure { redraw, skip_object, skip_sequence, error };
 const char* name_of(PlaceFailure failure);
 

@@ -57,10 +57,10 @@ struct ArraySpec {
 
 inline constexpr int kMaxElements = 4096;
 
-// What is wrong with the indices of dead elements and what is expected; empty if nothing is.
+// The error in the indices of dead elements, with the expected values; empty if they are valid.
 std::string dead_trouble(const std::vector<int>& dead, int elements);
 
-// The keys of a preset with the keys given next to it merged over them. Required without a preset:
+// The keys of a preset, overridden by the keys that are given with it. Required without a preset:
 // all but pulse, window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.shading,
 // elevation.fan_deg, rays.azimuth, rays.min_per_cell, receiver and mount.
 struct SonarSpec {
