@@ -1,6 +1,6 @@
 // The binary pieces of a page. Private to report/.
 //
-//   Chunks  equal pieces are held once
+//   Chunks  stores equal pieces only once
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class Chunks {
   const std::string& operator[](std::size_t number) const { return chunks_[number]; }
 
  private:
-  std::deque<std::string> chunks_;  // texts of numbers_ stay where they are
+  std::deque<std::string> chunks_;  // keys of numbers_ refer to these texts, which never move
   std::unordered_map<std::string_view, std::size_t> numbers_;
 };
 

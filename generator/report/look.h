@@ -8,13 +8,13 @@
 //   Look  look_at
 //
 // x = I / <I> of a pixel: its intensity relative to the expected one (expected level and noise).
-// Amplitudes of rough surfaces are complex normal, sums of them too, so that x is exponential,
-// exp(-x), with mean and contrast 1. That holds of pixels which
+// Amplitudes of rough surfaces and their sums are complex normal, so that x is exponential,
+// exp(-x), with mean and contrast 1. This is true for pixels that
 //   - are labeled with a surface without a coherent part,
 //   - lie in no row (nor two next to it) where a point target or a coherent surface is labeled,
 //     whose side lobes reach along the row,
 //   - expect 15 dB more than the noise, and no less than 40 dB under the ping's highest level.
-// Where there are no masks, all pixels are used if all instances are such surfaces, else none.
+// Without masks, all pixels are used if all instances are such surfaces, and otherwise none.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ struct PingSpeckle {
   std::vector<SpeckleSum> groups;     // of beams far enough apart to be independent
 };
 
-// Empty where an image, the expected level or a fit pixel is missing.
+// Empty if an image, the expected level or a suitable pixel is missing.
 PingSpeckle speckle_of(const StoredPixels& pixels, const ShownSequence& sequence);
 
 struct Speckle {
@@ -52,7 +52,7 @@ struct Speckle {
   double contrast_standard_error = 0;
 };
 
-// Of all shown pings, in their order. None where no pixel is fit.
+// The speckle of all shown pings, in their order. None if no pixel is suitable.
 std::optional<Speckle> speckle_from(const Survey& survey, std::span<const PingSpeckle> pings);
 
 struct PictureScale {
@@ -61,7 +61,7 @@ struct PictureScale {
   std::optional<double> min_rad, max_rad;   // of elevations; absent: there is none
 };
 
-// 0 for NaN, 1 to 255 for values from low to high.
+// Returns 0 for NaN and 1 to 255 for values from low to high.
 std::uint8_t grey_code(double value, double low, double high);
 
 struct Look {
@@ -77,7 +77,7 @@ struct PictureJob {
   bool (*stop)() = nullptr;
 };
 
-// The polar image; where there is none, levels of the series.
+// The polar image or, if there is none, levels of the time series.
 Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping);
 
 Result<Look> look_at(const PictureJob& job);

@@ -2,7 +2,7 @@
 //
 //   PageFile  page_files     the files of report/page as the build embeds them
 //   PageFrame  page_frame    the page before and after the data
-//   PageContents  page_json  the data, ready for a <script>, which no text of a data set ends
+//   PageContents  page_json  the data for a <script>, escaped so that no text ends it
 #pragma once
 
 #include <span>
@@ -30,7 +30,7 @@ struct PageFrame {
   std::string before, after;
 };
 
-// page.html with styles and scripts put in, in the order of page/order.txt.
+// page.html with its styles and scripts inserted, in the order of page/order.txt.
 PageFrame page_frame();
 
 struct PageContents {

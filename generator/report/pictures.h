@@ -1,7 +1,7 @@
 // Images of the shown pings, and statistics of data sets with output.statistics, as chunks of the
 // page. Private to report/.
 //
-//   CodedPing  PictureBook  encode_pictures         no more chunks than the page may hold
+//   CodedPing  PictureBook  encode_pictures         at most as many bytes as the page may have
 //   CodedArray  CodedStatistics  encode_statistics  contrast and mean level of each listed sequence
 #pragma once
 
@@ -27,7 +27,7 @@ struct PictureBook {
   int elevation_step = 1;        // every n-th row and column of elevations is kept
 };
 
-// The best quality within `budget` bytes, in base64.
+// Encodes images with the best quality that fits into `budget` bytes of base64.
 Result<PictureBook> encode_pictures(const PictureJob& job, const PictureScale& scale,
                                     std::uint64_t budget, Chunks& chunks);
 

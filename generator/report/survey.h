@@ -1,7 +1,7 @@
 // Totals over all pings of a data set, and the choice of shown pings. Private to report/.
 //
 //   spread           an even selection of a few among many
-//   Survey  survey   totals, counts, ranges, paths; of the shown pings poses, boxes and masks
+//   Survey  survey   totals, counts, ranges, paths; poses, boxes and masks of shown pings
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@
 
 namespace ensonify {
 
-// `most` of `count` numbers, or all of them: the first, the last and others evenly between.
+// Selects `most` of `count` numbers, or all if there are fewer: the first, the last, and others
+// evenly between them.
 std::vector<std::uint64_t> spread(std::uint64_t count, std::uint64_t most);
 
 struct SeenInstance {
@@ -42,7 +43,7 @@ struct ShownSequence {
 
 struct ClassCount {
   std::uint64_t instances = 0;  // in the worlds of all sequences, seen or not
-  std::uint64_t pictures = 0;   // that show one or more of them
+  std::uint64_t pictures = 0;   // images that show at least one of them
   std::uint64_t pixels = 0, hidden = 0;
   std::vector<std::uint64_t> ranges;  // of mask centers, by the steps of Survey::range_edges_m
 };
