@@ -47,7 +47,8 @@ Result<Plan> parse_plan(std::string_view text, const std::string& label);
 // Empty if there is no plan. Errors: io, and those of parse_plan.
 Result<std::optional<Plan>> read_plan(const std::filesystem::path& dir);
 
-// Writes by temporary name and rename, so that processes may write the same plan at the same time.
+// Writes a temporary file and renames it, so that processes may write the same plan at the same
+// time.
 Status write_plan(const std::filesystem::path& dir, const Plan& plan);
 
 struct PlanChange {

@@ -1,5 +1,5 @@
 // The files that finish a sweep: a table of its runs and an index. Both depend only on the plan and
-// the data sets, and not on who made the runs or in which order.
+// the data sets, and not on the processes that made the runs or on their order.
 //
 //   RunResults  read_results   measures of a finished run, from the files of its data set
 //   FinishedRun                a run of the plan with the state of its files
