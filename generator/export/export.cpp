@@ -32,7 +32,7 @@ constexpr ExportFormat kFormats[] = {
      "--render", write_mcap},
 };
 
-// Options that were given and that the format does not take.
+// The given options that the format does not accept.
 std::string unwanted_options(const ExportFormat& format, const ExportOptions& options) {
   const std::pair<std::string_view, bool> given[] = {
       {"--view", options.view.has_value()},
@@ -84,7 +84,7 @@ Status keep_split(const ExportOptions& options, StoredDataset& dataset) {
                                              *options.split, options.dataset.string())};
 }
 
-// The render whose images are exported; it must have them all, and their pixels must match the
+// The render whose images are exported. It must have all images, and their pixels must match the
 // masks. Absent if not requested.
 Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
                                                 const StoredDataset& dataset,

@@ -81,12 +81,12 @@ std::vector<std::string> array_axes(const CatalogueRow& row) {
   }
 }
 
-// Where a sequence's own group lies.
+// The path of a sequence's own group.
 std::string group_of(const StoredSequenceRow& row) {
   return fmt::format("/sequences/{:06}", row.sequence);
 }
 
-// The arrays of one or all sequences, below `base`, with one row a ping.
+// The arrays of one or all sequences, below `base`, with one row per ping.
 class Stack {
  public:
   // Axes have names if all rows share them.

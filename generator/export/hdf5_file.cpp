@@ -176,7 +176,7 @@ Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>())
   impl_->path = std::move(path);
   // After a write that failed the library would try again when the program ends, and crash.
   H5dont_atexit();
-  // Messages are ours; the library's own would go to stderr.
+  // The program reports errors itself; the library would print them on stderr.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Hdf5Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(list.get(), false);

@@ -46,8 +46,8 @@ class Hdf5File {
   Hdf5File& operator=(const Hdf5File&) = delete;
 
   void make_array(const Hdf5ArraySpec& spec);
-  // Row `row` of an array, its first extents those of `shape`, which has one dimension less than
-  // the array and is nowhere larger. `data` points to its values in C order.
+  // Writes row `row` of an array. Its extents are `shape`, which has one dimension less than the
+  // array and no larger extent. `data` points to its values in C order.
   void write_row(const std::string& path, std::uint64_t row, const void* data,
                  const std::vector<std::uint64_t>& shape);
   // The whole of an array.
@@ -56,7 +56,7 @@ class Hdf5File {
   void release_arrays();
   // One-dimensional texts of fixed length, padded with zeros.
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
-  // Of the root ("/") or a group, which is made.
+  // Sets an attribute of the root ("/") or of a group, which is made.
   void set_text(const std::string& group, const std::string& key, const std::string& value);
   void set_number(const std::string& group, const std::string& key, std::uint64_t value);
   void set_number(const std::string& group, const std::string& key, double value);

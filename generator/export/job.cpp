@@ -88,7 +88,7 @@ const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane) {
 
 namespace {
 
-// By class id - 1; Error (usage): there is no class of one of the names.
+// Classes by class id - 1. Error (usage): one of the names is not a class.
 Result<std::vector<bool>> classes_of(const StoredDataset& dataset, std::string_view option,
                                      const std::vector<std::string>& names) {
   std::vector<bool> found(dataset.classes.size());

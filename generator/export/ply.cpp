@@ -13,7 +13,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Where the fields stand in a scatterer of scatterers/*.npy.
+// The positions of the fields in a scatterer of scatterers/*.npy.
 constexpr std::size_t kScattererBytes = 82;
 constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 58;
 

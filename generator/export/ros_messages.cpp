@@ -79,8 +79,8 @@ namespace {
 
 constexpr std::uint64_t kSecondNs = 1'000'000'000;
 
-// Plain CDR, little-endian. Each number is aligned to its size, counted from after the four header
-// bytes.
+// Plain CDR, little-endian. Each number is aligned to its size, relative to the end of the four
+// header bytes.
 class Cdr {
  public:
   template <class T>
