@@ -11,8 +11,7 @@ namespace ensonify {
 namespace {
 
 constexpr Rgb kInk{0x22, 0x22, 0x22};
-// Width of a sans-serif letter relative to the text size; rather too wide, so that nothing
-// overlaps.
+// Width of a sans-serif letter relative to the text size; a bit too wide, so that nothing overlaps.
 constexpr double kLetter = 0.6;
 constexpr double kLegendSize = 0.9, kLegendRow = 1.35, kSwatch = 0.85;
 // Spokes are drawn only if the fan is wide enough.
@@ -68,7 +67,7 @@ class Composer {
   double bottom() const { return l_.top + l_.picture_height; }
   double hair() const { return std::max(1.0, l_.em / 18); }
 
-  // Position in the figure of axis values.
+  // The position of an axis value in the figure.
   double x_of(double value) const {
     const Extent& e = l_.extent;
     return l_.left + (value - e.left) / (e.right - e.left) * l_.picture_width;
@@ -97,7 +96,7 @@ class Composer {
     return points;
   }
 
-  // White on a dark edge, to be visible on any color.
+  // Draws white lines with a dark edge, which are visible on any color.
   void grid_line(const std::vector<PlotPoint>& points) {
     line(points, Rgb{}, 2 * hair(), 0.15);
     line(points, kWhite, hair(), 0.45);
@@ -296,7 +295,7 @@ double tick_step(double span, int most) {
 std::vector<double> ticks_in(double end, double other_end, double step) {
   const double low = std::min(end, other_end), high = std::max(end, other_end);
   std::vector<double> ticks;
-  // Counted in steps, so that no error adds up.
+  // Ticks are counted in steps, so that rounding errors do not add up.
   for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; ++n) {
     ticks.push_back(n == 0 ? 0.0 : n * step);
   }

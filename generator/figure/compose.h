@@ -33,7 +33,7 @@ struct Surroundings {
   PolarFan fan;
   bool has_title = true;
   std::optional<ColourBar> bar;
-  std::vector<LegendEntry> legend;  // beside the image, or under it where there is a bar
+  std::vector<LegendEntry> legend;  // next to the image, or below it if there is a bar
 };
 
 struct Layout {
@@ -45,7 +45,7 @@ struct Layout {
   double legend_column_width = 0, legend_x = 0, legend_y = 0;
 };
 
-inline constexpr int kMaxLegend = 24;  // entries; what is over is counted
+inline constexpr int kMaxLegend = 24;  // entries; further ones are only counted
 
 // Width and height are even, as videos want them. Needs width_px >= 200.
 Layout layout_of(const Surroundings& around, int width_px);
@@ -54,13 +54,13 @@ Layout layout_of(const Surroundings& around, int width_px);
 Drawing compose(const Layout& layout, const Surroundings& around, RgbImage image,
                 const std::string& title);
 
-// The smallest that gives at most `most` steps. Needs span > 0, most >= 1.
+// The smallest step that gives at most `most` steps. Needs span > 0, most >= 1.
 double tick_step(double span, int most);
 
-// In rising order, whichever end is larger.
+// Ticks in rising order, independent of which end is larger.
 std::vector<double> ticks_in(double end, double other_end, double step);
 
-// With as many decimals as the step has, and a true minus sign.
+// The text has as many decimals as the step, and a true minus sign.
 std::string tick_text(double value, double step);
 
 }  // namespace ensonify

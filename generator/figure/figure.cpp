@@ -61,7 +61,7 @@ std::optional<FigureFormat> format_of(const std::filesystem::path& output) {
   return std::nullopt;
 }
 
-// Options that contradict each other, whatever the data set is.
+// Finds options that contradict each other for any data set.
 Status check_options(const FigureOptions& o, FigureFormat format) {
   const bool animated = is_animated(format);
   if (animated && o.ping)

@@ -37,7 +37,7 @@ Result<Axis> read_axis(const FigureJob& job, const std::string& file, std::uint6
   return axis;
 }
 
-// From the 1st to the 99th percentile, in whole degrees.
+// Limits from the 1st to the 99th percentile, in whole degrees.
 std::array<double, 2> degree_limits(std::span<const float> values_deg) {
   std::vector<float> known;
   for (const float value : values_deg) {
@@ -123,7 +123,7 @@ void FrameMaker::leave_out_wide(const StoredPixels& first) {
   }
 }
 
-// For a still image the instances in it, for an animation all possible ones.
+// A still image lists the instances in it, and an animation all possible ones.
 void FrameMaker::set_legend(const StoredPixels& first) {
   const bool animated = is_animated(job_.format);
   const auto add = [&](const auto& ids, std::size_t id, const std::string& name) {

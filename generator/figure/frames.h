@@ -1,6 +1,6 @@
 // Frames of a figure, ping by ping.
 //
-//   FigureJob  choose         what to draw: options checked against the data set
+//   FigureJob  choose         the content: options checked against the data set
 //   is_animated  plane_of  is_mask
 //   FrameMaker                draws the frames
 #pragma once
@@ -45,7 +45,7 @@ class FrameMaker {
 
   const Layout& layout() const { return layout_; }
   std::optional<std::array<double, 2>> limits() const;
-  double fps() const;  // of the pings themselves, from 1 to 30; 5 where their times do not tell
+  double fps() const;  // the rate of the pings, from 1 to 30; 5 if their times do not give one
   Result<Drawing> frame(std::uint32_t ping) const;
 
  private:

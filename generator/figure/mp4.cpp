@@ -44,11 +44,11 @@ std::string find_program(const std::string& name) {
 std::vector<std::string> arguments_of(const std::string& program, const fs::path& path,
                                       const AnimationFormat& format) {
   return {program, "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
-          // what comes in
+          // the input
           "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
           fmt::format("{}x{}", format.width, format.height), "-r", fmt::format("{}", format.fps),
           "-i", "pipe:0",
-          // what goes out: no date and no version; plays everywhere
+          // the output: without date and version, in a widely supported format
           "-an", "-pix_fmt", "yuv420p", "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v",
           "+bitexact", "-movflags", "+faststart", "-f", "mp4",
           "file:" + fs::absolute(path).string()};

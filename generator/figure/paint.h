@@ -34,14 +34,14 @@ struct PolarFan {
   }
 };
 
-// Values at the left, right, lower and upper edge: of a Cartesian image meters to port (larger
-// on the left) and ahead, of a polar one degrees of azimuth (larger on the right) and meters of
-// range (larger below).
+// Values at the left, right, lower and upper edge. For a Cartesian image they are meters to port
+// (larger on the left) and ahead. For a polar image they are degrees of azimuth (larger on the
+// right) and meters of range (larger below).
 struct Extent {
   double left = 0, right = 0, bottom = 0, top = 0;
 };
 
-// The smallest that holds the fan and the sonar.
+// The smallest extent that contains the fan and the sonar.
 Extent cartesian_extent(const PolarFan& fan);
 Extent polar_extent(const PolarFan& fan);
 
@@ -62,7 +62,7 @@ enum class Sampling { nearest, bilinear };
 // [rows x columns], of the polar image.
 struct ValueScale {
   const ColourMap* map = nullptr;
-  std::array<double, 2> limits{};  // of the map's ends, in the values' unit
+  std::array<double, 2> limits{};  // at the ends of the color map, in the unit of the values
   Rgb none{};                      // of NaN
 };
 
