@@ -54,8 +54,8 @@ Cost estimate_cost(const Session& session, int threads);
 std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
                              const SynthesisMemory& synthesis);
 
-// Only pings, files and bytes, from the `echoes` of a ping. Needs the world only for the size of
-// its distance field.
+// Estimates only pings, files and bytes, from the `echoes` of a ping. Needs the world only for the
+// size of its distance field.
 Cost estimate_files(const Session& session, std::uint64_t echoes);
 
 // "12 MB", "2.5 h"

@@ -38,7 +38,7 @@ T value_at(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-// As many as the bytes hold.
+// Reads as many values as the bytes contain.
 template <class T>
 std::vector<T> values_in(std::string_view bytes) {
   std::vector<T> values(bytes.size() / sizeof(T));

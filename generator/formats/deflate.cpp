@@ -20,16 +20,17 @@ struct Compressor {
   std::array<std::uint8_t, ISAL_DEF_LVL1_SMALL> buffer;
 };
 
-// What an earlier call left in the tables can change the stream.
+// Clears the tables, because their content from an earlier call can change the stream.
 void clear(Compressor& compressor) {
   std::memset(&compressor.stream, 0, sizeof compressor.stream);
   compressor.buffer.fill(0);
 }
 
-// Flushed on its own, before the rest. The loop for long inputs of ISA-L up to 2.30 hashes the
-// address of the stream in place of the second byte (.write_first_byte of igzip_icf_body_h1_gr_bt),
-// so that the same bytes gave different streams from one thread or process to the next. Inputs as
-// short as this do not enter that loop, and what follows them does not begin a stream.
+// The first bytes are flushed separately, before the rest. The loop for long inputs of ISA-L up to
+// 2.30 hashes the address of the stream in place of the second byte (.write_first_byte of
+// igzip_icf_body_h1_gr_bt), so that the same bytes gave different streams from one thread or
+// process to the next. Inputs as short as this do not enter that loop, and the bytes after them do
+// not begin a stream.
 constexpr std::size_t kFirstBytes = 8;
 
 // A deflate block stores at most 65,535 uncompressed bytes after a header of 5 bytes.

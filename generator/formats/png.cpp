@@ -157,7 +157,7 @@ GreyPng read_image(std::string_view bytes) {
   return image;
 }
 
-// Takes the pixels of one depth from a file of a data set.
+// Reads the pixels of one bit depth from a file of a data set.
 template <class Pixel>
 Result<std::vector<Pixel>> read_grey(const std::filesystem::path& path, std::uint64_t rows,
                                      std::uint64_t columns, std::vector<Pixel> GreyPng::*pixels) {

@@ -9,7 +9,8 @@
 //   fields                                    of every struct, in the file of its section
 //
 // A function of Fields for a single value returns whether the value was read, and false when
-// writing. A function that begins a branch returns whether to ask for its keys, until end().
+// writing. A function that begins a branch returns whether the caller must request the keys of the
+// branch, up to end().
 #pragma once
 
 #include <array>
