@@ -38,7 +38,7 @@ struct ImagePlanes {
   std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
   std::vector<std::uint16_t> instance;   // 0: none
   std::vector<std::uint8_t> semantic;    // class id; 0: none
-  std::vector<std::uint16_t> shadow;  // the occluder; 0: none. Empty: not requested
+  std::vector<std::uint16_t> shadow;     // the occluder; 0: none. Empty: not requested
   // The instance with the strongest multipath echoes, where these exceed the direct ones; 0: none.
   // Empty: not requested.
   std::vector<std::uint16_t> multipath = {};
