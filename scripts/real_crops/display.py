@@ -1,8 +1,9 @@
 """The display of real crops, fitted by a power law: gray = background (A / A_background)^exponent, cut off at 255.
 
-A is the amplitude with gain, A_background the 40th percentile of the crop. The exponent is that which gives simulated
-crops the median contrast of the background that real crops have; the gray level of the background is sampled from
-those of the real crops. So the fit needs the backgrounds of some real crops and nothing else of them.
+A is the amplitude with gain, A_background the 20th percentile of the crop, which targets and their tails rarely reach.
+The exponent is that which gives simulated crops the median contrast of the background that real crops have; the gray
+level of the background is sampled from those of the real crops. So the fit needs the backgrounds of some real crops and
+nothing else of them.
 """
 from dataclasses import dataclass
 from typing import List
@@ -11,7 +12,7 @@ import numpy as np
 
 from .measures import background_contrasts, median
 
-BACKGROUND_PERCENTILE = 40
+BACKGROUND_PERCENTILE = 20
 EXPONENTS = np.arange(0.3, 1.31, 0.05)
 MOST_CROPS = 160        # for the fit
 

@@ -25,10 +25,11 @@ PARTS = {
         off=("materials.body.texture={model: gamma, shape: 10000, correlation_m: 0.03}",)),
     "growth": Part(
         "patches of mussels",
-        on=("materials.body.growth={material: mussels, cover: {uniform: [0.0, 0.4]}, correlation_m: 0.1}",)),
+        on=("materials.fouling={preset: mussels, backscatter_strength_db: {uniform: [-26.0, -14]}}",
+            "materials.body.growth={material: fouling, cover: {uniform: [0.0, 0.3]}, correlation_m: 0.1}")),
     "kirchhoff": Part(
         "specular echoes of smooth surfaces",
-        on=("materials.body.coherent.roughness_rms_m={log_uniform: [1e-4, 4e-4]}",),
+        on=("materials.body.coherent.roughness_rms_m={log_uniform: [3e-5, 3e-4]}",),
         off=("materials.body.coherent.reflection=0",)),
     "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
     "reverberation": Part(

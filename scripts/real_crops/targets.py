@@ -18,6 +18,7 @@ SCENE = Path(__file__).with_name("scene.yaml")
 # The fan holds the main lobe of the vertical pattern; fewer rays than the preset has, since scenes are empty.
 MODES = {"hf": ("sonar.preset=oculus_m750d_hf", "sonar.rays.elevation=128", "sonar.elevation.fan_deg=20"),
          "lf": ("sonar.preset=oculus_m750d_lf", "sonar.rays.elevation=160", "sonar.elevation.fan_deg=30")}
+FIRST_SEED = 41
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class Target:
 
 
 TARGETS = [
-    Target("big_propeller", "steel_rusty", scale_m=(0.25, 0.5)),
-    Target("cylinder", "steel_rusty",
+    Target("big_propeller", "steel_smooth", scale_m=(0.25, 0.5)),
+    Target("cylinder", "steel_smooth",
            shape="{cylinder: {radius_m: {uniform: [0.10, 0.22]}, height_m: {uniform: [0.3, 0.7]}}}",
            rotation_deg="[{uniform: [-90, 90]}, {uniform: [-40, 40]}, {uniform: [0, 360]}]"),
     Target("small_propeller", "aluminum_smooth", scale_m=(0.12, 0.25)),
@@ -50,8 +51,9 @@ def shape_of(target, meshes):
 
 
 def target_settings(target, mode, parts, meshes):
-    """All settings KEY=VALUE that make the data set of a class from scene.yaml."""
-    return [*MODES[mode], f"name={target.name}_{mode}", f"objects.target.class={target.name}",
+    """All settings KEY=VALUE that make the data set of a class from scene.yaml; each has a seed of its own."""
+    seed = FIRST_SEED + TARGETS.index(target) * len(MODES) + list(MODES).index(mode)
+    return [*MODES[mode], f"seed={seed}", f"name={target.name}_{mode}", f"objects.target.class={target.name}",
             f"objects.target.shape={shape_of(target, meshes)}",
             f"objects.target.pose.rotation_deg={target.rotation_deg}", f"materials.body.preset={target.material}",
             *part_settings(parts, target)]
