@@ -47,7 +47,7 @@ def arguments():
     parser.add_argument("--folds", type=int, default=5, help="blocks of real crops, and seeds of the networks (5)")
     parser.add_argument("--window-epochs", type=int, help="passes of the network that tells real from simulated (14)")
     parser.add_argument("--class-epochs", type=int, help="passes of the network that tells classes (35)")
-    parser.add_argument("--threads", type=int, default=2, help="of the program and of PyTorch (2)")
+    parser.add_argument("--threads", type=int, default=2, help="data sets and trainings at once (2)")
     options = parser.parse_args()
     if options.folds < 2:
         parser.error("--folds: expected at least 2")
@@ -59,12 +59,10 @@ def arguments():
 
 def study(options, parts, report):
     """The content of the JSON file."""
-    import torch
-    from real_crops.comparison import KINDS, Comparison
+    from real_crops.comparison import Comparison
     from real_crops.crops import real_crops, simulated_crops
     from real_crops.sheet import contact_sheet
     from real_crops.targets import CLASSES, simulated_sets
-    torch.set_num_threads(options.threads)
     real = real_crops(options.real, options.folds)
     sets = simulated_sets(options, parts, report)
     simulated = simulated_crops(sets, options.folds)
@@ -78,11 +76,8 @@ def study(options, parts, report):
     if options.sheet:
         contact_sheet(options.sheet, comparison)
     if not options.measures_only:
-        predictions = result.setdefault("predictions", {})
-        for kind in (*KINDS, "real"):
-            for member, run in ((f"auc_real_{kind}", comparison.told_apart),
-                                (f"macro_f1_{kind}_to_real", comparison.classified)):
-                result[member], predictions[member] = run(kind)
+        estimates, predictions = comparison.trainings()
+        result.update(estimates, predictions=predictions)
     return result
 
 

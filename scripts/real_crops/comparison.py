@@ -4,9 +4,10 @@ to block f + 1 of the real ones, and trains on all blocks but f. So no image is 
     Comparison(real, simulated, options)
         .displays()             the fitted displays, and their test on the real crops of block f
         .measures()             levels, contrasts and shares of real, ours and painted
-        .told_apart()           AUC of a network that tells two sources apart
-        .classified()           macro-F1 of a network trained on one source and tested on real crops
+        .trainings()            AUC of networks that tell two sources apart, macro-F1 of networks that tell classes
 """
+import multiprocessing
+
 import numpy as np
 
 from . import networks
@@ -34,8 +35,8 @@ class Comparison:
         """The display of a kind of simulated crops, fitted to block `fold` + 1 of the real ones."""
         if (kind, fold) not in self._laws:
             block = (fold + 1) % len(self.folds)
-            images = [crop.gray for crop in self.real if crop.block == block]
-            self._laws[kind, fold] = fit_power_law(images, self.simulated, kind, fold)
+            fitting = [crop for crop in self.real if crop.block == block]
+            self._laws[kind, fold] = fit_power_law(fitting, self.simulated, kind, fold)
         return self._laws[kind, fold]
 
     def crops(self, kind, fold):
@@ -111,50 +112,62 @@ class Comparison:
             return [[pair for pair in self.crops("real", fold) if pair[0].half == half] for half in (0, 1)]
         return [self.crops("real", fold), self.crops(kind, fold)]
 
-    def told_apart(self, kind):
-        """(estimate, predictions): AUC of windows of real crops against those of a kind; for `real`, of other real ones."""
-        values, predictions = [], []
-        for fold in self.folds:
-            rng = np.random.default_rng([fold, 1])
-            first, second = self._pair(kind, fold)
-            images, labels, _ = self._windows(self._chosen(first, second, False, fold, rng), rng)
-            network = networks.trained(images, labels, 2, fold, self.options.window_epochs)
-            images, labels, names = self._windows(self._chosen(first, second, True, fold, rng), rng)
-            found = networks.scores(network, images)[:, 1]
-            values.append(networks.area_under_curve(labels, found))
-            predictions.append({"seed": fold, "auc": values[-1], "crops": names, "labels": labels,
-                                "scores": rounded(found)})
-            self.report(f"real against {kind}, fold {fold}: AUC {values[-1]:.3f}")
-        return estimate(values), predictions
+    def told_apart(self, kind, fold):
+        """The scores of windows of real crops and of a kind by a network that has seen both; `real`: the other half."""
+        rng = np.random.default_rng([fold, 1])
+        first, second = self._pair(kind, fold)
+        images, labels, _ = self._windows(self._chosen(first, second, False, fold, rng), rng)
+        network = networks.trained(images, labels, 2, fold, self.options.window_epochs)
+        images, labels, names = self._windows(self._chosen(first, second, True, fold, rng), rng)
+        found = networks.scores(network, images)[:, 1]
+        return {"seed": fold, "auc": networks.area_under_curve(labels, found), "crops": names, "labels": labels,
+                "scores": rounded(found)}
 
-    def classified(self, kind):
-        """(estimate, predictions): macro-F1 over the real crops of all folds, each tested once.
+    def classified(self, kind, fold):
+        """The scores of the real crops of a fold by a network that was trained on a kind; `real`: on other blocks."""
+        source = [pair for pair in self.crops(kind, fold) if kind != "real" or pair[0].block != fold]
+        images = networks.normalized([networks.fitted(image) for _, image in source])
+        network = networks.trained(images, [crop.class_id for crop, _ in source], len(CLASSES), fold,
+                                   self.options.class_epochs)
+        tested = [crop for crop in self.real if crop.block == fold]
+        found = networks.scores(network, networks.normalized([networks.fitted(crop.gray) for crop in tested]))
+        return {"seed": fold, "crops": [crop.name for crop in tested], "labels": [crop.class_id for crop in tested],
+                "scores": [rounded(row) for row in found]}
 
-        The standard error is that of the jackknife over folds.
-        """
-        labels, answers, folds, predictions = [], [], [], []
-        for fold in self.folds:
-            source = self.crops(kind, fold)
-            source = [pair for pair in source if kind != "real" or pair[0].block != fold]
-            images = networks.normalized([networks.fitted(image) for _, image in source])
-            network = networks.trained(images, [crop.class_id for crop, _ in source], len(CLASSES), fold,
-                                       self.options.class_epochs)
-            tested = [crop for crop in self.real if crop.block == fold]
-            found = networks.scores(network, networks.normalized([networks.fitted(crop.gray) for crop in tested]))
-            labels += [crop.class_id for crop in tested]
-            answers += found.argmax(1).tolist()
-            folds += [fold] * len(tested)
-            predictions.append({"seed": fold, "crops": [crop.name for crop in tested],
-                                "labels": [crop.class_id for crop in tested],
-                                "scores": [rounded(row) for row in found]})
-            self.report(f"four classes, trained on {kind}, fold {fold}")
-        return self._jackknifed(np.array(labels), np.array(answers), np.array(folds)), predictions
+    def trainings(self):
+        """({member: estimate}, {member: predictions by fold}) of all networks, several trainings at once."""
+        tasks = [(member, run, kind, fold) for kind in (*KINDS, "real") for member, run in (
+            (f"auc_real_{kind}", "told_apart"), (f"macro_f1_{kind}_to_real", "classified")) for fold in self.folds]
+        predictions = {}
+        # Steps are too short to share between threads. The processes begin as copies of this one, images included.
+        with multiprocessing.get_context("fork").Pool(self.options.threads, _begin, (self,)) as pool:
+            for (member, run, kind, fold), found in zip(tasks, pool.imap(_train, [task[1:] for task in tasks])):
+                predictions.setdefault(member, []).append(found)
+                self.report(f"{member}, fold {fold}" + (f": {found['auc']:.3f}" if "auc" in found else ""))
+        estimates = {member: estimate([fold["auc"] for fold in folds]) if "auc" in folds[0] else jackknifed_f1(folds)
+                     for member, folds in predictions.items()}
+        return estimates, predictions
 
-    def _jackknifed(self, labels, answers, folds):
-        whole = networks.macro_f1(labels, answers, len(CLASSES))
-        left = np.array([networks.macro_f1(labels[folds != fold], answers[folds != fold], len(CLASSES))
-                         for fold in self.folds])
-        count = len(left)
-        error = float(np.sqrt((count - 1) / count * ((left - left.mean()) ** 2).sum()))
-        recall = {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}
-        return {"value": whole, "standard_error": error, "folds": count, "recall_by_class": recall}
+
+def _begin(comparison):
+    global _comparison
+    _comparison = comparison
+    networks.use_one_thread()
+
+
+def _train(task):
+    run, kind, fold = task
+    return getattr(_comparison, run)(kind, fold)
+
+
+def jackknifed_f1(predictions):
+    """Macro-F1 over the real crops of all folds, each tested once, with the standard error of the jackknife."""
+    labels = np.concatenate([fold["labels"] for fold in predictions])
+    answers = np.concatenate([np.argmax(fold["scores"], 1) for fold in predictions])
+    folds = np.concatenate([[place] * len(fold["labels"]) for place, fold in enumerate(predictions)])
+    count = len(predictions)
+    left = np.array([networks.macro_f1(labels[folds != fold], answers[folds != fold], len(CLASSES))
+                     for fold in range(count)])
+    error = float(np.sqrt((count - 1) / count * ((left - left.mean()) ** 2).sum()))
+    return {"value": networks.macro_f1(labels, answers, len(CLASSES)), "standard_error": error, "folds": count,
+            "recall_by_class": {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}}

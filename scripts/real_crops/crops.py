@@ -18,7 +18,7 @@ from ensonify_dataset import SonarDataset
 from .targets import CLASSES
 
 SPREADING = 30          # dB of gain for each tenfold of range
-MARGIN = (0.05, 0.35)   # of the box, on each side of a simulated crop
+MARGIN = (0.0, 0.2)     # of the box, on each side of a simulated crop: people draw tight boxes
 SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
 NO_ECHO_DB = -300.0
 CROP_SEED = 11
@@ -31,6 +31,7 @@ class RealCrop:
     block: int
     half: int               # 0 or 1 in turn for runs of a quarter block, for comparing real crops with real ones
     gray: np.ndarray        # uint8
+    jpeg_tables: dict       # of its compression; None without
 
 
 @dataclass
@@ -56,9 +57,9 @@ def real_crops(folder, blocks):
             sys.exit(f"real_study: {Path(folder, kind)} has {len(numbered)} images; expected at least {blocks}")
         for place, (_, file) in enumerate(numbered):
             with Image.open(file) as image:
-                gray = np.array(image.convert("L"))
+                gray, tables = np.array(image.convert("L")), getattr(image, "quantization", None)
             block, half = (block_of(place, len(numbered), runs) for runs in (blocks, 4 * blocks))
-            crops.append(RealCrop(class_id, f"{kind}/{file.name}", block, half % 2, gray))
+            crops.append(RealCrop(class_id, f"{kind}/{file.name}", block, half % 2, gray, tables))
     return crops
 
 

@@ -84,20 +84,26 @@ def propeller(blades, pitch, chord, thickness):
 
 
 def hose(rng, points=60):
-    """A bent hose of 1 to 3 m: its heading is a random walk with a constant drift."""
+    """A bent hose of 1 to 3 m around its middle: its heading is a random walk with a constant drift."""
     length_m, radius_m = rng.uniform(1.0, 3.0), rng.uniform(0.015, 0.035)
     yaw_rad = np.cumsum(rng.normal(0, 0.06, points) + rng.normal(0, 0.035))
     pitch_rad = np.cumsum(rng.normal(0, 0.02, points)) + rng.normal(-0.1, 0.2)
     steps = np.stack([np.cos(yaw_rad) * np.cos(pitch_rad), np.sin(yaw_rad) * np.cos(pitch_rad), np.sin(pitch_rad)], 1)
     centers_m = np.cumsum(steps, 0) * length_m / points
-    return tube(centers_m - centers_m.mean(0), radius_m, 10)
+    return tube(centers_m - centers_m[points // 2], radius_m, 10)
 
 
 def write_obj(path, mesh):
     vertices, triangles = mesh
     lines = ["v %.5f %.5f %.5f" % tuple(vertex) for vertex in vertices]
     lines += ["f %d %d %d" % tuple(triangle + 1) for triangle in triangles]
-    path.write_text("\n".join(lines) + "\n")
+    write_if_new(path, "\n".join(lines) + "\n")
+
+
+def write_if_new(path, text):
+    """A file that another study in the same folder may be reading stays untouched."""
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
 
 
 def write_meshes(folder):

@@ -16,6 +16,10 @@ SMALLEST_PX = 20    # crops with a shorter side have no windows
 BATCH = 32
 
 
+def use_one_thread():
+    torch.set_num_threads(1)
+
+
 def normalized(images):
     """float32 [n, rows, columns] of mean 0 and standard deviation 1 each."""
     images = np.asarray(images, np.float32)
@@ -106,7 +110,9 @@ def area_under_curve(labels, values):
     ranks = (np.searchsorted(ordered, values, "left") + np.searchsorted(ordered, values, "right") + 1) / 2
     ones = int((labels == 1).sum())
     zeros = len(labels) - ones
-    return float((ranks[labels == 1].sum() - ones * (ones + 1) / 2) / (ones * zeros)) if ones and zeros else float("nan")
+    if not ones or not zeros:
+        return float("nan")
+    return float((ranks[labels == 1].sum() - ones * (ones + 1) / 2) / (ones * zeros))
 
 
 def macro_f1(labels, answers, classes):

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from .meshes import write_meshes
+from .meshes import write_if_new, write_meshes
 from .parts import part_settings
 
 SCENE = Path(__file__).with_name("scene.yaml")
@@ -83,12 +83,13 @@ def simulated_sets(options, parts, report):
     root = Path(options.keep)
     meshes = write_meshes(root / "meshes")
     scene = root / SCENE.name
-    shutil.copyfile(SCENE, scene)
+    write_if_new(scene, SCENE.read_text())
     found, commands = [], []
     for target in TARGETS:
         for mode in MODES:
             settings = target_settings(target, mode, parts, meshes) + options.set
-            identity = "\n".join([scene.read_text(), *settings])
+            shapes = [(root / "meshes" / name).read_text() for name in meshes.get(target.name, ())]
+            identity = "\n".join([scene.read_text(), *settings, *shapes])
             folder = root / f"{target.name}_{mode}_{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
             commands.append(command_of(options, scene, folder, settings))
             found.append((target.name, folder))

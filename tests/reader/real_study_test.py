@@ -64,8 +64,8 @@ class WholeStudy(unittest.TestCase):
     @classmethod
     def study(cls, name, *more):
         output = cls.folder / f"{name}.json"
-        command = [sys.executable, SCRIPT, "--real", cls.folder / "real", "--json", output, "--keep",
-                   cls.folder / "kept", "--program", small_data.PROGRAM, "--sheet", cls.folder / "sheet.png", *TINY, *more]
+        command = [sys.executable, SCRIPT, "--real", cls.folder / "real", "--json", output, "--keep", cls.folder / "kept",
+                   "--program", small_data.PROGRAM, "--sheet", cls.folder / "sheet.png", *TINY, *more]
         result = subprocess.run([*map(str, command)], capture_output=True, text=True)
         assert result.returncode == 0, result.stderr
         return json.loads(output.read_text())
@@ -127,14 +127,14 @@ class KnownAnswers(unittest.TestCase):
             self.assertAlmostEqual(median_contrast(images), exact, delta=0.06 * exact)
 
     def test_the_fit_finds_the_exponent_of_the_display(self):
-        from real_crops.crops import SimulatedCrop
+        from real_crops.crops import RealCrop, SimulatedCrop
         from real_crops.display import fit_power_law, shown
         rng = np.random.default_rng(4)
 
         def levels_db():
             return 20 * np.log10(speckle(rng, (50, 50)))
 
-        real = [shown(levels_db(), 0.7, 40.0) for _ in range(60)]
+        real = [RealCrop(0, "", 0, 0, shown(levels_db(), 0.7, 40.0), None) for _ in range(60)]
         crops = [SimulatedCrop(0, "", 0, {"ours": levels_db()}) for _ in range(60)]
         self.assertAlmostEqual(fit_power_law(real, crops, "ours", 0).exponent, 0.7, delta=0.06)
 
