@@ -48,16 +48,14 @@ class Comparison:
         return list(zip(self.simulated, self._images[kind, fold]))
 
     def displays(self):
-        """For each kind: the exponent, and the contrast of the background, of the fit's block and of the tested one."""
+        """For each kind the exponent, and the contrast of backgrounds in block f over that of real ones, minus 1."""
         found = {}
         for kind in KINDS:
-            laws = [self.law(kind, fold) for fold in self.folds]
-            tested = [median_contrast([crop.gray for crop in self.real if crop.block == fold]) for fold in self.folds]
+            real = [median_contrast([crop.gray for crop in self.real if crop.block == fold]) for fold in self.folds]
             reached = [median_contrast([image for crop, image in self.crops(kind, fold) if crop.block == fold])
                        for fold in self.folds]
-            found[kind] = {"exponent": estimate([law.exponent for law in laws]),
-                           "contrast_fitted_real": estimate([law.contrast for law in laws]),
-                           "contrast_tested_real": estimate(tested), "contrast_tested_simulated": estimate(reached)}
+            found[kind] = {"exponent": estimate([self.law(kind, fold).exponent for fold in self.folds]),
+                           "contrast_error": estimate([ours / true - 1 for ours, true in zip(reached, real)])}
         return found
 
     def measures(self):

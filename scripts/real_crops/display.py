@@ -23,7 +23,6 @@ MOST_CROPS = 100        # for the fit
 class PowerLaw:
     exponent: float
     backgrounds: List[float]    # gray levels to sample from
-    contrast: float             # of the real crops of the fit
     jpeg_tables: Optional[dict] = None
 
 
@@ -66,10 +65,10 @@ def fit_power_law(real, crops, kind, seed):
     contrast = median_contrast(images)
     order = np.random.default_rng(seed).permutation(len(crops))[:MOST_CROPS]
     some = [crops[place] for place in order]
-    reached = [median_contrast(shown_crops(some, kind, PowerLaw(exponent, backgrounds, contrast, tables), seed))
+    reached = [median_contrast(shown_crops(some, kind, PowerLaw(exponent, backgrounds, tables), seed))
                for exponent in EXPONENTS]
     if not np.isfinite(contrast) or not np.isfinite(reached).all():
-        return PowerLaw(1.0, backgrounds, contrast, tables)
+        return PowerLaw(1.0, backgrounds, tables)
     # The contrast grows with the exponent; the running maximum makes this hold in spite of chance.
     exponent = float(np.interp(contrast, np.maximum.accumulate(reached), EXPONENTS))
-    return PowerLaw(exponent, backgrounds, contrast, tables)
+    return PowerLaw(exponent, backgrounds, tables)

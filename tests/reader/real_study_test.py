@@ -21,7 +21,8 @@ import small_data
 SCRIPT = small_data.SOURCE / "scripts/real_study.py"
 CLASSES = ("big_propeller", "cylinder", "small_propeller", "soft_pipeline")
 TINY = ["--sequences", "2", "--folds", "2", "--window-epochs", "1", "--class-epochs", "1", "--without", "array",
-        "--set", "sonar.beams.count=96", "--set", "sonar.rays.elevation=48"]
+        "--set", "sonar.beams.count=96", "--set", "sonar.rays.elevation=32", "--set", "sonar.rays.min_per_cell=4",
+        "--set", "output.cartesian.height_px=300"]
 MISSING = [name for name in ("torch", "PIL") if importlib.util.find_spec(name) is None]
 
 
@@ -82,6 +83,7 @@ class WholeStudy(unittest.TestCase):
             self.assertEqual(sorted(self.found[name]), ["ours", "painted", "real"])
             self.assert_estimate(self.found[name]["real"], -60, 60)
         self.assertEqual(sorted(self.found["two_echo_share_by_class"]), sorted(CLASSES))
+        self.assert_estimate(self.found["display"]["ours"]["contrast_error"], -0.9, 9)
         self.assertTrue((self.folder / "sheet.png").stat().st_size > 1000)
 
     def test_real_crops_have_the_echoes_that_they_were_made_with(self):
