@@ -1,6 +1,6 @@
 """The display of real crops, fitted by a power law: gray = background (A / A_background)^exponent, cut off at 255.
 
-A is the amplitude with gain, A_background the 20th percentile of the crop, which targets and their tails rarely reach.
+A is the amplitude with gain, A_background the level of the crop's darkest patches, which holds for gray levels too.
 The exponent is that which gives simulated crops the median contrast of the background that real crops have; the gray
 level of the background is sampled from those of the real crops. So the fit needs the backgrounds of some real crops and
 nothing else of them. Where they are JPEG files, simulated crops are compressed in the same way.
@@ -12,9 +12,9 @@ from typing import List, Optional
 import numpy as np
 from PIL import Image
 
-from .measures import background_contrasts, median
+from .measures import background_contrasts, background_patches, median
 
-BACKGROUND_PERCENTILE = 20
+SMALL_CROP_PERCENTILE = 35   # its background, where a crop has no room for patches
 EXPONENTS = np.arange(0.3, 1.31, 0.1)
 MOST_CROPS = 100        # for the fit
 
@@ -26,16 +26,17 @@ class PowerLaw:
     jpeg_tables: Optional[dict] = None
 
 
-def background_gray(gray):
-    return max(float(np.percentile(gray, BACKGROUND_PERCENTILE)), 1.0)
+def background_level(image):
+    """Median of the means of the darkest patches."""
+    patches = background_patches(image)
+    return float(np.median(patches.mean((1, 2))) if len(patches) else np.percentile(image, SMALL_CROP_PERCENTILE))
 
 
 def shown(level_db, exponent, background):
     """uint8 image of levels in dB with gain."""
     amplitude = 10 ** (exponent * level_db / 20)
-    inside = amplitude[level_db > -250]
-    reference = np.percentile(inside, BACKGROUND_PERCENTILE) if inside.size else 1.0
-    return np.clip(np.round(amplitude / reference * background), 0, 255).astype(np.uint8)
+    amplitude[level_db < -250] = 0
+    return np.clip(np.round(amplitude * (background / max(background_level(amplitude), 1e-30))), 0, 255).astype(np.uint8)
 
 
 def compressed(gray, tables):
@@ -61,7 +62,7 @@ def fit_power_law(real, crops, kind, seed):
     """The law of some real crops for one kind of simulated ones."""
     images = [crop.gray for crop in real]
     tables = next((crop.jpeg_tables for crop in real if crop.jpeg_tables), None)
-    backgrounds = [background_gray(image) for image in images]
+    backgrounds = [max(background_level(image), 1.0) for image in images]
     contrast = median_contrast(images)
     order = np.random.default_rng(seed).permutation(len(crops))[:MOST_CROPS]
     some = [crops[place] for place in order]
