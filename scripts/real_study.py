@@ -51,6 +51,9 @@ def arguments():
     options = parser.parse_args()
     if options.folds < 2:
         parser.error("--folds: expected at least 2")
+    for path in (options.json, options.sheet):
+        if path and not Path(path).absolute().parent.is_dir():
+            parser.error(f"{path}: its folder does not exist")
     options.sequences = options.sequences or (QUICK_SEQUENCES if options.quick else SEQUENCES)
     options.window_epochs = options.window_epochs or (10 if options.quick else 14)
     options.class_epochs = options.class_epochs or (25 if options.quick else 35)
