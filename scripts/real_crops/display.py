@@ -36,7 +36,8 @@ def shown(level_db, exponent, background):
     """uint8 image of levels in dB with gain."""
     amplitude = 10 ** (exponent * level_db / 20)
     amplitude[level_db < -250] = 0
-    return np.clip(np.round(amplitude * (background / max(background_level(amplitude), 1e-30))), 0, 255).astype(np.uint8)
+    gray = amplitude * (background / max(background_level(amplitude), 1e-30))
+    return np.clip(np.round(gray), 0, 255).astype(np.uint8)
 
 
 def compressed(gray, tables):

@@ -65,8 +65,9 @@ class WholeStudy(unittest.TestCase):
     @classmethod
     def study(cls, name, *more):
         output = cls.folder / f"{name}.json"
-        command = [sys.executable, SCRIPT, "--real", cls.folder / "real", "--json", output, "--keep", cls.folder / "kept",
-                   "--program", small_data.PROGRAM, "--sheet", cls.folder / "sheet.png", *TINY, *more]
+        command = [sys.executable, SCRIPT, "--real", cls.folder / "real", "--json", output,
+                   "--keep", cls.folder / "kept", "--program", small_data.PROGRAM,
+                   "--sheet", cls.folder / "sheet.png", *TINY, *more]
         result = subprocess.run([*map(str, command)], capture_output=True, text=True)
         assert result.returncode == 0, result.stderr
         return json.loads(output.read_text())
