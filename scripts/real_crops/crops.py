@@ -19,6 +19,7 @@ from .targets import CLASSES
 
 SPREADING = 30          # dB of gain for each tenfold of range
 MARGIN = (0.0, 0.2)     # of the box, on each side of a simulated crop: people draw tight boxes
+VISIBLE_DB = 20         # below the strongest expected level of the target, what a person still takes for a part of it
 SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
 NO_ECHO_DB = -300.0
 CROP_SEED = 11
@@ -93,6 +94,20 @@ def cut(box, shape, rng):
     return rows, columns
 
 
+def visible_box(ping, target):
+    """The box of the target with the train of echoes behind it, which a person does not tell from its outline."""
+    cartesian = ping.cartesian
+    expected = with_gain(ping, np.where(ping.polar.clean_db > -90, ping.polar.clean_db, NO_ECHO_DB).astype(float))
+    body = cartesian.instance == target.instance
+    seen = body | (cartesian.multipath == target.instance)
+    seen &= expected > expected[body].max(initial=NO_ECHO_DB) - VISIBLE_DB
+    rows, columns = np.nonzero(seen)
+    x, y, width, height = target.bbox
+    left, top = min(columns.min(initial=int(x)), x), min(rows.min(initial=int(y)), y)
+    right, bottom = max(columns.max(initial=0) + 1, x + width), max(rows.max(initial=0) + 1, y + height)
+    return left, top, right - left, bottom - top
+
+
 def crop_of_ping(ping, class_id, rng):
     """The crop of the target, or None if it is too small or outside the fan."""
     targets = [a for a in ping.cartesian.annotations if a.name == "target"]
@@ -100,7 +115,7 @@ def crop_of_ping(ping, class_id, rng):
         return None
     images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64)),
               "painted": with_gain(ping, painted_level_db(ping, rng))}
-    window = cut(targets[0].bbox, images["ours"].shape, rng)
+    window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
     if window is None:
         return None
     # The first row of a Cartesian image is the farthest; real crops have the sonar at the top.

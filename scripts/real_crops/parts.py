@@ -30,7 +30,17 @@ PARTS = {
     "kirchhoff": Part(
         "specular echoes of smooth surfaces",
         on=("materials.body.coherent.roughness_rms_m={log_uniform: [3e-5, 3e-4]}",),
-        off=("materials.body.coherent.reflection=0",)),
+        off=("materials.body.coherent.roughness_rms_m=0.01",)),
+    "walls": Part(
+        "cylinders of steel that are full of water",
+        on=("materials.body.wall={thickness_m: {log_uniform: [5e-4, 4e-3]}, density_kg_m3: 7850, speed_m_s: 5900, "
+            "shear_speed_m_s: 3230}",),
+        classes=("cylinder",)),
+    "hoses": Part(
+        "pipes of rubber that are full of water",
+        on=("materials.body.wall={thickness_m: {uniform: [0.003, 0.008]}, density_kg_m3: 1100, speed_m_s: 1600, "
+            "loss: 0.1}",),
+        classes=("soft_pipeline",)),
     "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
     "reverberation": Part(
         "echo of the water",
