@@ -114,7 +114,7 @@ class SphereWaves {
     const double a = sphere.radius_m, b = a - sphere.wall_m;
     x_ = w / water.sound_speed_m_s * a;
     orders_ = static_cast<int>(x_ + 4 * std::cbrt(x_) + 10);
-    solid_ = !(b > 0);
+    solid_ = sphere.is_solid();
     fluid_ = m.shear_speed_m_s == 0;
     outer_l_ = w / m.speed_m_s * a;
     inner_l_ = w / m.speed_m_s * b;
@@ -293,12 +293,12 @@ double missing_energy(std::span<const std::complex<double>> response, const TapF
 SphereTaps sphere_taps(const ElasticSphere& sphere, const Water& water, double frequency_hz,
                        double bandwidth_hz) {
   constexpr double kLeastWindow = 8, kMostWindow = 512;  // in a/c
-  constexpr double kError = 1e-3;
+  constexpr double kMostPeriods = 2000, kError = 1e-3;
   const double a_c = sphere.radius_m / water.sound_speed_m_s;
   const auto response = [&](double f_hz) { return sphere_backscatter_m(sphere, water, f_hz); };
   TapFit fit{frequency_hz, bandwidth_hz, 0, 0, kError / 2, 256};
   fit.delay_min_s = -2 * a_c - 1 / bandwidth_hz;
-  const double most_s = kMostWindow * a_c + 2 / bandwidth_hz;
+  const double most_s = std::min(kMostWindow * a_c + 2 / bandwidth_hz, kMostPeriods / bandwidth_hz);
   std::vector<std::complex<double>> checked(static_cast<std::size_t>(3 * bandwidth_hz * most_s) +
                                             33);
   for (std::size_t i = 0; i < checked.size(); ++i) {
@@ -307,12 +307,12 @@ SphereTaps sphere_taps(const ElasticSphere& sphere, const Water& water, double f
   }
   SphereTaps best{{}, 1};
   for (double window = kLeastWindow; window <= kMostWindow; window *= 4) {
-    fit.delay_max_s = window * a_c + 2 / bandwidth_hz;
+    fit.delay_max_s = std::min(window * a_c + 2 / bandwidth_hz, most_s);
     std::vector<Tap> taps = fit_taps(response, fit);
     const double error = missing_energy(checked, fit, taps);
     const bool full = static_cast<int>(taps.size()) == fit.most;
     if (error < best.error) best = {std::move(taps), error};
-    if (best.error < kError || full) break;
+    if (best.error < kError || full || fit.delay_max_s == most_s) break;
   }
   return best;
 }
