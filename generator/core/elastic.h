@@ -19,8 +19,8 @@ struct SphereMaterial {
 };
 
 // Tungsten carbide with 6 % cobalt: MacLennan and Dunn, J. Sound Vib. 97, 1984. Electrical-grade
-// copper: Foote, J. Acoust. Soc. Am. 73, 1983. Rolled aluminum and mild steel: AIP Handbook, 3rd
-// edition, 1972.
+// copper: Foote, J. Acoust. Soc. Am. 73, 1983. Rolled aluminum and mild steel: CRC Handbook of
+// Chemistry and Physics, section 14, speed of sound in solids.
 inline constexpr SphereMaterial kTungstenCarbide{14900, 6853, 4171};
 inline constexpr SphereMaterial kSteel{7850, 5960, 3235};
 inline constexpr SphereMaterial kAluminum{2700, 6420, 3040};
