@@ -15,6 +15,7 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
+#include "core/elastic.h"
 #include "core/error.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
