@@ -15,7 +15,8 @@ namespace ensonify {
 
 // A range from which absorption leaves no echo; meshes without a unit of their own that are longer
 // than 30 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
-// middle or last ping; objects at the same place. One line each, without line ends.
+// middle or last ping; objects at the same place; spheres
+// whose echoes miss more than 1 % of their energy. One line each, without line ends.
 std::vector<std::string> scene_warnings(const Session& session);
 
 // All warnings about a scene, to be printed before it is made. `tracer` is that of the session's
