@@ -14,71 +14,126 @@ using Complex = std::complex<double>;
 constexpr double kLeastSpacing_cells = 0.6;  // of 1/b
 constexpr double kGridSteps = 8;             // of the delays tried, in 1/b
 
-// The response of a unit tap at the frequencies of the fit: a geometric series.
-std::vector<Complex> unit_tap(double delay_s, std::span<const double> f_hz) {
-  const Complex step = std::polar(1.0, -2 * kPi * (f_hz[1] - f_hz[0]) * delay_s);
-  std::vector<Complex> tap(f_hz.size());
-  Complex value = std::polar(1.0, -2 * kPi * f_hz[0] * delay_s);
-  for (Complex& t : tap) {
-    t = value;
-    value *= step;
+// The fit by inner products alone: those of a tap on the grid of delays with the response, and
+// those of two taps, which depend on the distance of their delays. The rest is kept orthogonal to
+// the taps; `row` holds the Cholesky factor of their inner products.
+class Pursuit {
+ public:
+  Pursuit(const TapFit& fit, std::span<const Complex> target)
+      : fit_(fit), step_s_(1 / (kGridSteps * fit.bandwidth_hz)) {
+    const auto steps = static_cast<std::size_t>((fit.delay_max_s - fit.delay_min_s) / step_s_) + 1;
+    const double spacing = fit.bandwidth_hz / static_cast<double>(target.size());
+    for (std::size_t i = 0; i < steps; ++i) {
+      const double distance = static_cast<double>(i) * step_s_;
+      const double sum =
+          i == 0 ? static_cast<double>(target.size())
+                 : std::sin(kPi * fit.bandwidth_hz * distance) / std::sin(kPi * spacing * distance);
+      of_taps_.push_back(sum * std::polar(1.0, 2 * kPi * fit.frequency_hz * distance));
+      of_target_.push_back(correlation(i, target));
+    }
+    rest_ = of_target_;
+    free_.assign(steps, true);
+    for (const Complex& t : target) left_ += std::norm(t);
   }
-  return tap;
-}
 
-Complex correlation(std::span<const Complex> a, std::span<const Complex> b) {
-  Complex sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += std::conj(a[i]) * b[i];
-  return sum;
-}
+  // Energy of the response that the taps miss.
+  double left() const { return left_; }
+  std::size_t size() const { return chosen_.size(); }
 
-double energy(std::span<const Complex> x) { return correlation(x, x).real(); }
+  // Adds the tap that correlates best with the rest, at a distance from the others; false if there
+  // is no place.
+  bool add() {
+    std::size_t best = rest_.size();
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      if (free_[i] && (best == rest_.size() || std::norm(rest_[i]) > std::norm(rest_[best])))
+        best = i;
+    }
+    if (best == rest_.size()) return false;
+    const std::vector<Complex>& row = new_row(best);
+    // The new tap's part that is orthogonal to the others, as a sum of taps.
+    std::vector<Complex> parts(row.size(), 0);
+    parts.back() = 1 / row.back().real();
+    for (std::size_t i = parts.size() - 1; i-- > 0;) {
+      for (std::size_t m = i + 1; m < parts.size(); ++m) {
+        parts[i] -= std::conj(rows_[m][i]) * parts[m];
+      }
+      parts[i] /= rows_[i][i].real();
+    }
+    const Complex along = rest_[best] / row.back().real();
+    left_ = std::max(left_ - std::norm(along), 0.0);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Complex factor = along * parts[k];
+      for (std::size_t i = 0; i < rest_.size(); ++i) rest_[i] -= factor * between(i, chosen_[k]);
+    }
+    const auto near = static_cast<std::size_t>(std::ceil(kLeastSpacing_cells * kGridSteps)) - 1;
+    const std::size_t end = std::min(best + near + 1, free_.size());
+    for (std::size_t i = best - std::min(best, near); i < end; ++i) free_[i] = false;
+    return true;
+  }
 
-// Solves the normal equations of the taps by Cholesky's method. Taps that are 0.6/b apart keep the
-// matrix well conditioned.
-std::vector<Complex> solve_gains(const std::vector<std::vector<Complex>>& taps,
-                                 std::span<const Complex> target) {
-  const std::size_t n = taps.size();
-  std::vector<std::vector<Complex>> lower(n, std::vector<Complex>(n));
-  std::vector<Complex> x(n);
-  for (std::size_t i = 0; i < n; ++i) {
+  // The taps with the gains of least squares.
+  std::vector<Tap> taps() const {
+    const std::size_t n = chosen_.size();
+    std::vector<Complex> x(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = of_target_[chosen_[i]];
+      for (std::size_t m = 0; m < i; ++m) x[i] -= rows_[i][m] * x[m];
+      x[i] /= rows_[i][i].real();
+    }
+    std::vector<Tap> taps(n);
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t m = i + 1; m < n; ++m) x[i] -= std::conj(rows_[m][i]) * x[m];
+      x[i] /= rows_[i][i].real();
+      taps[i] = {delay_s(chosen_[i]), x[i]};
+    }
+    std::ranges::sort(taps, {}, &Tap::delay_s);
+    return taps;
+  }
+
+ private:
+  double delay_s(std::size_t i) const {
+    return fit_.delay_min_s + static_cast<double>(i) * step_s_;
+  }
+
+  // Inner product of tap i with the response; the phases are a geometric series.
+  Complex correlation(std::size_t i, std::span<const Complex> target) const {
+    const double spacing = fit_.bandwidth_hz / static_cast<double>(target.size());
+    const double first = fit_.frequency_hz - (fit_.bandwidth_hz - spacing) / 2;
+    const Complex step = std::polar(1.0, 2 * kPi * spacing * delay_s(i));
+    Complex phase = std::polar(1.0, 2 * kPi * first * delay_s(i)), sum = 0;
+    for (const Complex& t : target) {
+      sum += phase * t;
+      phase *= step;
+    }
+    return sum;
+  }
+
+  // Inner product of the taps i and k: sum e^(i 2 pi f (delay_i - delay_k)).
+  Complex between(std::size_t i, std::size_t k) const {
+    return i >= k ? of_taps_[i - k] : std::conj(of_taps_[k - i]);
+  }
+
+  const std::vector<Complex>& new_row(std::size_t tap) {
+    chosen_.push_back(tap);
+    const std::size_t i = rows_.size();
+    std::vector<Complex>& row = rows_.emplace_back(i + 1);
     for (std::size_t k = 0; k <= i; ++k) {
-      Complex sum = correlation(taps[i], taps[k]);
-      for (std::size_t m = 0; m < k; ++m) sum -= lower[i][m] * std::conj(lower[k][m]);
-      lower[i][k] = i == k ? Complex(std::sqrt(std::max(sum.real(), 1e-12))) : sum / lower[k][k];
+      Complex sum = between(tap, chosen_[k]);
+      for (std::size_t m = 0; m < k; ++m) sum -= row[m] * std::conj(rows_[k][m]);
+      // Taps that are 0.6/b apart keep the matrix well conditioned.
+      row[k] = k == i ? Complex(std::sqrt(std::max(sum.real(), 1e-12))) : sum / rows_[k][k].real();
     }
-    Complex sum = correlation(taps[i], target);
-    for (std::size_t m = 0; m < i; ++m) sum -= lower[i][m] * x[m];
-    x[i] = sum / lower[i][i];
+    return row;
   }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t m = i + 1; m < n; ++m) x[i] -= std::conj(lower[m][i]) * x[m];
-    x[i] /= lower[i][i];
-  }
-  return x;
-}
 
-// The delay on the grid whose tap correlates best with the rest and keeps its distance from the
-// other taps.
-double best_delay(std::span<const Complex> rest, std::span<const double> f_hz, const TapFit& fit,
-                  std::span<const Tap> taken) {
-  const double step = 1 / (kGridSteps * fit.bandwidth_hz);
-  const int steps = static_cast<int>((fit.delay_max_s - fit.delay_min_s) / step);
-  double best = NAN, most = -1;
-  for (int i = 0; i <= steps; ++i) {
-    const double delay = fit.delay_min_s + i * step;
-    const bool near = std::ranges::any_of(taken, [&](const Tap& tap) {
-      return std::abs(tap.delay_s - delay) < kLeastSpacing_cells / fit.bandwidth_hz;
-    });
-    if (near) continue;
-    const double found = std::norm(correlation(unit_tap(delay, f_hz), rest));
-    if (found > most) {
-      most = found;
-      best = delay;
-    }
-  }
-  return best;
-}
+  const TapFit& fit_;
+  double step_s_;
+  std::vector<Complex> of_taps_, of_target_, rest_;  // [delays of the grid]
+  std::vector<bool> free_;
+  std::vector<std::size_t> chosen_;
+  std::vector<std::vector<Complex>> rows_;
+  double left_ = 0;
+};
 
 }  // namespace
 
@@ -86,31 +141,17 @@ std::vector<Tap> fit_taps(const std::function<Complex(double f_hz)>& response, c
   ENSONIFY_ASSERT(fit.bandwidth_hz > 0 && fit.delay_max_s >= fit.delay_min_s && fit.most > 0);
   const double periods = fit.bandwidth_hz * (fit.delay_max_s - fit.delay_min_s);
   const std::size_t samples = static_cast<std::size_t>(std::ceil(2 * periods)) + 16;
-  std::vector<double> f_hz(samples);
   std::vector<Complex> target(samples);
   for (std::size_t i = 0; i < samples; ++i) {
     const double part = (static_cast<double>(i) + 0.5) / static_cast<double>(samples) - 0.5;
-    f_hz[i] = fit.frequency_hz + part * fit.bandwidth_hz;
-    target[i] = response(f_hz[i]);
+    target[i] = response(fit.frequency_hz + part * fit.bandwidth_hz);
   }
-  const double all = energy(target);
-  std::vector<Tap> taps;
-  std::vector<std::vector<Complex>> columns;
-  std::vector<Complex> rest = target;
-  while (static_cast<int>(taps.size()) < fit.most && energy(rest) > fit.error * all) {
-    const double delay = best_delay(rest, f_hz, fit, taps);
-    if (!std::isfinite(delay)) break;
-    taps.push_back({delay, 0});
-    columns.push_back(unit_tap(delay, f_hz));
-    const std::vector<Complex> gains = solve_gains(columns, target);
-    rest = target;
-    for (std::size_t k = 0; k < taps.size(); ++k) {
-      taps[k].gain = gains[k];
-      for (std::size_t i = 0; i < samples; ++i) rest[i] -= gains[k] * columns[k][i];
-    }
+  Pursuit pursuit(fit, target);
+  const double enough = fit.error * pursuit.left();
+  while (static_cast<int>(pursuit.size()) < fit.most && pursuit.left() > enough) {
+    if (!pursuit.add()) break;
   }
-  std::ranges::sort(taps, {}, &Tap::delay_s);
-  return taps;
+  return pursuit.taps();
 }
 
 std::vector<Tap> product(std::span<const Tap> a, std::span<const Tap> b, double least) {

@@ -1,6 +1,6 @@
 // A frequency response as a few delayed echoes.
 //
-//   Tap  TapFit  fit_taps
+//   TapFit  fit_taps
 //   product     of the responses of two sets of taps
 #pragma once
 
@@ -9,13 +9,9 @@
 #include <span>
 #include <vector>
 
-namespace ensonify {
+#include "core/elastic.h"
 
-// One delayed echo, with the response gain e^(-i 2 pi f delay).
-struct Tap {
-  double delay_s = 0;
-  std::complex<double> gain;
-};
+namespace ensonify {
 
 struct TapFit {
   double frequency_hz = 0, bandwidth_hz = 0;  // the band is b wide, around the carrier

@@ -166,6 +166,19 @@ void warn_of_range(const Session& session, std::vector<std::string>& warnings) {
                   lost_db, session.sonar.range_max_m, kMostAbsorptionDb / two_way_db_m));
 }
 
+constexpr double kMostMissing = 0.01;  // share of a target's energy over the band
+
+void warn_of_ringing(const Session& session, std::vector<std::string>& warnings) {
+  for (const PointTarget& target : session.world.point_targets) {
+    if (target.missing <= kMostMissing) continue;
+    warnings.push_back(fmt::format(
+        "{}: the sphere has so many resonances in the sonar's band that its {} echoes miss {:.2g} "
+        "% of the energy",
+        session.world.instances[target.instance - 1].name, target.taps.size(),
+        100 * target.missing));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> scene_warnings(const Session& session) {
@@ -174,6 +187,7 @@ std::vector<std::string> scene_warnings(const Session& session) {
   warn_of_sizes(session, warnings);
   warn_of_solids(session, warnings);
   warn_of_coincidence(session, warnings);
+  warn_of_ringing(session, warnings);
   return warnings;
 }
 

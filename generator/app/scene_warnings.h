@@ -13,10 +13,10 @@
 
 namespace ensonify {
 
-// Warns of a range at which absorption leaves no echo; of meshes whose file has no unit and that
-// are longer than 30 m or shorter than 1 cm at scale 1; of a sonar inside a solid or below terrain
-// at its first, middle or last ping; and of objects at the same place. Each warning is one line,
-// without a line end.
+// A range from which absorption leaves no echo; meshes without a unit of their own that are longer
+// than 30 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
+// middle or last ping; objects at the same place; spheres
+// whose echoes miss more than 1 % of their energy. One line each, without line ends.
 std::vector<std::string> scene_warnings(const Session& session);
 
 // All warnings about a scene, to be printed before it is made. `tracer` is that of the session's

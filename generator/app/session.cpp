@@ -14,6 +14,7 @@
 #include "app/ensemble.h"
 #include "app/layers.h"
 #include "app/ping_echoes.h"
+#include "app/ringing.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
@@ -26,6 +27,7 @@ namespace {
 
 Water water_of(const WaterSpec& spec, double frequency_hz) {
   Water water;
+  water.density_kg_m3 = spec.density_kg_m3;
   water.sound_speed_m_s = spec.sound_speed_m_s;
   if (const auto& from = spec.sound_speed_from) {
     water.sound_speed_m_s =
@@ -184,6 +186,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
 
   remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
+  ring_targets(scenario, session.sonar, session.water, session.world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);

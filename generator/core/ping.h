@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/display.h"
+#include "core/elastic.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/surface.h"
@@ -167,11 +168,12 @@ struct Instance {
   std::string material;                  // of a surface, by name
   Material scattering;                   // of a surface
   bool vertex_reflectivity = false;      // of a surface: its mesh scales the reflectivity
-  double target_strength_db = 0;         // of a point target
+  double target_strength_db = 0;         // of a point target; of a sphere, at the carrier
   double volume_strength_db = 0;         // of a volume, dB re 1/m
   std::vector<InstancePart> parts = {};  // of a surface: parts with another material
   std::vector<InstanceGrowth> growth = {};
-  std::optional<OrientedBox> box = {};   // absent: a point, or infinite
+  std::optional<OrientedBox> box = {};       // absent: a point, or infinite
+  std::optional<ElasticSphere> sphere = {};  // of a point target that rings
 };
 
 // The Cartesian image: pixel (row, column) has its center at

@@ -57,6 +57,9 @@ struct Scatterer {
   std::array<std::uint16_t, kMostBounces> via{};
   // Length of the received path: the sound arrives as if from received_path_m along `arrival`.
   float received_path_m = 0;
+  // How much of delay_s is not travel: walls and targets that ring echo later than the sound takes,
+  // and the surface of a target earlier than its center.
+  float lag_s = 0;
 };
 
 // All scatterers of one ping, sorted by beam, then delay, then key. Two scatterers with the same

@@ -95,11 +95,11 @@ struct Sonar {
   double beam_spacing_rad = 0;  // field of view / count
   double beam_width_rad = 0;    // -3 dB, one-way receive
   BeamShading shading;
-  double transmit_width_rad = 0;  // -3 dB, in azimuth about the boresight; 0: uniform
+  double transmit_width_rad = 0;   // -3 dB, in azimuth about the boresight; 0: uniform
   double elevation_width_rad = 0;  // -3 dB, two-way
   ShadedLine elevation_line;       // of that width; uniform: its aperture is ignored
   double elevation_fan_rad = 0;    // rays span [-fan/2, fan/2]
-  int rays_elevation = 0;        // rays per sector
+  int rays_elevation = 0;          // rays per sector
   int rays_azimuth = 1;
   int rays_per_cell = 0;  // least number of scatterers in a resolution cell; 0: no refinement
   Normalization normalization = Normalization::calibrated;
@@ -118,7 +118,7 @@ struct Water {
   double sound_speed_m_s = 1500;             // as the instrument assumes it
   double absorption_db_m = 0;                // at the carrier
   std::optional<SoundProfile> profile = {};  // absent: the same speed everywhere
-  double density_kg_m3 = 1025;
+  double density_kg_m3 = 1025;               // for echoes of elastic bodies
 };
 
 // The words that scenarios and sequence.json use.

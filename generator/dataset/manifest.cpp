@@ -18,6 +18,8 @@ void water_members(Io& io, Value& water) {
     rows("depth_m", profile.depth_m);
     rows("sound_speed_m_s", profile.speed_m_s);
   });
+  if (Io::kWrites && water.density_kg_m3 == Water{}.density_kg_m3) return;
+  io("density_kg_m3", water.density_kg_m3);
 }
 
 template <class Io, class Info>

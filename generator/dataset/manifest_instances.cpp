@@ -108,6 +108,21 @@ void surface_members(Io& io, Value& instance) {
   });
 }
 
+// Left out of targets without resonances.
+template <class Io, class Value>
+void sphere_members(Io& io, Value& instance) {
+  if (Io::kWrites && !instance.sphere) return;
+  io.maybe("sphere", instance.sphere, [](Io& item, auto& sphere) {
+    item("radius_m", sphere.radius_m);
+    item("density_kg_m3", sphere.material.density_kg_m3);
+    item("speed_m_s", sphere.material.speed_m_s);
+    item("shear_speed_m_s", sphere.material.shear_speed_m_s);
+    item("wall_m", sphere.wall_m);
+    item("filling_density_kg_m3", sphere.filling.density_kg_m3);
+    item("filling_speed_m_s", sphere.filling.speed_m_s);
+  });
+}
+
 template <class Io, class Value>
 void one_instance(Io& io, Value& instance) {
   io("id", instance.id);
@@ -130,6 +145,7 @@ void one_instance(Io& io, Value& instance) {
       } else {
         io("target_strength_db", instance.target_strength_db);
       }
+      sphere_members(io, instance);
       break;
     case InstanceKind::volume:
       io("strength_db", instance.volume_strength_db);

@@ -135,7 +135,7 @@ void texture_fields(Fields& f, SurfaceTexture& texture) {
 }
 
 void wall_fields(Fields& f, Wall& wall) {
-  constexpr std::string_view kInside[] = {"water", "air"};
+  constexpr std::string_view kFilling[] = {"water", "air"};
   f.number({"thickness_m", "Thickness", "Thickness of the wall"}, wall.thickness_m,
            from_to(1e-5, 0.2), kRequired);
   f.number({"density_kg_m3", "Density", "Density of the wall"}, wall.density_kg_m3,
@@ -148,11 +148,11 @@ void wall_fields(Fields& f, Wall& wall) {
   f.number(
       {"loss", "Loss factor", "Imaginary part of the elastic moduli divided by the real part", "1"},
       wall.loss, from_to(0, 1));
-  std::size_t inside = wall.water_inside ? 0 : 1;
-  f.word({"inside", "Inside",
+  std::size_t filling = wall.water_inside ? 0 : 1;
+  f.word({"filling", "Filling",
           "What is behind the wall: water, which carries the sound on, or air, which reflects it"},
-         kInside, inside);
-  wall.water_inside = inside == 0;
+         kFilling, filling);
+  wall.water_inside = filling == 0;
   // Otherwise the bulk modulus of the solid would not be positive.
   if (!(wall.shear_speed_m_s < wall.speed_m_s * std::sqrt(0.75)) && wall.speed_m_s > 0) {
     f.fault("shear_speed_m_s", "is too fast for a solid; expected less than 0.866 speed_m_s");

@@ -1,5 +1,6 @@
 // The keys of objects and point targets: names, classes and poses.
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -126,6 +127,56 @@ void fields(Fields& f, ObjectSpec& object) {
         object.trajectory, useless_if(placed && !writing, kBesidePlace));
 }
 
+// A metal, or density and speeds.
+static void sphere_material_fields(Fields& f, RingingSphereSpec& sphere) {
+  constexpr std::string_view kKeys[] = {"material", "density_kg_m3"};
+  const auto which = f.only_key(kKeys, sphere.metal ? 0 : 1,
+                                "either material or density_kg_m3, speed_m_s and shear_speed_m_s");
+  const Rule of_own =
+      useless_if(which == 0u, "with material; expected only one of them",
+                 {.need = Need::required, .unless = "material", .has_default = false});
+  SphereMetal metal = sphere.metal.value_or(SphereMetal::tungsten_carbide);
+  if (which == 0u) {
+    const bool read = f.choice<SphereMetal>(
+        {kKeys[0], "Material", "Tungsten carbide with 6 % cobalt, mild steel, aluminum or copper"},
+        metal, words_to(SphereMetal::copper), {.has_default = false});
+    if (read) sphere.metal = metal;
+  }
+  if (which == 1u) {
+    f.number({kKeys[1], "Density", "Density of the material, in place of material", "kg/m³"},
+             sphere.material.density_kg_m3, from_to(1, 1e5), of_own);
+  }
+  const bool speed = f.number({"speed_m_s", "Longitudinal speed", "Speed of longitudinal waves"},
+                              sphere.material.speed_m_s, from_to(100, 2e4), of_own);
+  const bool shear =
+      f.number({"shear_speed_m_s", "Shear speed", "Speed of shear waves; 0: a fluid"},
+               sphere.material.shear_speed_m_s, from_to(0, 2e4), of_own);
+  const double most_m_s = std::sqrt(0.75) * sphere.material.speed_m_s;
+  if (speed && shear && !(sphere.material.shear_speed_m_s < most_m_s)) {
+    f.fault("shear_speed_m_s",
+            fmt::format("{} is too fast for a speed_m_s of {}; expected less than {:.6g}, so that "
+                        "the material resists compression",
+                        sphere.material.shear_speed_m_s, sphere.material.speed_m_s, most_m_s));
+  }
+}
+
+static void fields(Fields& f, RingingSphereSpec& sphere) {
+  const bool radius = f.number({"radius_m", "Radius", "Radius of the sphere"}, sphere.radius_m,
+                               above_up_to(0, 1), kRequired);
+  sphere_material_fields(f, sphere);
+  const bool wall = f.number({"wall_m", "Wall", "Thickness of a shell; left out: a solid sphere"},
+                             sphere.wall_m, above_up_to(0, 1));
+  if (radius && wall && !(*sphere.wall_m < sphere.radius_m)) {
+    f.fault("wall_m", fmt::format("{} is not below the radius of {}; expected a thinner wall, or "
+                                  "no wall_m for a solid sphere",
+                                  *sphere.wall_m, sphere.radius_m));
+  }
+  const bool solid = f.writing() ? !sphere.wall_m : f.peek("wall_m") == nullptr;
+  f.choice<ShellFilling>({"filling", "Filling", "What the shell holds"}, sphere.filling,
+                         {{"air", ShellFilling::air}, {"water", ShellFilling::water}},
+                         useless_if(solid, "without wall_m"));
+}
+
 void fields(Fields& f, PointTargetSpec& target) {
   f.text({"name", "Name", "Name that no other object, point target or volume has"}, target.name,
          kRequired);
@@ -134,9 +185,19 @@ void fields(Fields& f, PointTargetSpec& target) {
                     "Number of point targets that the entry stands for, called name_0, name_1, "
                     "...; each is sampled separately; left out: one point target, called name"},
                    0, kMaxCount);
-  f.number({"target_strength_db", "Target strength", "Target strength of the point target",
-            "dB re 1 m²"},
-           target.target_strength_db, from_to(-300, 300), kRequired);
+  constexpr std::string_view kStrengths[] = {"target_strength_db", "sphere"};
+  const auto strength = f.only_key(kStrengths, target.sphere ? 1 : 0,
+                                   "either target_strength_db or an elastic sphere");
+  if (strength == 0u) {
+    f.number(
+        {kStrengths[0], "Target strength", "Target strength of the point target", "dB re 1 m²"},
+        target.target_strength_db, from_to(-300, 300), {.has_default = false});
+  }
+  if (strength == 1u) {
+    f.map({kStrengths[1], "Elastic sphere",
+           "Sphere or shell with its resonances, in place of target_strength_db"},
+          target.sphere);
+  }
   f.numbers({"position_m", "Position", "[x, y, z] in the world"}, target.position_m, kPosition,
             kRequired);
 }

@@ -20,6 +20,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/elastic.h"
 #include "core/error.h"
 #include "core/ping.h"
 #include "core/random.h"
@@ -114,6 +115,7 @@ struct WaterSpec {
   std::optional<SoundSpeedSpec> sound_speed_from;
   std::variant<SeaAbsorptionSpec, FixedAbsorptionSpec> absorption;
   std::optional<ProfileSpec> profile = {};  // absent: that sound speed everywhere
+  double density_kg_m3 = 1025;
 };
 
 struct ScatteringSpec {
@@ -197,12 +199,24 @@ struct ObjectSpec {
   std::optional<TrajectorySpec> trajectory = std::nullopt;  // replaces the pose
 };
 
-// Name, strength and position are required.
+enum class ShellFilling { air, water };
+
+// An elastic sphere, with a metal or else a material of its own.
+struct RingingSphereSpec {
+  double radius_m = 0;
+  std::optional<SphereMetal> metal = {};
+  SphereMaterial material = {};
+  std::optional<double> wall_m = {};  // absent: solid
+  ShellFilling filling = ShellFilling::air;
+};
+
+// Name and position are required.
 struct PointTargetSpec {
   std::string name;
   std::string class_name = "point_target";
   double target_strength_db = 0;
   std::array<double, 3> position_m{};
+  std::optional<RingingSphereSpec> sphere = {};  // in place of the target strength
 };
 
 // Name and kind are required.

@@ -169,7 +169,9 @@ static bool in_one_group(const KeyNode& map, const KeyExclusion& exclusion) {
 static void add_group(const KeyNode& map, const KeyGroup& group, Json& rules) {
   Json one = Json::array();
   for (const std::string& key : group.keys) one.push_back(required_keys({key}));
-  const Json any = any_required(map, group.keys);
+  Json any = any_required(map, group.keys);
+  // A preset beside them may have one of the keys.
+  if (find_key(map, "preset") != nullptr) any["anyOf"].push_back(required_keys({"preset"}));
   const bool may_be_none = !group.is_required || any["anyOf"].size() > one.size();
   if (group.is_required && may_be_none) rules.push_back(any);
   if (may_be_none) {

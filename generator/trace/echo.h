@@ -3,7 +3,7 @@
 //   in_range  is_usable  is_an_echo
 //   EchoDirection  echo_direction   what depends on the direction alone
 //   set_echo  set_refracted  echo_from
-//   point_target_key  fish_key
+//   point_target_key  add_tap  fish_key
 //   FanDirections  elevation_part  directions_of
 //   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
 #pragma once
@@ -15,6 +15,7 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "acoustics/scattering.h"
+#include "core/elastic.h"
 #include "core/error.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
@@ -77,6 +78,15 @@ inline bool is_an_echo(const ScattererMoments& moments) {
 // delays.
 inline std::uint64_t point_target_key(std::uint32_t instance) {
   return std::uint64_t{1} << 63 | instance;
+}
+// Adds echo `number` of a target that rings, given that of its center.
+inline void add_tap(const Scatterer& center, const Tap& tap, std::size_t number,
+                    std::vector<Scatterer>& scatterers) {
+  Scatterer& s = scatterers.emplace_back(center);
+  s.lag_s = static_cast<float>(tap.delay_s);
+  s.delay_s += tap.delay_s;
+  s.mean = std::complex<float>(tap.gain);
+  s.key |= std::uint64_t{number} << 32;
 }
 inline std::uint64_t fish_key(std::uint32_t school, std::size_t fish) {
   return point_target_key(school) | std::uint64_t{fish + 1} << 32;

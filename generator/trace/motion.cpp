@@ -79,7 +79,7 @@ bool move_echo(const Movement& movement, const Sonar& sonar, const Water& water,
   }
   s.gain = static_cast<float>(s.gain *
                               change_of_gain(s, flight, still, departure, arrival, sonar, water));
-  s.delay_s = flight.delay_s;
+  s.delay_s = flight.delay_s + static_cast<double>(s.lag_s);
   s.departure = departure;
   s.arrival = arrival;
   s.received_path_m = static_cast<float>(flight.in_m);
@@ -164,16 +164,17 @@ Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound
                                                   static_cast<double>(d.elevation_rad)));
   };
   const double path_m = static_cast<double>(s.received_path_m);
+  const double whole_s = s.delay_s - static_cast<double>(s.lag_s);
   const Vec3 apparent = path_m * unit(s.arrival);
   const auto way_back = [&](double t) {
     return apparent - (movement.sonar.position(t) - sent_from.position_m);
   };
   Flight flight;
-  flight.delay_s = fixed_point(
-      s.delay_s, [&](double t) { return s.delay_s + (length(way_back(t)) - path_m) / c; });
+  flight.delay_s =
+      fixed_point(whole_s, [&](double t) { return whole_s + (length(way_back(t)) - path_m) / c; });
   flight.heard_from = movement.sonar.at(flight.delay_s);
   const Vec3 back = way_back(flight.delay_s);
-  flight.out_m = c * s.delay_s - path_m;
+  flight.out_m = c * whole_s - path_m;
   flight.in_m = length(back);
   flight.departure = unit(s.departure);
   flight.arrival = (1 / flight.in_m) * back;

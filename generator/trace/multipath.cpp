@@ -128,8 +128,10 @@ void add_beam(const Bounces& b, const Fan& fan, std::span<const Hit> hits, std::
   }
 }
 
+// Without taps: of a target strength alone.
 void add_target(const Bounces& b, Vec3 position_m, double target_strength_db,
-                std::uint32_t instance, std::uint64_t key, std::vector<Scatterer>& scatterers) {
+                std::span<const Tap> taps, std::uint32_t instance, std::uint64_t key,
+                std::vector<Scatterer>& scatterers) {
   const Vec3 point = position_m - b.pose.position_m;
   if (!b.is_in_water(point)) return;
   std::vector<std::optional<LegEnd>> ends(b.plan.legs.size());
@@ -144,14 +146,24 @@ void add_target(const Bounces& b, Vec3 position_m, double target_strength_db,
   const Reflector reflector{b.to_sonar(point), instance, key};
   for (const LegPair& pair : b.plan.pairs) {
     const auto &first = ends[pair.first], &second = ends[pair.second];
-    if (first && second) add_echoes(pair, *first, *second, b, reflector, moments, scatterers);
+    if (!first || !second) continue;
+    const std::size_t before = scatterers.size();
+    add_echoes(pair, *first, *second, b, reflector, moments, scatterers);
+    if (taps.empty()) continue;
+    const std::vector<Scatterer> centers(scatterers.begin() + static_cast<std::ptrdiff_t>(before),
+                                         scatterers.end());
+    scatterers.resize(before);
+    // The two directions of a tap stay together (both_ways_as_one).
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      for (const Scatterer& center : centers) add_tap(center, taps[i], i, scatterers);
+    }
   }
 }
 
 void add_targets(const Bounces& b, const World& world, const Workers& workers,
                  std::vector<Scatterer>& all) {
   for (const PointTarget& target : world.point_targets) {
-    add_target(b, target.position_m, target.target_strength_db, target.instance,
+    add_target(b, target.position_m, target.target_strength_db, target.taps, target.instance,
                point_target_key(target.instance), all);
   }
   for (const School& school : world.schools) {
@@ -160,7 +172,7 @@ void add_targets(const Bounces& b, const World& world, const Workers& workers,
     std::vector<std::vector<Scatterer>> found(blocks);
     workers.for_each(blocks, [&](std::size_t block) {
       for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, fish); ++i) {
-        add_target(b, school.fish_m[i], school.target_strength_db, school.instance,
+        add_target(b, school.fish_m[i], school.target_strength_db, {}, school.instance,
                    fish_key(school.instance, i), found[block]);
       }
     });

@@ -289,7 +289,13 @@ std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer&
     if (!s) continue;
     s->key = point_target_key(target.instance);
     s->instance = target.instance;
-    echoes.sort_out(*s, hidden_by, scatterers, hidden);
+    if (target.taps.empty()) {
+      echoes.sort_out(*s, hidden_by, scatterers, hidden);
+      continue;
+    }
+    std::vector<Scatterer> taps;
+    for (std::size_t i = 0; i < target.taps.size(); ++i) add_tap(*s, target.taps[i], i, taps);
+    for (const Scatterer& tap : taps) echoes.sort_out(tap, hidden_by, scatterers, hidden);
   }
   return scatterers;
 }

@@ -68,9 +68,10 @@ struct HiddenTarget {
   std::uint32_t occluder = 0;  // the only instance that hides it; 0: several do
 };
 
-// Point targets inside the fan and its ranges that no surface hides; amplitude 10^(TS/20). Hidden
-// ones are added to `hidden`, if given. If rays are refracted, the echo takes the fastest path; a
-// target in a shadow zone has none.
+// Point targets inside the fan and its ranges that no surface hides; amplitude 10^(TS/20), or one
+// echo for each of its taps, at the range of its center. Hidden ones are added to `hidden`, if
+// given. If rays are refracted, the echo takes the fastest path; a target in a shadow zone has
+// none.
 std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer& tracer,
                                                const Pose& sonar_in_world, const Sonar& sonar,
                                                const Water& water,

@@ -52,6 +52,7 @@ void add_with_walls(Scatterer echo, const WallEvents& walls, const Sonar& sonar,
     if (s.standard_deviation > 0) {
       s.delay_s -= std::arg(tap.gain) / (2 * kPi * sonar.frequency_hz);
     }
+    s.lag_s = static_cast<float>(s.delay_s - echo.delay_s);
     if (in_range(s.delay_s * water.sound_speed_m_s / 2, sonar)) scatterers.push_back(s);
   }
 }

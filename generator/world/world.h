@@ -50,6 +50,10 @@ struct PointTarget {
   std::uint32_t instance = 0;
   Vec3 position_m;  // in the world
   double target_strength_db = 0;
+  // Of an elastic sphere, in place of the strength, for the sonar of a session (app/ringing.h):
+  // echoes relative to that of the center, and the share of the energy that they miss.
+  std::vector<Tap> taps = {};
+  double missing = 0;
 };
 
 struct World {

@@ -62,6 +62,11 @@ SequenceInfo full_info() {
   info.instances.back().id = 3;
   info.instances.back().kind = InstanceKind::volume;
   info.instances.back().volume_strength_db = -60;
+  info.water.density_kg_m3 = 1000;
+  info.instances.push_back(info.instances.back());
+  info.instances.back().id = 4;
+  info.instances.back().kind = InstanceKind::point_target;
+  info.instances.back().sphere = ElasticSphere{0.1, kSteel, 0.002, kAir};
   return info;
 }
 

@@ -191,7 +191,7 @@ TEST_CASE("objects are checked against materials and each other") {
       {"materials: {010: {reflectivity: 1}}", "4:13: materials.010:", "unless it is quoted"},
       {"materials: {a: {reflectivity: -1}}", "4:31: materials.a.reflectivity:", "from 0 to"},
       {"point_targets: [{name: a, position_m: [0, 0, 0]}]",
-       "4:17: point_targets.0.target_strength_db:", "missing"},
+       "4:17: point_targets.0:", "missing"},
       {"point_targets: [{name: a, target_strength_db: 0}]",
        "4:17: point_targets.0.position_m:", "missing"},
   });

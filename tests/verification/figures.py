@@ -96,6 +96,15 @@ def laws(curves):
     return figure
 
 
+def spheres(curves):
+    figure, axis = single("frequency, kHz", "target strength, dB")
+    for i, (label, x, obtained, expected) in enumerate(curves):
+        axis.plot(x, expected, color="0.4")
+        axis.plot(x, obtained, ".", markersize=2, color=f"C{i}", label=label)
+    axis.legend()
+    return figure
+
+
 FIGURES = {
     "azimuth": azimuth,
     "pulses": pulses,
@@ -103,6 +112,7 @@ FIGURES = {
     "sphere": sphere,
     "kirchhoff": kirchhoff,
     "laws": laws,
+    "spheres": spheres,
 }
 
 

@@ -11,6 +11,7 @@ FIGURES = (
     ("sphere", "Level from the inside of a diffuse sphere against range (V6)."),
     ("kirchhoff", "Target strength of rigid bodies against the size of the cells (V18, V19, V20)."),
     ("laws", "Backscatter against grazing angle for every law (law)."),
+    ("spheres", "Target strength of elastic spheres against frequency (sphere)."),
 )
 INTRODUCTION = """# Verification
 

@@ -32,6 +32,7 @@ import scattering  # noqa: F401
 import coherent  # noqa: F401
 import bounces  # noqa: F401
 import walls  # noqa: F401
+import ringing  # noqa: F401
 import volume  # noqa: F401
 import line_array  # noqa: F401
 import convergence  # noqa: F401

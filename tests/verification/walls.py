@@ -75,7 +75,7 @@ def shell(bench):
     unit = axial([near, near], [-RADIUS_M]) ** 2
     # With bounces, rays that turn at 45 degrees come back beside the far wall, and louder.
     water, trained = (shell_series(bench, {"wall": FOIL}, bounces) for bounces in (0, 2))
-    air = shell_series(bench, {"wall": {**FOIL, "inside": "air"}})
+    air = shell_series(bench, {"wall": {**FOIL, "filling": "air"}})
 
     def mean(response):
         return np.mean(np.abs(response) ** 2)

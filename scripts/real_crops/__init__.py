@@ -1,0 +1,1 @@
+"""Parts of scripts/real_study.py: the comparison of simulated crops with real ones."""

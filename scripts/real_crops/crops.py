@@ -1,0 +1,141 @@
+"""Crops of real and of simulated images, as arrays with the sonar at the top.
+
+    real_crops(folder, blocks)      [RealCrop, ...] of the class folders
+    simulated_crops(sets)           [SimulatedCrop, ...] of data sets of the program
+
+A real crop is an 8-bit image. A simulated crop holds levels in dB, which display.py turns into 8-bit images.
+"""
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from ensonify_dataset import SonarDataset
+
+from .targets import CLASSES
+
+SPREADING = 30          # dB of gain for each tenfold of range
+MARGIN = (0.0, 0.2)     # of the box, on each side of a simulated crop: people draw tight boxes
+VISIBLE_DB = 20         # below the strongest expected level of the target, what a person still takes for a part of it
+SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
+NO_ECHO_DB = -300.0
+CROP_SEED = 11
+
+
+@dataclass
+class RealCrop:
+    class_id: int
+    name: str
+    block: int
+    half: int               # 0 or 1 in turn for runs of a quarter block, for comparing real crops with real ones
+    gray: np.ndarray        # uint8
+    jpeg_tables: dict       # of its compression; None without
+
+
+@dataclass
+class SimulatedCrop:
+    class_id: int
+    name: str
+    block: int
+    level_db: dict          # {"ours": ..., "painted": ...}, with gain; NO_ECHO_DB outside the fan
+
+
+def block_of(place, count, blocks):
+    """The number of the block that holds an item, of `blocks` equal runs of `count` items in order."""
+    return place * blocks // count
+
+
+def real_crops(folder, blocks):
+    """All images of the class folders; the frames of a recording have consecutive numbers, and so share a block."""
+    crops = []
+    for class_id, kind in enumerate(CLASSES):
+        files = [file for file in Path(folder, kind).glob("*") if file.suffix.lower() in (".jpg", ".jpeg", ".png")]
+        numbered = sorted((int((re.findall(r"\d+", file.stem) or ["0"])[-1]), file) for file in files)
+        if len(numbered) < blocks:
+            sys.exit(f"real_study: {Path(folder, kind)} has {len(numbered)} images; expected at least {blocks}")
+        for place, (_, file) in enumerate(numbered):
+            with Image.open(file) as image:
+                gray, tables = np.array(image.convert("L")), getattr(image, "quantization", None)
+            block, half = (block_of(place, len(numbered), runs) for runs in (blocks, 4 * blocks))
+            crops.append(RealCrop(class_id, f"{kind}/{file.name}", block, half % 2, gray, tables))
+    return crops
+
+
+def painted_level_db(ping, rng):
+    """The control: independent Rayleigh speckle on the expected power, noise included, for each polar pixel."""
+    expected = ping.polar.clean_db.astype(np.float64)
+    noise = ping.sequence.info["noise"]
+    noise_power = noise["power_pa2"] * 1e12 if noise else 0.0
+    power = np.where(expected > -90, 10 ** (expected / 10), 0) + noise_power
+    return 10 * np.log10(np.maximum(power * rng.exponential(size=power.shape), 1e-9))
+
+
+def with_gain(ping, polar_level_db):
+    """The Cartesian image of polar levels, with time-varied gain."""
+    sequence = ping.sequence
+    range_m = np.maximum(sequence.range_m, 0.2)
+    gain_db = SPREADING * np.log10(range_m) + 2 * sequence.info["water"]["absorption_db_m"] * range_m
+    shown = polar_level_db + gain_db[:, None]
+    pixels = sequence.cartesian_map
+    return np.where(pixels < 0, NO_ECHO_DB, shown.ravel()[np.maximum(pixels, 0)])
+
+
+def cut(box, shape, rng):
+    """Slices of rows and columns around a box [x, y, width, height], with random margins; None if too small."""
+    x, y, width, height = box
+    left, right, top, bottom = rng.uniform(*MARGIN, 4) * [width, width, height, height] + 2
+    rows = slice(int(max(0, y - top)), int(min(shape[0], y + height + bottom)))
+    columns = slice(int(max(0, x - left)), int(min(shape[1], x + width + right)))
+    if min(rows.stop - rows.start, columns.stop - columns.start) < SMALLEST_CROP_PX:
+        return None
+    return rows, columns
+
+
+def visible_box(ping, target):
+    """The box of the target with the train of echoes behind it, which a person does not tell from its outline."""
+    cartesian = ping.cartesian
+    expected = with_gain(ping, np.where(ping.polar.clean_db > -90, ping.polar.clean_db, NO_ECHO_DB).astype(float))
+    body = cartesian.instance == target.instance
+    seen = body | (cartesian.multipath == target.instance)
+    seen &= expected > expected[body].max(initial=NO_ECHO_DB) - VISIBLE_DB
+    rows, columns = np.nonzero(seen)
+    x, y, width, height = target.bbox
+    left, top = min(columns.min(initial=int(x)), x), min(rows.min(initial=int(y)), y)
+    right, bottom = max(columns.max(initial=0) + 1, x + width), max(rows.max(initial=0) + 1, y + height)
+    return left, top, right - left, bottom - top
+
+
+def crop_of_ping(ping, class_id, rng):
+    """The crop of the target, or None if it is too small or outside the fan."""
+    targets = [a for a in ping.cartesian.annotations if a.name == "target"]
+    if not targets or min(targets[0].bbox[2:]) < SMALLEST_BOX_PX or targets[0].area < SMALLEST_AREA_PX:
+        return None
+    images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64)),
+              "painted": with_gain(ping, painted_level_db(ping, rng))}
+    window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
+    if window is None:
+        return None
+    # The first row of a Cartesian image is the farthest; real crops have the sonar at the top.
+    levels = {kind: image[window][::-1].astype(np.float32) for kind, image in images.items()}
+    return SimulatedCrop(class_id, "", 0, levels)
+
+
+def simulated_crops(sets, blocks):
+    """The crops of all data sets [(class, folder), ...]; their sequences are split into blocks in order."""
+    crops = []
+    for kind, folder in sets:
+        data = SonarDataset(folder)
+        found = []
+        for ping in data:
+            rng = np.random.default_rng([CROP_SEED, ping.sequence.number])
+            crop = crop_of_ping(ping, CLASSES.index(kind), rng)
+            if crop:
+                crop.name = f"{Path(folder).name}/{ping.sequence.number}"
+                found.append(crop)
+        for place, crop in enumerate(found):
+            crop.block = block_of(place, len(found), blocks)
+        crops += found
+    return crops

@@ -1,0 +1,76 @@
+"""The display of real crops, fitted by a power law: gray = background (A / A_background)^exponent, cut off at 255.
+
+A is the amplitude with gain, A_background the level of the crop's darkest patches, which holds for gray levels too.
+The exponent is that which gives simulated crops the median contrast of the background that real crops have; the gray
+level of the background is sampled from those of the real crops. So the fit needs the backgrounds of some real crops and
+nothing else of them. Where they are JPEG files, simulated crops are compressed in the same way.
+"""
+import io
+from dataclasses import dataclass
+from typing import List, Optional
+
+import numpy as np
+from PIL import Image
+
+from .measures import background_contrasts, background_patches, median
+
+SMALL_CROP_PERCENTILE = 35   # its background, where a crop has no room for patches
+EXPONENTS = np.arange(0.3, 1.31, 0.1)
+MOST_CROPS = 100        # for the fit
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    exponent: float
+    backgrounds: List[float]    # gray levels to sample from
+    jpeg_tables: Optional[dict] = None
+
+
+def background_level(image):
+    """Median of the means of the darkest patches."""
+    patches = background_patches(image)
+    return float(np.median(patches.mean((1, 2))) if len(patches) else np.percentile(image, SMALL_CROP_PERCENTILE))
+
+
+def shown(level_db, exponent, background):
+    """uint8 image of levels in dB with gain."""
+    amplitude = 10 ** (exponent * level_db / 20)
+    amplitude[level_db < -250] = 0
+    gray = amplitude * (background / max(background_level(amplitude), 1e-30))
+    return np.clip(np.round(gray), 0, 255).astype(np.uint8)
+
+
+def compressed(gray, tables):
+    """The image after compression as a JPEG file in color, as a display is stored."""
+    buffer = io.BytesIO()
+    Image.fromarray(gray).convert("RGB").save(buffer, "JPEG", qtables=tables)
+    with Image.open(buffer) as image:
+        return np.array(image.convert("L"))
+
+
+def shown_crops(crops, kind, law, seed):
+    """The 8-bit images of simulated crops, each with a background sampled for it."""
+    backgrounds = np.random.default_rng(seed).choice(law.backgrounds, len(crops))
+    images = [shown(crop.level_db[kind], law.exponent, background) for crop, background in zip(crops, backgrounds)]
+    return [compressed(image, law.jpeg_tables) for image in images] if law.jpeg_tables else images
+
+
+def median_contrast(images):
+    return median(np.concatenate([background_contrasts(image) for image in images] or [[]]))
+
+
+def fit_power_law(real, crops, kind, seed):
+    """The law of some real crops for one kind of simulated ones."""
+    images = [crop.gray for crop in real]
+    tables = next((crop.jpeg_tables for crop in real if crop.jpeg_tables), None)
+    backgrounds = [max(background_level(image), 1.0) for image in images]
+    contrast = median_contrast(images)
+    order = np.random.default_rng(seed).permutation(len(crops))[:MOST_CROPS]
+    some = [crops[place] for place in order]
+    reached = [median_contrast(shown_crops(some, kind, PowerLaw(exponent, backgrounds, tables), seed))
+               for exponent in EXPONENTS]
+    if not np.isfinite(contrast) or not np.isfinite(reached).all():
+        return PowerLaw(1.0, backgrounds, tables)
+    # The contrast grows with the exponent; the running maximum makes this hold in spite of chance.
+    exponent = float(np.interp(contrast, np.maximum.accumulate(reached), EXPONENTS))
+    return PowerLaw(exponent, backgrounds, tables)

@@ -1,0 +1,68 @@
+"""The parts of the physics that scripts/real_study.py can switch, one entry each.
+
+A part is a list of settings KEY=VALUE of the scenario. `on` is used with the part and `off` without it; `off` is needed
+only where scene.yaml or the preset of a material has the part already. With `classes` the part belongs to these targets
+alone. To report the share of a new part, add an entry.
+"""
+from dataclasses import dataclass
+from typing import Tuple
+
+
+@dataclass(frozen=True)
+class Part:
+    meaning: str
+    on: Tuple[str, ...] = ()
+    off: Tuple[str, ...] = ()
+    classes: Tuple[str, ...] = ()  # empty: all classes
+
+
+PARTS = {
+    "bounces": Part("paths over up to two further surfaces", on=("bounces=2",)),
+    "texture": Part(
+        "random variation of the reflectivity over a body",
+        on=("materials.body.texture={model: gamma, shape: {log_uniform: [0.5, 4]}, "
+            "correlation_m: {log_uniform: [0.01, 0.05]}}",),
+        off=("materials.body.texture={model: gamma, shape: 10000, correlation_m: 0.03}",)),
+    "growth": Part(
+        "patches of mussels",
+        on=("materials.fouling={preset: mussels, backscatter_strength_db: {uniform: [-26.0, -14]}}",
+            "materials.body.growth={material: fouling, cover: {uniform: [0.0, 0.3]}, correlation_m: 0.1}")),
+    "kirchhoff": Part(
+        "specular echoes of smooth surfaces",
+        on=("materials.body.coherent.roughness_rms_m={log_uniform: [3e-5, 3e-4]}",),
+        off=("materials.body.coherent.roughness_rms_m=0.01",)),
+    "walls": Part(
+        "cylinders of steel that are full of water",
+        on=("materials.body.wall={thickness_m: {log_uniform: [5e-4, 4e-3]}, density_kg_m3: 7850, speed_m_s: 5900, "
+            "shear_speed_m_s: 3230}",),
+        classes=("cylinder",)),
+    "hoses": Part(
+        "pipes of rubber that are full of water",
+        on=("materials.body.wall={thickness_m: {uniform: [0.003, 0.008]}, density_kg_m3: 1100, speed_m_s: 1600, "
+            "loss: 0.1}",),
+        classes=("soft_pipeline",)),
+    "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
+    "reverberation": Part(
+        "echo of the water",
+        on=("volumes=[{name: water, class: reverberation, uniform: {strength_db: {uniform: [-58, -46]}}}]",)),
+    "noise": Part("noise of the receiver", on=("noise.spectrum_level_db={uniform: [38, 56]}",)),
+    "array": Part("a line array whose elements have errors",
+                  on=("sonar.receiver={mode: array, gain_error_db: 0.7, phase_error_deg: 6}",)),
+}
+
+
+def chosen_parts(only, without):
+    """The names of the parts to use; a ValueError names an unknown one."""
+    for name in [*(only or []), *without]:
+        if name not in PARTS:
+            raise ValueError(f"there is no part {name!r}; expected some of {', '.join(PARTS)}")
+    return [name for name in PARTS if (only is None or name in only) and name not in without]
+
+
+def part_settings(parts, target):
+    """The settings KEY=VALUE of all parts for a target."""
+    settings = []
+    for name, part in PARTS.items():
+        applies = not part.classes or target.name in part.classes
+        settings += part.on if name in parts and applies else part.off
+    return settings

@@ -1,0 +1,104 @@
+"""The classes of targets, and the data sets that are made of them.
+
+    TARGETS                     one entry for each class of crops
+    simulated_sets(...)         makes the missing data sets; [(class, folder), ...]
+"""
+import hashlib
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from .meshes import write_if_new, write_meshes
+from .parts import part_settings
+
+SCENE = Path(__file__).with_name("scene.yaml")
+# The fan holds the main lobe of the vertical pattern; fewer rays than the preset has, since scenes are empty.
+MODES = {"hf": ("sonar.preset=oculus_m750d_hf", "sonar.rays.elevation=128", "sonar.elevation.fan_deg=20"),
+         "lf": ("sonar.preset=oculus_m750d_lf", "sonar.rays.elevation=160", "sonar.elevation.fan_deg=30")}
+FIRST_SEED = 41
+
+
+@dataclass(frozen=True)
+class Target:
+    name: str
+    material: str           # of `ensonify presets materials`
+    shape: str = ""         # of the scenario; a mesh where it is empty
+    scale_m: tuple = ()     # radius of the smallest and largest mesh, which has the radius 1
+    rotation_deg: str = "[{uniform: [-90, 90]}, {uniform: [-90, 90]}, {uniform: [0, 360]}]"
+
+
+TARGETS = [
+    Target("big_propeller", "steel_smooth", scale_m=(0.25, 0.5)),
+    Target("cylinder", "steel_smooth",
+           shape="{cylinder: {radius_m: {uniform: [0.10, 0.22]}, height_m: {uniform: [0.3, 0.7]}}}",
+           rotation_deg="[{uniform: [-90, 90]}, {uniform: [-40, 40]}, {uniform: [0, 360]}]"),
+    Target("small_propeller", "aluminum_smooth", scale_m=(0.12, 0.25)),
+    Target("soft_pipeline", "rubber", rotation_deg="[{uniform: [-20, 20]}, {uniform: [-20, 20]}, {uniform: [0, 360]}]"),
+]
+CLASSES = [target.name for target in TARGETS]
+
+
+def shape_of(target, meshes):
+    """The shape of a target in YAML; each sequence samples one of the meshes."""
+    if target.shape:
+        return target.shape
+    scale = ", scale: {uniform: [%g, %g]}" % target.scale_m if target.scale_m else ""
+    choices = [f"{{mesh: {{file: meshes/{name}, normals: smooth{scale}}}}}" for name in meshes[target.name]]
+    return "{choice: [" + ", ".join(choices) + "]}"
+
+
+def target_settings(target, mode, parts, meshes):
+    """All settings KEY=VALUE that make the data set of a class from scene.yaml; each has a seed of its own."""
+    seed = FIRST_SEED + TARGETS.index(target) * len(MODES) + list(MODES).index(mode)
+    return [*MODES[mode], f"seed={seed}", f"name={target.name}_{mode}", f"objects.target.class={target.name}",
+            f"objects.target.shape={shape_of(target, meshes)}",
+            f"objects.target.pose.rotation_deg={target.rotation_deg}", f"materials.body.preset={target.material}",
+            *part_settings(parts, target)]
+
+
+def generate(command):
+    """Runs the program, which leaves finished sequences alone; a RuntimeError says what it printed."""
+    result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    if result.returncode not in (0, 3):  # 3: some worlds cannot be made
+        raise RuntimeError(f"{' '.join(map(str, command))}\n{result.stderr}")
+
+
+def command_of(options, scene, folder, settings):
+    """One thread for each data set: a world of one ping has little to share out."""
+    command = [options.program, "generate", scene, "-o", folder, "--quiet", "--threads", 1]
+    for setting in [*settings, f"sequences={options.sequences}"]:
+        command += ["--set", setting]
+    return command
+
+
+def simulated_sets(options, parts, report):
+    """Makes one data set for each class and frequency in `options.keep`, and returns [(class, folder), ...].
+
+    The name of a folder ends with a hash of all that shapes its sequences, so that another choice of parts has another
+    folder, and the same choice finds its sequences again.
+    """
+    root = Path(options.keep)
+    meshes = write_meshes(root / "meshes")
+    scene = root / SCENE.name
+    write_if_new(scene, SCENE.read_text())
+    found, commands = [], []
+    for target in TARGETS:
+        for mode in MODES:
+            settings = target_settings(target, mode, parts, meshes) + options.set
+            shapes = [(root / "meshes" / name).read_text() for name in meshes.get(target.name, ())]
+            identity = "\n".join([scene.read_text(), *settings, *shapes])
+            folder = root / f"{target.name}_{mode}_{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
+            commands.append(command_of(options, scene, folder, settings))
+            found.append((target.name, folder))
+    if not shutil.which(options.program):
+        sys.exit(f"real_study: there is no program {options.program}; give its path with --program")
+    with ThreadPoolExecutor(options.threads) as pool:
+        for (_, folder), outcome in zip(found, [pool.submit(generate, command) for command in commands]):
+            if outcome.exception():
+                pool.shutdown(cancel_futures=True)
+                sys.exit(f"real_study: {outcome.exception()}")
+            report(f"{folder.name}: {options.sequences} sequences")
+    return found
