@@ -14,8 +14,8 @@ namespace {
 using Complex = std::complex<double>;
 
 const Water kWater{.sound_speed_m_s = 1480, .density_kg_m3 = 1000};
-const Wall kSteel{0.003, 7850, 5900, 3230, 0, true};
-const Wall kRubber{0.010, 1100, 1600, 0, 0, true};
+const Wall kSteelPlate{0.003, 7850, 5900, 3230, 0, true};
+const Wall kRubberPlate{0.010, 1100, 1600, 0, 0, true};
 
 // A fluid layer by its transfer matrix, at the angle whose sine in the water is given: an
 // independent route for plates without shear, and for all plates at normal incidence.
@@ -46,7 +46,7 @@ Complex sum_of(std::span<const Tap> taps, double f_hz) {
 }  // namespace
 
 TEST_CASE("a plate at normal incidence follows the transfer matrix", "[acoustics]") {
-  for (Wall wall : {kSteel, kRubber, Wall{0.005, 1400, 2400, 1000, 0.05, true}}) {
+  for (Wall wall : {kSteelPlate, kRubberPlate, Wall{0.005, 1400, 2400, 1000, 0.05, true}}) {
     for (const double f : {2e5, 4.5e5, 7.5e5, 1.2e6}) {
       for (const bool air : {false, true}) {
         wall.water_inside = !air;
@@ -62,8 +62,8 @@ TEST_CASE("a plate at normal incidence follows the transfer matrix", "[acoustics
 
 TEST_CASE("a plate without shear follows the transfer matrix at any angle", "[acoustics]") {
   for (const double sine : {0.1, 0.5, 0.8, 0.95}) {
-    const PlateResponse ours = plate_response(kRubber, kWater, sine, 7.5e5);
-    const PlateResponse matrix = layer_response(kRubber, sine, 7.5e5, false);
+    const PlateResponse ours = plate_response(kRubberPlate, kWater, sine, 7.5e5);
+    const PlateResponse matrix = layer_response(kRubberPlate, sine, 7.5e5, false);
     CHECK(std::abs(ours.reflected - matrix.reflected) < 1e-4);
     CHECK(std::abs(ours.transmitted - matrix.transmitted) < 1e-4);
   }
@@ -100,7 +100,8 @@ TEST_CASE("a solid plate is transparent where its bending wave fits the water", 
   // Above the coincidence frequency, T reaches 1 at the angle of each Lamb mode.
   double most = 0;
   for (int i = 1; i < 4000; ++i) {
-    most = std::max(most, std::abs(plate_response(kSteel, kWater, i / 4000.0, 7.5e5).transmitted));
+    most = std::max(most,
+                    std::abs(plate_response(kSteelPlate, kWater, i / 4000.0, 7.5e5).transmitted));
   }
   CHECK(most > 0.99);
 }
