@@ -62,8 +62,8 @@ TEST_CASE("a preset lies under the keys of a material") {
 
 TEST_CASE("a wall replaces the reflection of a preset") {
   const std::string wall =
-      "{thickness_m: 0.003, density_kg_m3: 7850, speed_m_s: 5900, shear_speed_m_s: 3230, inside: "
-      "air}";
+      "{thickness_m: 0.003, density_kg_m3: 7850, speed_m_s: 5900, shear_speed_m_s: 3230, "
+      "filling: air}";
   const auto scenario =
       parsed("materials: {drum: {preset: steel_rusty, wall: " + wall + "}}\n", "drum");
   REQUIRE(scenario);
