@@ -169,11 +169,11 @@ class GrayScale {
 
 bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                     const Record& record) {
-  constexpr double kSlack = 1.01;
+  constexpr double kSpacingSlack = 1.01;
   const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
   const double half_fan = std::min(sonar.beam_count * sonar.beam_spacing_rad / 2, kPi / 2);
   // The longest edge of a grid in samples: forward and back, or to both sides.
-  const double longest = 2 * kSlack * (record.samples + 1.0);
+  const double longest = 2 * kSpacingSlack * (record.samples + 1.0);
   return sonar.beam_spacing_rad > 0 && samples_per_px > 0 &&
          grid.height_px * samples_per_px <= longest &&
          (grid.width_px - 2) * samples_per_px <= longest * std::sin(half_fan);
