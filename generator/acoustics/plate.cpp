@@ -13,9 +13,10 @@ using Complex = std::complex<double>;
 constexpr int kSines = 256;
 constexpr double kLeastLoss = 1e-6;  // keeps the resonances finite
 constexpr double kLeastCosine = 1e-6;
-// Taps may lie between these delays, in 1/b. Later reverberation of the plate is left out.
+// Taps may lie between these delays, in 1/b, besides the time through the wall. Later reverberation
+// of the plate is left out.
 constexpr double kFirstTap_cells = -1, kLastTap_cells = 10;
-constexpr int kMostTaps = 8;
+constexpr int kMostTaps = 16;
 constexpr double kTapError = 1e-3;
 
 struct PlateImpedances {
@@ -70,9 +71,15 @@ const WallResponse::Angle& WallResponse::at(double sine) const {
 
 WallResponse wall_response(const Wall& wall, const Water& water, double frequency_hz,
                            double bandwidth_hz) {
-  const TapFit fit{
-      frequency_hz, bandwidth_hz, kFirstTap_cells / bandwidth_hz, kLastTap_cells / bandwidth_hz,
-      kTapError,    kMostTaps};
+  const double slowest_m_s = wall.shear_speed_m_s > 0 ? wall.shear_speed_m_s : wall.speed_m_s;
+  // Whole cells, so that the delay 0 is on the grid of the fit.
+  const double water_cells = wall.thickness_m / water.sound_speed_m_s * bandwidth_hz;
+  const TapFit fit{frequency_hz,
+                   bandwidth_hz,
+                   (kFirstTap_cells - std::ceil(water_cells)) / bandwidth_hz,
+                   kLastTap_cells / bandwidth_hz + wall.thickness_m / slowest_m_s,
+                   kTapError,
+                   kMostTaps};
   WallResponse response;
   response.lets_through = wall.water_inside;
   response.by_sine.resize(kSines);
@@ -82,8 +89,13 @@ WallResponse wall_response(const Wall& wall, const Water& water, double frequenc
     angle.reflected =
         fit_taps([&](double f) { return plate_response(wall, water, sine, f).reflected; }, fit);
     if (wall.water_inside) {
-      angle.transmitted =
-          fit_taps([&](double f) { return plate_response(wall, water, sine, f).transmitted; }, fit);
+      // A ray takes the whole piece in water, and the wall is a part of it.
+      const double water_s = wall.thickness_m * std::sqrt(1 - sine * sine) / water.sound_speed_m_s;
+      const auto transmitted = [&](double f) {
+        return plate_response(wall, water, sine, f).transmitted *
+               std::polar(1.0, 2 * kPi * f * water_s);
+      };
+      angle.transmitted = fit_taps(transmitted, fit);
     }
     angle.reflected_energy = energy_of(angle.reflected);
     angle.transmitted_energy = energy_of(angle.transmitted);

@@ -33,6 +33,7 @@ PlateResponse plate_response(const Wall& wall, const Water& water, double sine, 
 // The responses over a band, in steps of the sine of the angle of incidence.
 struct WallResponse {
   struct Angle {
+    // The transmitted wave is relative to the same wave through as much water as the wall is thick.
     std::vector<Tap> reflected, transmitted;
     double reflected_energy = 0, transmitted_energy = 0;  // sums over the taps
   };

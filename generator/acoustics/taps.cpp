@@ -11,6 +11,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr double kEqualDelays_s = 1e-12;
 constexpr double kLeastSpacing_cells = 0.6;  // of 1/b
 constexpr double kGridSteps = 8;             // of the delays tried, in 1/b
 
@@ -160,11 +161,21 @@ std::vector<Tap> product(std::span<const Tap> a, std::span<const Tap> b, double 
   for (const Tap& x : a) {
     for (const Tap& y : b) {
       taps.push_back({x.delay_s + y.delay_s, x.gain * y.gain});
-      all += std::norm(taps.back().gain);
     }
   }
-  std::erase_if(taps, [&](const Tap& tap) { return std::norm(tap.gain) < least * all; });
+  // Delays are equal where a and b are the same wall.
   std::ranges::sort(taps, {}, &Tap::delay_s);
+  std::size_t kept = 0;
+  for (const Tap& tap : taps) {
+    if (kept > 0 && tap.delay_s - taps[kept - 1].delay_s < kEqualDelays_s) {
+      taps[kept - 1].gain += tap.gain;
+    } else {
+      taps[kept++] = tap;
+    }
+  }
+  taps.resize(kept);
+  for (const Tap& tap : taps) all += std::norm(tap.gain);
+  std::erase_if(taps, [&](const Tap& tap) { return std::norm(tap.gain) < least * all; });
   return taps;
 }
 

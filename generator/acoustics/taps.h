@@ -28,7 +28,8 @@ struct TapFit {
 std::vector<Tap> fit_taps(const std::function<std::complex<double>(double f_hz)>& response,
                           const TapFit& fit);
 
-// The taps of a product of two responses, without those below `least` of its energy.
+// The taps of a product of two responses, in order of their delays, without those below `least` of
+// its energy. Taps with equal delays become one.
 std::vector<Tap> product(std::span<const Tap> a, std::span<const Tap> b, double least = 1e-3);
 
 }  // namespace ensonify

@@ -47,13 +47,13 @@ struct Scatterer {
   float cos_incidence = 0;
   float doppler = 0;  // relative frequency shift; 0 at rest
   // Identity for random draws, independent of threads and order. Only the two directions around a
-  // bounced path share it, and thus the draw.
+  // bounced path and the taps of walls and spheres share it, and thus the draw.
   std::uint64_t key = 0;
   std::uint32_t beam = 0;  // the sector of arrival
   std::uint32_t instance = 0;
   std::uint16_t path = 0;  // 0 direct; others as SequenceInfo::paths
-  // With `bounces`: the instances of the path's other surfaces, in the order of the sound; 0: no
-  // more.
+  // With `bounces` or walls: the instances of the path's other surfaces, in the order of the sound,
+  // then of the walls that it passes; 0: no more.
   std::array<std::uint16_t, kMostBounces> via{};
   // Length of the received path: the sound arrives as if from received_path_m along `arrival`.
   float received_path_m = 0;

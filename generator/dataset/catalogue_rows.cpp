@@ -371,7 +371,7 @@ void add_lists(Rows& rows) {
   rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers && s.bounces; };
   rows.back().card =
       "| `scatterers/PPPPPP_via.npy` | the other instances on the path of each scatterer, in the "
-      "order of the sound; 0: no more |";
+      "order of the sound, then the walls that it passes; 0: no more |";
   rows.back().packed_card = rows.back().card;
   rows.back().maker = "--export-scatterers with `bounces` or a wall";
 

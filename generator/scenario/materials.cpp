@@ -137,7 +137,7 @@ void texture_fields(Fields& f, SurfaceTexture& texture) {
 void wall_fields(Fields& f, Wall& wall) {
   constexpr std::string_view kFilling[] = {"water", "air"};
   f.number({"thickness_m", "Thickness", "Thickness of the wall"}, wall.thickness_m,
-           from_to(1e-5, 0.2), kRequired);
+           from_to(1e-5, 0.05), kRequired);
   f.number({"density_kg_m3", "Density", "Density of the wall"}, wall.density_kg_m3,
            from_to(1, 30000), kRequired);
   f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves in the wall"},

@@ -13,7 +13,8 @@ namespace {
 
 // Keeps the keys apart from those of rays, targets and kirchhoff_scatterers.
 constexpr std::uint64_t kBounceKey = std::uint64_t{1} << 61;
-constexpr int kKeysOfRay = 8;  // bits for the echoes of a ray
+constexpr int kKeysOfRay = 8;  // bits for the echoes of a ray, and the first bit of those beyond
+constexpr int kMoreKeys = 50;
 // A sampled direction is followed with the probability kFollowed times its share of the energy,
 // limited to [kLeastFollowed, 1].
 constexpr double kLeastFollowed = 1.0 / 8, kFollowed = 4;
@@ -122,7 +123,8 @@ std::optional<Scatterer> RayEchoes::echo(const Travel& travel, const LegEnd& out
   s->standard_deviation = static_cast<float>(std::sqrt(energy) * out.length_m * back.length_m);
   s->cos_incidence = travel.at.hit.cos_incidence;
   s->position_m = context_.to_sonar(reversed ? travel.first_point_m : travel.at.point_m);
-  s->key = kBounceKey | std::uint64_t{ray_.index} << kKeysOfRay | next_key_;
+  s->key = kBounceKey | std::uint64_t{ray_.index} << kKeysOfRay |
+           (next_key_ & ((1u << kKeysOfRay) - 1)) | next_key_ >> kKeysOfRay << kMoreKeys;
   const int last = reversed ? travel.first_scatterer - 1 : travel.surfaces - 1;
   s->instance = travel.instance[last];
   unsigned kinds = 0;
@@ -139,10 +141,13 @@ std::optional<Scatterer> RayEchoes::echo(const Travel& travel, const LegEnd& out
 // Connects a surface that scatters to the sonar, and adds both directions of the path. If the path
 // goes straight out and back through walls, both directions are the same.
 void RayEchoes::hear(Travel travel) {
+  const int passed_out = travel.walls.passed;
   const std::optional<LegEnd> back = connect(context_, travel.at, travel.walls);
   if (!back) return;
   const bool straight = travel.surfaces == 1;
-  const bool from_both_ends = travel.first_scatterer == 1;
+  // A ray of the fan does not find a path that begins with more walls.
+  const bool from_both_ends =
+      travel.first_scatterer == 1 && travel.walls.passed - passed_out <= kMostPassesOut;
   const double energy = travel.energy * bistatic(travel.at, back->cos_incidence) /
                         (travel.at.hit.cos_incidence * back->length_m * back->length_m) *
                         (from_both_ends ? 0.5 : 1);

@@ -119,13 +119,44 @@ TEST_CASE("the taps of a wall follow its response over the band", "[acoustics]")
         const double f = carrier + band * ((i + 0.5) / 50 - 0.5);
         const PlateResponse exact = plate_response(wall, kWater, sine, f);
         error += std::norm(exact.reflected - sum_of(response.at(sine).reflected, f));
-        error += std::norm(exact.transmitted - sum_of(response.at(sine).transmitted, f));
+        const double water_s =
+            wall.thickness_m * std::sqrt(1 - sine * sine) / kWater.sound_speed_m_s;
+        const Complex past_water = exact.transmitted * std::polar(1.0, 2 * kPi * f * water_s);
+        error += std::norm(past_water - sum_of(response.at(sine).transmitted, f));
         energy += std::norm(exact.reflected) + std::norm(exact.transmitted);
       }
       taps += response.at(sine).reflected_energy + response.at(sine).transmitted_energy;
     }
     CHECK(error / energy < 0.01);
     CHECK(std::abs(50 * taps / energy - 1) < 0.05);
+  }
+}
+
+TEST_CASE("a plate of water changes nothing", "[acoustics]") {
+  const Wall water{0.02, kWater.density_kg_m3, kWater.sound_speed_m_s, 0, 0, true};
+  const WallResponse response = wall_response(water, kWater, 7.5e5, 1.5e5);
+  for (const double sine : {0.0, 0.3, 0.7, 0.95}) {
+    const WallResponse::Angle& angle = response.at(sine);
+    CHECK(angle.reflected_energy < 1e-6);
+    REQUIRE(angle.transmitted.size() == 1);
+    CHECK(std::abs(angle.transmitted[0].delay_s) < 1e-12);
+    CHECK(std::abs(angle.transmitted[0].gain - 1.0) < 1e-3);
+  }
+}
+
+TEST_CASE("the taps reach as late as sound takes through a wall", "[acoustics]") {
+  const Wall thick{0.05, 1400, 2400, 1000, 0.02, true};
+  const double carrier = 7.5e5, band = 2.6e5;
+  const WallResponse response = wall_response(thick, kWater, carrier, band);
+  for (const double sine : {0.1, 0.5, 0.9}) {
+    const double middle = (std::floor(sine * 256) + 0.5) / 256;
+    double energy = 0;
+    constexpr int kSteps = 2000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double f = carrier + band * ((i + 0.5) / kSteps - 0.5);
+      energy += std::norm(plate_response(thick, kWater, middle, f).transmitted) / kSteps;
+    }
+    CHECK(response.at(sine).transmitted_energy == Approx(energy).epsilon(0.1));
   }
 }
 

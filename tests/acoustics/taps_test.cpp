@@ -68,6 +68,10 @@ TEST_CASE("the product of taps is that of their responses", "[acoustics]") {
     CHECK(std::abs(response_of(both, f) - response_of(a, f) * response_of(b, f)) < 1e-12);
   }
   CHECK(product(a, {}).empty());
+  // Out and back through one wall, two of the delays are equal.
+  const auto twice = product(a, a, 0);
+  REQUIRE(twice.size() == 3);
+  CHECK(std::abs(twice[1].gain - 2.0 * a[0].gain * a[1].gain) < 1e-12);
 }
 
 }  // namespace ensonify

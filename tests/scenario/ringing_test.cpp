@@ -65,7 +65,8 @@ TEST_CASE("spheres that cannot be are refused") {
       {sphere(steel + ", filling: air"), "without wall_m"},
       {sphere("radius_m: 0, material: steel"), "radius_m"},
   };
-  for (const auto& [text, part] : wrong) {
+  for (const auto& [text, expected] : wrong) {
+    const std::string& part = expected;
     CAPTURE(text);
     const auto faults = faults_of(text);
     REQUIRE(faults.size() >= 1);
