@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/sections.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -128,8 +129,12 @@ bool read(FieldReader& reader, std::string_view key, const MaterialLeaf& leaf, N
   std::string accepted = "expected one that is defined under materials";
   if (!known.list.empty())
     accepted = "expected one of the keys of materials: " + joined(known.list);
-  reader.fault(key, fmt::format("no material {}{}; {}", shown(leaf.out), hint(leaf.out, known.list),
-                                accepted));
+  const std::vector<std::string> built_in = known_materials();
+  std::vector<std::string_view> all = known.list;
+  all.insert(all.end(), built_in.begin(), built_in.end());
+  reader.fault(key, fmt::format("no material {}{}; {}, or a built-in one, as `ensonify presets "
+                                "materials` prints them",
+                                shown(leaf.out), hint(leaf.out, all), accepted));
   return false;
 }
 

@@ -114,6 +114,8 @@ TEST_CASE("materials of choices, parts and growth are known too") {
 TEST_CASE("unknown materials and presets are errors with advice") {
   const auto misspelt = parsed("", "sand_fin");
   REQUIRE_FALSE(misspelt);
+  CHECK_THAT(misspelt.error().message, Catch::Contains("did you mean sand_fine?") &&
+                                           Catch::Contains("ensonify presets materials"));
   const auto preset = parsed("materials: {hull: {preset: steel}}\n", "hull");
   REQUIRE_FALSE(preset);
   CHECK_THAT(preset.error().message,
