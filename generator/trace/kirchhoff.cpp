@@ -79,11 +79,13 @@ void Sector::add(const Part& part) {
   s.cos_incidence = middle.cos_incidence;
   s.key = next_key++;
   s.instance = middle.instance;
-  WallEvents walls;
-  if (const WallResponse* wall = wall_at(scattering, middle)) {
-    const float sine = std::sqrt(std::max(1 - middle.cos_incidence * middle.cos_incidence, 0.0f));
-    walls.add({wall, sine, true, middle.instance});
+  const WallResponse* wall = wall_at(scattering, middle);
+  if (wall == nullptr) {
+    scatterers.push_back(s);
+    return;
   }
+  WallEvents walls;
+  walls.add(wall_event(wall, middle, true));
   add_with_walls(s, walls, scattering.sonar, scattering.water, scatterers);
 }
 

@@ -236,11 +236,6 @@ WalkStep BounceContext::step(const WalkStep& from, Vec3 direction, const Hit& hi
   return step;
 }
 
-WallEvent WalkStep::event(bool reflected) const {
-  const float sine = std::sqrt(std::max(1 - hit.cos_incidence * hit.cos_incidence, 0.0f));
-  return {wall, sine, reflected, hit.instance};
-}
-
 std::optional<WalkStep> BounceContext::next(const WalkStep& from, Vec3 direction) const {
   const Hit hit = hit_after(ping.tracer, ping.sonar_in_world.position_m + from.point_m, direction,
                             length_max_m - from.length_m, true);

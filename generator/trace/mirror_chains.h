@@ -38,7 +38,7 @@ struct WalkStep {
   const WallResponse* wall = nullptr;  // null: none
 
   bool lets_through() const { return wall != nullptr && wall->lets_through; }
-  WallEvent event(bool reflected) const;
+  WallEvent event(bool reflected) const { return wall_event(wall, hit, reflected); }
 };
 
 // All surfaces that a ray meets, and what it does at all but the last: bit i of `turns` is 1 if

@@ -1,14 +1,17 @@
 // The effect of walls on the echo of a path. Private to trace/.
 //
-//   WallEvent  WallEvents     the walls that a path passes through or reflects off
-//   add_with_walls            the scatterers of an echo
+//   WallEvent  wall_event  WallEvents   the walls that a path passes through or reflects off
+//   add_with_walls                      the scatterers of an echo
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "acoustics/plate.h"
 #include "core/scatterers.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
 
@@ -21,6 +24,11 @@ struct WallEvent {
   bool reflected = false;
   std::uint32_t instance = 0;
 };
+
+inline WallEvent wall_event(const WallResponse* wall, const Hit& hit, bool reflected) {
+  const float cosine = hit.cos_incidence;
+  return {wall, std::sqrt(std::max(1 - cosine * cosine, 0.0f)), reflected, hit.instance};
+}
 
 struct WallEvents {
   static constexpr int kMost = kMostPasses + 2 * (kMostBounces + 1);
