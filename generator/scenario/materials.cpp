@@ -140,11 +140,13 @@ void wall_fields(Fields& f, Wall& wall) {
            from_to(1e-5, 0.05), kRequired);
   f.number({"density_kg_m3", "Density", "Density of the wall"}, wall.density_kg_m3,
            from_to(1, 30000), kRequired);
-  f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves in the wall"},
-           wall.speed_m_s, from_to(100, 20000), kRequired);
-  f.number({"shear_speed_m_s", "Shear speed",
-            "Speed of shear waves in the wall; 0 is a fluid, and nearly so is soft rubber"},
-           wall.shear_speed_m_s, from_to(0, 15000));
+  const bool speed =
+      f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves in the wall"},
+               wall.speed_m_s, from_to(100, 20000), kRequired);
+  const bool shear =
+      f.number({"shear_speed_m_s", "Shear speed",
+                "Speed of shear waves in the wall; 0: a fluid, which soft rubber nearly is"},
+               wall.shear_speed_m_s, from_to(0, 20000));
   f.number(
       {"loss", "Loss factor", "Imaginary part of the elastic moduli divided by the real part", "1"},
       wall.loss, from_to(0, 1));
@@ -153,10 +155,7 @@ void wall_fields(Fields& f, Wall& wall) {
           "What is behind the wall: water, which carries the sound on, or air, which reflects it"},
          kFilling, filling);
   wall.water_inside = filling == 0;
-  // Otherwise the bulk modulus of the solid would not be positive.
-  if (!(wall.shear_speed_m_s < wall.speed_m_s * std::sqrt(0.75)) && wall.speed_m_s > 0) {
-    f.fault("shear_speed_m_s", "is too fast for a solid; expected less than 0.866 speed_m_s");
-  }
+  if (speed && shear) check_solid(f, wall.speed_m_s, wall.shear_speed_m_s);
 }
 
 void growth_fields(Fields& f, GrowthSpec& growth) {
@@ -170,6 +169,16 @@ void growth_fields(Fields& f, GrowthSpec& growth) {
 }
 
 }  // namespace
+
+void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s) {
+  const double most_m_s = std::sqrt(0.75) * speed_m_s;
+  if (shear_speed_m_s < most_m_s) return;
+  f.fault(
+      "shear_speed_m_s",
+      fmt::format("{} is too fast for a speed_m_s of {}; expected less than {:.6g}, so that the "
+                  "material resists compression",
+                  shear_speed_m_s, speed_m_s, most_m_s));
+}
 
 void check_growth(Fields& f, const std::vector<MaterialSpec>& materials) {
   for (const MaterialSpec& spec : materials) {

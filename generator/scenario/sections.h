@@ -48,6 +48,8 @@ void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
 // does not define stand under `materials`, and each `preset` of a material is replaced by its keys.
 std::vector<std::string> known_materials();
 void lay_known_materials(Node& root);
+// Adds an error at shear_speed_m_s if no elastic solid has these wave speeds.
+void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s);
 // Adds an error for a growth of no other material.
 void check_growth(Fields& f, const std::vector<MaterialSpec>& materials);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
