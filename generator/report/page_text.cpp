@@ -159,7 +159,7 @@ Json counts_json(const PageContents& page) {
     const ClassCount& count = page.survey.classes[i];
     list.push_back({{"class", page.dataset.classes[i]},
                     {"instances", count.instances},
-                    {"pictures", count.pictures},
+                    {"pictures", count.images},
                     {"pixels", count.pixels},
                     {"hidden", count.hidden}});
   }

@@ -197,7 +197,7 @@ class Surveyor {
       const std::size_t place = sequence.instances[mask.instance - 1].class_id - 1u;
       ClassCount& count = survey_.classes[place];
       count.pixels += mask.pixels;
-      if (!in_picture[place]) ++count.pictures;
+      if (!in_picture[place]) ++count.images;
       in_picture[place] = true;
       if (mask.pixels == 0 || sums.view != "polar") continue;
       const double range_m = mask.rows / static_cast<double>(mask.pixels) * sequence.range_step_m;

@@ -43,7 +43,7 @@ struct ShownSequence {
 
 struct ClassCount {
   std::uint64_t instances = 0;  // in the worlds of all sequences, seen or not
-  std::uint64_t pictures = 0;   // images that show at least one of them
+  std::uint64_t images = 0;     // images that show at least one of them
   std::uint64_t pixels = 0, hidden = 0;
   std::vector<std::uint64_t> ranges;  // of mask centers, by the steps of Survey::range_edges_m
 };

@@ -257,13 +257,13 @@ void output_fields(Fields& f, Scenario& scenario) {
   image_fields(f, output);
   png_fields(f, output);
   hidden_label_fields(f, selection);
-  const bool pictures = selection.polar || selection.cartesian;
-  const bool bounces = has_more_paths(scenario);
-  if (!f.writing()) selection.multipath = bounces && pictures;
+  const bool images = selection.polar || selection.cartesian;
+  const bool more_paths = has_more_paths(scenario);
+  if (!f.writing()) selection.multipath = more_paths && images;
   f.toggle({"multipath", "Multipath masks",
             "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
             "multipath, bounces or a wall; left out: true with these and polar or cartesian"},
-           selection.multipath, written_if(bounces, {.has_default = false}));
+           selection.multipath, written_if(more_paths, {.has_default = false}));
   surfaces_field(f, selection);
   extra_fields(f, selection);
   layers_fields(f, output);
@@ -278,11 +278,10 @@ void output_fields(Fields& f, Scenario& scenario) {
        "one scene: everything must be at rest, and scattering.speckle must be per_ping"},
       selection.statistics, written_if(selection.statistics));
   pings_field(f, selection);
-  if (!selection.multipath || (bounces && pictures)) return;
+  if (!selection.multipath || (more_paths && images)) return;
   f.fault("multipath",
-          pictures
-              ? "the scenario has no multipath; expected only with multipath, bounces or a wall"
-              : "there are no images to label; expected polar or cartesian as well");
+          images ? "the scenario has no multipath; expected only with multipath, bounces or a wall"
+                 : "there are no images to label; expected polar or cartesian as well");
 }
 
 std::vector<std::string> layer_target_words(const Value& root) {
