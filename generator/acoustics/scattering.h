@@ -34,7 +34,7 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
 double backscatter_strength(const Material& material, double cos_incidence);
 
 // Mean and variance of the amplitude of one ray's scatterer, in m and m^2:
-// sigma^2 = factor s_b(alpha) dA / cos(alpha), dA = r^2 dOmega. For rician, the mean is
+// sigma^2 = (factor s_b(alpha) + Material::rough) dA / cos(alpha), dA = r^2 dOmega. For rician, the mean is
 // sigma sqrt(K/(K+1)) and the variance sigma^2/(K+1); otherwise the mean is 0. Not finite if
 // cos_incidence is 0 and the law does not vanish there; the caller leaves such a ray out.
 struct ScattererMoments {

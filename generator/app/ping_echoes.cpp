@@ -155,6 +155,11 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   std::vector<Scatterer>& heard = other.heard;
   heard = kirchhoff_scatterers(moment.fan, hits, moment.tracer, moment.sonar_in_world,
                                moment.scattering, workers);
+  const std::vector<Pose> objects = object_poses(session, moment.ping);
+  const std::vector<Scatterer> edges =
+      edge_scatterers({session.world, moment.tracer, objects, moment.sonar_in_world},
+                      moment.scattering, workers);
+  heard.insert(heard.end(), edges.begin(), edges.end());
   other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();
@@ -172,7 +177,6 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
     other.most += bounced.size();
   }
   if (session.bounces.paths.empty()) return other;
-  const std::vector<Pose> objects = object_poses(session, moment.ping);
   std::vector<Scatterer> bounced =
       bounced_echoes({session.bounces, session.world, moment.tracer, objects, moment.sonar_in_world,
                       moment.scattering},

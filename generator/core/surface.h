@@ -67,6 +67,10 @@ struct Material {
   double rician_k = 0;         // K, power ratio of the constant part to the random one
   double reflection = 0;       // R of kirchhoff, -1 ... 1; 1 with a wall, which states its own
   double roughness_rms_m = 0;  // h of kirchhoff
+  // L of kirchhoff; 0: the energy that roughness takes from the specular echo is lost.
+  double roughness_correlation_m = 0;
+  BackscatterTable rough{};  // of this energy at a sonar's wavelength; empty: none
+  bool edges = false;        // of kirchhoff: sharp edges diffract
   SurfaceTexture texture{};
   std::optional<Wall> wall{};
 };

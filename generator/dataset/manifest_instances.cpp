@@ -41,6 +41,10 @@ void coherent_members(Io& io, Value& material) {
     if (material.coherent == CoherentModel::rician) return coherent("k", material.rician_k);
     coherent("reflection", material.reflection);
     coherent("roughness_rms_m", material.roughness_rms_m);
+    if (!Io::kWrites || material.roughness_correlation_m > 0) {
+      coherent("roughness_correlation_m", material.roughness_correlation_m);
+    }
+    if (!Io::kWrites || material.edges) coherent("edges", material.edges);
   });
 }
 

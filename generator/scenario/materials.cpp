@@ -86,6 +86,10 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
       has_wall ? useless_if(true, "with a wall, whose reflection follows from its own keys",
                             written_if(false))
                : of_kirchhoff;
+  const Rule of_surface =
+      has_wall ? useless_if(true, "with a wall, whose echo follows from its own keys",
+                            written_if(false))
+               : of_kirchhoff;
   f.number({"k", "K factor",
             "Of rician: power of the constant part divided by that of the random part; needed with "
             "rician"},
@@ -98,6 +102,13 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
   f.number({"roughness_rms_m", "Roughness",
             "Of kirchhoff: rms height of the surface, which reduces the reflection coefficient"},
            kirchhoff.roughness_rms_m, from_to(0, 1), of_kirchhoff);
+  f.number({"roughness_correlation_m", "Correlation length of the roughness",
+            "Of kirchhoff: distance over which the heights decorrelate to 1/e, from which the "
+            "energy that roughness takes from the specular echo scatters; left out: it is lost"},
+           kirchhoff.roughness_correlation_m, from_to(1e-5, 10), of_surface);
+  f.boolean({"edges", "Edges",
+             "Of kirchhoff: sharp edges diffract as those of a rigid or soft wedge"},
+            kirchhoff.edges, written_if(kirchhoff.edges, of_surface));
   if (is_rician) coherent = rician;
   if (is_kirchhoff) coherent = kirchhoff;
 }
@@ -263,6 +274,8 @@ Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering)
     material.coherent = CoherentModel::kirchhoff;
     material.reflection = kirchhoff->reflection;
     material.roughness_rms_m = kirchhoff->roughness_rms_m;
+    material.roughness_correlation_m = kirchhoff->roughness_correlation_m.value_or(0);
+    material.edges = kirchhoff->edges;
   }
   if (spec.texture) material.texture = *spec.texture;
   material.wall = spec.wall;

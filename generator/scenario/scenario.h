@@ -136,6 +136,9 @@ struct RicianSpec {
 struct KirchhoffSpec {
   double reflection = 1;  // -1 ... 1
   double roughness_rms_m = 0;
+  // None: the energy that roughness takes from the specular echo is lost.
+  std::optional<double> roughness_correlation_m = std::nullopt;
+  bool edges = false;
 };
 using CoherentSpec = std::variant<std::monostate, RicianSpec, KirchhoffSpec>;
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "acoustics/pattern.h"
+#include "acoustics/rough_surface.h"
 #include "acoustics/scattering.h"
 #include "core/error.h"
 #include "trace/echo.h"
@@ -201,6 +202,17 @@ static void add_wall(const Material& material, SurfaceScattering& scattering) {
       {wall, wall_response(wall, scattering.water, sonar.frequency_hz, sonar.bandwidth_hz)});
 }
 
+// Adds what depends on the sonar.
+static void complete(Material& material, SurfaceScattering& scattering) {
+  add_wall(material, scattering);
+  if (material.coherent != CoherentModel::kirchhoff || material.roughness_correlation_m == 0) {
+    return;
+  }
+  material.rough = rough_backscatter_table(
+      {material.reflection, material.roughness_rms_m, material.roughness_correlation_m},
+      scattering.water.sound_speed_m_s / scattering.sonar.frequency_hz);
+}
+
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
   SurfaceScattering scattering{sonar, water, {}, {}, {}};
@@ -211,10 +223,11 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
     scattering.part_material.resize(scattering.material.size());
     scattering.part_material[object.instance] = object.parts.materials;
   }
-  for (const Material& material : scattering.material) add_wall(material, scattering);
-  for (const auto& parts : scattering.part_material) {
-    for (const Material& material : parts) add_wall(material, scattering);
+  for (Material& material : scattering.material) complete(material, scattering);
+  for (auto& parts : scattering.part_material) {
+    for (Material& material : parts) complete(material, scattering);
   }
+  scattering.edges = diffracting_edges(world, water.sound_speed_m_s / sonar.frequency_hz);
   return scattering;
 }
 

@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "trace/edges.h"
 #include "trace/refracted.h"
 #include "trace/tracer.h"
 #include "world/world.h"
@@ -33,6 +34,7 @@ struct SurfaceScattering {
     WallResponse response;
   };
   std::vector<KnownWall> walls = {};
+  std::vector<BodyEdges> edges = {};  // of the objects whose edges diffract
 };
 
 inline const Material& material_at(const SurfaceScattering& scattering, const Hit& hit) {
