@@ -11,6 +11,7 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include "scenario/text.h"
 #include "scenario/yaml_text.h"
 
 namespace ensonify {
@@ -92,6 +93,10 @@ class Builder : public YAML::EventHandler {
     node.quoted = tag == "!";
     node.place = place(mark);
     node.text = value;
+    // yaml-cpp turns the escapes \_ and \N into bytes of Latin-1.
+    if (first_invalid_utf8(value)) {
+      stop(node.place, "this text has an escape that is not understood; expected the character");
+    }
     last_quoted = node.quoted ? std::optional<int>(mark.pos) : std::nullopt;
     refuse_tag(tag, node.place);
     finish(std::move(node), anchor);

@@ -57,6 +57,8 @@ SequenceInfo full_info() {
   Material steel{.law = ScatteringLaw::lommel_seeliger, .reflectivity = 0.5};
   steel.coherent = CoherentModel::kirchhoff;
   steel.roughness_rms_m = 1e-4;
+  steel.roughness_correlation_m = 2e-3;
+  steel.edges = true;
   info.instances[0].parts = {{"mast", "steel", steel}};
   info.instances.push_back(info.instances[1]);
   info.instances.back().id = 3;
@@ -196,6 +198,12 @@ TEST_CASE("an instance tells its law") {
   CHECK(json["law"]["rows"] == Json({{0.0, -40.0}, {90.0, -10.0}}));
   CHECK(json["coherent"]["reflection"] == -0.5);
   CHECK(json["coherent"]["roughness_rms_m"] == 1e-4);
+  CHECK_FALSE(json["coherent"].contains("edges"));
+  CHECK_FALSE(json["coherent"].contains("roughness_correlation_m"));
+  material.edges = true;
+  material.roughness_correlation_m = 2e-3;
+  CHECK(instance_json(surface(material))["coherent"]["edges"] == true);
+  CHECK(instance_json(surface(material))["coherent"]["roughness_correlation_m"] == 2e-3);
 }
 
 TEST_CASE("a volume tells its strength") {

@@ -203,6 +203,8 @@ def check_footprint(checklist, label, scatterers, sequence):
                     law,
                     drawn["cos_incidence"][mine].astype(np.float64),
                     (range_m**2 * solid_angle)[mine],
+                    coherent,
+                    sonar.sound_speed_m_s / sonar.frequency_hz,
                 )
                 / rician_share(coherent)
                 for law, coherent in instance.surfaces

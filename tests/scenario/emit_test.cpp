@@ -33,7 +33,7 @@ scattering: {lambert_exponent: 2, normalization: mean_square, speckle: per_ray}
 materials:
   "010": {reflectivity: 1e-300, law: {lambert: {exponent: 1.5}}}
   "yes": {reflectivity: 0.30000000000000004, coherent: {model: rician, k: 0.1}}
-  "a: b": {reflectivity: 0, law: lommel_seeliger, coherent: {model: kirchhoff, reflection: -0.4, roughness_rms_m: 1e-4}}
+  "a: b": {reflectivity: 0, law: lommel_seeliger, coherent: {model: kirchhoff, reflection: -0.4, roughness_rms_m: 1e-4, roughness_correlation_m: 5e-3, edges: true}}
   plain-name: {reflectivity: 12}
 objects:
   - {name: "quote \" and \\", class: "null", material: "010", shape: {box: {size_m: [1, 2, 3], inward_facing: true}}, pose: {position_m: [1, 2, 3], rotation_deg: [10, 20.5, -30]}}
@@ -141,6 +141,8 @@ TEST_CASE("the resolved text keeps every value") {
     CHECK(s.materials[2].law.kind == ScatteringLaw::lommel_seeliger);
     CHECK(std::get<KirchhoffSpec>(s.materials[2].coherent).reflection == -0.4);
     CHECK(std::get<KirchhoffSpec>(s.materials[2].coherent).roughness_rms_m == 1e-4);
+    CHECK(std::get<KirchhoffSpec>(s.materials[2].coherent).roughness_correlation_m == 5e-3);
+    CHECK(std::get<KirchhoffSpec>(s.materials[2].coherent).edges);
     CHECK_FALSE(s.materials[3].law.exponent);
     CHECK(std::holds_alternative<std::monostate>(s.materials[3].coherent));
     REQUIRE(s.objects.size() == 4);

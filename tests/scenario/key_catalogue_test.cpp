@@ -57,7 +57,8 @@ TEST_CASE("a value excludes keys beside it") {
   using Keys = std::vector<std::string_view>;
   CHECK(excluded_by_value("law", word("table")) == Keys{"backscatter_strength_db", "reflectivity"});
   CHECK(excluded_by_value("law", word("lambert")).empty());
-  CHECK(excluded_by_value("model", word("rician")) == Keys{"reflection", "roughness_rms_m"});
+  CHECK(excluded_by_value("model", word("rician")) == 
+        Keys{"edges", "reflection", "roughness_correlation_m", "roughness_rms_m"});
   CHECK(excluded_by_value("model", word("kirchhoff")) == Keys{"k"});
   CHECK(excluded_by_value("mode", word("beams")).size() == 9);
   CHECK(excluded_by_value("mode", word("array")).empty());

@@ -81,6 +81,14 @@ TEST_CASE("a wall replaces the reflection of a preset") {
       "drum");
   REQUIRE_FALSE(both);
   CHECK_THAT(both.error().message, Catch::Contains("coherent.reflection"));
+  const auto edges = parsed(
+      "materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, edges: true, "
+      "roughness_correlation_m: 0.01}, wall: " +
+          wall + "}}\n",
+      "drum");
+  REQUIRE_FALSE(edges);
+  CHECK_THAT(edges.error().message, Catch::Contains("coherent.edges: has no effect with a wall"));
+  CHECK_THAT(edges.error().message, Catch::Contains("coherent.roughness_correlation_m"));
 }
 
 TEST_CASE("a wall that no solid can be is an error") {

@@ -54,6 +54,14 @@ TEST_CASE("a material's coherent part is a model with its keys") {
       "reflectivity: 1, coherent: {model: kirchhoff, reflection: -1, roughness_rms_m: 1}");
   CHECK(std::get<KirchhoffSpec>(rough.coherent).reflection == -1);
   CHECK(std::get<KirchhoffSpec>(rough.coherent).roughness_rms_m == 1);
+  CHECK_FALSE(std::get<KirchhoffSpec>(rough.coherent).roughness_correlation_m);
+  CHECK_FALSE(std::get<KirchhoffSpec>(rough.coherent).edges);
+  const MaterialSpec plate = material_with(
+      "reflectivity: 1, coherent: {model: kirchhoff, roughness_rms_m: 1e-4, "
+      "roughness_correlation_m: 2e-3, edges: true}");
+  const Material made = material_of(plate, {});
+  CHECK(made.roughness_correlation_m == 2e-3);
+  CHECK(made.edges);
 }
 
 TEST_CASE("a wrong material is told with its place") {
@@ -87,6 +95,10 @@ TEST_CASE("a wrong material is told with its place") {
        "4:83: materials.m.coherent.roughness_rms_m:", "has no effect with model rician"},
       {coherent + "model: rician, k: 1, reflection: 1}}}",
        "4:78: materials.m.coherent.reflection:", "has no effect with model rician"},
+      {coherent + "model: rician, k: 1, edges: true}}}",
+       "4:73: materials.m.coherent.edges:", "has no effect with model rician"},
+      {coherent + "model: kirchhoff, roughness_correlation_m: 0}}}",
+       "4:88: materials.m.coherent.roughness_correlation_m:", "from 1e-05 to 10"},
       {coherent + "model: kirchhoff, k: 1}}}",
        "4:66: materials.m.coherent.k:", "has no effect with model kirchhoff"},
       {coherent + "model: kirchhoff, reflection: 1.1}}}",

@@ -130,6 +130,7 @@ TEST_CASE("text that is no clean UTF-8 is refused where it begins") {
   using namespace std::string_literals;
   check_fault("a: 1\nb: x\0y\n"s, "f:2:5: a NUL byte");
   check_fault("a: caf\xE9\n", "f:1:7: the text is not UTF-8");
+  check_fault("a: \"no\\_break\"\n", "f:1:4: this text has an escape that is not understood");
   check_fault("a: \"x\x04\"\nb: 1\n", "f:1:6: a control character");
   check_fault("a: µ\x7F\n", "f:1:5: a control character");
   check_fault("a: 1\rb: 2\r", "f:1:5: a carriage return");

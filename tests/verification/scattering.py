@@ -10,7 +10,7 @@ from bench import Row, case, diffuse
 from closed_forms import Envelope, azimuth_integral
 from levels import BEAM_RAD
 from pulses import Pulse
-from surface_laws import Law, backscatter_strength, echo_energy
+from surface_laws import Law, backscatter_strength, echo_energy, rough_strength
 
 HEIGHT_M, FAN_DEG, WIDTH_DEG = 3.0, 170.0, 60.0
 GRAZING_DEG = (75, 60, 45, 30, 20, 11)
@@ -19,6 +19,10 @@ TABLE_ROWS = tuple(
     zip(range(0, 91, 10), (-60.0, -38.0, -32.0, -29.0, -26.0, -25.0, -22.0, -20.5, -17.0, -12.0))
 )
 SAND_FILE = "grazing_deg,strength_db\n" + "".join(f"{g},{s}\n" for g, s in TABLE_ROWS)
+
+# So weak that the edge of the fan, from which the specular part echoes, does not matter.
+ROUGH = {"reflection": 0.05, "roughness_rms_m": 4e-4, "roughness_correlation_m": 2e-3}
+WAVELENGTH_M = 1500.0 / 9e5
 
 # Name, material, exponent of the scenario, the law here.
 LAWS = [
@@ -36,6 +40,7 @@ LAWS = [
         2,
         Law("lommel_seeliger", 1e-3),
     ),
+    ("rough", {"reflectivity": 1e-3, "coherent": {"model": "kirchhoff", **ROUGH}}, None, Law("lambert", 1e-3, 1.0)),
     ("table", {"law": {"table": {"file": "sand.csv"}}}, 2, Law("table", rows=TABLE_ROWS)),
 ]
 
@@ -61,7 +66,13 @@ def seabed_run(bench, material, exponent):
     return sonar, physics.expected_power(sequence.scatterers(0), sonar)[12]
 
 
-def seabed_power(law, sonar, samples):
+def strength_of(name, law, sine):
+    """s_b of the law, and for `rough` what its roughness scatters."""
+    strength = backscatter_strength(law, sine)
+    return strength + rough_strength(ROUGH, WAVELENGTH_M, sine) if name == "rough" else strength
+
+
+def seabed_power(name, law, sonar, samples):
     """S0^2 int B_az^2 dtheta int s_b B_el^2 r^-3 |s|^2 dr; dS = r dr dtheta on a plane below."""
     width, half = math.radians(WIDTH_DEG), math.radians(25 * 0.5 / 2)
     offset = np.arange(-40, 40, 1 / 32)
@@ -71,7 +82,7 @@ def seabed_power(law, sonar, samples):
     sine = HEIGHT_M / r
     density = (
         seen
-        * backscatter_strength(law, sine)
+        * strength_of(name, law, sine)
         * r**-3
         * beam_patterns.beam_pattern(np.arcsin(sine), width) ** 2
     )
@@ -94,9 +105,9 @@ def laws(bench):
             samples = np.arange(
                 math.ceil(near / sonar.range_step_m), math.floor(far / sonar.range_step_m) + 1
             )
-            wanted = seabed_power(law, sonar, samples).mean()
+            wanted = seabed_power(name, law, sonar, samples).mean()
             got = clean[samples].mean()
-            strength = 10 * math.log10(backscatter_strength(law, math.sin(math.radians(grazing))))
+            strength = 10 * math.log10(strength_of(name, law, math.sin(math.radians(grazing))))
             wanted_db.append(strength)
             got_db.append(strength + 10 * math.log10(got / wanted))
             rows.append(
@@ -115,7 +126,7 @@ def laws(bench):
             name,
             dense,
             None,
-            10 * np.log10(backscatter_strength(law, np.sin(np.radians(dense)))),
+            10 * np.log10(strength_of(name, law, np.sin(np.radians(dense)))),
         )
     return rows
 

@@ -31,6 +31,7 @@ import tank  # noqa: F401
 import scattering  # noqa: F401
 import coherent  # noqa: F401
 import bounces  # noqa: F401
+import wedge  # noqa: F401
 import walls  # noqa: F401
 import ringing  # noqa: F401
 import volume  # noqa: F401
