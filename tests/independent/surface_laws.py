@@ -53,14 +53,16 @@ def rough_strength(coherent, wavelength_m, cosine):
     on a grid of angles, interpolated in dB. Digits end at 1e-12 of the value at normal incidence.
     """
     k, reach = 2 * np.pi / wavelength_m, coherent["roughness_correlation_m"]
-    alpha = np.linspace(0, np.pi / 2 * 0.999, 721)
+    alpha = np.linspace(0, np.pi / 2 * 0.999, 1441)
     g = (2 * k * coherent["roughness_rms_m"] * np.cos(alpha)) ** 2
-    d = (np.arange(3000) + 0.5) / 3000 * reach * np.sqrt(np.log(max(g[0], 1.0)) + 30)
+    nodes, weights = np.polynomial.legendre.leggauss(300)
+    end = reach * np.sqrt(np.log(max(g[0], 1.0)) + 30)
+    d, step = end * (nodes + 1) / 2, end * weights / 2
     rho = np.exp(-((d / reach) ** 2))
-    kernel = np.exp(-g[:, None]) * np.expm1(g[:, None] * rho) * 2 * np.pi * d
+    kernel = np.exp(-g[:, None]) * np.expm1(g[:, None] * rho) * 2 * np.pi * d * step
     sums = np.array([
         np.sum(row * bessel_j0(2 * k * np.sin(a) * d)) for row, a in zip(kernel, alpha)
-    ]) * (d[1] - d[0])
+    ])
     strength = (coherent["reflection"] * k / (2 * np.pi * np.cos(alpha))) ** 2 * sums
     level = np.log(np.maximum(strength, 1e-12 * strength[0]))
     return np.exp(np.interp(np.arccos(np.clip(cosine, 0.0, 1.0)), alpha, level))
