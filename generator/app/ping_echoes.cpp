@@ -10,6 +10,7 @@
 #include "synthesis/backend.h"
 #include "trace/adaptive.h"
 #include "trace/bounces.h"
+#include "trace/elastic_bodies.h"
 #include "trace/motion.h"
 #include "trace/multipath.h"
 #include "trace/refracted.h"
@@ -156,10 +157,12 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   heard = kirchhoff_scatterers(moment.fan, hits, moment.tracer, moment.sonar_in_world,
                                moment.scattering, workers);
   const std::vector<Pose> objects = object_poses(session, moment.ping);
-  const std::vector<Scatterer> edges =
-      edge_scatterers({session.world, moment.tracer, objects, moment.sonar_in_world},
-                      moment.scattering, workers);
-  heard.insert(heard.end(), edges.begin(), edges.end());
+  const PlacedWorld placed{session.world, moment.tracer, objects, moment.sonar_in_world};
+  for (const std::vector<Scatterer>& more :
+       {edge_scatterers(placed, moment.scattering, workers),
+        elastic_scatterers(placed, session.sonar, session.water, workers)}) {
+    heard.insert(heard.end(), more.begin(), more.end());
+  }
   other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();

@@ -2,48 +2,78 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "acoustics/elastic_sphere.h"
+#include "acoustics/elastic_body.h"
 
 namespace ensonify {
 namespace {
 
-ElasticSphere sphere_of(const RingingSphereSpec& spec, const Water& water) {
-  ElasticSphere sphere{spec.radius_m, spec.metal ? properties(*spec.metal) : spec.material,
-                       spec.wall_m.value_or(spec.radius_m)};
-  if (sphere.is_solid()) return sphere;
-  sphere.filling = kAir;
+ElasticBody body_of(const ElasticSpec& spec, double radius_m, const Water& water) {
+  ElasticBody body{radius_m, spec.metal ? properties(*spec.metal) : spec.material,
+                   spec.wall_m.value_or(radius_m)};
+  if (body.is_solid()) return body;
+  body.filling = kAir;
   if (spec.filling == ShellFilling::water) {
-    sphere.filling = {water.density_kg_m3, water.sound_speed_m_s};
+    body.filling = {water.density_kg_m3, water.sound_speed_m_s};
   }
-  return sphere;
+  return body;
 }
+
+// The responses of bodies, computed once for equal ones.
+class Responses {
+ public:
+  Responses(const Sonar& sonar, const Water& water) : sonar_(sonar), water_(water) {}
+
+  Ringing of(const ElasticBody& body, bool is_cylinder) {
+    for (const Known& known : known_) {
+      if (known.body == body && known.is_cylinder == is_cylinder) return known.ringing;
+    }
+    const auto compute = is_cylinder ? cylinder_taps : sphere_taps;
+    ElasticTaps taps = compute(body, water_, sonar_.frequency_hz, sonar_.bandwidth_hz);
+    known_.push_back({body, is_cylinder, {std::move(taps.taps), taps.error}});
+    return known_.back().ringing;
+  }
+
+ private:
+  struct Known {
+    ElasticBody body;
+    bool is_cylinder;
+    Ringing ringing;
+  };
+  const Sonar& sonar_;
+  const Water& water_;
+  std::vector<Known> known_;
+};
 
 }  // namespace
 
-void ring_targets(const Scenario& scenario, const Sonar& sonar, const Water& water, World& world) {
-  std::vector<std::pair<ElasticSphere, SphereTaps>> known;
+void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& water, World& world) {
+  Responses responses(sonar, water);
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    const std::optional<ElasticSpec>& spec = scenario.objects[i].elastic;
+    if (!spec) continue;
+    WorldObject& object = world.objects[i];
+    const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
+    const double radius_m =
+        cylinder != nullptr ? cylinder->radius_m : std::get<SphereShape>(object.shape).radius_m;
+    const ElasticBody body = body_of(*spec, radius_m, water);
+    object.ringing = responses.of(body, cylinder != nullptr);
+    world.instances[object.instance - 1].elastic = body;
+  }
   for (std::size_t i = 0; i < world.point_targets.size(); ++i) {
     const std::optional<RingingSphereSpec>& spec = scenario.point_targets[i].sphere;
     if (!spec) continue;
-    const ElasticSphere sphere = sphere_of(*spec, water);
-    auto same = std::find_if(known.begin(), known.end(),
-                             [&](const auto& entry) { return entry.first == sphere; });
-    if (same == known.end()) {
-      known.emplace_back(sphere,
-                         sphere_taps(sphere, water, sonar.frequency_hz, sonar.bandwidth_hz));
-      same = known.end() - 1;
-    }
+    const ElasticBody body = body_of(*spec, spec->radius_m, water);
     PointTarget& target = world.point_targets[i];
-    target.taps = same->second.taps;
-    target.missing = same->second.error;
+    target.ringing = responses.of(body, false);
     Instance& instance = world.instances[target.instance - 1];
-    instance.sphere = sphere;
+    instance.elastic = body;
     instance.target_strength_db =
-        20 * std::log10(std::abs(sphere_backscatter_m(sphere, water, sonar.frequency_hz)));
+        20 * std::log10(std::abs(sphere_backscatter_m(body, water, sonar.frequency_hz)));
     target.target_strength_db = instance.target_strength_db;
   }
 }

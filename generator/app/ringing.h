@@ -1,6 +1,6 @@
-// Point targets that are elastic spheres: their echoes for one sonar.
+// Elastic bodies: their echoes for one sonar.
 //
-//   ring_targets
+//   ring_bodies
 #pragma once
 
 #include "core/sonar.h"
@@ -9,9 +9,9 @@
 
 namespace ensonify {
 
-// Gives the targets of the world that are spheres in the scenario, whose targets are in the same
-// order, their taps over the sonar's band, and their instances the sphere and its target strength
-// at the carrier. Equal spheres are computed once.
-void ring_targets(const Scenario& scenario, const Sonar& sonar, const Water& water, World& world);
+// Gives the objects and point targets of the world that are elastic in the scenario, which has them
+// in the same order, their taps over the sonar's band and their instances the body; targets also
+// get the target strength at the carrier. Equal bodies are computed once.
+void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& water, World& world);
 
 }  // namespace ensonify

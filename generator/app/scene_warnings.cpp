@@ -169,13 +169,16 @@ void warn_of_range(const Session& session, std::vector<std::string>& warnings) {
 constexpr double kMostMissing = 0.01;  // share of a target's energy over the band
 
 void warn_of_ringing(const Session& session, std::vector<std::string>& warnings) {
-  for (const PointTarget& target : session.world.point_targets) {
-    if (target.missing <= kMostMissing) continue;
+  const auto warn = [&](std::uint32_t instance, const Ringing& ringing) {
+    if (ringing.missing <= kMostMissing) return;
     warnings.push_back(fmt::format(
-        "{}: the sphere has so many resonances in the sonar's band that its {} echoes miss {:.2g} "
+        "{}: the body has so many resonances in the sonar's band that its {} echoes miss {:.2g} "
         "% of the energy",
-        session.world.instances[target.instance - 1].name, target.taps.size(),
-        100 * target.missing));
+        session.world.instances[instance - 1].name, ringing.taps.size(), 100 * ringing.missing));
+  };
+  for (const WorldObject& object : session.world.objects) warn(object.instance, object.ringing);
+  for (const PointTarget& target : session.world.point_targets) {
+    warn(target.instance, target.ringing);
   }
 }
 

@@ -186,7 +186,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
 
   remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
-  ring_targets(scenario, session.sonar, session.water, session.world);
+  ring_bodies(scenario, session.sonar, session.water, session.world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);

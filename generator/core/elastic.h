@@ -2,7 +2,7 @@
 // them.
 //
 //   SphereMaterial  SphereMetal  properties   what a sphere is made of
-//   SphereFilling  ElasticSphere
+//   SphereFilling  ElasticBody
 //   Tap                                       a delayed echo
 #pragma once
 
@@ -44,14 +44,14 @@ struct SphereFilling {
 };
 inline constexpr SphereFilling kAir{1.2, 340};
 
-struct ElasticSphere {
+struct ElasticBody {
   double radius_m = 0;
   SphereMaterial material;
   double wall_m = 0;  // from the radius on: solid
   SphereFilling filling = {};
 
   bool is_solid() const { return !(wall_m < radius_m); }
-  bool operator==(const ElasticSphere&) const = default;
+  bool operator==(const ElasticBody&) const = default;
 };
 
 // The response gain e^(-i 2 pi f delay).

@@ -173,7 +173,7 @@ struct Instance {
   std::vector<InstancePart> parts = {};  // of a surface: parts with another material
   std::vector<InstanceGrowth> growth = {};
   std::optional<OrientedBox> box = {};       // absent: a point, or infinite
-  std::optional<ElasticSphere> sphere = {};  // of a point target that rings
+  std::optional<ElasticBody> elastic = {};  // of a sphere or cylinder with resonances
 };
 
 // The Cartesian image: pixel (row, column) has its center at

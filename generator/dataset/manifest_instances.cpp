@@ -112,18 +112,18 @@ void surface_members(Io& io, Value& instance) {
   });
 }
 
-// Left out of targets without resonances.
+// Left out of instances without resonances.
 template <class Io, class Value>
-void sphere_members(Io& io, Value& instance) {
-  if (Io::kWrites && !instance.sphere) return;
-  io.maybe("sphere", instance.sphere, [](Io& item, auto& sphere) {
-    item("radius_m", sphere.radius_m);
-    item("density_kg_m3", sphere.material.density_kg_m3);
-    item("speed_m_s", sphere.material.speed_m_s);
-    item("shear_speed_m_s", sphere.material.shear_speed_m_s);
-    item("wall_m", sphere.wall_m);
-    item("filling_density_kg_m3", sphere.filling.density_kg_m3);
-    item("filling_speed_m_s", sphere.filling.speed_m_s);
+void elastic_members(Io& io, const char* key, Value& instance) {
+  if (Io::kWrites && !instance.elastic) return;
+  io.maybe(key, instance.elastic, [](Io& item, auto& body) {
+    item("radius_m", body.radius_m);
+    item("density_kg_m3", body.material.density_kg_m3);
+    item("speed_m_s", body.material.speed_m_s);
+    item("shear_speed_m_s", body.material.shear_speed_m_s);
+    item("wall_m", body.wall_m);
+    item("filling_density_kg_m3", body.filling.density_kg_m3);
+    item("filling_speed_m_s", body.filling.speed_m_s);
   });
 }
 
@@ -142,6 +142,7 @@ void one_instance(Io& io, Value& instance) {
   switch (instance.kind) {
     case InstanceKind::surface:
       surface_members(io, instance);
+      elastic_members(io, "elastic", instance);
       break;
     case InstanceKind::point_target:
       if (Io::kWrites && !std::isfinite(instance.target_strength_db)) {
@@ -149,7 +150,7 @@ void one_instance(Io& io, Value& instance) {
       } else {
         io("target_strength_db", instance.target_strength_db);
       }
-      sphere_members(io, instance);
+      elastic_members(io, "sphere", instance);
       break;
     case InstanceKind::volume:
       io("strength_db", instance.volume_strength_db);

@@ -99,6 +99,84 @@ static void object_pose_fields(Fields& f, ObjectSpec& object, const Rule& rule) 
   f.end();
 }
 
+// A metal, or density and speeds.
+static void elastic_material_fields(Fields& f, ElasticSpec& body) {
+  constexpr std::string_view kKeys[] = {"material", "density_kg_m3"};
+  const auto which = f.only_key(kKeys, body.metal ? 0 : 1,
+                                "either material or density_kg_m3, speed_m_s and shear_speed_m_s");
+  const Rule of_own =
+      useless_if(which == 0u, "with material; expected only one of them",
+                 {.need = Need::required, .unless = "material", .has_default = false});
+  SphereMetal metal = body.metal.value_or(SphereMetal::tungsten_carbide);
+  if (which == 0u) {
+    const bool read = f.choice<SphereMetal>(
+        {kKeys[0], "Material", "Tungsten carbide with 6 % cobalt, mild steel, aluminum or copper"},
+        metal, words_to(SphereMetal::copper), {.has_default = false});
+    if (read) body.metal = metal;
+  }
+  if (which == 1u) {
+    f.number({kKeys[1], "Density", "Density of the material, in place of material", "kg/m³"},
+             body.material.density_kg_m3, from_to(1, 1e5), of_own);
+  }
+  const bool speed = f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves"},
+                              body.material.speed_m_s, from_to(100, 2e4), of_own);
+  const bool shear =
+      f.number({"shear_speed_m_s", "Shear speed", "Speed of shear waves; 0: a fluid"},
+               body.material.shear_speed_m_s, from_to(0, 2e4), of_own);
+  if (speed && shear) {
+    check_solid(f, body.material.speed_m_s, body.material.shear_speed_m_s);
+  }
+}
+
+// `radius_m`: none if it is not known.
+static void elastic_fields(Fields& f, ElasticSpec& body, std::optional<double> radius_m) {
+  elastic_material_fields(f, body);
+  const bool wall = f.number({"wall_m", "Wall", "Thickness of a shell; left out: a solid body"},
+                             body.wall_m, above_up_to(0, 1));
+  if (radius_m && wall && !(*body.wall_m < *radius_m)) {
+    f.fault("wall_m", fmt::format("{} is not below the radius of {}; expected a thinner wall, or "
+                                  "no wall_m for a solid body",
+                                  *body.wall_m, *radius_m));
+  }
+  const bool solid = f.writing() ? !body.wall_m : f.peek("wall_m") == nullptr;
+  f.choice<ShellFilling>({"filling", "Filling", "What the shell holds"}, body.filling,
+                         {{"air", ShellFilling::air}, {"water", ShellFilling::water}},
+                         useless_if(solid, "without wall_m"));
+}
+
+static void fields(Fields& f, RingingSphereSpec& sphere) {
+  const bool radius = f.number({"radius_m", "Radius", "Radius of the sphere"}, sphere.radius_m,
+                               above_up_to(0, 1), kRequired);
+  elastic_fields(f, sphere, radius ? std::optional(sphere.radius_m) : std::nullopt);
+}
+
+// The radius of a shape that may be an elastic body.
+static std::optional<double> elastic_radius_m(const ShapeSpec& shape) {
+  if (const auto* cylinder = std::get_if<CylinderSpec>(&shape)) return cylinder->radius_m;
+  const auto* sphere = std::get_if<SphereSpec>(&shape);
+  return sphere != nullptr && !sphere->inside ? std::optional(sphere->radius_m) : std::nullopt;
+}
+
+static void object_elastic_fields(Fields& f, ObjectSpec& object) {
+  const bool has_body = f.writing() ? object.elastic.has_value() : f.peek("elastic") != nullptr;
+  if (!f.begin({"elastic", "Elastic body",
+                "The sphere or cylinder echoes with its resonances, beside what its material "
+                "scatters; left out: only the material echoes"},
+               written_if(has_body, {.has_default = false}))) {
+    return;
+  }
+  if (!object.elastic) object.elastic.emplace();
+  const std::optional<double> radius_m = elastic_radius_m(object.shape);
+  elastic_fields(f, *object.elastic, radius_m);
+  f.end();
+  if (radius_m && *radius_m <= 1) return;
+  f.fault("elastic", radius_m
+                         ? fmt::format("the radius of {} is too large; expected at most 1 m",
+                                       *radius_m)
+                         : "the shape has no resonances; expected a cylinder, or a sphere that "
+                           "is not inward_facing");
+}
+
 void fields(Fields& f, ObjectSpec& object) {
   const bool writing = f.writing();
   const bool moves = writing ? object.trajectory.has_value() : f.peek("trajectory") != nullptr;
@@ -115,6 +193,7 @@ void fields(Fields& f, ObjectSpec& object) {
                    0, kMaxCount);
   f.material({"material", "Material", "A key of materials"}, object.material);
   f.map({"shape", "Shape", "Exactly one shape"}, object.shape, kRequired);
+  object_elastic_fields(f, object);
   object_pose_fields(f, object,
                      useless_if(placed, kBesidePlace,
                                 useless_if(moves, "with trajectory, whose poses replace it")));
@@ -125,52 +204,6 @@ void fields(Fields& f, ObjectSpec& object) {
   f.map({"trajectory", "Trajectory of an object",
          "Exactly one path, and the wave motion, in place of pose; left out: at rest"},
         object.trajectory, useless_if(placed && !writing, kBesidePlace));
-}
-
-// A metal, or density and speeds.
-static void sphere_material_fields(Fields& f, RingingSphereSpec& sphere) {
-  constexpr std::string_view kKeys[] = {"material", "density_kg_m3"};
-  const auto which = f.only_key(kKeys, sphere.metal ? 0 : 1,
-                                "either material or density_kg_m3, speed_m_s and shear_speed_m_s");
-  const Rule of_own =
-      useless_if(which == 0u, "with material; expected only one of them",
-                 {.need = Need::required, .unless = "material", .has_default = false});
-  SphereMetal metal = sphere.metal.value_or(SphereMetal::tungsten_carbide);
-  if (which == 0u) {
-    const bool read = f.choice<SphereMetal>(
-        {kKeys[0], "Material", "Tungsten carbide with 6 % cobalt, mild steel, aluminum or copper"},
-        metal, words_to(SphereMetal::copper), {.has_default = false});
-    if (read) sphere.metal = metal;
-  }
-  if (which == 1u) {
-    f.number({kKeys[1], "Density", "Density of the material, in place of material", "kg/m³"},
-             sphere.material.density_kg_m3, from_to(1, 1e5), of_own);
-  }
-  const bool speed = f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves"},
-                              sphere.material.speed_m_s, from_to(100, 2e4), of_own);
-  const bool shear =
-      f.number({"shear_speed_m_s", "Shear speed", "Speed of shear waves; 0: a fluid"},
-               sphere.material.shear_speed_m_s, from_to(0, 2e4), of_own);
-  if (speed && shear) {
-    check_solid(f, sphere.material.speed_m_s, sphere.material.shear_speed_m_s);
-  }
-}
-
-static void fields(Fields& f, RingingSphereSpec& sphere) {
-  const bool radius = f.number({"radius_m", "Radius", "Radius of the sphere"}, sphere.radius_m,
-                               above_up_to(0, 1), kRequired);
-  sphere_material_fields(f, sphere);
-  const bool wall = f.number({"wall_m", "Wall", "Thickness of a shell; left out: a solid sphere"},
-                             sphere.wall_m, above_up_to(0, 1));
-  if (radius && wall && !(*sphere.wall_m < sphere.radius_m)) {
-    f.fault("wall_m", fmt::format("{} is not below the radius of {}; expected a thinner wall, or "
-                                  "no wall_m for a solid sphere",
-                                  *sphere.wall_m, sphere.radius_m));
-  }
-  const bool solid = f.writing() ? !sphere.wall_m : f.peek("wall_m") == nullptr;
-  f.choice<ShellFilling>({"filling", "Filling", "What the shell holds"}, sphere.filling,
-                         {{"air", ShellFilling::air}, {"water", ShellFilling::water}},
-                         useless_if(solid, "without wall_m"));
 }
 
 void fields(Fields& f, PointTargetSpec& target) {
@@ -196,6 +229,26 @@ void fields(Fields& f, PointTargetSpec& target) {
   }
   f.numbers({"position_m", "Position", "[x, y, z] in the world"}, target.position_m, kPosition,
             kRequired);
+}
+
+void check_elastic(Faults& faults, const Value& root, const Scenario& scenario) {
+  const auto list = child(root, "objects");
+  if (!list || list->node->kind != NodeKind::list) return;
+  const std::size_t count = std::min(scenario.objects.size(), list->node->items.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const ObjectSpec& object = scenario.objects[i];
+    const auto value = child(item(*list, i), "elastic");
+    if (!object.elastic || !value) continue;
+    const auto material =
+        std::ranges::find(scenario.materials, object.material, &MaterialSpec::name);
+    if (material == scenario.materials.end()) continue;
+    const bool is_smooth = std::holds_alternative<KirchhoffSpec>(material->coherent);
+    if (!is_smooth && !material->wall) continue;
+    add_fault(faults, value->place, value->path,
+              fmt::format("the material {} has {}, which would count the same echo twice; expected "
+                          "a material that only scatters",
+                          shown(material->name), is_smooth ? "a specular echo" : "a wall"));
+  }
 }
 
 void check_instances(Faults& faults, const Value& root) {

@@ -253,6 +253,7 @@ void fields(Fields& f, Scenario& scenario) {
   check_places(reader->faults(), reader->map());
   check_parents(reader->faults(), reader->map());
   check_instances(reader->faults(), reader->map());
+  check_elastic(reader->faults(), reader->map(), scenario);
   check_array(reader->faults(), reader->map(), scenario);
   check_ping_size(reader->faults(), reader->map(), scenario);
   check_burst_length(reader->faults(), reader->map(), scenario);

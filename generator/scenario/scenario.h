@@ -190,6 +190,16 @@ struct LevelSetSpec {
 using ShapeSpec = std::variant<BoxSpec, SphereSpec, CylinderSpec, PlaneSpec, MeshSpec,
                                HeightfieldSpec, ModelSpec, LevelSetSpec>;
 
+enum class ShellFilling { air, water };
+
+// What an elastic body consists of: a metal, or else a material of its own.
+struct ElasticSpec {
+  std::optional<SphereMetal> metal = {};
+  SphereMaterial material = {};
+  std::optional<double> wall_m = {};  // absent: solid
+  ShellFilling filling = ShellFilling::air;
+};
+
 // Name, material and shape are required.
 struct ObjectSpec {
   std::string name;
@@ -200,17 +210,11 @@ struct ObjectSpec {
   std::string parent = {};  // name of the object in whose frame `pose` is; empty: in the world
   std::optional<PlaceSpec> place = {};                      // if given, replaces `pose`
   std::optional<TrajectorySpec> trajectory = std::nullopt;  // replaces the pose
+  std::optional<ElasticSpec> elastic = std::nullopt;        // of a sphere or cylinder
 };
 
-enum class ShellFilling { air, water };
-
-// An elastic sphere, with a metal or else a material of its own.
-struct RingingSphereSpec {
+struct RingingSphereSpec : ElasticSpec {
   double radius_m = 0;
-  std::optional<SphereMetal> metal = {};
-  SphereMaterial material = {};
-  std::optional<double> wall_m = {};  // absent: solid
-  ShellFilling filling = ShellFilling::air;
 };
 
 // Name and position are required.

@@ -82,6 +82,8 @@ void check_parents(Faults& faults, const Value& root);
 
 // Names must be unique; ids and classes must fit into the masks.
 void check_instances(Faults& faults, const Value& root);
+// Refuses elastic objects whose material has a specular echo or a wall.
+void check_elastic(Faults& faults, const Value& root, const Scenario& scenario);
 
 // Every class that the lists name, including those in distributions, in order of appearance, with
 // the default classes of entries without one. The kind is the one under `classes`; otherwise stuff

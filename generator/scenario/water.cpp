@@ -256,6 +256,13 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
              "with water.profile");
     }
   }
+  const auto objects = child(root, "objects");
+  for (std::size_t i = 0; objects && i < scenario.objects.size(); ++i) {
+    if (!scenario.objects[i].elastic) continue;
+    refuse(item(*objects, i),
+           "elastic bodies are not heard along refracted rays; expected no elastic with "
+           "water.profile");
+  }
   const auto volumes = child(root, "volumes");
   for (std::size_t i = 0; volumes && i < scenario.volumes.size(); ++i) {
     const VolumeSpec& volume = scenario.volumes[i];

@@ -2,7 +2,7 @@
 //
 //   in_range  is_usable  is_an_echo
 //   EchoDirection  echo_direction   what depends on the direction alone
-//   set_echo  set_refracted  echo_from
+//   set_echo  set_refracted  echo_from  echo_at
 //   point_target_key  add_tap  fish_key
 //   FanDirections  elevation_part  directions_of
 //   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "acoustics/pattern.h"
@@ -66,6 +67,9 @@ inline void set_refracted(const RayPath& path, const EchoDirection& direction, c
 }
 Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
                     const Sonar& sonar, const Water& water);
+// The same from a place in the world, on the straight path; none outside the fan or its ranges.
+std::optional<Scatterer> echo_at(Vec3 place_m, const Pose& sonar_in_world, const Sonar& sonar,
+                                 const Water& water);
 
 // Returns false if the amplitude is zero, NaN or infinite. A constant amplitude needs no random
 // part.
@@ -87,6 +91,11 @@ inline void add_tap(const Scatterer& center, const Tap& tap, std::size_t number,
   s.delay_s += tap.delay_s;
   s.mean = std::complex<float>(tap.gain);
   s.key |= std::uint64_t{number} << 32;
+}
+// Of a piece of an elastic body, whose taps come in bits 32 and up: apart from the keys of point
+// targets, and from those of smooth surfaces and edges, which have bit 62.
+inline std::uint64_t elastic_key(std::uint32_t instance, int piece) {
+  return std::uint64_t{3} << 60 | std::uint64_t{instance} << 44 | static_cast<std::uint32_t>(piece);
 }
 inline std::uint64_t fish_key(std::uint32_t school, std::size_t fish) {
   return point_target_key(school) | std::uint64_t{fish + 1} << 32;

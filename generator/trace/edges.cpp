@@ -9,14 +9,12 @@
 #include "acoustics/scattering.h"
 #include "acoustics/wedge.h"
 #include "core/units.h"
-#include "trace/cell_cutting.h"
 #include "trace/echo.h"
 
 namespace ensonify {
 namespace {
 
 constexpr double kSharp_rad = radians(40);
-constexpr double kArc_rad = 0.1;  // two-way phase between an arc and its chord, and of a piece
 
 bool diffracts(const Material& material) {
   return material.coherent == CoherentModel::kirchhoff && material.edges;
@@ -27,9 +25,9 @@ void add_edges(const BoxShape& box, double, std::vector<Edge>& edges) {
   const Vec3 h = box.half_size_m;
   for (const double s : {-1.0, 1.0}) {
     for (const double t : {-1.0, 1.0}) {
-      edges.push_back({{0, s * h.y, t * h.z}, {h.x, 0, 0}, {0, -s, 0}, {0, 0, -t}});
-      edges.push_back({{s * h.x, 0, t * h.z}, {0, h.y, 0}, {-s, 0, 0}, {0, 0, -t}});
-      edges.push_back({{s * h.x, t * h.y, 0}, {0, 0, h.z}, {-s, 0, 0}, {0, -t, 0}});
+      edges.push_back({{{0, s * h.y, t * h.z}, {h.x, 0, 0}}, {0, -s, 0}, {0, 0, -t}});
+      edges.push_back({{{s * h.x, 0, t * h.z}, {0, h.y, 0}}, {-s, 0, 0}, {0, 0, -t}});
+      edges.push_back({{{s * h.x, t * h.y, 0}, {0, 0, h.z}}, {-s, 0, 0}, {0, -t, 0}});
     }
   }
 }
@@ -37,14 +35,15 @@ void add_edges(const BoxShape& box, double, std::vector<Edge>& edges) {
 void add_edges(const CylinderShape& cylinder, double wavelength_m, std::vector<Edge>& edges) {
   const double radius = cylinder.radius_m;
   // The phase between an arc of length l and its chord is 2k l^2/(8 radius).
-  const double longest = std::sqrt(kArc_rad * radius * wavelength_m / (kPi / 2));
+  const double longest = std::sqrt(kLineBend_rad * radius * wavelength_m / (kPi / 2));
   const int count = std::max(16, static_cast<int>(std::ceil(2 * kPi * radius / longest)));
   for (int i = 0; i < count; ++i) {
     const double a = 2 * kPi * (i + 0.5) / count;
     const Vec3 out{std::cos(a), std::sin(a), 0}, along{-std::sin(a), std::cos(a), 0};
     for (const double side : {-1.0, 1.0}) {
       const Vec3 top{0, 0, side * cylinder.half_height_m};
-      edges.push_back({radius * out + top, (kPi * radius / count) * along, -out, {0, 0, -side}});
+      edges.push_back(
+          {{radius * out + top, (kPi * radius / count) * along}, -out, {0, 0, -side}});
     }
   }
 }
@@ -101,7 +100,7 @@ void add_mesh_edges(const Mesh& mesh, const PartMaterials& parts, std::vector<Ed
     const Vec3 first = into_face(mesh, middle, along, sides[i].apex);
     const Vec3 second = next - i == 1 ? first : into_face(mesh, middle, along, sides[i + 1].apex);
     if (next - i == 2 && -dot(first, second) > std::cos(kSharp_rad)) continue;
-    edges.push_back({middle, half, first, second, part});
+    edges.push_back({{middle, half}, first, second, part});
   }
 }
 
@@ -115,15 +114,14 @@ struct PlacedEdge {
 
 // What the pieces of one ping share.
 struct EdgeEchoes {
-  const EdgeView& view;
+  const PlacedWorld& view;
   const SurfaceScattering& scattering;
-  double wavelength_m, longest_range_m;
+  double wavelength_m;
 
   const Material& material(const WorldObject& object, const Edge& edge) const {
     return edge.part == 0 ? scattering.material[object.instance]
                           : scattering.part_material[object.instance][edge.part - 1];
   }
-  int pieces(const PlacedEdge& placed) const;
   bool is_seen(Vec3 place_m, const Edge& edge) const;
   std::optional<Scatterer> piece(const PlacedEdge& placed, Vec3 place_m, double length_m) const;
   void add(const BodyEdges& body, const Edge& local, std::uint64_t key,
@@ -162,29 +160,12 @@ bool EdgeEchoes::is_seen(Vec3 place_m, const Edge& edge) const {
   return hit.instance == 0 || hit.range_m >= range * (1 - kOnSurface);
 }
 
-// How many pieces the edge is cut into; none if it lies beyond the range.
-int EdgeEchoes::pieces(const PlacedEdge& placed) const {
-  const Vec3 way = view.sonar_in_world.position_m - placed.edge.middle_m;
-  const double half = length(placed.edge.half_m);
-  const double foot = std::clamp(dot(way, placed.along), -half, half);
-  const double nearest = length(foot * placed.along - way);
-  if (nearest > scattering.sonar.range_max_m) return 0;
-  const double longest =
-      std::min({longest_range_m, nearest * scattering.sonar.beam_spacing_rad / 4,
-                std::sqrt(kArc_rad * nearest * wavelength_m / (kPi / 2))});
-  return static_cast<int>(std::ceil(2 * half / std::max(longest, wavelength_m / 8)));
-}
-
 std::optional<Scatterer> EdgeEchoes::piece(const PlacedEdge& placed, Vec3 place_m,
                                            double length_m) const {
-  const Sonar& sonar = scattering.sonar;
-  const Vec3 p = inverse_transform_point(view.sonar_in_world, place_m);
-  const double range = length(p);
-  if (!in_range(range, sonar)) return std::nullopt;
-  const double azimuth = std::atan2(p.y, p.x);
-  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
-  const std::optional<int> beam = sector_of(sonar, azimuth);
-  if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+  std::optional<Scatterer> s =
+      echo_at(place_m, view.sonar_in_world, scattering.sonar, scattering.water);
+  if (!s) return std::nullopt;
+  const double range = length(s->position_m);
   const Vec3 back = (1 / range) * (view.sonar_in_world.position_m - place_m);
   const double cos_beta = dot(back, placed.along);
   const double sin_beta = std::sqrt(std::max(0.0, 1 - cos_beta * cos_beta));
@@ -195,12 +176,11 @@ std::optional<Scatterer> EdgeEchoes::piece(const PlacedEdge& placed, Vec3 place_
   const Material& material = placed.material;
   const double reflection =
       coherent_reflection(material.reflection, material.roughness_rms_m, wavelength_m, cosine);
-  Scatterer s = echo_from(range, azimuth, elevation, *beam, sonar, scattering.water);
-  s.mean = static_cast<float>(
+  s->mean = static_cast<float>(
       std::abs(reflection) * length_m / (2 * kPi) * sinc(2 * length_m * cos_beta / wavelength_m) *
       fringe_diffraction({seen.exterior_rad, reflection > 0}, seen.angle_rad));
-  s.cos_incidence = static_cast<float>(cosine);
-  s.instance = placed.instance;
+  s->cos_incidence = static_cast<float>(cosine);
+  s->instance = placed.instance;
   return s;
 }
 
@@ -210,16 +190,17 @@ void EdgeEchoes::add(const BodyEdges& body, const Edge& local, std::uint64_t key
   if (!diffracts(material(object, local))) return;
   const Pose& pose = view.object_in_world[body.object];
   const auto turned = [&](Vec3 v) { return rotate(pose.rotation, v); };
-  const PlacedEdge placed{{transform_point(pose, local.middle_m), turned(local.half_m),
+  const PlacedEdge placed{{{transform_point(pose, local.line.middle_m), turned(local.line.half_m)},
                            turned(local.first), turned(local.second), local.part},
-                          normalized(turned(local.half_m)),
+                          normalized(turned(local.line.half_m)),
                           material(object, local),
                           object.instance};
-  const int count = pieces(placed);
+  const Line& line = placed.edge.line;
+  const int count = pieces_of(line, view.sonar_in_world.position_m, scattering.sonar,
+                              scattering.water);
   for (int i = 0; i < count; ++i) {
-    const double at = (2 * i + 1.0) / count - 1;
-    const Vec3 place = placed.edge.middle_m + at * placed.edge.half_m;
-    std::optional<Scatterer> s = piece(placed, place, 2 * length(placed.edge.half_m) / count);
+    std::optional<Scatterer> s =
+        piece(placed, piece_middle_m(line, i, count), line.length_m() / count);
     if (!s) continue;
     s->key = key + static_cast<std::uint64_t>(i);
     scatterers.push_back(*s);
@@ -252,12 +233,10 @@ std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m
   return bodies;
 }
 
-std::vector<Scatterer> edge_scatterers(const EdgeView& view, const SurfaceScattering& scattering,
+std::vector<Scatterer> edge_scatterers(const PlacedWorld& view, const SurfaceScattering& scattering,
                                        const Workers& workers) {
-  const Sonar& sonar = scattering.sonar;
-  const double c = scattering.water.sound_speed_m_s;
-  const EdgeEchoes echoes{view, scattering, c / sonar.frequency_hz,
-                          kLongestRange_pulses * c / sonar.bandwidth_hz};
+  const EdgeEchoes echoes{view, scattering,
+                          scattering.water.sound_speed_m_s / scattering.sonar.frequency_hz};
   std::vector<Scatterer> all;
   std::uint64_t number = 0;
   for (const BodyEdges& body : scattering.edges) {

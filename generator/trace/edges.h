@@ -1,16 +1,15 @@
 // Diffraction at the sharp edges of bodies.
 //
 //   Edge  BodyEdges  diffracting_edges   fixed for a sequence
-//   EdgeView  edge_scatterers            the echoes of one ping
+//   edge_scatterers                      the echoes of one ping
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/parallel.h"
 #include "core/scatterers.h"
-#include "trace/tracer.h"
+#include "trace/line_pieces.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -19,7 +18,7 @@ struct SurfaceScattering;
 
 // A straight piece of an edge, in the frame of its object.
 struct Edge {
-  Vec3 middle_m, half_m;  // the ends are middle -+ half
+  Line line;
   // Into both faces, at right angles to the edge, unit length; equal at the rim of an open sheet.
   Vec3 first, second;
   std::uint16_t part = 0;  // as Hit::own_part
@@ -38,20 +37,12 @@ struct BodyEdges {
 // between two parts. Vertices at the same place count as one.
 std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m);
 
-struct EdgeView {
-  const World& world;
-  const Tracer& tracer;
-  std::span<const Pose> object_in_world;
-  const Pose& sonar_in_world;
-};
-
 // Coherent scatterers of those pieces of scattering.edges that the sonar sees, without variance:
 //   a = |R| f dl/(2 pi) sinc(2 dl cos(beta)/lambda),   f = fringe_diffraction,
 // with the angle beta between edge and ray, and R = coherent_reflection of the face that is seen
-// more nearly at normal incidence. They are what kirchhoff_scatterers leaves out. A piece changes
-// range by at most c/24b, bends by 0.1 rad, and is a quarter of a beam cell long. Edges whose
-// exterior angle on the side of the sonar is below pi give none.
-std::vector<Scatterer> edge_scatterers(const EdgeView& view, const SurfaceScattering& scattering,
+// more nearly at normal incidence. They are what kirchhoff_scatterers leaves out. Pieces are those
+// of pieces_of. Edges whose exterior angle on the side of the sonar is below pi give none.
+std::vector<Scatterer> edge_scatterers(const PlacedWorld& view, const SurfaceScattering& scattering,
                                        const Workers& workers);
 
 }  // namespace ensonify

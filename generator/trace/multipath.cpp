@@ -163,7 +163,7 @@ void add_target(const Bounces& b, Vec3 position_m, double target_strength_db,
 void add_targets(const Bounces& b, const World& world, const Workers& workers,
                  std::vector<Scatterer>& all) {
   for (const PointTarget& target : world.point_targets) {
-    add_target(b, target.position_m, target.target_strength_db, target.taps, target.instance,
+    add_target(b, target.position_m, target.target_strength_db, target.ringing.taps, target.instance,
                point_target_key(target.instance), all);
   }
   for (const School& school : world.schools) {

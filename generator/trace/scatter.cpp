@@ -40,16 +40,11 @@ struct PointEchoes {
 
   std::optional<Scatterer> straight_to(Vec3 position_m,
                                        std::optional<std::uint32_t>& hidden_by) const {
-    const Vec3 p = inverse_transform_point(pose, position_m);
-    const double range = length(p);
-    if (!in_range(range, sonar)) return std::nullopt;
-    const double azimuth = std::atan2(p.y, p.x);
-    const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
-    const std::optional<int> beam = sector_of(sonar, azimuth);
-    if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+    std::optional<Scatterer> s = echo_at(position_m, pose, sonar, water);
+    if (!s) return std::nullopt;
     const Vec3 way = position_m - pose.position_m;
-    hidden_by = what_hides({pose.position_m, normalized(way)}, range);
-    return echo_from(range, azimuth, elevation, *beam, sonar, water);
+    hidden_by = what_hides({pose.position_m, normalized(way)}, length(s->position_m));
+    return s;
   }
 
   std::optional<Scatterer> refracted_to(Vec3 position_m,
@@ -192,6 +187,18 @@ Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, in
   return s;
 }
 
+std::optional<Scatterer> echo_at(Vec3 place_m, const Pose& sonar_in_world, const Sonar& sonar,
+                                 const Water& water) {
+  const Vec3 p = inverse_transform_point(sonar_in_world, place_m);
+  const double range = length(p);
+  if (!in_range(range, sonar)) return std::nullopt;
+  const double azimuth = std::atan2(p.y, p.x);
+  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
+  const std::optional<int> beam = sector_of(sonar, azimuth);
+  if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+  return echo_from(range, azimuth, elevation, *beam, sonar, water);
+}
+
 static void add_wall(const Material& material, SurfaceScattering& scattering) {
   if (!material.wall) return;
   const Wall& wall = *material.wall;
@@ -302,12 +309,14 @@ std::vector<Scatterer> point_target_scatterers(const World& world, const Tracer&
     if (!s) continue;
     s->key = point_target_key(target.instance);
     s->instance = target.instance;
-    if (target.taps.empty()) {
+    if (target.ringing.taps.empty()) {
       echoes.sort_out(*s, hidden_by, scatterers, hidden);
       continue;
     }
     std::vector<Scatterer> taps;
-    for (std::size_t i = 0; i < target.taps.size(); ++i) add_tap(*s, target.taps[i], i, taps);
+    for (std::size_t i = 0; i < target.ringing.taps.size(); ++i) {
+      add_tap(*s, target.ringing.taps[i], i, taps);
+    }
     for (const Scatterer& tap : taps) echoes.sort_out(tap, hidden_by, scatterers, hidden);
   }
   return scatterers;

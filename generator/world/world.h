@@ -36,6 +36,13 @@ using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, Mes
 // Whether the shape is seen from inside and contains everything else.
 bool is_room(const Shape& shape);
 
+// The response of an elastic body for the sonar of a session (app/ringing.h): echoes relative to
+// that of the center, or per meter of a cylinder's axis, and the share of the energy that they miss.
+struct Ringing {
+  std::vector<Tap> taps = {};
+  double missing = 0;
+};
+
 struct WorldObject {
   std::uint32_t instance = 0;
   Shape shape;
@@ -44,16 +51,14 @@ struct WorldObject {
   std::shared_ptr<const Path> path = nullptr;  // null: at rest
   PartMaterials parts = {};
   ObjectFields fields = {};  // by Hit::part; empty: even surfaces
+  Ringing ringing = {};      // of an elastic body
 };
 
 struct PointTarget {
   std::uint32_t instance = 0;
   Vec3 position_m;  // in the world
   double target_strength_db = 0;
-  // Of an elastic sphere, in place of the strength, for the sonar of a session (app/ringing.h):
-  // echoes relative to that of the center, and the share of the energy that they miss.
-  std::vector<Tap> taps = {};
-  double missing = 0;
+  Ringing ringing = {};  // of an elastic sphere, in place of the strength
 };
 
 struct World {

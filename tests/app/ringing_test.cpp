@@ -1,10 +1,10 @@
-// Elastic spheres as point targets, through the whole chain.
+// Elastic bodies as point targets and objects, through the whole chain.
 #include "app/ringing.h"
 
 #include <cmath>
 #include <complex>
 
-#include "acoustics/elastic_sphere.h"
+#include "acoustics/elastic_body.h"
 #include "app/ping_echoes.h"
 #include "app/scene_warnings.h"
 #include "catch.h"
@@ -38,20 +38,20 @@ TEST_CASE("a sphere echoes by its taps") {
   const SceneRun run = SceneRun::of_text(kRinging + kBall);
   const PointTarget& target = run.session().world.point_targets[0];
   const PingResult ping = run.ping(0);
-  REQUIRE(target.taps.size() > 3);
-  REQUIRE(ping.scatterers.size() == target.taps.size());
+  REQUIRE(target.ringing.taps.size() > 3);
+  REQUIRE(ping.scatterers.size() == target.ringing.taps.size());
   const double center_s = 2 * std::hypot(4, 0.035) / 1500;
   std::complex<double> sum = 0;
-  for (std::size_t i = 0; i < target.taps.size(); ++i) {
+  for (std::size_t i = 0; i < target.ringing.taps.size(); ++i) {
     const Scatterer& s = ping.scatterers.items[i];
-    CHECK(s.delay_s == Approx(center_s + target.taps[i].delay_s).epsilon(1e-12));
+    CHECK(s.delay_s == Approx(center_s + target.ringing.taps[i].delay_s).epsilon(1e-12));
     CHECK(s.instance == 1);
     CHECK(s.position_m.x == Approx(4));
     if (i > 0) CHECK(s.key != ping.scatterers.items[i - 1].key);
     sum +=
         std::complex<double>(s.mean) * std::polar(1.0, -2 * kPi * 200e3 * (s.delay_s - center_s));
   }
-  const ElasticSphere sphere{0.01905, kTungstenCarbide, 0.01905};
+  const ElasticBody sphere{0.01905, kTungstenCarbide, 0.01905};
   const std::complex<double> wanted = sphere_backscatter_m(sphere, run.session().water, 200e3);
   CHECK(run.session().water.density_kg_m3 == 1000);
   CHECK(std::abs(sum - wanted) < 0.06 * std::abs(wanted));
@@ -90,7 +90,7 @@ TEST_CASE("a sphere rings in the same manner for a sonar that moves") {
     const SceneRun moved =
         SceneRun::of_text(kRinging + kBall + ways + more + "motion_within_ping: true\n");
     const auto &a = rest.ping(0).scatterers.items, &b = moved.ping(0).scatterers.items;
-    const std::size_t taps = rest.session().world.point_targets[0].taps.size();
+    const std::size_t taps = rest.session().world.point_targets[0].ringing.taps.size();
     REQUIRE(a.size() >= taps);
     for (const std::uint16_t path : {0, 1}) {
       std::vector<double> still, shifted;
@@ -111,6 +111,45 @@ TEST_CASE("a sphere rings in the same manner for a sonar that moves") {
   }
 }
 
+// The object hides what is behind it and has a mask; its echo is that of the target.
+TEST_CASE("an elastic sphere echoes as an object as it does as a target") {
+  const SceneRun target = SceneRun::of_text(kRinging + kBall);
+  const SceneRun object = SceneRun::of_text(
+      kRinging +
+      "materials: {m: {reflectivity: 0}}\n"
+      "objects: [{name: ball, material: m, shape: {sphere: {radius_m: 0.01905}}, elastic: "
+      "{material: tungsten_carbide}, pose: {position_m: [4, 0.035, 0]}}]\n");
+  const auto &a = target.ping(0).series, &b = object.ping(0).series;
+  REQUIRE(a.size() == b.size());
+  double difference = 0, all = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    difference += std::norm(a[i] - b[i]);
+    all += std::norm(a[i]);
+  }
+  CHECK(difference < 1e-10 * all);
+  REQUIRE(object.session().world.instances[0].elastic);
+  CHECK(object.session().world.instances[0].elastic->material == kTungstenCarbide);
+}
+
+TEST_CASE("an elastic cylinder has the echo of its length") {
+  const SceneRun run = SceneRun::of_text(
+      kRinging +
+      "materials: {m: {reflectivity: 0}}\n"
+      "objects: [{name: rod, material: m, shape: {cylinder: {radius_m: 0.02, height_m: 0.1}}, "
+      "elastic: {material: aluminum}, pose: {position_m: [4, 0.035, 0]}}]\n");
+  const auto scatterers = run.ping(0).scatterers.items;
+  const double center_s = 2 * std::hypot(4, 0.035) / 1500;
+  std::complex<double> sum = 0;
+  for (const Scatterer& s : scatterers) {
+    sum +=
+        std::complex<double>(s.mean) * std::polar(1.0, -2 * kPi * 200e3 * (s.delay_s - center_s));
+  }
+  // So short that it lies in one Fresnel zone: k l^2/(4 r) = 0.5.
+  const std::complex<double> wanted =
+      0.1 * cylinder_backscatter({0.02, kAluminum, 0.02}, run.session().water, 200e3);
+  CHECK(std::abs(sum) == Approx(std::abs(wanted)).epsilon(0.08));
+}
+
 TEST_CASE("check warns of a sphere with too many resonances") {
   const SceneRun run = SceneRun::of_text(
       kRinging +
@@ -118,5 +157,5 @@ TEST_CASE("check warns of a sphere with too many resonances") {
       "filling: water}, position_m: [4, 0, 0]}]\n");
   const auto warnings = scene_warnings(run.session());
   REQUIRE(warnings.size() == 1);
-  CHECK(warnings[0].find("drum: the sphere has so many resonances") == 0);
+  CHECK(warnings[0].find("drum: the body has so many resonances") == 0);
 }

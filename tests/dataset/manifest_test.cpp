@@ -60,6 +60,7 @@ SequenceInfo full_info() {
   steel.roughness_correlation_m = 2e-3;
   steel.edges = true;
   info.instances[0].parts = {{"mast", "steel", steel}};
+  info.instances[0].elastic = ElasticBody{0.2, kAluminum, 0.2, {}};
   info.instances.push_back(info.instances[1]);
   info.instances.back().id = 3;
   info.instances.back().kind = InstanceKind::volume;
@@ -68,7 +69,7 @@ SequenceInfo full_info() {
   info.instances.push_back(info.instances.back());
   info.instances.back().id = 4;
   info.instances.back().kind = InstanceKind::point_target;
-  info.instances.back().sphere = ElasticSphere{0.1, kSteel, 0.002, kAir};
+  info.instances.back().elastic = ElasticBody{0.1, kSteel, 0.002, kAir};
   return info;
 }
 

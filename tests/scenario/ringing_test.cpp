@@ -1,4 +1,4 @@
-// Point targets that are elastic spheres: what is read, what is written, what is refused.
+// Point targets and objects that are elastic: what is read, what is written, what is refused.
 #include "catch.h"
 #include "scenario_texts.h"
 
@@ -64,6 +64,52 @@ TEST_CASE("spheres that cannot be are refused") {
       {sphere(steel + ", wall_m: 0.1"), "expected a thinner wall"},
       {sphere(steel + ", filling: air"), "without wall_m"},
       {sphere("radius_m: 0, material: steel"), "radius_m"},
+  };
+  for (const auto& [text, expected] : wrong) {
+    const std::string& part = expected;
+    CAPTURE(text);
+    const auto faults = faults_of(text);
+    REQUIRE(faults.size() >= 1);
+    CAPTURE(faults[0]);
+    CHECK(std::any_of(faults.begin(), faults.end(), [&](const std::string& fault) {
+      return fault.find(part) != std::string::npos;
+    }));
+  }
+}
+
+namespace {
+std::string elastic_object(const std::string& shape, const std::string& elastic,
+                           const std::string& material = "{reflectivity: 0}") {
+  return kHead + "materials: {m: " + material + "}\nobjects: [{name: body, material: m, shape: {" +
+         shape + "}, elastic: {" + elastic + "}}]\n";
+}
+}  // namespace
+
+TEST_CASE("spheres and cylinders may be elastic, and nothing else may") {
+  const std::string rod = "cylinder: {radius_m: 0.1, height_m: 1}";
+  const auto shell = parse(elastic_object(rod, "material: steel, wall_m: 0.003, filling: water"));
+  REQUIRE(shell.ok());
+  REQUIRE(shell->objects[0].elastic);
+  CHECK(shell->objects[0].elastic->metal == SphereMetal::steel);
+  CHECK(shell->objects[0].elastic->filling == ShellFilling::water);
+  const auto again = parse(emit(*shell));
+  REQUIRE(again.ok());
+  CHECK(emit(*again) == emit(*shell));
+  CHECK(parse(elastic_object("sphere: {radius_m: 0.1}", "material: copper")).ok());
+
+  const std::string steel = "material: steel";
+  const std::pair<std::string, std::string> wrong[] = {
+      {elastic_object("box: {size_m: [1, 1, 1]}", steel), "the shape has no resonances"},
+      {elastic_object("sphere: {radius_m: 2}", steel), "the radius of 2 is too large"},
+      {elastic_object("sphere: {radius_m: 0.5, inward_facing: true}", steel), "has no resonances"},
+      {elastic_object(rod, steel + ", wall_m: 0.2"), "expected a thinner wall"},
+      {elastic_object(rod, "wall_m: 0.01"), "either material or density_kg_m3"},
+      {elastic_object(rod, steel, "{reflectivity: 1, coherent: {model: kirchhoff}}"),
+       "objects.0.elastic: the material `m` has a specular echo"},
+      {elastic_object(rod, steel,
+                      "{reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 7850, "
+                      "speed_m_s: 5900, shear_speed_m_s: 3230}}"),
+       "the material `m` has a wall"},
   };
   for (const auto& [text, expected] : wrong) {
     const std::string& part = expected;

@@ -12,7 +12,7 @@ CARBIDE = (14900.0, 6853.0, 4171.0)
 ALUMINUM = (2700.0, 6420.0, 3040.0)
 
 
-def spherical_bessel(orders, x):
+def bessel(orders, x):
     """j_n and y_n with their derivatives, n = 0 .. orders - 1, each as (value, derivative)."""
     high = orders + int(x) + 40
     j = [0.0] * (high + 2)
@@ -34,8 +34,8 @@ def solid_mode(n, x, material):
     """MacLennan 1981, equations 6 to 9: i sin(eta) e^(i eta) of one order, and ka = x."""
     density, fast, slow = material
     x1, x2 = x * SPEED_M_S / fast, x * SPEED_M_S / slow
-    (j, dj), (y, dy) = (f[n] for f in spherical_bessel(n + 1, x))
-    (j1, dj1), (j2, dj2) = (spherical_bessel(n + 1, z)[0][n] for z in (x1, x2))
+    (j, dj), (y, dy) = (f[n] for f in bessel(n + 1, x))
+    (j1, dj1), (j2, dj2) = (bessel(n + 1, z)[0][n] for z in (x1, x2))
     ddj1 = (n * (n + 1) / x1**2 - 1) * j1 - 2 / x1 * dj1
     ddj2 = (n * (n + 1) / x2**2 - 1) * j2 - 2 / x2 * dj2
     alpha = 2 * density / DENSITY_KG_M3 * (slow / SPEED_M_S) ** 2
@@ -74,8 +74,8 @@ def shell_mode(n, f_hz, radius_m, wall_m, material):
     rigidity = density * slow**2
     stiffness = (density * fast**2 - 2 * rigidity, rigidity)
     k, outer, inner = w / SPEED_M_S, radius_m, radius_m - wall_m
-    (j, dj), (y, dy) = (f[n] for f in spherical_bessel(n + 1, k * outer))
-    inside, dinside = spherical_bessel(n + 1, k * inner)[0][n]
+    (j, dj), (y, dy) = (f[n] for f in bessel(n + 1, k * outer))
+    inside, dinside = bessel(n + 1, k * inner)[0][n]
     compliance = DENSITY_KG_M3 * w**2
     # Unknown: c_n, the pressure amplitude inside, j and y of both kinds of waves in the wall.
     rows = np.zeros((6, 6), complex)
@@ -84,7 +84,7 @@ def shell_mode(n, f_hz, radius_m, wall_m, material):
     rows[3, 1], rows[4, 1] = -k * dinside / compliance, inside
     for is_shear, speed in ((False, fast), (True, slow)):
         for side, r in ((0, outer), (3, inner)):
-            waves = [f[n] for f in spherical_bessel(n + 1, w / speed * r)]
+            waves = [f[n] for f in bessel(n + 1, w / speed * r)]
             columns = wall_columns(n, r, w / speed, waves, stiffness, is_shear)
             for i, column in enumerate(columns):
                 rows[side : side + 3, 2 + 2 * is_shear + i] = column

@@ -1,7 +1,7 @@
 // Protects: the echo of elastic spheres and shells, against published target strengths, against
 // the formulas of other authors, against limits, and against an integration of the equations of
 // motion through the wall.
-#include "acoustics/elastic_sphere.h"
+#include "acoustics/elastic_body.h"
 
 #include <array>
 #include <cmath>
@@ -23,11 +23,11 @@ double frequency_of(double ka, double radius_m) {
   return ka * kSphereWater.sound_speed_m_s / (2 * kPi * radius_m);
 }
 
-Complex echo_m(const ElasticSphere& sphere, double ka) {
+Complex echo_m(const ElasticBody& sphere, double ka) {
   return sphere_backscatter_m(sphere, kSphereWater, frequency_of(ka, sphere.radius_m));
 }
 
-double strength_db(const ElasticSphere& sphere, const Water& water, double frequency_hz) {
+double strength_db(const ElasticBody& sphere, const Water& water, double frequency_hz) {
   return 20 * std::log10(std::abs(sphere_backscatter_m(sphere, water, frequency_hz)));
 }
 
@@ -78,7 +78,7 @@ Complex anderson(int n, double ka, const SphereMaterial& m, const Water& water) 
 // The order n of a shell by integrating the equations of motion through its wall: displacement u_r
 // P_n, V dP_n, stresses s_rr P_n, s_rt dP_n.
 struct IntegratedShell {
-  const ElasticSphere& sphere;
+  const ElasticBody& sphere;
   double w;
   int n;
 
@@ -139,7 +139,7 @@ struct IntegratedShell {
 }  // namespace
 
 TEST_CASE("calibration spheres have their published target strengths", "[acoustics]") {
-  const ElasticSphere carbide{0.01905, kTungstenCarbide, kWhole}, copper{0.03, kCopper, kWhole};
+  const ElasticBody carbide{0.01905, kTungstenCarbide, kWhole}, copper{0.03, kCopper, kWhole};
   // The tests of acousticTS (Lucca), tungsten carbide of 38.1 mm, 1500 m/s, 1026 kg/m3.
   const std::pair<double, double> published[] = {
       {38e3, -42.4161095}, {70e3, -41.4364324}, {120e3, -39.5248183}, {200e3, -39.0544814}};
@@ -165,7 +165,7 @@ TEST_CASE("solid spheres follow MacLennan's formula", "[acoustics]") {
 }
 
 TEST_CASE("a very stiff and heavy sphere is rigid", "[acoustics]") {
-  const ElasticSphere rigid{0.02, {1e12, 1e7, 6e6}, kWhole};
+  const ElasticBody rigid{0.02, {1e12, 1e7, 6e6}, kWhole};
   for (const double ka : {0.05, 0.5, 3.0, 20.0, 60.0}) {
     CAPTURE(ka);
     const Complex expected =
@@ -213,7 +213,7 @@ TEST_CASE("a shell follows the equations of motion through its wall", "[acoustic
                                           {kAluminum, SphereFilling{}},
                                           {kCopper, water}}) {
     for (const double wall : {0.0005, 0.004, 0.015}) {
-      const ElasticSphere sphere{0.02, material, wall, filling};
+      const ElasticBody sphere{0.02, material, wall, filling};
       for (const double ka : {0.2, 2.0, 7.7}) {
         const double f = frequency_of(ka, 0.02);
         const auto modes = sphere_modes(sphere, kSphereWater, f);
@@ -248,9 +248,9 @@ TEST_CASE("shells tend to what they must", "[acoustics]") {
 
 TEST_CASE("spheres return the energy that they take", "[acoustics]") {
   const SphereFilling water{1025, 1500};
-  for (const ElasticSphere& sphere :
-       {ElasticSphere{0.02, kTungstenCarbide, kWhole}, ElasticSphere{0.02, kAluminum, 2e-5, kAir},
-        ElasticSphere{0.02, kSteel, 0.001, water}, ElasticSphere{0.02, {900, 2000, 0}, kWhole}}) {
+  for (const ElasticBody& sphere :
+       {ElasticBody{0.02, kTungstenCarbide, kWhole}, ElasticBody{0.02, kAluminum, 2e-5, kAir},
+        ElasticBody{0.02, kSteel, 0.001, water}, ElasticBody{0.02, {900, 2000, 0}, kWhole}}) {
     for (const double ka : {0.05, 1.0, 12.3, 77.0, 600.0}) {
       const auto modes = sphere_modes(sphere, kSphereWater, frequency_of(ka, 0.02));
       for (const Complex& c : modes) {
@@ -263,9 +263,9 @@ TEST_CASE("spheres return the energy that they take", "[acoustics]") {
 }
 
 TEST_CASE("taps ring as the sphere does", "[acoustics]") {
-  const ElasticSphere sphere{0.01905, kTungstenCarbide, kWhole};
+  const ElasticBody sphere{0.01905, kTungstenCarbide, kWhole};
   for (const auto& [carrier, band] : {std::pair{38e3, 4e3}, {120e3, 20e3}, {400e3, 60e3}}) {
-    const SphereTaps found = sphere_taps(sphere, kSphereWater, carrier, band);
+    const ElasticTaps found = sphere_taps(sphere, kSphereWater, carrier, band);
     CHECK(found.error < 1e-3);
     double missing = 0, all = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -280,7 +280,7 @@ TEST_CASE("taps ring as the sphere does", "[acoustics]") {
     CHECK(missing / all < 1.5e-3);
   }
   // The first echo is that of the nearest point, a/2 times the reflection coefficient.
-  const SphereTaps wide = sphere_taps({0.05, kSteel, kWhole}, kSphereWater, 750e3, 400e3);
+  const ElasticTaps wide = sphere_taps({0.05, kSteel, kWhole}, kSphereWater, 750e3, 400e3);
   const double a_c = 0.05 / 1500, impedance = 7850.0 * 5960 / (1026.0 * 1500);
   std::size_t first = 0;
   while (std::abs(wide.taps[first].gain) < 0.01) ++first;

@@ -1,6 +1,6 @@
-// Spherical Bessel functions of many orders, without underflow or overflow.
+// Spherical and cylindrical Bessel functions of many orders, without underflow or overflow.
 //
-//   BesselValue  spherical_j  spherical_y
+//   BesselValue  spherical_j  spherical_y  cylindrical_j  cylindrical_y
 #pragma once
 
 #include <vector>
@@ -18,5 +18,9 @@ struct BesselValue {
 // upward recurrence; the slopes are x f_n' = n f_n - x f_(n+1)  (Abramowitz and Stegun, 10.1.22).
 std::vector<BesselValue> spherical_j(int orders, double x);
 std::vector<BesselValue> spherical_y(int orders, double x);
+
+// The same for J_n(x) and Y_n(x)  (Abramowitz and Stegun, 9.1.27).
+std::vector<BesselValue> cylindrical_j(int orders, double x);
+std::vector<BesselValue> cylindrical_y(int orders, double x);
 
 }  // namespace ensonify

@@ -1,11 +1,11 @@
-#include "acoustics/elastic_sphere.h"
+#include "acoustics/elastic_body.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "acoustics/spherical_bessel.h"
+#include "acoustics/bessel.h"
 #include "core/error.h"
 #include "core/units.h"
 
@@ -14,25 +14,43 @@ namespace {
 
 using Bessels = std::vector<BesselValue>;
 
-// Radial displacement and stresses of one wave on a sphere of radius r: r u_r, r^2 s_rr/2mu and
-// r^2 s_rt/2mu, the latter over dP_n/d(theta).
+// Radial displacement and stresses of one wave at the radius r: r u_r, r^2 s_rr/2mu and r^2 s_rt/2mu,
+// the latter over the derivative of the angular function by its angle.
 struct WallMotion {
   double radial = 0, pull = 0, shear = 0;
 };
 
-// x and xt are r times the wavenumbers of longitudinal and shear waves, f the Bessel function of
-// the wave. u = grad(phi) + curl curl (r psi).
-WallMotion longitudinal(int n, double xt, const BesselValue& f, int exponent) {
-  const double nn = n * (n + 1.0), scale = std::ldexp(1.0, f.exponent - exponent);
-  return {scale * f.slope, scale * ((nn - xt * xt / 2) * f.value - 2 * f.slope),
-          scale * (f.slope - f.value)};
-}
+// Where spheres and cylinders differ. xt is r times the wavenumber of shear waves, f the Bessel
+// function of the wave.
+struct Sphere {
+  static std::vector<BesselValue> j(int orders, double x) { return spherical_j(orders, x); }
+  static std::vector<BesselValue> y(int orders, double x) { return spherical_y(orders, x); }
 
-WallMotion transverse(int n, double xt, const BesselValue& f, int exponent) {
-  const double nn = n * (n + 1.0), scale = std::ldexp(1.0, f.exponent - exponent);
-  return {scale * nn * f.value, scale * nn * (f.slope - f.value),
-          scale * ((nn - 1 - xt * xt / 2) * f.value - f.slope)};
-}
+  // u = grad(phi) + curl curl (r psi).
+  static WallMotion longitudinal(int n, double xt, const BesselValue& f) {
+    const double nn = n * (n + 1.0);
+    return {f.slope, (nn - xt * xt / 2) * f.value - 2 * f.slope, f.slope - f.value};
+  }
+  static WallMotion transverse(int n, double xt, const BesselValue& f) {
+    const double nn = n * (n + 1.0);
+    return {nn * f.value, nn * (f.slope - f.value), (nn - 1 - xt * xt / 2) * f.value - f.slope};
+  }
+};
+
+struct Cylinder {
+  static std::vector<BesselValue> j(int orders, double x) { return cylindrical_j(orders, x); }
+  static std::vector<BesselValue> y(int orders, double x) { return cylindrical_y(orders, x); }
+
+  // u = grad(phi) + curl(n psi along the axis).
+  static WallMotion longitudinal(int n, double xt, const BesselValue& f) {
+    const double nn = double(n) * n;
+    return {f.slope, (nn - xt * xt / 2) * f.value - f.slope, f.slope - f.value};
+  }
+  static WallMotion transverse(int n, double xt, const BesselValue& f) {
+    const double nn = double(n) * n;
+    return {nn * f.value, nn * (f.slope - f.value), (nn - xt * xt / 2) * f.value - f.slope};
+  }
+};
 
 // What a wave in the wall contributes to the conditions at both of its sides, and to the motion of
 // the outer side.
@@ -104,37 +122,38 @@ SurfaceMotion total(const std::array<WallWave<kConditions>, kConditions + 1>& wa
   return sum;
 }
 
-// One sphere at one frequency.
-class SphereWaves {
+// One body at one frequency.
+template <class Geometry>
+class BodyWaves {
  public:
-  SphereWaves(const ElasticSphere& sphere, const Water& water, double frequency_hz)
-      : sphere_(sphere), water_density_(water.density_kg_m3) {
+  BodyWaves(const ElasticBody& body, const Water& water, double frequency_hz)
+      : body_(body), water_density_(water.density_kg_m3) {
     const double w = 2 * kPi * frequency_hz;
-    const SphereMaterial& m = sphere.material;
-    const double a = sphere.radius_m, b = a - sphere.wall_m;
+    const SphereMaterial& m = body.material;
+    const double a = body.radius_m, b = a - body.wall_m;
     x_ = w / water.sound_speed_m_s * a;
     orders_ = static_cast<int>(x_ + 4 * std::cbrt(x_) + 10);
-    solid_ = sphere.is_solid();
+    solid_ = body.is_solid();
     fluid_ = m.shear_speed_m_s == 0;
     outer_l_ = w / m.speed_m_s * a;
     inner_l_ = w / m.speed_m_s * b;
     if (!fluid_) outer_t_ = w / m.shear_speed_m_s * a;
     if (!fluid_) inner_t_ = w / m.shear_speed_m_s * b;
-    jw_ = spherical_j(orders_, x_);
-    yw_ = spherical_y(orders_, x_);
-    jl_ = spherical_j(orders_, outer_l_);
-    if (!fluid_) jt_ = spherical_j(orders_, outer_t_);
+    jw_ = Geometry::j(orders_, x_);
+    yw_ = Geometry::y(orders_, x_);
+    jl_ = Geometry::j(orders_, outer_l_);
+    if (!fluid_) jt_ = Geometry::j(orders_, outer_t_);
     if (solid_) return;
-    yl_ = spherical_y(orders_, outer_l_);
-    inner_jl_ = spherical_j(orders_, inner_l_);
-    inner_yl_ = spherical_y(orders_, inner_l_);
+    yl_ = Geometry::y(orders_, outer_l_);
+    inner_jl_ = Geometry::j(orders_, inner_l_);
+    inner_yl_ = Geometry::y(orders_, inner_l_);
     if (!fluid_) {
-      yt_ = spherical_y(orders_, outer_t_);
-      inner_jt_ = spherical_j(orders_, inner_t_);
-      inner_yt_ = spherical_y(orders_, inner_t_);
+      yt_ = Geometry::y(orders_, outer_t_);
+      inner_jt_ = Geometry::j(orders_, inner_t_);
+      inner_yt_ = Geometry::y(orders_, inner_t_);
     }
-    if (sphere.filling.density_kg_m3 > 0) {
-      filling_ = spherical_j(orders_, w / sphere.filling.speed_m_s * b);
+    if (body.filling.density_kg_m3 > 0) {
+      filling_ = Geometry::j(orders_, w / body.filling.speed_m_s * b);
     }
   }
 
@@ -161,7 +180,7 @@ class SphereWaves {
 
   SurfaceMotion surface(int n) const {
     if (fluid_)
-      return solid_ ? fluid_sphere(n)
+      return solid_ ? fluid_body(n)
                     : total<1>({fluid_wave(n, jl_, inner_jl_, true),
                                 fluid_wave(n, yl_, inner_yl_, false)});
     if (solid_ || !feels_cavity(n)) {
@@ -192,8 +211,8 @@ class SphereWaves {
   }
 
   // In a fluid, p = rho_s w^2 phi and r u_r = x phi'.
-  SurfaceMotion fluid_sphere(int n) const {
-    return {water_density_ / sphere_.material.density_kg_m3 * jl_[at(n)].slope, jl_[at(n)].value};
+  SurfaceMotion fluid_body(int n) const {
+    return {water_density_ / body_.material.density_kg_m3 * jl_[at(n)].slope, jl_[at(n)].value};
   }
 
   // p/(rho_s w^2) = d f and r u_r = x f' must meet on the inner side: d f (x phi') = phi (x f').
@@ -204,7 +223,7 @@ class SphereWaves {
     const double in = std::ldexp(1.0, i.exponent - exponent);
     const auto [value, slope] = of_filling(n);
     return {{in * (value * i.slope - slope * i.value)},
-            out * water_density_ / sphere_.material.density_kg_m3 * o.slope,
+            out * water_density_ / body_.material.density_kg_m3 * o.slope,
             out * o.value};
   }
 
@@ -212,7 +231,7 @@ class SphereWaves {
   std::pair<double, double> of_filling(int n) const {
     if (filling_.empty()) return {0, 1};
     const BesselValue& f = filling_[at(n)];
-    const double value = sphere_.filling.density_kg_m3 / sphere_.material.density_kg_m3 * f.value;
+    const double value = body_.filling.density_kg_m3 / body_.material.density_kg_m3 * f.value;
     const double size = std::hypot(value, f.slope);
     return {value / size, f.slope / size};
   }
@@ -222,17 +241,22 @@ class SphereWaves {
   template <std::size_t kConditions>
   WallWave<kConditions> solid_wave(int n, const Bessels& outer, const Bessels& inner,
                                    bool is_longitudinal, bool grows) const {
-    const auto wave = is_longitudinal ? longitudinal : transverse;
+    const auto wave = [&](double xt, const BesselValue& f, int scale) {
+      const WallMotion m = is_longitudinal ? Geometry::longitudinal(n, xt, f)
+                                           : Geometry::transverse(n, xt, f);
+      const double factor = std::ldexp(1.0, f.exponent - scale);
+      return WallMotion{factor * m.radial, factor * m.pull, factor * m.shear};
+    };
     const BesselValue &o = outer[at(n)], &i = inner[at(n)];
     const int exponent = grows ? o.exponent : i.exponent;
-    const WallMotion out = wave(n, outer_t_, o, exponent);
+    const WallMotion out = wave(outer_t_, o, exponent);
     WallWave<kConditions> w;
     w.radial =
-        water_density_ / sphere_.material.density_kg_m3 * outer_t_ * outer_t_ / 2 * out.radial;
+        water_density_ / body_.material.density_kg_m3 * outer_t_ * outer_t_ / 2 * out.radial;
     w.pressure = -out.pull;
     w.condition[0] = out.shear;
     if constexpr (kConditions == 3) {
-      const WallMotion in = wave(n, inner_t_, i, exponent);
+      const WallMotion in = wave(inner_t_, i, exponent);
       const auto [value, slope] = of_filling(n);
       w.condition[1] = in.shear;
       w.condition[2] = slope * in.pull + value * inner_t_ * inner_t_ / 2 * in.radial;
@@ -240,7 +264,7 @@ class SphereWaves {
     return w;
   }
 
-  const ElasticSphere& sphere_;
+  const ElasticBody& body_;
   double water_density_, x_ = 0;
   int orders_ = 0;
   bool solid_ = true, fluid_ = false;
@@ -249,26 +273,52 @@ class SphereWaves {
   Bessels jw_, yw_, jl_, yl_, jt_, yt_, inner_jl_, inner_yl_, inner_jt_, inner_yt_, filling_;
 };
 
-}  // namespace
-
-std::vector<std::complex<double>> sphere_modes(const ElasticSphere& sphere, const Water& water,
-                                               double frequency_hz) {
-  ENSONIFY_ASSERT(sphere.radius_m > 0 && sphere.wall_m > 0 && frequency_hz > 0);
-  const SphereWaves waves(sphere, water, frequency_hz);
+template <class Geometry>
+std::vector<std::complex<double>> modes_of(const ElasticBody& body, const Water& water,
+                                           double frequency_hz) {
+  ENSONIFY_ASSERT(body.radius_m > 0 && body.wall_m > 0 && frequency_hz > 0);
+  const BodyWaves<Geometry> waves(body, water, frequency_hz);
   std::vector<std::complex<double>> modes;
   for (int n = 0; n < waves.orders(); ++n) modes.push_back(waves.coefficient(n));
   return modes;
 }
 
-std::complex<double> sphere_backscatter_m(const ElasticSphere& sphere, const Water& water,
-                                          double frequency_hz) {
-  const std::vector<std::complex<double>> modes = sphere_modes(sphere, water, frequency_hz);
+// The sum of (-1)^n weight(n) c_n, the smallest terms first.
+template <class Weight>
+std::complex<double> alternating_sum(const std::vector<std::complex<double>>& modes,
+                                     const Weight& weight) {
   std::complex<double> sum = 0;
   for (std::size_t n = modes.size(); n-- > 0;) {
-    sum += (n % 2 == 0 ? 1.0 : -1.0) * (2.0 * static_cast<double>(n) + 1) * modes[n];
+    sum += (n % 2 == 0 ? 1.0 : -1.0) * weight(static_cast<double>(n)) * modes[n];
   }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<std::complex<double>> sphere_modes(const ElasticBody& sphere, const Water& water,
+                                               double frequency_hz) {
+  return modes_of<Sphere>(sphere, water, frequency_hz);
+}
+
+std::vector<std::complex<double>> cylinder_modes(const ElasticBody& cylinder, const Water& water,
+                                                 double frequency_hz) {
+  return modes_of<Cylinder>(cylinder, water, frequency_hz);
+}
+
+std::complex<double> sphere_backscatter_m(const ElasticBody& sphere, const Water& water,
+                                          double frequency_hz) {
   const double k = 2 * kPi * frequency_hz / water.sound_speed_m_s;
-  return std::complex<double>(0, 1 / k) * sum;
+  return std::complex<double>(0, 1 / k) *
+         alternating_sum(sphere_modes(sphere, water, frequency_hz),
+                         [](double n) { return 2 * n + 1; });
+}
+
+std::complex<double> cylinder_backscatter(const ElasticBody& cylinder, const Water& water,
+                                          double frequency_hz) {
+  return std::complex<double>(0, 1 / kPi) *
+         alternating_sum(cylinder_modes(cylinder, water, frequency_hz),
+                         [](double n) { return n > 0 ? 2.0 : 1.0; });
 }
 
 namespace {
@@ -288,14 +338,13 @@ double missing_energy(std::span<const std::complex<double>> response, const TapF
   return all > 0 ? missing / all : 0;
 }
 
-}  // namespace
-
-SphereTaps sphere_taps(const ElasticSphere& sphere, const Water& water, double frequency_hz,
-                       double bandwidth_hz) {
+// `response` is that of a body of this radius.
+template <class Response>
+ElasticTaps taps_of(const Response& response, double radius_m, const Water& water,
+                    double frequency_hz, double bandwidth_hz) {
   constexpr double kLeastWindow = 8, kMostWindow = 512;  // in a/c
   constexpr double kMostPeriods = 2000, kError = 1e-3;
-  const double a_c = sphere.radius_m / water.sound_speed_m_s;
-  const auto response = [&](double f_hz) { return sphere_backscatter_m(sphere, water, f_hz); };
+  const double a_c = radius_m / water.sound_speed_m_s;
   TapFit fit{frequency_hz, bandwidth_hz, 0, 0, kError / 2, 256};
   fit.delay_min_s = -2 * a_c - 1 / bandwidth_hz;
   const double most_s = std::min(kMostWindow * a_c + 2 / bandwidth_hz, kMostPeriods / bandwidth_hz);
@@ -305,7 +354,7 @@ SphereTaps sphere_taps(const ElasticSphere& sphere, const Water& water, double f
     const double part = static_cast<double>(i) / static_cast<double>(checked.size() - 1) - 0.5;
     checked[i] = response(frequency_hz + part * bandwidth_hz);
   }
-  SphereTaps best{{}, 1};
+  ElasticTaps best{{}, 1};
   for (double window = kLeastWindow; window <= kMostWindow; window *= 4) {
     fit.delay_max_s = std::min(window * a_c + 2 / bandwidth_hz, most_s);
     std::vector<Tap> taps = fit_taps(response, fit);
@@ -315,6 +364,20 @@ SphereTaps sphere_taps(const ElasticSphere& sphere, const Water& water, double f
     if (best.error < kError || full || fit.delay_max_s == most_s) break;
   }
   return best;
+}
+
+}  // namespace
+
+ElasticTaps sphere_taps(const ElasticBody& sphere, const Water& water, double frequency_hz,
+                        double bandwidth_hz) {
+  return taps_of([&](double f_hz) { return sphere_backscatter_m(sphere, water, f_hz); },
+                 sphere.radius_m, water, frequency_hz, bandwidth_hz);
+}
+
+ElasticTaps cylinder_taps(const ElasticBody& cylinder, const Water& water, double frequency_hz,
+                          double bandwidth_hz) {
+  return taps_of([&](double f_hz) { return cylinder_backscatter(cylinder, water, f_hz); },
+                 cylinder.radius_m, water, frequency_hz, bandwidth_hz);
 }
 
 }  // namespace ensonify

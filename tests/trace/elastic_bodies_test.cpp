@@ -1,0 +1,108 @@
+// Protects: elastic bodies as objects. Their sums against the form functions, what hides them, and
+// that a cylinder off broadside falls off as its length says.
+#include "trace/elastic_bodies.h"
+
+#include <cmath>
+#include <complex>
+
+#include "acoustics/elastic_body.h"
+#include "acoustics/pattern.h"
+#include "catch.h"
+#include "core/units.h"
+#include "sonar_fixture.h"
+
+namespace ensonify {
+namespace {
+
+const Water kRingingWater{1500, 0};
+
+Sonar ringing_sonar() { return test::fan_sonar(60, radians(60), 12, 20, radians(60)); }
+
+// The taps state the response of an echo from the front of a body of 0.05 m.
+const std::vector<Tap> kTwoTaps = {{-2 * 0.05 / 1500, {0.3, 0.1}}, {1e-5, {0, -0.05}}};
+
+World ringing_world(Shape shape, Pose pose) {
+  World world;
+  world.objects.push_back({1, std::move(shape), pose, {}});
+  world.objects[0].ringing.taps = kTwoTaps;
+  world.instances.resize(1);
+  return world;
+}
+
+std::vector<Scatterer> ringing_echoes(const World& world, int threads = 1) {
+  std::vector<Pose> poses;
+  for (const WorldObject& object : world.objects) poses.push_back(object.pose);
+  const Tracer tracer(world);
+  return elastic_scatterers({world, tracer, poses, {}}, ringing_sonar(), kRingingWater,
+                            Workers(threads));
+}
+
+// sum of a r^-2 e^(-i 2 pi f delay) with the elevation pattern divided out.
+std::complex<double> response(const std::vector<Scatterer>& scatterers, double f_hz) {
+  std::complex<double> sum = 0;
+  for (const Scatterer& s : scatterers) {
+    const double pattern = line_pattern(s.arrival.elevation_rad, radians(20));
+    sum += std::complex<double>(s.mean) * (s.gain / pattern) *
+           std::polar(1.0, -2 * kPi * f_hz * s.delay_s);
+  }
+  return sum;
+}
+
+std::complex<double> of_taps(double f_hz) {
+  std::complex<double> sum = 0;
+  for (const Tap& tap : kTwoTaps) sum += tap.gain * std::polar(1.0, -2 * kPi * f_hz * tap.delay_s);
+  return sum;
+}
+
+TEST_CASE("an elastic sphere is one echo for each tap, at its center") {
+  const auto scatterers = ringing_echoes(ringing_world(SphereShape{0.05, false}, {{4, 0.5, 0.2}, {}}));
+  REQUIRE(scatterers.size() == 2);
+  const double range = length(Vec3{4, 0.5, 0.2});
+  for (const double f : {890e3, 905e3}) {
+    const std::complex<double> expected =
+        of_taps(f) / (range * range) * std::polar(1.0, -4 * kPi * f * range / 1500);
+    CHECK(std::abs(response(scatterers, f) - expected) < 1e-4 * std::abs(expected));
+  }
+  CHECK(scatterers[0].key != scatterers[1].key);
+  CHECK(scatterers[0].instance == 1);
+}
+
+// The integral along the axis of spherical waves with the response of each element.
+TEST_CASE("an elastic cylinder is the integral along its axis, broadside and tilted") {
+  for (const double tilt_deg : {0.0, 1.0, 4.0}) {
+    const double half = 0.3, tilt = radians(tilt_deg);
+    const Pose pose{{4, 0, 0}, {std::cos(tilt / 2), 0, std::sin(tilt / 2), 0}};
+    const auto scatterers = ringing_echoes(ringing_world(CylinderShape{0.05, half}, pose));
+    const double f = 900e3;
+    std::complex<double> expected = 0;
+    constexpr int kSteps = 20000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double z = half * ((2 * i + 1.0) / kSteps - 1);
+      const double r = length(transform_point(pose, {0, 0, z}));
+      expected += std::polar(1 / (r * r), -4 * kPi * f * r / 1500) * (2 * half / kSteps);
+    }
+    expected *= of_taps(f);
+    CAPTURE(tilt_deg);
+    CHECK(std::abs(response(scatterers, f) - expected) < 0.02 * std::abs(expected) + 2e-4);
+  }
+}
+
+TEST_CASE("another body hides an elastic one, and threads change nothing") {
+  World world = ringing_world(CylinderShape{0.05, 0.2}, {{4, 0, 0}, {}});
+  const auto seen = ringing_echoes(world);
+  const auto again = ringing_echoes(world, 3);
+  REQUIRE(seen.size() == again.size());
+  CHECK(seen.size() > 40);
+  for (std::size_t i = 0; i < seen.size(); ++i) CHECK(seen[i].key == again[i].key);
+  // The lower half of the axis.
+  world.objects.push_back({2, BoxShape{{0.01, 1, 0.5}, false}, {{2, 0, -0.5}, {}}, {}});
+  world.instances.resize(2);
+  const auto upper = ringing_echoes(world);
+  CHECK(upper.size() == Approx(seen.size() / 2.0).margin(4));
+  for (const Scatterer& s : upper) CHECK(s.position_m.z > 0);
+  world.objects[1].pose.position_m.z = 0;
+  CHECK(ringing_echoes(world).empty());
+}
+
+}  // namespace
+}  // namespace ensonify
