@@ -1,7 +1,7 @@
-// Elastic spheres and the echoes that they return, as the scenario, the world and the files state
+// Elastic bodies and the echoes that they return, as the scenario, the world and the files state
 // them.
 //
-//   SphereMaterial  SphereMetal  properties   what a sphere is made of
+//   SphereMaterial  SphereMetal  properties   what a body is made of
 //   SphereFilling  ElasticBody
 //   Tap                                       a delayed echo
 #pragma once

@@ -137,7 +137,7 @@ void fields(Fields& f, WaterSpec& water) {
     f.end();
   }
   f.number({"density_kg_m3", "Density",
-            "Density of the water, for the echoes of walls and elastic spheres", "kg/m³"},
+            "Density of the water, for the echoes of walls and elastic bodies", "kg/m³"},
            water.density_kg_m3, from_to(500, 2000),
            written_if(water.density_kg_m3 != WaterSpec{}.density_kg_m3));
 }

@@ -1,10 +1,10 @@
-"""Elastic spheres: the transfer function of the time series against series summed here."""
+"""Elastic spheres and cylinders: the transfer function of the time series against series summed here."""
 import math
 
 import numpy as np
 
 import measure
-from bench import Row, case, point_target
+from bench import Row, case, diffuse, point_target
 
 SPEED_M_S, DENSITY_KG_M3 = 1500.0, 1025.0
 RANGE_M, STRENGTH_DB = 3.0, -40.0
@@ -105,26 +105,71 @@ def backscatter_m(f_hz, radius_m, mode):
     return 1j / k * sum((-1) ** n * (2 * n + 1) * mode(n) for n in range(orders))
 
 
-def echoes(bench, target, carrier_hz, band_hz):
-    """The time series of a sphere, and that of a target of -40 dB at its center."""
+def cylinder_functions(orders, x):
+    """J_n and Y_n with their derivatives; J by downward recurrence, Y_0 by Neumann's series."""
+    high = orders + int(x) + 40
+    high += high % 2
+    j = [0.0] * (high + 2)
+    j[high] = 1e-280
+    for n in range(high, 0, -1):
+        j[n - 1] = 2 * n / x * j[n] - j[n + 1]
+        if abs(j[n - 1]) > 1e200:
+            j = [value * 1e-200 for value in j]
+    whole = j[0] + 2 * sum(j[2::2])
+    j = [value / whole for value in j]
+    pairs = sum((-1) ** k * j[2 * k] / k for k in range(1, high // 2))
+    y = [2 / math.pi * ((math.log(x / 2) + np.euler_gamma) * j[0] - 2 * pairs)]
+    y.append((j[1] * y[0] - 2 / (math.pi * x)) / j[0])
+    for n in range(1, orders):
+        y.append(2 * n / x * y[n] - y[n - 1])
+    return tuple([(f[n], n / x * f[n] - f[n + 1]) for n in range(orders)] for f in (j, y))
+
+
+def cylinder_echo(f_hz, radius_m, material):
+    """(i/pi) sum (-1)^n e_n c_n of a solid cylinder, with the phases of Faran 1951."""
+    density, fast, slow = material
+    w = 2 * math.pi * f_hz
+    x, x1, x2 = (w / speed * radius_m for speed in (SPEED_M_S, fast, slow))
+    orders = int(x + 4 * x ** (1 / 3) + 4)
+    (water_j, water_y), first, second = (cylinder_functions(orders, z) for z in (x, x1, x2))
+    total = 0
+    for n in range(orders):
+        a1 = -x1 * first[0][n][1] / first[0][n][0]
+        a2 = -x2 * second[0][n][1] / second[0][n][0]
+        shear = a2 + n**2 - x2**2 / 2
+        above = a1 / (a1 + 1) - (n**2 / shear if n else 0)
+        below = (a1 + n**2 - x2**2 / 2) / (a1 + 1) - (n**2 * (a2 + 1) / shear if n else 0)
+        phi = DENSITY_KG_M3 / density * x2**2 / 2 * above / below
+        of_j = x * water_j[n][1] - phi * water_j[n][0]
+        of_y = x * water_y[n][1] - phi * water_y[n][0]
+        total += (-1) ** n * (2 if n else 1) * -of_j / complex(of_j, -of_y)
+    return 1j / math.pi * total
+
+
+def at_target(entry):
+    base = point_target("target", 0.0, (RANGE_M, 0, 0))
+    del base["target_strength_db"]
+    return {"point_targets": [{**base, **entry}]}
+
+
+def echoes(bench, body, carrier_hz, band_hz):
+    """The time series of a body, and that of a target of -40 dB at its center."""
     series = []
-    for entry in (target, {"target_strength_db": STRENGTH_DB}):
-        base = point_target("target", 0.0, (RANGE_M, 0, 0))
-        del base["target_strength_db"]
+    for changes in (body, at_target({"target_strength_db": STRENGTH_DB})):
         sequence = bench.run(
             {
                 "sonar": {"frequency_hz": carrier_hz, "bandwidth_hz": band_hz},
                 "synthesis": {"tolerance": 1e-6},
-                "point_targets": [{**base, **entry}],
+                **changes,
             }
         )
         series.append(sequence.series(0)[20].astype(complex))
     return series
 
 
-def rows_of_sphere(bench, name, text, target, response, carrier_hz, band_hz):
-    """Band, carrier and peak of one sphere."""
-    rung, plain = echoes(bench, target, carrier_hz, band_hz)
+def rows_of_body(bench, name, text, body, response, carrier_hz, band_hz):
+    """Band, carrier and peak of one body."""
+    rung, plain = echoes(bench, body, carrier_hz, band_hz)
     offset = np.fft.fftfreq(len(rung), 1 / band_hz)
     inner = np.abs(offset) < 0.4 * band_hz
     expected = np.zeros(len(rung), complex)
@@ -151,12 +196,22 @@ def rows_of_sphere(bench, name, text, target, response, carrier_hz, band_hz):
 
 @case("sphere")
 def spheres(bench):
-    """A calibration sphere after MacLennan, and a shell after Goodman and Stern."""
+    """A calibration sphere after MacLennan, a shell after Goodman and Stern, and a rod after Faran."""
     solid, radius_m, wall_m = 0.01905, 0.03, 0.002
     density, fast, slow = ALUMINUM
     shell = {
         "radius_m": radius_m, "density_kg_m3": density, "speed_m_s": fast, "shear_speed_m_s": slow,
         "wall_m": wall_m, "filling": "water",
+    }
+
+    # So short that all of it is as far away.
+    rod_radius_m, rod_length_m = 0.015, 0.02
+    rod = {
+        "materials": {"m": {"reflectivity": 0}},
+        "objects": [{
+            **diffuse("rod", {"cylinder": {"radius_m": rod_radius_m, "height_m": rod_length_m}}, (RANGE_M, 0, 0)),
+            "elastic": {"material": "aluminum"},
+        }],
     }
 
     def of_solid(f_hz):
@@ -166,10 +221,13 @@ def spheres(bench):
     def of_shell(f_hz):
         return backscatter_m(f_hz, radius_m, lambda n: shell_mode(n, f_hz, radius_m, wall_m, ALUMINUM))
 
-    carbide = {"sphere": {"radius_m": solid, "material": "tungsten_carbide"}}
-    return rows_of_sphere(
+    carbide = at_target({"sphere": {"radius_m": solid, "material": "tungsten_carbide"}})
+    return rows_of_body(
         bench, "carbide", "tungsten carbide, 38.1 mm, 200 kHz, b = 60 kHz", carbide, of_solid, 200e3, 60e3
-    ) + rows_of_sphere(
+    ) + rows_of_body(
         bench, "shell", "aluminum shell full of water, 60 mm, wall 2 mm, 120 kHz, b = 40 kHz",
-        {"sphere": shell}, of_shell, 120e3, 40e3,
+        at_target({"sphere": shell}), of_shell, 120e3, 40e3,
+    ) + rows_of_body(
+        bench, "rod", "aluminum rod, 30 mm thick, 20 mm long, 200 kHz, b = 60 kHz", rod,
+        lambda f_hz: rod_length_m * cylinder_echo(f_hz, rod_radius_m, ALUMINUM), 200e3, 60e3,
     )
