@@ -91,6 +91,7 @@ std::size_t read_extreme(Node tree, const DrawExtreme& extreme, const std::strin
   std::vector<Place> wrong;
   std::vector<VariableUse> uses;
   draw_extremes(tree, extreme, input.faults, wrong, uses);
+  lay_known_materials(tree);  // presets that were sampled
   const std::size_t before = input.faults.list.size();
   read_scenario(input, {&tree, tree.place, ""}, label);
   drop_faults_at(wrong, before, input.faults);
@@ -153,6 +154,7 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   std::vector<VariableUse> uses;
   std::vector<DrawnValue> draws;
   draw_values(tree, seed, draw, faults, wrong, uses, draws);
+  lay_known_materials(tree);  // presets that were sampled
   const std::size_t before = faults.list.size();
   Scenario scenario = read_scenario(input, root, label);
   check_layer_targets(faults, root, targets);

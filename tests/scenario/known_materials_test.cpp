@@ -119,6 +119,28 @@ TEST_CASE("materials of choices, parts and growth are known too") {
   CHECK(material(*grown, "pile").growth->cover == 0.4);
 }
 
+// Protects those who sample a material: a preset was once ignored where it was sampled.
+TEST_CASE("a preset may be sampled") {
+  const std::string text =
+      "ensonify: 1\nsonar: {preset: blueview_p900_90}\n"
+      "materials: {body: {preset: {choice: [steel_smooth, rubber]}}}\n"
+      "objects: [{name: ball, material: body, shape: {sphere: {radius_m: 1}}}]\n";
+  int smooth = 0;
+  for (std::uint32_t sequence = 0; sequence < 16; ++sequence) {
+    const auto scenario = parse_scenario(text, "a.yaml", ".", {}, {sequence});
+    REQUIRE(scenario);
+    const auto metal = parsed("", "steel_smooth"), rubber = parsed("", "rubber");
+    const MaterialSpec& body = material(*scenario, "body");
+    const bool is_metal = body.reflectivity == material(*metal, "steel_smooth").reflectivity;
+    CHECK((is_metal || body.reflectivity == material(*rubber, "rubber").reflectivity));
+    if (is_metal) CHECK(std::holds_alternative<KirchhoffSpec>(body.coherent));
+    smooth += is_metal;
+  }
+  CHECK(smooth > 2);
+  CHECK(smooth < 14);
+  CHECK(check_draws(text, "a.yaml", ".", {}));
+}
+
 TEST_CASE("unknown materials and presets are errors with advice") {
   const auto misspelt = parsed("", "sand_fin");
   REQUIRE_FALSE(misspelt);
