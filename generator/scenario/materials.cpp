@@ -102,10 +102,18 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
   f.number({"roughness_rms_m", "Roughness",
             "Of kirchhoff: rms height of the surface, which reduces the reflection coefficient"},
            kirchhoff.roughness_rms_m, from_to(0, 1), of_kirchhoff);
-  f.number({"roughness_correlation_m", "Correlation length of the roughness",
-            "Of kirchhoff: distance over which the heights decorrelate to 1/e, from which the "
-            "energy that roughness takes from the specular echo scatters; left out: it is lost"},
-           kirchhoff.roughness_correlation_m, from_to(1e-5, 10), of_surface);
+  const bool scatters = f.number(
+      {"roughness_correlation_m", "Correlation length of the roughness",
+       "Of kirchhoff: distance over which the heights decorrelate to 1/e, from which the energy "
+       "that roughness takes from the specular echo scatters; at least roughness_rms_m; left out: "
+       "it is lost"},
+      kirchhoff.roughness_correlation_m, from_to(1e-5, 10), of_surface);
+  if (scatters && *kirchhoff.roughness_correlation_m < kirchhoff.roughness_rms_m) {
+    f.fault("roughness_correlation_m",
+            fmt::format("{} is below the roughness of {}, so that slopes are too steep for the "
+                        "model; expected at least roughness_rms_m",
+                        *kirchhoff.roughness_correlation_m, kirchhoff.roughness_rms_m));
+  }
   f.boolean({"edges", "Edges",
              "Of kirchhoff: sharp edges diffract as those of a rigid or soft wedge"},
             kirchhoff.edges, written_if(kirchhoff.edges, of_surface));

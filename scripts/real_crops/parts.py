@@ -2,7 +2,7 @@
 
 A part is a list of settings KEY=VALUE of the scenario. `on` is used with the part and `off` without it; `off` is needed
 only where scene.yaml or the preset of a material has the part already. With `classes` the part belongs to these targets
-alone. To report the share of a new part, add an entry.
+alone. A part that `needs` another one is left out with it. To report the share of a new part, add an entry.
 """
 from dataclasses import dataclass
 from typing import Tuple
@@ -14,6 +14,7 @@ class Part:
     on: Tuple[str, ...] = ()
     off: Tuple[str, ...] = ()
     classes: Tuple[str, ...] = ()  # empty: all classes
+    needs: str = ""
 
 
 PARTS = {
@@ -31,6 +32,14 @@ PARTS = {
         "specular echoes of smooth surfaces",
         on=("materials.body.coherent.roughness_rms_m={log_uniform: [3e-5, 3e-4]}",),
         off=("materials.body.coherent.roughness_rms_m=0.01",)),
+    "roughness": Part(
+        "energy that roughness takes from specular echoes and scatters around them",
+        on=("materials.body.coherent.roughness_correlation_m={log_uniform: [1e-3, 2e-2]}",),
+        classes=("big_propeller", "small_propeller"), needs="kirchhoff"),
+    "edges": Part(
+        "diffraction at sharp edges",
+        on=("materials.body.coherent.edges=true",),
+        classes=("big_propeller", "small_propeller"), needs="kirchhoff"),
     "walls": Part(
         "cylinders of steel that are full of water",
         on=("materials.body.wall={thickness_m: {log_uniform: [5e-4, 4e-3]}, density_kg_m3: 7850, speed_m_s: 5900, "
@@ -56,7 +65,8 @@ def chosen_parts(only, without):
     for name in [*(only or []), *without]:
         if name not in PARTS:
             raise ValueError(f"there is no part {name!r}; expected some of {', '.join(PARTS)}")
-    return [name for name in PARTS if (only is None or name in only) and name not in without]
+    chosen = [name for name in PARTS if (only is None or name in only) and name not in without]
+    return [name for name in chosen if PARTS[name].needs in ("", *chosen)]
 
 
 def part_settings(parts, target):

@@ -99,6 +99,8 @@ TEST_CASE("a wrong material is told with its place") {
        "4:73: materials.m.coherent.edges:", "has no effect with model rician"},
       {coherent + "model: kirchhoff, roughness_correlation_m: 0}}}",
        "4:88: materials.m.coherent.roughness_correlation_m:", "from 1e-05 to 10"},
+      {coherent + "model: kirchhoff, roughness_rms_m: 0.2, roughness_correlation_m: 0.1}}}",
+       "4:110: materials.m.coherent.roughness_correlation_m:", "expected at least roughness_rms_m"},
       {coherent + "model: kirchhoff, k: 1}}}",
        "4:66: materials.m.coherent.k:", "has no effect with model kirchhoff"},
       {coherent + "model: kirchhoff, reflection: 1.1}}}",
