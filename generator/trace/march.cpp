@@ -44,6 +44,55 @@ void add_uniform(Span span, double step_m, DensityColumn& column) {
   }
 }
 
+// Patches along a ray, in the volume's frame: the factor at points an eighth of the correlation
+// length apart, linear between them. Distances must not fall.
+class PatchesAlong {
+ public:
+  PatchesAlong(const Volume& volume, const Ray& local)
+      : patches_(*volume.patches), local_(local), apart_m_(volume.patch_m / 8) {}
+
+  double apart_m() const { return apart_m_; }
+
+  double at(double t_m) {
+    const double point = std::floor(t_m / apart_m_);
+    if (point != point_) {
+      low_ = point == point_ + 1 ? high_ : value_at(point);
+      high_ = value_at(point + 1);
+      point_ = point;
+    }
+    return low_ + (t_m / apart_m_ - point) * (high_ - low_);
+  }
+
+ private:
+  double value_at(double point) const {
+    return double{patches_.at(local_.origin_m + (point * apart_m_) * local_.direction)};
+  }
+
+  const SurfaceField& patches_;
+  const Ray& local_;
+  double apart_m_ = 0;
+  double point_ = -2, low_ = 0, high_ = 0;  // the point before, none yet; the factors around
+};
+
+// The factor in the middle of each step, or of equal parts of it no longer than the distance of
+// points.
+void add_patches(const Volume& volume, const Ray& local, Span span, double step_m,
+                 DensityColumn& column) {
+  if (!(span.from < span.to)) return;
+  PatchesAlong patches(volume, local);
+  const int last = static_cast<int>(span.to / step_m);
+  for (int k = static_cast<int>(span.from / step_m); k <= last; ++k) {
+    const double from = std::max(span.from, k * step_m), to = std::min(span.to, (k + 1) * step_m);
+    if (!(from < to)) continue;
+    const double parts =
+        std::clamp(std::ceil((to - from) / patches.apart_m()), 1.0, double{kMostParts});
+    const double part_m = (to - from) / parts;
+    double sum = 0;
+    for (double p = 0.5; p < parts; ++p) sum += patches.at(from + p * part_m);
+    column.add(k, sum * part_m);
+  }
+}
+
 // Walks along a ray from brick to brick of a grid. Positions are sample indices from the grid's
 // origin.
 class BrickWalk {
@@ -161,13 +210,19 @@ void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
   if (!(end_m > 0)) return;
   const Ray local{inverse_transform_point(volume.pose, ray.origin_m),
                   rotate(conjugate(volume.pose.rotation), ray.direction)};
+  if (const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density)) {
+    add_grid(**grid, local, step_m, end_m, column);
+    return;
+  }
+  Span span{0, end_m};
   if (const auto* box = std::get_if<DensityBox>(&volume.density)) {
     const Vec3 half = box->half_extents_m;
-    add_uniform(span_within(local.origin_m, local.direction, -half, half, end_m), step_m, column);
-  } else if (const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density)) {
-    add_grid(**grid, local, step_m, end_m, column);
+    span = span_within(local.origin_m, local.direction, -half, half, end_m);
+  }
+  if (volume.patches) {
+    add_patches(volume, local, span, step_m, column);
   } else {
-    add_uniform({0, end_m}, step_m, column);
+    add_uniform(span, step_m, column);
   }
 }
 

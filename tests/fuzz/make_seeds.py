@@ -106,7 +106,7 @@ def wire_density():
     samples = 9**3
     return b"".join(
         [
-            struct.pack("<QI", 0x317966696E6F736E, 2),
+            struct.pack("<QI", 0x327966696E6F736E, 2),
             struct.pack("<12d", 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0),
             struct.pack("<d", 0.1),
             struct.pack("<3i3i", 0, 0, 0, 1, 1, 1),
