@@ -106,7 +106,7 @@ TEST_CASE("wrong volumes are refused where they stand") {
        "4:56: volumes.0.uniform.patches.correlation_m:", "missing"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, spread_db: 1, "
                "correlation_m: 1}}}]",
-       "4:81: volumes.0.uniform.patches.spread_db:", "has no effect with model gamma"},
+       "4:92: volumes.0.uniform.patches.spread_db:", "has no effect with model gamma"},
       {begin + "vdb: {strength_db: 0}}]", "4:26: volumes.0.vdb.file:", "missing"},
       {begin + "vdb: {file: none.vdb, strength_db: 0}}]",
        "4:33: volumes.0.vdb.file:", "does not exist"},

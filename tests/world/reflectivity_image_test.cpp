@@ -91,9 +91,9 @@ TEST_CASE("an image is bilinear between pixel centers, v up, and repeats") {
       }
     }
   }
-  CHECK(image.at(1.0 / 3, 0.75) == Approx(0.1));                    // between 0 and 0.2
-  CHECK(image.at(0.5, 0.5) == Approx(0.5));                         // between 0.2 and 0.8
-  CHECK(image.at(0.25, 0.625) == Approx(0.75 * 0.15 + 0.25 * 0.7));  // of four pixels
+  CHECK(image.at(1.0 / 3, 0.75) == Approx(0.1));                     // between 0 and 0.2
+  CHECK(image.at(0.5, 0.5) == Approx(0.5));                          // between 0.2 and 0.8
+  CHECK(image.at(0.25, 0.625) == Approx(0.75 * 0.05 + 0.25 * 0.5));  // of four pixels
   // The last column meets the first one, and the lowest row the uppermost one.
   CHECK(image.at(0, 0.75) == Approx(0.5));
   CHECK(image.at(1, 0.25) == Approx(0.5));
@@ -183,8 +183,8 @@ TEST_CASE("texture coordinates of OBJ and glTF have v up") {
 TEST_CASE("meshes without texture coordinates are refused for an image") {
   const TemporaryFolder folder;
   const auto why = [&](const std::string& name, const std::string& text) {
-    const auto mesh = load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face,
-                                MeshReflectivity::texture);
+    const auto mesh =
+        load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face, MeshReflectivity::texture);
     REQUIRE_FALSE(mesh.ok());
     CHECK(mesh.error().kind == ErrorKind::usage);
     CHECK(mesh.error().message.find(name) != std::string::npos);
@@ -193,11 +193,16 @@ TEST_CASE("meshes without texture coordinates are refused for an image") {
   CHECK(why("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
             .find("has no texture coordinates, which reflectivity: texture needs") !=
         std::string::npos);
-  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 nan\nvt 0 1\n";
-  CHECK(why("nan.obj", corners + "f 1/1 2/2 3/3\n").find("are not finite numbers") !=
-        std::string::npos);
-  const std::string half = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\no a\nf 1/1 2/2 3/3\n"
-                           "o b\nf 1 2 3\n";
+  std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\n";
+  for (const char* name : {"x", "y", "z", "s", "t"}) {
+    ply += std::string("property float ") + name + "\n";
+  }
+  ply += "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  CHECK(why("nan.ply", ply + "0 0 0 0 0\n1 0 0 1 nan\n0 1 0 0 1\n3 0 1 2\n")
+            .find("are not finite numbers") != std::string::npos);
+  const std::string half =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\no a\nf 1/1 2/2 3/3\n"
+      "o b\nf 1 2 3\n";
   CHECK(why("half.obj", half).find("('b') has no texture coordinates") != std::string::npos);
 }
 
@@ -218,7 +223,9 @@ TEST_CASE("an image is read once, and meshes that differ in it are shared") {
   MeshLibrary library;
   const auto world = build_world(scenario, 0, &library);
   REQUIRE(world.ok());
-  const auto shape = [](const World& of, int i) { return std::get<MeshShape>(of.objects[i].shape); };
+  const auto shape = [](const World& of, int i) {
+    return std::get<MeshShape>(of.objects[i].shape);
+  };
   CHECK(shape(*world, 0).image == shape(*world, 2).image);
   CHECK(shape(*world, 0).image != shape(*world, 1).image);
   CHECK(shape(*world, 0).mesh == shape(*world, 1).mesh);
@@ -234,7 +241,11 @@ TEST_CASE("an image is read once, and meshes that differ in it are shared") {
   scenario.objects[1].shape = with(folder.write("c.png", "no image"));
   scenario.objects[3].shape =
       MeshSpec{folder.write("e.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
-               {1, 1, 1}, false, false, {}, a};
+               {1, 1, 1},
+               false,
+               false,
+               {},
+               a};
   const auto refused = build_world(scenario);
   REQUIRE_FALSE(refused.ok());
   const std::string message = refused.error().message;
