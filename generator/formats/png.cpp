@@ -120,18 +120,15 @@ struct Reader {
   Reader& operator=(const Reader&) = delete;
 };
 
-// The values of all pixels, one per channel. Transformations have been requested.
 template <class Pixel>
 std::vector<Pixel> read_pixels(const Reader& reader, std::size_t rows, std::size_t columns) {
   if constexpr (sizeof(Pixel) == 2) png_set_swap(reader.png);
   const int passes = png_set_interlace_handling(reader.png);
   png_read_update_info(reader.png, reader.info);
-  const std::size_t row_values = columns * png_get_channels(reader.png, reader.info);
-  ENSONIFY_ASSERT(png_get_rowbytes(reader.png, reader.info) == row_values * sizeof(Pixel));
-  std::vector<Pixel> pixels(rows * row_values);
+  std::vector<Pixel> pixels(rows * columns);
   for (int pass = 0; pass < passes; ++pass) {
     for (std::size_t row = 0; row < rows; ++row) {
-      void* const begin = pixels.data() + row * row_values;
+      void* const begin = pixels.data() + row * columns;
       png_read_row(reader.png, static_cast<png_bytep>(begin), nullptr);
     }
   }
@@ -168,18 +165,33 @@ GreyPng read_image(std::string_view bytes) {
   return image;
 }
 
+// Holds all values of the file only if they are interlaced.
 template <class Pixel>
 std::vector<float> brightness_of(const Reader& reader, std::size_t rows, std::size_t columns) {
-  const std::vector<Pixel> pixels = read_pixels<Pixel>(reader, rows, columns);
+  if constexpr (sizeof(Pixel) == 2) png_set_swap(reader.png);
+  const int passes = png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
   const std::size_t channels = png_get_channels(reader.png, reader.info);
+  const std::size_t row_values = columns * channels;
+  ENSONIFY_ASSERT(png_get_rowbytes(reader.png, reader.info) == row_values * sizeof(Pixel));
   const std::size_t colors = channels < 3 ? 1 : 3;  // the last of 2 and 4 is the opacity
-  const double highest = colors * double{std::numeric_limits<Pixel>::max()};
-  std::vector<float> brightness(rows * columns);
-  for (std::size_t i = 0; i < brightness.size(); ++i) {
-    const Pixel* pixel = pixels.data() + i * channels;
-    const double sum = std::accumulate(pixel, pixel + colors, 0.0);
-    brightness[i] = static_cast<float>(sum / highest);
+  const double highest = static_cast<double>(colors) * std::numeric_limits<Pixel>::max();
+  std::vector<Pixel> pixels((passes > 1 ? rows : 1) * row_values);
+  std::vector<float> brightness;
+  brightness.reserve(rows * columns);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      Pixel* const line = pixels.data() + (passes > 1 ? row * row_values : 0);
+      void* const bytes = line;
+      png_read_row(reader.png, static_cast<png_bytep>(bytes), nullptr);
+      if (pass + 1 < passes) continue;
+      for (const Pixel* pixel = line; pixel < line + row_values; pixel += channels) {
+        const double sum = std::accumulate(pixel, pixel + colors, 0.0);
+        brightness.push_back(static_cast<float>(sum / highest));
+      }
+    }
   }
+  png_read_end(reader.png, nullptr);
   return brightness;
 }
 

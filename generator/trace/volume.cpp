@@ -130,7 +130,8 @@ class SectorMarch {
         more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(columns_[v], k);
       }
       // The mean over the step of the energy that is left.
-      const double left = std::exp(-depth) * (more > 0 ? -std::expm1(-more) / more : 1.0);
+      const double before = depth > 0 ? std::exp(-depth) : 1;
+      const double left = before * (more > 0 ? -std::expm1(-more) / more : 1.0);
       depth += more;
       const std::size_t n = (std::size_t(k) + 1) / 2;
       const double per_length = weight * cell_loss_[n] * left;

@@ -21,7 +21,8 @@ struct PixelPair {
 
 // Repeats after `count` pixels, which the coordinate runs through from 0 to 1.
 PixelPair pixels_around(double coordinate, int count) {
-  const double within = coordinate - std::floor(coordinate);
+  double within = coordinate - std::floor(coordinate);
+  if (!(within >= 0)) within = 0;  // not a number: a triangle without area
   const double at = within * count - 0.5, low = std::floor(at);
   const int first = (static_cast<int>(low) + count) % count;
   return {{static_cast<std::size_t>(first), static_cast<std::size_t>((first + 1) % count)},

@@ -25,6 +25,25 @@ ReflectivityImage image_of(const std::string& bytes) {
   return std::move(*image);
 }
 
+// Each row comes in seven passes.
+std::string interlaced_png(std::vector<std::uint8_t> rgb, unsigned rows, unsigned columns) {
+  std::string bytes;
+  png_structp writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(writer);
+  const auto append = [](png_structp to, png_bytep data, std::size_t size) {
+    static_cast<std::string*>(png_get_io_ptr(to))->append(data, data + size);
+  };
+  png_set_write_fn(writer, &bytes, append, nullptr);
+  png_set_IHDR(writer, info, columns, rows, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_ADAM7,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  std::vector<png_bytep> lines;
+  for (unsigned row = 0; row < rows; ++row) lines.push_back(rgb.data() + 3 * row * columns);
+  png_set_rows(writer, info, lines.data());
+  png_write_png(writer, info, PNG_TRANSFORM_IDENTITY, nullptr);
+  png_destroy_write_struct(&writer, &info);
+  return bytes;
+}
+
 template <class Pixel>
 std::string grey_png(std::vector<Pixel> pixels, int rows, int columns) {
   return *encode_png(pixels, rows, columns);
@@ -116,6 +135,11 @@ TEST_CASE("gray and color of 8 and 16 bits give the mean over the highest value"
   CHECK(image_of(png(rgba, 1, 2, PNG_FORMAT_RGBA)).factors[0] == Approx(1 / 3.0));
   const std::uint8_t ga[] = {51, 3, 255, 0};
   CHECK(image_of(png(ga, 1, 2, PNG_FORMAT_GA)).factors == std::vector<float>{0.2f, 1});
+  std::vector<std::uint8_t> many;
+  for (int i = 0; i < 3 * 11 * 13; ++i) many.push_back(static_cast<std::uint8_t>(7 * i));
+  const ReflectivityImage interlaced = image_of(interlaced_png(many, 11, 13));
+  CHECK(interlaced.factors == image_of(png(many.data(), 11, 13, PNG_FORMAT_RGB)).factors);
+  CHECK(interlaced.factors.size() == 11 * 13);
   Palette palette{};
   palette[7] = {255, 255, 0};
   const std::string indexed = *encode_palette_png(std::vector<std::uint8_t>{7, 0}, 1, 2, palette);
