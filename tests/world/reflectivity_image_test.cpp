@@ -230,6 +230,22 @@ TEST_CASE("meshes without texture coordinates are refused for an image") {
   CHECK(why("half.obj", half).find("('b') has no texture coordinates") != std::string::npos);
 }
 
+TEST_CASE("faces without texture coordinates among others are told") {
+  const TemporaryFolder folder;
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n";
+  const auto warnings = [&](const std::string& name, const std::string& faces) {
+    const auto mesh = load_mesh(folder.write(name, corners + faces), {1, 1, 1}, Normals::face,
+                                MeshReflectivity::texture);
+    REQUIRE(mesh.ok());
+    return mesh->warnings;
+  };
+  CHECK(warnings("all.obj", "f 1/1 2/2 3/3\nf 2/2 3/3 4/2\n").empty());
+  const auto some = warnings("some.obj", "f 1/1 2/2 3/3\nf 2 3 4\n");
+  REQUIRE(some.size() == 1);
+  CHECK(some[0].find("some.obj: 1 of 2 triangles have the texture coordinates (0, 0)") !=
+        std::string::npos);
+}
+
 TEST_CASE("an image is read once, and meshes that differ in it are shared") {
   const TemporaryFolder folder;
   const auto file = folder.write("sheet.obj", kSheet);

@@ -209,6 +209,22 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
                   counted(lines, "face")));
 }
 
+// assimp invents the coordinates of faces that have none, if other faces of their part have some.
+void warn_of_missing_uv(Mesh& mesh) {
+  const auto is_origin = [&](std::uint32_t vertex) {
+    return mesh.uv[vertex] == std::array<float, 2>{0, 0};
+  };
+  const auto missing = static_cast<std::size_t>(
+      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& triangle) {
+        return std::all_of(triangle.begin(), triangle.end(), is_origin);
+      }));
+  if (missing == 0) return;
+  mesh.warnings.push_back(
+      fmt::format("{} of {} triangles have the texture coordinates (0, 0) at all corners, as faces "
+                  "without any have; the lower left corner of the image scales them",
+                  missing, mesh.triangles.size()));
+}
+
 }  // namespace
 
 Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
@@ -265,6 +281,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   drop_faces_without_area(mesh);
   if (mesh.triangles.empty()) return broken_mesh(file, "all its faces have zero area");
   warn_of_lines(*scene, mesh);
+  if (wanted.uv) warn_of_missing_uv(mesh);
   for (std::string& warning : mesh.warnings) {
     warning = fmt::format("{}: {}", file.string(), warning);
   }
