@@ -218,7 +218,7 @@ BrightPng read_bright_image(std::string_view bytes) {
 
 // Converts the exceptions of libpng's errors.
 template <class Image>
-Result<Image> parsed(std::string_view bytes, Image (*read)(std::string_view)) {
+Result<Image> parsed_png(std::string_view bytes, Image (*read)(std::string_view)) {
   try {
     return read(bytes);
   } catch (const std::runtime_error& error) {
@@ -265,10 +265,10 @@ std::optional<PngHeader> parse_png_header(std::string_view bytes) {
                    static_cast<unsigned char>(bytes[24]), static_cast<unsigned char>(bytes[25])};
 }
 
-Result<GreyPng> parse_grey_png(std::string_view bytes) { return parsed(bytes, read_image); }
+Result<GreyPng> parse_grey_png(std::string_view bytes) { return parsed_png(bytes, read_image); }
 
 Result<BrightPng> parse_bright_png(std::string_view bytes) {
-  return parsed(bytes, read_bright_image);
+  return parsed_png(bytes, read_bright_image);
 }
 
 Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, std::uint64_t rows,

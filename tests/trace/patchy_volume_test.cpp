@@ -34,7 +34,7 @@ Volume patchy(const SurfaceTexture& patches, std::uint64_t key, DensityField den
   return volume;
 }
 
-std::vector<float> energy_of(const Sonar& sonar, const Volume& volume, const Pose& pose = {}) {
+std::vector<float> sample_energy(const Sonar& sonar, const Volume& volume, const Pose& pose = {}) {
   const Fan fan = make_fan(sonar);
   const std::vector<Hit> open(fan.size());
   return volume_echoes(fan, open, {volume}, pose, sonar, kWater, make_record(sonar, kWater, 0),
@@ -68,12 +68,12 @@ PatchMoments patch_moments(const std::vector<double>& values) {
 // other, on rays anywhere in fields of several keys.
 std::vector<double> energy_ratios(const SurfaceTexture& patches, int keys, int rays, int apart) {
   const Sonar sonar = pencil_sonar(8);
-  const std::vector<float> even = energy_of(sonar, {1, 1e-4});
+  const std::vector<float> even = sample_energy(sonar, {1, 1e-4});
   std::vector<double> ratios;
   for (int k = 0; k < keys; ++k) {
     const Volume volume = patchy(patches, 30 + k);
     for (int i = 0; i < rays; ++i) {
-      const auto energy = energy_of(sonar, volume, any_pose(1000 * k + i));
+      const auto energy = sample_energy(sonar, volume, any_pose(1000 * k + i));
       for (std::size_t n = 40; n < even.size(); n += apart) {
         if (even[n] > 0) ratios.push_back(double{energy[n]} / double{even[n]});
       }
@@ -180,14 +180,14 @@ TEST_CASE("the variance of a sample is 1/nu times the mean correlation over its 
 TEST_CASE("energies decorrelate to 1/e at the correlation length") {
   const SurfaceTexture patches{TextureModel::lognormal, 1, 3, 1};
   const Sonar sonar = pencil_sonar(8);
-  const std::vector<float> even = energy_of(sonar, {1, 1e-4});
+  const std::vector<float> even = sample_energy(sonar, {1, 1e-4});
   const double sigma = 3 * std::log(10.0) / 10;
   const int lag = static_cast<int>(std::lround(1 / kCell_m));
   double product = 0, square = 0;
   for (int k = 0; k < 20; ++k) {
     const Volume volume = patchy(patches, 80 + k);
     for (int i = 0; i < 60; ++i) {
-      const auto energy = energy_of(sonar, volume, any_pose(1000 * k + i));
+      const auto energy = sample_energy(sonar, volume, any_pose(1000 * k + i));
       const auto level = [&](std::size_t n) {
         return std::log(double{energy[n]} / double{even[n]}) + sigma * sigma / 2;
       };

@@ -36,7 +36,7 @@ std::shared_ptr<const ReflectivityImage> ramp(double a, double b, int columns = 
   return image;
 }
 
-double energy_of(const std::vector<Scatterer>& scatterers) {
+double diffuse_energy(const std::vector<Scatterer>& scatterers) {
   double sum = 0;
   for (const Scatterer& s : scatterers) {
     sum += std::norm(std::complex<double>(s.mean)) +
@@ -108,7 +108,7 @@ TEST_CASE("the expected energy of a ramp is that of its middle") {
   const auto a = list(even), b = list(graded);
   REQUIRE(a.size() == b.size());
   REQUIRE(a.size() > 500);
-  CHECK(energy_of(b) / energy_of(a) == Approx(0.5).epsilon(1e-5));
+  CHECK(diffuse_energy(b) / diffuse_energy(a) == Approx(0.5).epsilon(1e-5));
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double u = 0.1 + 0.8 * (a[i].position_m.y / (2 * kHalf_m) + 0.5);
     const double ratio = double{b[i].standard_deviation} / double{a[i].standard_deviation};

@@ -34,7 +34,7 @@ Normals normals_of(const std::string& word) {
   return word == "smooth" ? Normals::smooth : Normals::face;
 }
 
-MeshReflectivity reflectivity_of(const std::string& word) {
+MeshReflectivity wanted_reflectivity(const std::string& word) {
   if (word == "texture") return MeshReflectivity::texture;
   return word == "vertex_color" ? MeshReflectivity::vertex_color : MeshReflectivity::material;
 }
@@ -55,7 +55,7 @@ bool run(const std::vector<std::string>& words) {
   };
   if (kind == "mesh") {
     return answer(
-        import_mesh(file, scale_of(words[4]), normals_of(words[5]), reflectivity_of(words[6])),
+        import_mesh(file, scale_of(words[4]), normals_of(words[5]), wanted_reflectivity(words[6])),
         write_mesh);
   }
   if (kind == "density") return answer(import_density(file, words[4]), write_density);
