@@ -46,7 +46,7 @@ std::uint64_t hierarchy_bytes(const World& world) {
   for (const WorldObject& object : world.objects) {
     for (const MaterialFields& fields : object.fields) {
       for (const auto& field : {fields.texture, fields.growth, fields.growth_texture}) {
-        if (field) sum += (field->lattice.size() + field->values.size()) * sizeof(float);
+        if (field) sum += field->bytes();
       }
     }
     const auto* shape = std::get_if<MeshShape>(&object.shape);
@@ -68,19 +68,23 @@ std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
   return bytes;
 }
 
-// Loaded data of a world: meshes and densities, each counted once.
+// Loaded data of a world: meshes, images and densities, each counted once.
 std::uint64_t loaded_bytes(const World& world) {
   std::set<const void*> counted;
   std::uint64_t sum = 0;
   for (const WorldObject& object : world.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr || !counted.insert(shape->mesh.get()).second) continue;
+    if (shape == nullptr) continue;
+    if (shape->image && counted.insert(shape->image.get()).second) sum += shape->image->bytes();
+    if (!counted.insert(shape->mesh.get()).second) continue;
     const Mesh& mesh = *shape->mesh;
     sum += (mesh.vertices.size() + mesh.normals.size()) * sizeof(float[3]) +
            mesh.triangles.size() * sizeof(std::uint32_t[3]) +
-           mesh.reflectivity.size() * sizeof(float) + mesh.part.size();
+           mesh.reflectivity.size() * sizeof(float) + mesh.uv.size() * sizeof(float[2]) +
+           mesh.part.size();
   }
   for (const Volume& volume : world.volumes) {
+    if (volume.patches) sum += volume.patches->bytes();
     const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
     if (grid != nullptr && counted.insert(grid->get()).second) sum += (*grid)->bytes();
   }

@@ -168,8 +168,10 @@ struct Instance {
   std::string material;                  // of a surface, by name
   Material scattering;                   // of a surface
   bool vertex_reflectivity = false;      // of a surface: its mesh scales the reflectivity
+  bool image_reflectivity = false;       // of a surface: an image on its mesh does
   double target_strength_db = 0;         // of a point target; of a sphere, at the carrier
   double volume_strength_db = 0;         // of a volume, dB re 1/m
+  SurfaceTexture volume_patches = {};    // of a volume: factor on its density
   std::vector<InstancePart> parts = {};  // of a surface: parts with another material
   std::vector<InstanceGrowth> growth = {};
   std::optional<OrientedBox> box = {};       // absent: a point, or infinite

@@ -63,18 +63,21 @@ void wall_members(Io& io, Value& material) {
   });
 }
 
-// These members are left out if the surface is even.
+// These members are left out if the surface or the volume is even.
+template <class Io, class Value>
+void factor_members(Io& io, const char* name, Value& factor) {
+  if (Io::kWrites && factor.model == TextureModel::none) return;
+  io.group_if(name, factor.model != TextureModel::none, [&](Io& members) {
+    members.word("model", factor.model, TextureModel::lognormal);
+    if (factor.model == TextureModel::gamma) members("shape", factor.shape);
+    if (factor.model == TextureModel::lognormal) members("spread_db", factor.spread_db);
+    members("correlation_m", factor.correlation_m);
+  });
+}
+
 template <class Io, class Value>
 void texture_members(Io& io, Value& material) {
-  if (Io::kWrites && material.texture.model == TextureModel::none) return;
-  io.group_if("texture", material.texture.model != TextureModel::none, [&](Io& texture) {
-    texture.word("model", material.texture.model, TextureModel::lognormal);
-    if (material.texture.model == TextureModel::gamma) texture("shape", material.texture.shape);
-    if (material.texture.model == TextureModel::lognormal) {
-      texture("spread_db", material.texture.spread_db);
-    }
-    texture("correlation_m", material.texture.correlation_m);
-  });
+  factor_members(io, "texture", material.texture);
 }
 
 template <class Io, class Value>
@@ -92,11 +95,19 @@ void growth_members(Io& io, Value& instance) {
   });
 }
 
+// Left out of meshes without an image.
+template <class Io, class Value>
+void image_member(Io& io, Value& instance) {
+  if (Io::kWrites && !instance.image_reflectivity) return;
+  io("image_reflectivity", instance.image_reflectivity);
+}
+
 template <class Io, class Value>
 void surface_members(Io& io, Value& instance) {
   io("material", instance.material);
   io.group("law", [&](Io& law) { law_members(law, instance.scattering); });
   io("vertex_reflectivity", instance.vertex_reflectivity);
+  image_member(io, instance);
   coherent_members(io, instance.scattering);
   wall_members(io, instance.scattering);
   texture_members(io, instance.scattering);
@@ -154,6 +165,7 @@ void one_instance(Io& io, Value& instance) {
       break;
     case InstanceKind::volume:
       io("strength_db", instance.volume_strength_db);
+      factor_members(io, "patches", instance.volume_patches);
       break;
   }
 }

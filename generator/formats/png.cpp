@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "formats/files.h"
@@ -13,6 +15,8 @@ namespace {
 
 constexpr std::string_view kStart{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16};
 constexpr std::size_t kMaxChunkBytes = 0x7fffffff;
+constexpr std::uint64_t kMostInflation = 1032;  // bytes that deflate packs into one, at most
+constexpr const char* kTooManyPixels = "its header gives more pixels than it holds";
 
 void put_big_endian(std::string& bytes, std::uint32_t value) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255);
@@ -132,12 +136,17 @@ std::vector<Pixel> read_pixels(const Reader& reader, std::size_t rows, std::size
   return pixels;
 }
 
-GreyPng read_image(std::string_view bytes) {
-  Reader reader;
-  std::string_view rest = bytes;
+// `rest` must outlive the reader's use.
+void read_head(const Reader& reader, std::string_view& rest) {
   png_set_read_fn(reader.png, &rest, take_bytes);
   png_set_user_limits(reader.png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_read_info(reader.png, reader.info);
+}
+
+GreyPng read_image(std::string_view bytes) {
+  Reader reader;
+  std::string_view rest = bytes;
+  read_head(reader, rest);
   GreyPng image;
   image.rows = png_get_image_height(reader.png, reader.info);
   image.columns = png_get_image_width(reader.png, reader.info);
@@ -145,9 +154,8 @@ GreyPng read_image(std::string_view bytes) {
   if (png_get_color_type(reader.png, reader.info) != PNG_COLOR_TYPE_GRAY || bits < 8) {
     throw std::runtime_error("it is not a grayscale image of 8 or 16 bits");
   }
-  // Deflate packs at most 1,032 bytes into one.
-  if (std::uint64_t{image.rows} * image.columns / 1032 > bytes.size()) {
-    throw std::runtime_error("its header gives more pixels than it holds");
+  if (std::uint64_t{image.rows} * image.columns / kMostInflation > bytes.size()) {
+    throw std::runtime_error(kTooManyPixels);
   }
   if (bits == 8) {
     image.grey8 = read_pixels<std::uint8_t>(reader, image.rows, image.columns);
@@ -155,6 +163,67 @@ GreyPng read_image(std::string_view bytes) {
     image.grey16 = read_pixels<std::uint16_t>(reader, image.rows, image.columns);
   }
   return image;
+}
+
+// Holds all values of the file only if they are interlaced.
+template <class Pixel>
+std::vector<float> brightness_of(const Reader& reader, std::size_t rows, std::size_t columns) {
+  if constexpr (sizeof(Pixel) == 2) png_set_swap(reader.png);
+  const int passes = png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  const std::size_t channels = png_get_channels(reader.png, reader.info);
+  const std::size_t row_values = columns * channels;
+  ENSONIFY_ASSERT(png_get_rowbytes(reader.png, reader.info) == row_values * sizeof(Pixel));
+  const std::size_t colors = channels < 3 ? 1 : 3;  // the last of 2 and 4 is the opacity
+  const double highest = static_cast<double>(colors) * std::numeric_limits<Pixel>::max();
+  std::vector<Pixel> pixels((passes > 1 ? rows : 1) * row_values);
+  std::vector<float> brightness;
+  brightness.reserve(rows * columns);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      Pixel* const line = pixels.data() + (passes > 1 ? row * row_values : 0);
+      void* const bytes = line;
+      png_read_row(reader.png, static_cast<png_bytep>(bytes), nullptr);
+      if (pass + 1 < passes) continue;
+      for (const Pixel* pixel = line; pixel < line + row_values; pixel += channels) {
+        const double sum = std::accumulate(pixel, pixel + colors, 0.0);
+        brightness.push_back(static_cast<float>(sum / highest));
+      }
+    }
+  }
+  png_read_end(reader.png, nullptr);
+  return brightness;
+}
+
+BrightPng read_bright_image(std::string_view bytes) {
+  Reader reader;
+  std::string_view rest = bytes;
+  read_head(reader, rest);
+  BrightPng image;
+  image.rows = png_get_image_height(reader.png, reader.info);
+  image.columns = png_get_image_width(reader.png, reader.info);
+  const std::uint64_t row_bytes = png_get_rowbytes(reader.png, reader.info);
+  if (image.rows * row_bytes / kMostInflation > bytes.size()) {
+    throw std::runtime_error(kTooManyPixels);
+  }
+  const bool is_palette = png_get_color_type(reader.png, reader.info) == PNG_COLOR_TYPE_PALETTE;
+  const bool is_small = png_get_bit_depth(reader.png, reader.info) < 8;
+  if (is_palette) png_set_palette_to_rgb(reader.png);
+  if (is_small && !is_palette) png_set_expand_gray_1_2_4_to_8(reader.png);
+  image.brightness = png_get_bit_depth(reader.png, reader.info) == 16
+                         ? brightness_of<std::uint16_t>(reader, image.rows, image.columns)
+                         : brightness_of<std::uint8_t>(reader, image.rows, image.columns);
+  return image;
+}
+
+// Converts the exceptions of libpng's errors.
+template <class Image>
+Result<Image> parsed_png(std::string_view bytes, Image (*read)(std::string_view)) {
+  try {
+    return read(bytes);
+  } catch (const std::runtime_error& error) {
+    return Error{ErrorKind::usage, std::string("is not a readable PNG file: ") + error.what()};
+  }
 }
 
 // Reads the pixels of one bit depth from a file of a data set.
@@ -196,12 +265,10 @@ std::optional<PngHeader> parse_png_header(std::string_view bytes) {
                    static_cast<unsigned char>(bytes[24]), static_cast<unsigned char>(bytes[25])};
 }
 
-Result<GreyPng> parse_grey_png(std::string_view bytes) {
-  try {
-    return read_image(bytes);
-  } catch (const std::runtime_error& error) {
-    return Error{ErrorKind::usage, std::string("is not a readable PNG file: ") + error.what()};
-  }
+Result<GreyPng> parse_grey_png(std::string_view bytes) { return parsed_png(bytes, read_image); }
+
+Result<BrightPng> parse_bright_png(std::string_view bytes) {
+  return parsed_png(bytes, read_bright_image);
 }
 
 Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, std::uint64_t rows,

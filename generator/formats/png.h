@@ -4,6 +4,7 @@
 //   encode_palette_png       an image of 8-bit indices, with its colors
 //   parse_png_header         size and kind, from a file's first bytes
 //   parse_grey_png           a grayscale image of any size, from a file's bytes
+//   parse_bright_png         the brightness of an image of any kind
 //   read_grey8  read_grey16  a file of a data set, whose size is known
 #pragma once
 
@@ -49,6 +50,17 @@ struct GreyPng {
 // Allocates no more pixels than the bytes can hold. Error (usage), without the file's name:
 // libpng's error, or not a grayscale image of 8 or 16 bits.
 Result<GreyPng> parse_grey_png(std::string_view bytes);
+
+// Row-major, from 0 to 1: the mean of red, green and blue over the highest value that a pixel can
+// have. Gamma and transparency are ignored.
+struct BrightPng {
+  std::uint32_t rows = 0, columns = 0;
+  std::vector<float> brightness;
+};
+
+// Grayscale, palette or color, of any bit depth. Allocates no more pixels than the bytes can hold.
+// Error (usage), without the file's name: libpng's error.
+Result<BrightPng> parse_bright_png(std::string_view bytes);
 
 // Row-major. Error (io): not a grayscale PNG of this size and depth, or damaged.
 Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, std::uint64_t rows,

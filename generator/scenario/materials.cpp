@@ -123,15 +123,17 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
 
 constexpr NumberRange kFieldCorrelation = from_to(1e-3, 1e3);
 
-void texture_fields(Fields& f, SurfaceTexture& texture) {
+constexpr TextureWords kTextureWords = {
+    "Distribution of the factor on the reflectivity, whose mean is 1: gamma or lognormal",
+    "Distance over which the field decorrelates to 1/e, in the coordinates of the object"};
+
+}  // namespace
+
+void texture_fields(Fields& f, SurfaceTexture& texture, const TextureWords& words) {
   constexpr std::string_view kModels[] = {"gamma", "lognormal"};
   std::size_t model = texture.model == TextureModel::lognormal ? 1 : 0;
   const bool known =
-      f.word({"model", "Model",
-              "Distribution of the factor on the reflectivity, whose mean is 1: gamma "
-              "or lognormal"},
-             kModels, model, kRequired) ||
-      f.writing();
+      f.word({"model", "Model", words.model}, kModels, model, kRequired) || f.writing();
   const bool is_gamma = known && model == 0, is_lognormal = known && model == 1;
   f.number(
       {"shape", "Shape",
@@ -146,12 +148,13 @@ void texture_fields(Fields& f, SurfaceTexture& texture) {
       texture.spread_db, from_to(0, 20),
       useless_if(is_gamma, "with model gamma; expected shape",
                  {.need = is_lognormal ? Need::required : Need::optional, .has_default = false}));
-  f.number({"correlation_m", "Correlation length",
-            "Distance over which the field decorrelates to 1/e, in the coordinates of the object"},
-           texture.correlation_m, kFieldCorrelation, kRequired);
+  f.number({"correlation_m", "Correlation length", words.correlation}, texture.correlation_m,
+           kFieldCorrelation, kRequired);
   if (is_gamma) texture.model = TextureModel::gamma;
   if (is_lognormal) texture.model = TextureModel::lognormal;
 }
+
+namespace {
 
 void wall_fields(Fields& f, Wall& wall) {
   constexpr std::string_view kFilling[] = {"water", "air"};
@@ -247,7 +250,7 @@ void fields(Fields& f, MaterialSpec& material) {
                "out: none"},
               written_if(material.texture.has_value(), {.has_default = false}))) {
     if (!material.texture) material.texture.emplace();
-    texture_fields(f, *material.texture);
+    texture_fields(f, *material.texture, kTextureWords);
     f.end();
   }
   if (f.begin({"growth", "Growth",

@@ -180,6 +180,7 @@ struct MeshSpec {
   bool smooth_normals = false;
   bool vertex_reflectivity = false;  // the material's reflectivity times the mesh's vertex colors
   std::vector<PartSpec> parts = {};  // other parts have the object's material
+  std::filesystem::path texture_file = {};  // ... times this image; empty: none
 };
 // The zero surface of an OpenVDB level set.
 struct LevelSetSpec {

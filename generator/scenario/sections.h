@@ -33,6 +33,11 @@ bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule ru
 void receiver_fields(Fields& f, SonarSpec& sonar);
 void fields(Fields& f, WaterSpec& water);
 void fields(Fields& f, MaterialSpec& material);
+// A random factor with mean 1, with the meanings of its keys.
+struct TextureWords {
+  std::string_view model, correlation;
+};
+void texture_fields(Fields& f, SurfaceTexture& texture, const TextureWords& words);
 void fields(Fields& f, ObjectSpec& object);
 void fields(Fields& f, ShapeSpec& shape);
 void fields(Fields& f, HeightfieldSpec& field);

@@ -134,15 +134,37 @@ static void fields(Fields& f, CylinderSpec& cylinder) {
 
 static void fields(Fields&, PlaneSpec&) {}
 
+// Where the factor on the material's reflectivity comes from.
+static void mesh_reflectivity_fields(Fields& f, MeshSpec& mesh) {
+  constexpr std::string_view kWords[] = {"material", "vertex_color", "texture"};
+  std::size_t from = mesh.vertex_reflectivity ? 1 : 0;
+  if (!mesh.texture_file.empty()) from = 2;
+  const ReadWatch watch(f);
+  f.word({"reflectivity", "Reflectivity",
+          "material: that of the material alone; vertex_color: that of the material times the "
+          "brightness of the mesh's vertex colors; texture: that of the material times the "
+          "brightness of the image texture_file at the mesh's texture coordinates"},
+         kWords, from);
+  mesh.vertex_reflectivity = from == 1;
+  const bool has_image = from == 2, is_known = f.reader() == nullptr || watch.is_well();
+  const bool read = f.file(
+      {"texture_file", "Texture file",
+       "PNG file; its mean of red, green and blue over the highest value is a factor on the "
+       "material's reflectivity, bilinear between pixels, v up, repeated beyond 0 to 1; needed "
+       "with reflectivity: texture; left out: none"},
+      mesh.texture_file, {".png"},
+      useless_if(!has_image && is_known, "without reflectivity: texture", {.has_default = false}));
+  if (has_image && !read && watch.is_well()) {
+    f.fault("texture_file", "missing; expected a .png file, as reflectivity is texture");
+  }
+}
+
 static void fields(Fields& f, MeshSpec& mesh) {
   f.file({"file", "Mesh file", "OBJ, STL, PLY, DAE, GLB, or glTF with embedded buffers"}, mesh.file,
          {".obj", ".stl", ".ply", ".dae", ".glb", ".gltf"}, kRequired);
   scale_field(f, mesh.scale);
   normals_field(f, kMeshNormals, mesh.smooth_normals);
-  f.choice<bool>({"reflectivity", "Reflectivity",
-                  "material: that of the material alone; vertex_color: that of the material times "
-                  "the brightness of the mesh's vertex colors"},
-                 mesh.vertex_reflectivity, {{"material", false}, {"vertex_color", true}});
+  mesh_reflectivity_fields(f, mesh);
   parts_fields(f, mesh.parts);
 }
 

@@ -7,13 +7,16 @@
 #include <string>
 #include <variant>
 
+#include "core/surface.h"
+
 namespace ensonify {
 
 // All the water, or a box centered at the volume's origin.
 struct UniformVolumeSpec {
   double strength_db = 0;  // dB re 1/m
   std::optional<std::array<double, 3>> size_m;
-  double extinction_db_m = 0;  // one way
+  double extinction_db_m = 0;                  // one way
+  std::optional<SurfaceTexture> patches = {};  // factor on the density; absent: even
 };
 
 // Strength and extinction are those of density 1; both are proportional to the density.

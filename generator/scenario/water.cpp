@@ -154,6 +154,17 @@ static void fields(Fields& f, UniformVolumeSpec& uniform) {
             kStrengthText.unit},
            uniform.strength_db, kStrength, kRequired);
   f.numbers({"size_m", "Size", "[x, y, z]; left out: all the water"}, uniform.size_m, kLength);
+  if (!f.begin({"patches", "Patches",
+                "Random variation of the density, which strength and extinction follow, fixed to "
+                "the volume; left out: none"},
+               written_if(uniform.patches.has_value(), {.has_default = false}))) {
+    return;
+  }
+  if (!uniform.patches) uniform.patches.emplace();
+  texture_fields(f, *uniform.patches,
+                 {"Distribution of the density, whose mean is 1: gamma or lognormal",
+                  "Distance over which the field decorrelates to 1/e"});
+  f.end();
 }
 
 static void fields(Fields& f, VdbVolumeSpec& vdb) {
@@ -267,6 +278,11 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
   for (std::size_t i = 0; volumes && i < scenario.volumes.size(); ++i) {
     const VolumeSpec& volume = scenario.volumes[i];
     const auto* uniform = std::get_if<UniformVolumeSpec>(&volume.kind);
+    if (uniform != nullptr && uniform->patches) {
+      refuse(item(*volumes, i),
+             "patches are not found along refracted rays; expected no patches with water.profile");
+      continue;
+    }
     const bool open = uniform != nullptr && !uniform->size_m;
     if (open || std::holds_alternative<SchoolSpec>(volume.kind)) continue;
     refuse(item(*volumes, i),

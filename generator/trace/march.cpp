@@ -12,6 +12,7 @@ namespace ensonify {
 namespace {
 
 constexpr int kMostParts = 64;
+constexpr double kPointsPerPatch = 8;  // in a correlation length
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
 struct Span {
@@ -41,6 +42,62 @@ void add_uniform(Span span, double step_m, DensityColumn& column) {
   for (int k = static_cast<int>(span.from / step_m); k <= last; ++k) {
     const double from = std::max(span.from, k * step_m), to = std::min(span.to, (k + 1) * step_m);
     if (from < to) column.add(k, to - from);
+  }
+}
+
+// Patches along a ray, in the volume's frame: the factor at points an eighth of the correlation
+// length apart, linear between them. Distances must not fall.
+class PatchesAlong {
+ public:
+  PatchesAlong(const Volume& volume, const Ray& local)
+      : patches_(*volume.patches), local_(local), apart_m_(volume.patch_m / kPointsPerPatch) {}
+
+  double apart_m() const { return apart_m_; }
+
+  double at(double t_m) {
+    if (!(t_m < end_m_)) move_to(t_m);
+    return high_ + (t_m - end_m_) * slope_;
+  }
+
+ private:
+  void move_to(double t_m) {
+    const double point = std::floor(t_m / apart_m_) + 1;
+    const double low = point == point_ + 1 ? high_ : value_at(point - 1);
+    point_ = point;
+    end_m_ = point * apart_m_;
+    high_ = value_at(point);
+    slope_ = (high_ - low) / apart_m_;
+  }
+  double value_at(double point) const {
+    return double{patches_.at(local_.origin_m + (point * apart_m_) * local_.direction)};
+  }
+
+  const SurfaceField& patches_;
+  const Ray& local_;
+  double apart_m_ = 0;
+  double point_ = -1;                        // the next point; none yet
+  double end_m_ = 0, high_ = 0, slope_ = 0;  // its distance and factor; the slope up to it
+};
+
+// The integral from `from` to `to`, with the factor in the middle of equal parts no longer than the
+// distance of points.
+double integral_of(PatchesAlong& patches, double from, double to) {
+  const double length_m = to - from;
+  if (length_m <= patches.apart_m()) return length_m * patches.at((from + to) / 2);
+  const double parts = std::min(std::ceil(length_m / patches.apart_m()), double{kMostParts});
+  double sum = 0;
+  for (double p = 0.5; p < parts; ++p) sum += patches.at(from + p / parts * length_m);
+  return sum * length_m / parts;
+}
+
+void add_patches(const Volume& volume, const Ray& local, Span span, double step_m,
+                 DensityColumn& column) {
+  if (!(span.from < span.to)) return;
+  PatchesAlong patches(volume, local);
+  const int last = static_cast<int>(span.to / step_m);
+  for (int k = static_cast<int>(span.from / step_m); k <= last; ++k) {
+    const double from = std::max(span.from, k * step_m), to = std::min(span.to, (k + 1) * step_m);
+    if (from < to) column.add(k, integral_of(patches, from, to));
   }
 }
 
@@ -161,13 +218,19 @@ void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
   if (!(end_m > 0)) return;
   const Ray local{inverse_transform_point(volume.pose, ray.origin_m),
                   rotate(conjugate(volume.pose.rotation), ray.direction)};
+  if (const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density)) {
+    add_grid(**grid, local, step_m, end_m, column);
+    return;
+  }
+  Span span{0, end_m};
   if (const auto* box = std::get_if<DensityBox>(&volume.density)) {
     const Vec3 half = box->half_extents_m;
-    add_uniform(span_within(local.origin_m, local.direction, -half, half, end_m), step_m, column);
-  } else if (const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density)) {
-    add_grid(**grid, local, step_m, end_m, column);
+    span = span_within(local.origin_m, local.direction, -half, half, end_m);
+  }
+  if (volume.patches) {
+    add_patches(volume, local, span, step_m, column);
   } else {
-    add_uniform({0, end_m}, step_m, column);
+    add_uniform(span, step_m, column);
   }
 }
 
@@ -176,7 +239,9 @@ double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double 
   double sum_db = 0;
   for (const Volume& volume : volumes) {
     if (!(volume.extinction_db_m > 0)) continue;
-    march(volume, ray, step_m, end_m, column);
+    // The patches are linear between their points, so longer steps have the same sum.
+    const double points_m = volume.patches ? volume.patch_m / kPointsPerPatch : 0;
+    march(volume, ray, std::max(step_m, points_m), end_m, column);
     double length_m = 0;
     for (int k = column.first; k < column.last; ++k) length_m += column.length_m[k];
     sum_db += volume.extinction_db_m * length_m;

@@ -116,6 +116,30 @@ float reflectivity_at(const Mesh& mesh, const Found& found) {
   return static_cast<float>(factor);
 }
 
+// The weights of the corners of a triangle at a point of its plane.
+std::array<double, 3> weights_at(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner,
+                                 Vec3 p) {
+  const Vec3 a = to_vec3(mesh.vertices[corner[0]]);
+  const Vec3 ab = to_vec3(mesh.vertices[corner[1]]) - a, ac = to_vec3(mesh.vertices[corner[2]]) - a;
+  const Vec3 normal = cross(ab, ac);
+  const double square = dot(normal, normal);
+  const double b = dot(cross(p - a, ac), normal) / square;
+  const double c = dot(cross(ab, p - a), normal) / square;
+  return {1 - b - c, b, c};
+}
+
+// The factor of an image on a mesh at a point of one of its triangles, in the mesh's frame.
+float image_at(const ReflectivityImage& image, const Mesh& mesh, unsigned triangle, Vec3 p) {
+  const auto& corner = mesh.triangles[triangle];
+  const auto weight = weights_at(mesh, corner, p);
+  double u = 0, v = 0;
+  for (int i = 0; i < 3; ++i) {
+    u += weight[i] * mesh.uv[corner[i]][0];
+    v += weight[i] * mesh.uv[corner[i]][1];
+  }
+  return image.at(u, v);
+}
+
 // Replaces the nearest hit by a hit on a plane if the latter is nearer.
 void refine_on_planes(const Scene& scene, const Query& query, unsigned ray, Hit& nearest) {
   for (std::size_t i = 0; i < scene.planes.size(); ++i) {
@@ -161,10 +185,12 @@ Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& 
 void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
                     unsigned instance, Hit* hits) {
   const auto& [object, pose] = scene.by_geometry[instance];
-  const Mesh& mesh = *std::get<MeshShape>(object->shape).mesh;
+  const MeshShape& shape = std::get<MeshShape>(object->shape);
+  const Mesh& mesh = *shape.mesh;
+  const Vec3 origin = local_origin(scene, query, instance);
   TriangleHits t;
   gather(mesh, query, found, instance, t);
-  meet_triangles(local_origin(scene, query, instance), pose.rotation, t);
+  meet_triangles(origin, pose.rotation, t);
   if (!mesh.normals.empty()) smooth_normals(pose.rotation, t);
   const std::vector<std::uint16_t>& of_part = object->parts.of_part;
   for (int i = 0; i < t.count; ++i) {
@@ -179,6 +205,10 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
            {t.normal_x[i], t.normal_y[i], t.normal_z[i]}};
     if (!of_part.empty()) hit.part = hit.own_part = of_part[mesh.part[f.triangle]];
     if (!mesh.reflectivity.empty()) hit.reflectivity = reflectivity_at(mesh, f);
+    if (shape.image && !mesh.uv.empty()) {
+      const Vec3 local = origin + t.range_m[i] * at(t.direction, i);
+      hit.reflectivity = image_at(*shape.image, mesh, f.triangle, local);
+    }
   }
 }
 

@@ -59,7 +59,7 @@ struct Cells {
   std::vector<double> energy, elevation, elevation_square;
 };
 
-// Marches through the volumes of one beam cell, if any volume has bounds or extinction.
+// Marches through the volumes of one beam cell, if any volume has bounds, patches or extinction.
 class SectorMarch {
  public:
   SectorMarch(const Fan& fan, const std::vector<Volume>& volumes, const Pose& pose,
@@ -130,7 +130,8 @@ class SectorMarch {
         more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(columns_[v], k);
       }
       // The mean over the step of the energy that is left.
-      const double left = std::exp(-depth) * (more > 0 ? -std::expm1(-more) / more : 1.0);
+      const double before = depth > 0 ? std::exp(-depth) : 1;
+      const double left = before * (more > 0 ? -std::expm1(-more) / more : 1.0);
       depth += more;
       const std::size_t n = (std::size_t(k) + 1) / 2;
       const double per_length = weight * cell_loss_[n] * left;
@@ -158,7 +159,7 @@ class SectorMarch {
   std::vector<Cells> cells_;            // of one beam cell, by volume
 };
 
-// The beam cell of a beam, if no volume has bounds or extinction.
+// The beam cell of a beam, if no volume has bounds, patches or extinction.
 void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<Volume>& volumes,
                    const Sonar& sonar, const Water& water, const Record& record, std::size_t beam,
                    std::vector<VolumeEcho>& echoes) {
@@ -200,7 +201,8 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
   }
   if (volumes.empty()) return echoes;
   const bool open = std::all_of(volumes.begin(), volumes.end(), [](const Volume& volume) {
-    return !attenuates(volume) && std::holds_alternative<DensityEverywhere>(volume.density);
+    return !attenuates(volume) && !volume.patches &&
+           std::holds_alternative<DensityEverywhere>(volume.density);
   });
   // Beam cells are processed in blocks, so that buffers are made once for several.
   constexpr std::size_t kSectors = 8;

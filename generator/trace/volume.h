@@ -29,7 +29,9 @@ struct DensityColumn {
 
 // The density of a volume along a ray (of the world, with unit direction) up to end_m. Boxes are
 // exact. A grid is sampled in the middle of each step, or of at most 64 parts of it no longer than
-// the grid's spacing. Bricks without density are skipped, which does not change the result.
+// the grid's spacing. Bricks without density are skipped, which does not change the result. Patches
+// are sampled in the middle of each step, or of at most 64 parts of it, linearly between points
+// that are an eighth of the correlation length apart.
 void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
            DensityColumn& column);
 
@@ -42,8 +44,8 @@ double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double 
 //   s_v (sum over rays: dOmega B_el^2 B_tx^2 int rho 10^(-2A/10) dr') r^2 (two_way_loss(r))^2
 // over the rays of the beam cell, with r' in [r - c/(4b), r + c/(4b)] and no farther than the ray's
 // surface. rho is the volume's density and A the one-way extinction of all volumes up to r' in dB,
-// both in steps of c/(4b). If no volume has bounds or extinction, a ray that reaches r counts with
-// the whole cell, c/(2b).
+// both in steps of c/(4b). If no volume has bounds, patches or extinction, a ray that reaches r
+// counts with the whole cell, c/(2b).
 std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const std::vector<Volume>& volumes,
                                       const Pose& sonar_in_world, const Sonar& sonar,

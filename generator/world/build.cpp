@@ -22,11 +22,11 @@ namespace ensonify {
 namespace {
 
 using Scale = std::array<double, 3>;
-using MeshKey = std::tuple<std::string, Scale, bool, bool>;
+using MeshKey = std::tuple<std::string, Scale, bool, MeshReflectivity>;
 
-// The meshes of one world. The warnings of a mesh are reported once.
+// The meshes of one world and the images on them. The warnings of a mesh are reported once.
 struct MeshCache {
-  MeshLibrary* library = nullptr;  // of files, for this world and others; null: there is none
+  MeshLibrary* library = nullptr;  // of files, for this world and others
   std::map<MeshKey, std::shared_ptr<const Mesh>> meshes = {};
 };
 
@@ -69,11 +69,25 @@ template <class Load>
 Result<Shape> file_shape(const MeshKey& key, MeshCache& cache, std::vector<std::string>& warnings,
                          Load load) {
   return mesh_shape(key, cache, warnings, [&]() -> Result<std::shared_ptr<const Mesh>> {
-    if (cache.library == nullptr) return shared(load());
-    const auto& [file, scale, smooth, colored] = key;
+    const auto& [file, scale, smooth, reflectivity] = key;
     const std::string text = fmt::format("{}\n{:a} {:a} {:a} {} {}", file, scale[0], scale[1],
-                                         scale[2], smooth, colored);
+                                         scale[2], smooth, static_cast<int>(reflectivity));
     return cache.library->mesh(text, load);
+  });
+}
+
+MeshReflectivity reflectivity_of(const MeshSpec& spec) {
+  if (!spec.texture_file.empty()) return MeshReflectivity::texture;
+  return spec.vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material;
+}
+
+Result<Shape> shape_of(const MeshSpec& spec, MeshCache& meshes,
+                       std::vector<std::string>& warnings) {
+  const MeshReflectivity reflectivity = reflectivity_of(spec);
+  const MeshKey key{spec.file.string(), spec.scale, spec.smooth_normals, reflectivity};
+  return file_shape(key, meshes, warnings, [&] {
+    const auto& [x, y, z] = spec.scale;
+    return load_mesh(spec.file, {x, y, z}, normals_of(spec.smooth_normals), reflectivity);
   });
 }
 
@@ -89,28 +103,20 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   if (const auto* cylinder = std::get_if<CylinderSpec>(&spec)) {
     return Shape(CylinderShape{cylinder->radius_m, cylinder->height_m / 2});
   }
-  if (const auto* mesh = std::get_if<MeshSpec>(&spec)) {
-    const MeshKey key{mesh->file.string(), mesh->scale, mesh->smooth_normals,
-                      mesh->vertex_reflectivity};
-    return file_shape(key, meshes, warnings, [&] {
-      const auto& [x, y, z] = mesh->scale;
-      return load_mesh(
-          mesh->file, {x, y, z}, normals_of(mesh->smooth_normals),
-          mesh->vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material);
-    });
-  }
+  if (const auto* mesh = std::get_if<MeshSpec>(&spec)) return shape_of(*mesh, meshes, warnings);
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
     // This key is unique, because no mesh file ends in .vdb and no name of a grid contains a line
     // feed.
     const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals,
-                      false};
+                      MeshReflectivity::material};
     return file_shape(key, meshes, warnings, [&] {
       return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
     });
   }
   if (const auto* model = std::get_if<ModelSpec>(&spec)) {
     // No file has this name, since mesh files have an extension.
-    const MeshKey key{std::string(word_of(model->kind)), {model->size_m}, false, false};
+    const MeshKey key{
+        std::string(word_of(model->kind)), {model->size_m}, false, MeshReflectivity::material};
     return mesh_shape(key, meshes, warnings,
                       [&] { return shared(model_mesh(model->kind, model->size_m)); });
   }
@@ -220,10 +226,24 @@ void set_parts(const MeshSpec& spec, const Mesh& mesh,
   if (parts.materials.empty()) parts = {};
 }
 
+// Lays the image of a mesh on it.
+void set_image(const MeshSpec& spec, const std::string& key, MeshLibrary& library, Shape& shape,
+               Instance& instance, WorldFaults& faults) {
+  instance.vertex_reflectivity = spec.vertex_reflectivity;
+  if (spec.texture_file.empty()) return;
+  instance.image_reflectivity = true;
+  Result<std::shared_ptr<const ReflectivityImage>> image = library.image(spec.texture_file);
+  if (image) {
+    std::get<MeshShape>(shape).image = std::move(*image);
+  } else {
+    faults.add(key + ".texture_file", image.error());
+  }
+}
+
 void add_objects(const Scenario& scenario, SequenceDraw draw,
-                 const std::map<std::string, Material>& materials, MeshLibrary* library,
+                 const std::map<std::string, Material>& materials, MeshLibrary& library,
                  ScouredTerrain& scoured, World& world, WorldFaults& faults) {
-  MeshCache meshes{library};
+  MeshCache meshes{&library};
   TerrainCache terrains;
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
@@ -251,7 +271,9 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
     instance.scattering = materials.at(spec.material);
     if (faults.lines.empty()) instance.box = box_of(*shape);  // an invalid file has no mesh
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
-    if (mesh != nullptr) instance.vertex_reflectivity = mesh->vertex_reflectivity;
+    if (mesh != nullptr) {
+      set_image(*mesh, fmt::format("objects.{}.shape.mesh", i), library, *shape, instance, faults);
+    }
     if (field != nullptr && faults.lines.empty()) {
       instance.vertex_reflectivity = !std::get<MeshShape>(*shape).mesh->reflectivity.empty();
     }
@@ -288,6 +310,8 @@ void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
   Instance& instance = add_instance(world, spec.name, spec.class_name);
   instance.kind = InstanceKind::volume;
   instance.volume_strength_db = parts.strength_db;
+  const auto* uniform = std::get_if<UniformVolumeSpec>(&spec.kind);
+  if (uniform != nullptr && uniform->patches) instance.volume_patches = *uniform->patches;
   std::visit(
       [&](auto& part) {
         part.instance = instance.id;
@@ -324,22 +348,6 @@ World empty_world(const Scenario& scenario) {
   return world;
 }
 
-Result<std::shared_ptr<const Mesh>> MeshLibrary::mesh(const std::string& key,
-                                                      const std::function<Result<Mesh>()>& load) {
-  // Drops meshes that no world uses any more, because each sampled scale is used only once.
-  constexpr std::size_t kKept = 64;
-  const std::lock_guard lock(mutex_);
-  const auto found = meshes_.find(key);
-  if (found != meshes_.end()) return found->second;
-  Result<std::shared_ptr<const Mesh>> mesh = shared(load());
-  if (!mesh) return mesh.error();
-  if (meshes_.size() >= kKept) {
-    std::erase_if(meshes_, [](const auto& entry) { return entry.second.use_count() == 1; });
-  }
-  meshes_.emplace(key, *mesh);
-  return mesh;
-}
-
 Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, MeshLibrary* library) {
   const SequenceDraw draw(sequence, scenario.redraw);
   World world;
@@ -348,7 +356,9 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence, Mesh
   WorldFaults faults;
   const std::map<std::string, Material> materials = load_materials(scenario, faults);
   ScouredTerrain scoured = scoured_terrain(scenario);
-  add_objects(scenario, draw, materials, library, scoured, world, faults);
+  MeshLibrary own;
+  add_objects(scenario, draw, materials, library == nullptr ? own : *library, scoured, world,
+              faults);
   std::vector<VolumeParts> volumes = load_volumes(scenario, draw, faults);
   if (!faults.lines.empty()) {
     return Error{faults.usage ? ErrorKind::usage : ErrorKind::io, faults.lines};

@@ -202,16 +202,20 @@ Result<T> load(const std::filesystem::path& file, std::vector<std::string> words
 
 const char* word_of(Normals normals) { return normals == Normals::smooth ? "smooth" : "face"; }
 
+const char* word_of(MeshReflectivity reflectivity) {
+  constexpr const char* kWords[] = {"material", "vertex_color", "texture"};
+  return kWords[static_cast<int>(reflectivity)];
+}
+
 }  // namespace
 
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity) {
-  const char* color = reflectivity == MeshReflectivity::material ? "material" : "vertex_color";
-  return load<Mesh>(file,
-                    {"mesh", file.string(),
-                     fmt::format("{:a} {:a} {:a}", scale.x, scale.y, scale.z), word_of(normals),
-                     color},
-                    read_mesh);
+  return load<Mesh>(
+      file,
+      {"mesh", file.string(), fmt::format("{:a} {:a} {:a}", scale.x, scale.y, scale.z),
+       word_of(normals), word_of(reflectivity)},
+      read_mesh);
 }
 
 Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid) {

@@ -20,7 +20,16 @@ namespace {
 // 64 million numbers of 32 characters.
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 31;
 
-Result<std::string> read_bytes(const std::filesystem::path& file) {
+Result<GridFile> parse(const std::string& extension, std::string_view bytes) {
+  if (equals_ignoring_case(extension, ".npy")) return parse_npy_grid(bytes);
+  if (equals_ignoring_case(extension, ".png")) return parse_png_grid(bytes);
+  if (equals_ignoring_case(extension, ".asc")) return parse_asc_grid(bytes);
+  return Error{ErrorKind::usage, "has an unknown extension; expected .npy, .png or .asc"};
+}
+
+}  // namespace
+
+Result<std::string> read_grid_bytes(const std::filesystem::path& file) {
   std::error_code failed;
   const std::uintmax_t size = std::filesystem::file_size(file, failed);
   if (failed) return Error{ErrorKind::io, "cannot be read: " + failed.message()};
@@ -36,15 +45,6 @@ Result<std::string> read_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
-Result<GridFile> parse(const std::string& extension, std::string_view bytes) {
-  if (equals_ignoring_case(extension, ".npy")) return parse_npy_grid(bytes);
-  if (equals_ignoring_case(extension, ".png")) return parse_png_grid(bytes);
-  if (equals_ignoring_case(extension, ".asc")) return parse_asc_grid(bytes);
-  return Error{ErrorKind::usage, "has an unknown extension; expected .npy, .png or .asc"};
-}
-
-}  // namespace
-
 Status check_grid_size(std::int64_t rows, std::int64_t columns) {
   if (rows >= 2 && columns >= 2 && rows <= kMaxGridCells / columns) return {};
   return Error{ErrorKind::usage,
@@ -57,7 +57,7 @@ Result<GridFile> load_grid_file(const std::filesystem::path& file) {
   const auto named = [&](const Error& error) {
     return Error{error.kind, file.string() + ": " + error.message};
   };
-  const Result<std::string> bytes = read_bytes(file);
+  const Result<std::string> bytes = read_grid_bytes(file);
   if (!bytes) return named(bytes.error());
   Result<GridFile> grid = parse(file.extension().string(), *bytes);
   if (!grid) return named(grid.error());

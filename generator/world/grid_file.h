@@ -1,6 +1,6 @@
 // Numbers on a regular grid, from files. Private to world/.
 //
-//   GridFile  load_grid_file
+//   GridFile  load_grid_file  read_grid_bytes
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,10 @@ struct GridFile {
 // format. Errors: usage, `file: what is wrong; what is expected`; io if the file cannot be read.
 Result<GridFile> load_grid_file(const std::filesystem::path& file);
 
-// The same from a file's bytes. Errors do not contain the file's name.
+// The bytes of a file of at most 2 GiB. Errors as above, without the file's name.
+Result<std::string> read_grid_bytes(const std::filesystem::path& file);
+
+// As load_grid_file, from a file's bytes. Errors do not contain the file's name.
 Result<GridFile> parse_npy_grid(std::string_view bytes);
 Result<GridFile> parse_png_grid(std::string_view bytes);
 Result<GridFile> parse_asc_grid(std::string_view bytes);

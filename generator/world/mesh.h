@@ -24,6 +24,7 @@ struct Mesh {
   std::vector<std::array<float, 3>> normals;  // one per vertex if smooth ones are requested
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<float> reflectivity;      // one per vertex if requested: factor on the material's
+  std::vector<std::array<float, 2>> uv;  // one per vertex if requested, v up
   std::vector<std::uint8_t> part;       // one per triangle: index into part_names
   std::vector<std::string> part_names;  // in a file: of the material, otherwise of the part
   std::vector<std::string> warnings;    // repairs, each with the file's name
@@ -53,8 +54,9 @@ enum class Normals { face, smooth };
 
 // material: only the object's material. vertex_color: its reflectivity times the color of the mesh
 // (mean of red, green and blue, 0 ... 1), interpolated over each face. A face that shares no
-// corners and has corners of equal color has this color.
-enum class MeshReflectivity { material, vertex_color };
+// corners and has corners of equal color has this color. texture: its reflectivity times an image
+// (world/reflectivity_image.h) at the texture coordinates of the mesh.
+enum class MeshReflectivity { material, vertex_color, texture };
 
 // Reads OBJ, STL, PLY, glTF and DAE. DAE and glTF define their up axis and unit, and are converted
 // to z up and meters. The other formats define neither and are read unchanged. All parts of the
@@ -63,7 +65,7 @@ enum class MeshReflectivity { material, vertex_color };
 // warning. Faces without area, points and lines are ignored, with a warning. Errors (usage): a file
 // that cannot be read as a mesh, is cut off or has no faces with area; a face that refers to a
 // missing vertex; a vertex that is not finite; a .gltf with its buffers in a second file; requested
-// vertex colors that are missing.
+// vertex colors or texture coordinates that are missing.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 

@@ -1,4 +1,4 @@
-// Unevenness of a surface: a random field in the coordinates of its object.
+// Unevenness of a surface, or of a volume: a random field in the coordinates of its object.
 //
 //   SurfaceField   make_texture  make_growth
 //   ObjectFields   make_fields   of an object's own material and of its parts
@@ -27,10 +27,13 @@ struct SurfaceField {
 
   // The value at a position in the object's frame.
   float at(Vec3 local_m) const;
+
+  std::size_t bytes() const { return (lattice.size() + values.size()) * sizeof(float); }
 };
 
-// The factor on the reflectivity, with mean 1: gamma-distributed, or 10^(level/10) of a normal
-// level. The correlation of the Gaussian field falls to 1/e at correlation_m.
+// The factor on the reflectivity of a surface or the density of a volume, with mean 1:
+// gamma-distributed, or 10^(level/10) of a normal level. The correlation of the Gaussian field
+// falls to 1/e at correlation_m.
 std::shared_ptr<const SurfaceField> make_texture(const SurfaceTexture& texture, std::uint64_t key);
 
 // A field that is 1 on the share `cover` of the surface, which has another material, and 0

@@ -153,13 +153,19 @@ VolumeParts scattering_water(double strength_db, double extinction_db_m, Density
   return {Volume{0, linear(strength_db), extinction_db_m, std::move(density), {}}, strength_db};
 }
 
-Result<VolumeParts> parts_of(const UniformVolumeSpec& spec) {
+Result<VolumeParts> parts_of(const UniformVolumeSpec& spec, std::uint64_t key) {
   DensityField density;
   if (spec.size_m) {
     const std::array<double, 3>& size = *spec.size_m;
     density = DensityBox{{size[0] / 2, size[1] / 2, size[2] / 2}};
   }
-  return scattering_water(spec.strength_db, spec.extinction_db_m, std::move(density));
+  VolumeParts parts = scattering_water(spec.strength_db, spec.extinction_db_m, std::move(density));
+  if (spec.patches) {
+    auto& volume = std::get<Volume>(parts.part);
+    volume.patches = make_texture(*spec.patches, key);
+    volume.patch_m = spec.patches->correlation_m;
+  }
+  return parts;
 }
 
 Result<VolumeParts> parts_of(const VdbVolumeSpec& spec, DensityCache& cache) {
@@ -190,7 +196,9 @@ Result<VolumeParts> parts_of(const SchoolSpec& spec, const Pose& pose, std::uint
 Result<VolumeParts> make_volume(const VolumeSpec& spec, std::uint64_t key, DensityCache& cache) {
   const Pose pose = pose_of(spec.pose);
   const auto made = [&]() -> Result<VolumeParts> {
-    if (const auto* uniform = std::get_if<UniformVolumeSpec>(&spec.kind)) return parts_of(*uniform);
+    if (const auto* uniform = std::get_if<UniformVolumeSpec>(&spec.kind)) {
+      return parts_of(*uniform, key);
+    }
     if (const auto* vdb = std::get_if<VdbVolumeSpec>(&spec.kind)) return parts_of(*vdb, cache);
     if (const auto* plume = std::get_if<PlumeSpec>(&spec.kind)) return parts_of(*plume, key);
     return parts_of(std::get<SchoolSpec>(spec.kind), pose, key);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -17,6 +18,7 @@
 #include "core/vec.h"
 #include "scenario/scenario.h"
 #include "world/density.h"
+#include "world/surface_field.h"
 
 namespace ensonify {
 
@@ -27,6 +29,9 @@ struct Volume {
   double extinction_db_m = 0;  // of density 1, one way, in addition to absorption
   DensityField density{};
   Pose pose{};  // in the world
+  // Factor on the density, in the volume's frame; null: none.
+  std::shared_ptr<const SurfaceField> patches = nullptr;
+  double patch_m = 0;  // correlation length of the patches
 };
 
 // Point reflectors of one instance.

@@ -19,10 +19,11 @@
 #include "core/surface.h"
 #include "core/vec.h"
 #include "scenario/scenario.h"
-#include "world/surface_field.h"
 #include "world/mesh.h"
 #include "world/path.h"
+#include "world/reflectivity_image.h"
 #include "world/shapes.h"
+#include "world/surface_field.h"
 #include "world/volumes.h"
 
 namespace ensonify {
@@ -30,6 +31,8 @@ namespace ensonify {
 struct MeshShape {
   std::shared_ptr<const Mesh> mesh;
   bool ground = false;  // terrain: solid below, along -z of its frame
+  // Factor on the reflectivity at the texture coordinates of the mesh; null: none.
+  std::shared_ptr<const ReflectivityImage> image = nullptr;
 };
 using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, MeshShape>;
 
@@ -73,20 +76,24 @@ struct World {
   std::vector<std::string> left_out;  // names of objects of the scenario without room in the world
 };
 
-// Meshes of files, shared by worlds. May be used from several threads at once.
+// Meshes and images of files, shared by worlds. May be used from several threads at once.
 class MeshLibrary {
  public:
   // The mesh with that key, loaded if missing; errors are not kept.
   Result<std::shared_ptr<const Mesh>> mesh(const std::string& key,
                                            const std::function<Result<Mesh>()>& load);
+  // The same for the image of a file.
+  Result<std::shared_ptr<const ReflectivityImage>> image(const std::filesystem::path& file);
 
  private:
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
+  std::map<std::string, std::shared_ptr<const ReflectivityImage>> images_;
 };
 
-// Reads every mesh, terrain and table once. Errors: those of load_mesh, load_height_grid,
-// vertex_reflectivity, load_path and load_backscatter_table, for all materials and objects at once.
+// Reads every mesh, image, terrain and table once. Errors: those of load_mesh,
+// load_reflectivity_image, load_height_grid, vertex_reflectivity, load_path and
+// load_backscatter_table, for all materials and objects at once.
 // Each line begins with the key that names the file. The kind is usage, or io if all are reading
 // errors. A part that a mesh does not have is a usage error. Synthetic terrain is sampled by seed,
 // sequence, redraw and name. Places objects (place.h), with the errors of place_objects. `library`

@@ -61,10 +61,12 @@ SequenceInfo full_info() {
   steel.edges = true;
   info.instances[0].parts = {{"mast", "steel", steel}};
   info.instances[0].elastic = ElasticBody{0.2, kAluminum, 0.2, {}};
+  info.instances[0].image_reflectivity = true;
   info.instances.push_back(info.instances[1]);
   info.instances.back().id = 3;
   info.instances.back().kind = InstanceKind::volume;
   info.instances.back().volume_strength_db = -60;
+  info.instances.back().volume_patches = {TextureModel::lognormal, 1, 4, 2};
   info.water.density_kg_m3 = 1000;
   info.instances.push_back(info.instances.back());
   info.instances.back().id = 4;
@@ -213,6 +215,17 @@ TEST_CASE("a volume tells its strength") {
   instance.volume_strength_db = -60;
   CHECK(instance_json(instance)["kind"] == "volume");
   CHECK(instance_json(instance)["strength_db"] == -60);
+  CHECK_FALSE(instance_json(instance).contains("patches"));
+  instance.volume_patches = {TextureModel::gamma, 2, 3, 0.5};
+  CHECK(instance_json(instance)["patches"] ==
+        Json({{"model", "gamma"}, {"shape", 2.0}, {"correlation_m", 0.5}}));
+}
+
+TEST_CASE("a surface says whether an image scales it") {
+  Instance instance = surface({.reflectivity = 1e-3});
+  CHECK_FALSE(instance_json(instance).contains("image_reflectivity"));
+  instance.image_reflectivity = true;
+  CHECK(instance_json(instance)["image_reflectivity"] == true);
 }
 
 // Protects whoever works the laws out again: a part's own law stands beside the object's.

@@ -80,14 +80,14 @@ def npy(array):
     return stream.getvalue()
 
 
-def png(depth):
+def png(depth, channels=1):
     """A grey picture of 3 x 2."""
-    row = bytes(3 * depth // 8)
+    row = bytes(3 * channels * depth // 8)
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    head = struct.pack(">IIBBBBB", 3, 2, depth, 0, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", 3, 2, depth, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
     data = zlib.compress((b"\0" + row) * 2)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
@@ -106,7 +106,7 @@ def wire_density():
     samples = 9**3
     return b"".join(
         [
-            struct.pack("<QI", 0x317966696E6F736E, 2),
+            struct.pack("<QI", 0x327966696E6F736E, 2),
             struct.pack("<12d", 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0),
             struct.pack("<d", 0.1),
             struct.pack("<3i3i", 0, 0, 0, 1, 1, 1),
@@ -116,8 +116,8 @@ def wire_density():
     )
 
 
-def wire_mesh(importer, mesh):
-    words = [importer, str(4 << 30), "60", "mesh", str(mesh), "1", "face", "material"]
+def wire_mesh(importer, mesh, reflectivity="material"):
+    words = [importer, str(4 << 30), "60", "mesh", str(mesh), "1", "face", reflectivity]
     return subprocess.run(words, check=True, stdout=subprocess.PIPE).stdout
 
 
@@ -155,11 +155,16 @@ def seeds(program):
         mesh = pathlib.Path(folder) / "m.stl"
         mesh.write_text(STL)
         yield "mesh", "wire_mesh", b"\4" + wire_mesh(importer, mesh)
+        mesh = pathlib.Path(folder) / "m.obj"
+        mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")
+        yield "mesh", "wire_uv", b"\4" + wire_mesh(importer, mesh, "texture")
     yield "mesh", "wire_density", b"\3" + wire_density()
     for kind in ("f4", "f8", "u2"):
         yield "grid", f"npy_{kind}", b"\0" + npy(numpy.arange(6, dtype=kind).reshape(2, 3))
     for depth in (8, 16):
         yield "grid", f"png_{depth}", b"\1" + png(depth)
+        for channels in range(1, 5):
+            yield "grid", f"image_{depth}_{channels}", b"\3" + png(depth, channels)
     yield "grid", "asc", b"\2" + ASC.encode()
     for kind, text in TABLES.items():
         yield "table", str(kind), bytes([kind]) + text.encode()

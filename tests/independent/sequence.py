@@ -218,7 +218,7 @@ def instance_from_json(entry):
         entry["class_id"],
         entry["kind"],
         law,
-        entry.get("vertex_reflectivity", False),
+        entry.get("vertex_reflectivity", False) or entry.get("image_reflectivity", False),
         entry.get("coherent"),
         entry.get("target_strength_db"),
         entry.get("strength_db"),

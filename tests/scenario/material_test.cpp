@@ -213,6 +213,43 @@ TEST_CASE("a mesh may bring its reflectivity in vertex colours") {
   CHECK(wrong.error().message.find("did you mean vertex_color?") != std::string::npos);
 }
 
+TEST_CASE("an image on a mesh is named with reflectivity: texture") {
+  const test::TemporaryFolder folder;
+  folder.write("a.ply", "ply\n");
+  folder.write("a.png", "");
+  const auto with_mesh = [&](const std::string& keys) {
+    return parse_scenario(kHead +
+                              "materials: {m: {reflectivity: 1}}\nobjects: [{name: a, material: "
+                              "m, shape: {mesh: {file: a.ply" +
+                              keys + "}}}]\n",
+                          "t.yaml", folder.path());
+  };
+  const auto scenario = with_mesh(", reflectivity: texture, texture_file: a.png");
+  INFO((scenario.ok() ? "" : scenario.error().message));
+  REQUIRE(scenario.ok());
+  const auto& mesh = std::get<MeshSpec>(scenario->objects[0].shape);
+  CHECK(mesh.texture_file == folder.path() / "a.png");
+  CHECK_FALSE(mesh.vertex_reflectivity);
+  CHECK(input_files(*scenario) == std::vector{folder.path() / "a.ply", folder.path() / "a.png"});
+  const auto again = parse_scenario(emit(*scenario), "t.yaml", folder.path());
+  REQUIRE(again.ok());
+  CHECK(emit(*again) == emit(*scenario));
+  const auto fault = [&](const std::string& keys) {
+    const auto wrong = with_mesh(keys);
+    return wrong.ok() ? std::string() : wrong.error().message;
+  };
+  CHECK(fault(", reflectivity: texture")
+            .find("objects.0.shape.mesh.texture_file: missing") != std::string::npos);
+  CHECK(fault(", texture_file: a.png").find("has no effect without reflectivity: texture") !=
+        std::string::npos);
+  CHECK(fault(", reflectivity: vertex_color, texture_file: a.png")
+            .find("has no effect without reflectivity: texture") != std::string::npos);
+  CHECK(fault(", reflectivity: texture, texture_file: a.jpg")
+            .find("expected a readable file ending in .png") != std::string::npos);
+  CHECK(fault(", reflectivity: txture, texture_file: a.png").find("has no effect") ==
+        std::string::npos);
+}
+
 TEST_CASE("volumes are instances with a strength") {
   const auto scenario = parse(kHead +
                               "volumes:\n  - {name: water, uniform: {strength_db: -60}}\n"

@@ -82,13 +82,13 @@ objects:
   - {name: lawn, material: b, shape: {sphere: {radius_m: 1}}, trajectory: {lawnmower: {corner_m: [0, 0, 0], length_m: 9, width_m: 4, spacing_m: 2, speed_m_s: 1}}}
   - {name: orbit, material: b, shape: {box: {size_m: [1, 1, 1]}}, trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 9, speed_m_s: 1}}}
   - {name: solid, material: b, shape: {level_set: {file: a.vdb}}}
-  - {name: parts, material: b, shape: {mesh: {file: a.obj, parts: {hull: a}}}}
+  - {name: parts, material: b, shape: {mesh: {file: a.obj, parts: {hull: a}, reflectivity: texture, texture_file: a.png}}}
   - {name: lies, material: b, shape: {box: {size_m: [1, 1, 1]}}, place: {on: made, area_m: [[0, 0], [1, 1]], scour: {depth_m: 0, width_m: 1}}}
 point_targets: [{name: p, target_strength_db: 0, position_m: [1, 0, 0]}]
 volumes:
   - {name: cloud, vdb: {file: a.vdb, strength_db: -30}}
   - {name: leak, plume: {radius_m: 0.2, height_m: 5, strength_db: -20}}
-  - {name: haze, uniform: {strength_db: -50, size_m: [1, 1, 1]}}
+  - {name: haze, uniform: {strength_db: -50, size_m: [1, 1, 1], patches: {model: gamma, shape: 2, correlation_m: 1}}}
 trajectory: {file: a.csv}
 )",
     R"(ensonify: 1

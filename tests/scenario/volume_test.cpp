@@ -20,7 +20,9 @@ const std::string kAll =
     "  - {name: plume, plume: {radius_m: 0.2, height_m: 3, strength_db: -30}}\n"
     "  - {name: jet, plume: {radius_m: 0.1, height_m: 2, spread_deg: 12.5, strength_db: -20, "
     "extinction_db_m: 4}, pose: {rotation_deg: [0, 90, 0]}}\n"
-    "  - {name: herring, school: {size_m: [4, 3, 2], fish: 500, target_strength_db: -45}}\n";
+    "  - {name: herring, school: {size_m: [4, 3, 2], fish: 500, target_strength_db: -45}}\n"
+    "  - {name: krill, uniform: {strength_db: -70, patches: {model: lognormal, spread_db: 3, "
+    "correlation_m: 2.5}}}\n";
 
 }  // namespace
 
@@ -31,7 +33,7 @@ TEST_CASE("volumes of every kind are read") {
   INFO((scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   const auto& volumes = scenario->volumes;
-  REQUIRE(volumes.size() == 7);
+  REQUIRE(volumes.size() == 8);
   const auto& haze = std::get<UniformVolumeSpec>(volumes[0].kind);
   CHECK(haze.extinction_db_m == 0.1);
   CHECK_FALSE(haze.size_m);
@@ -46,6 +48,12 @@ TEST_CASE("volumes of every kind are read") {
   CHECK(std::get<PlumeSpec>(volumes[4].kind).spread_deg == 5);
   CHECK(std::get<PlumeSpec>(volumes[5].kind).extinction_db_m == 4);
   CHECK(std::get<SchoolSpec>(volumes[6].kind).fish == 500);
+  CHECK_FALSE(haze.patches);
+  const auto& krill = std::get<UniformVolumeSpec>(volumes[7].kind);
+  REQUIRE(krill.patches);
+  CHECK(krill.patches->model == TextureModel::lognormal);
+  CHECK(krill.patches->spread_db == 3);
+  CHECK(krill.patches->correlation_m == 2.5);
   CHECK(input_files(*scenario) == std::vector{folder.path() / "a.vdb"});
 }
 
@@ -59,6 +67,8 @@ TEST_CASE("volumes are written as they are read") {
   const std::string text = to_yaml(*scenario, name);
   CHECK(text.find("spread_deg: 12.5") != std::string::npos);
   CHECK(text.find("fish: 500") != std::string::npos);
+  CHECK(text.find("patches: {model: lognormal, spread_db: 3, correlation_m: 2.5}") !=
+        std::string::npos);
   const auto again = parse_scenario(text, "again.yaml", folder.path());
   INFO((again.ok() ? text : again.error().message));
   REQUIRE(again.ok());
@@ -90,6 +100,13 @@ TEST_CASE("wrong volumes are refused where they stand") {
        "4:62: volumes.0.uniform.size_m.2:", "> 0"},
       {begin + "uniform: {strength_db: 0}, extinction_db_m: -1}]",
        "4:65: volumes.0.extinction_db_m:", "from 0 to"},
+      {begin + "uniform: {strength_db: 0, patches: {model: gamma, correlation_m: 1}}}]",
+       "4:56: volumes.0.uniform.patches.shape:", "missing"},
+      {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2}}}]",
+       "4:56: volumes.0.uniform.patches.correlation_m:", "missing"},
+      {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, spread_db: 1, "
+               "correlation_m: 1}}}]",
+       "4:92: volumes.0.uniform.patches.spread_db:", "has no effect with model gamma"},
       {begin + "vdb: {strength_db: 0}}]", "4:26: volumes.0.vdb.file:", "missing"},
       {begin + "vdb: {file: none.vdb, strength_db: 0}}]",
        "4:33: volumes.0.vdb.file:", "does not exist"},

@@ -50,6 +50,7 @@ Mesh small_mesh() {
   mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
   mesh.triangles = {{0, 1, 2}};
   mesh.reflectivity = {0, 0.5f, 1};
+  mesh.uv = {{0, 0}, {-3, 2.5f}, {1e6f, 1}};
   mesh.part = {0};
   mesh.part_names = {"hull"};
   mesh.warnings = {"a warning"};
@@ -112,6 +113,7 @@ TEST_CASE("what goes over the wire comes back") {
   CHECK(read->normals == mesh.normals);
   CHECK(read->triangles == mesh.triangles);
   CHECK(read->reflectivity == mesh.reflectivity);
+  CHECK(read->uv == mesh.uv);
   CHECK(read->part == mesh.part);
   CHECK(read->part_names == mesh.part_names);
   CHECK(read->warnings == mesh.warnings);
@@ -156,6 +158,10 @@ TEST_CASE("an importer that was taken over cannot hand on what would be used wro
   SECTION("too few normals") { mesh.normals.pop_back(); }
   SECTION("too many reflectivities") { mesh.reflectivity.push_back(0); }
   SECTION("a reflectivity above 1") { mesh.reflectivity[0] = 2; }
+  SECTION("too few texture coordinates") { mesh.uv.pop_back(); }
+  SECTION("a texture coordinate that is no number") {
+    mesh.uv[2][1] = std::numeric_limits<float>::infinity();
+  }
   SECTION("a part without a name") { mesh.part[0] = 1; }
   CHECK(is_nonsense(mesh));
 }

@@ -188,6 +188,11 @@ TEST_CASE("a texture is ignored with one warning a file") {
       "usemtl plain\nf 1/1 2/2 3/3\nusemtl wood\nf 1/1 2/2 4/3\nusemtl wood\nf 2/1 3/2 4/3\n");
   REQUIRE(painted.size() == 1);
   CHECK(painted[0].find("a.obj: its texture is ignored") != std::string::npos);
+  CHECK(painted[0].find("reflectivity: texture with an image in texture_file") !=
+        std::string::npos);
+  // Whoever names an image has taken the advice.
+  CHECK(load_mesh(folder.path() / "a.obj", {1, 1, 1}, Normals::face, MeshReflectivity::texture)
+            ->warnings.empty());
   CHECK(warnings("b.obj", "usemtl plain\nf 1/1 2/2 3/3\n").empty());
 }
 

@@ -34,6 +34,11 @@ Normals normals_of(const std::string& word) {
   return word == "smooth" ? Normals::smooth : Normals::face;
 }
 
+MeshReflectivity wanted_reflectivity(const std::string& word) {
+  if (word == "texture") return MeshReflectivity::texture;
+  return word == "vertex_color" ? MeshReflectivity::vertex_color : MeshReflectivity::material;
+}
+
 // Three numbers.
 Vec3 scale_of(const std::string& words) {
   char* rest = nullptr;
@@ -49,10 +54,9 @@ bool run(const std::vector<std::string>& words) {
     return result ? write(stdout, *result) : write_error(stdout, result.error());
   };
   if (kind == "mesh") {
-    const auto reflectivity =
-        words[6] == "vertex_color" ? MeshReflectivity::vertex_color : MeshReflectivity::material;
-    return answer(import_mesh(file, scale_of(words[4]), normals_of(words[5]), reflectivity),
-                  write_mesh);
+    return answer(
+        import_mesh(file, scale_of(words[4]), normals_of(words[5]), wanted_reflectivity(words[6])),
+        write_mesh);
   }
   if (kind == "density") return answer(import_density(file, words[4]), write_density);
   return answer(import_level_set(file, words[4], normals_of(words[5])), write_mesh);

@@ -70,10 +70,33 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
   return {};
 }
 
+Status check_uv(const aiScene& scene, const std::filesystem::path& file) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    if (!has_faces(part)) continue;
+    if (!part.HasTextureCoords(0)) {
+      return broken_mesh(file,
+                         fmt::format("part {} ('{}') has no texture coordinates, which "
+                                     "reflectivity: texture needs; add them (UV unwrapping), or "
+                                     "use reflectivity: material",
+                                     m, part.mName.C_Str()));
+    }
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+      const aiVector3D& uv = part.mTextureCoords[0][v];
+      if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
+      return broken_mesh(file, fmt::format("the texture coordinates of vertex {} of part {} are "
+                                           "not finite numbers",
+                                           v, m));
+    }
+  }
+  return {};
+}
+
 // The parts of a file that are to be read.
 struct Wanted {
   bool smooth = false;
   bool colors = false;
+  bool uv = false;
   std::vector<std::uint8_t> part;  // of each of its meshes; empty: too many to distinguish
 };
 
@@ -119,9 +142,8 @@ bool has_texture(const aiScene& scene) {
 void warn_of_textures(const aiScene& scene, Mesh& mesh) {
   if (!has_texture(scene)) return;
   mesh.warnings.push_back(
-      "its texture is ignored, as images do not change how a mesh scatters; for a pattern, give "
-      "its "
-      "parts materials, or its vertices colors and use reflectivity: vertex_color");
+      "its texture is ignored, as a mesh file cannot name images that scale reflectivity; for a "
+      "pattern, use reflectivity: texture with an image in texture_file");
 }
 
 // Adds the meshes of a node and of all nodes below it, placed by the transforms on the path to
@@ -140,6 +162,10 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
       if (wanted.colors) {
         const aiColor4D& c = part.mColors[0][v];
         mesh.reflectivity.push_back((c.r + c.g + c.b) / 3);
+      }
+      if (wanted.uv) {
+        const aiVector3D& uv = part.mTextureCoords[0][v];
+        mesh.uv.push_back({uv.x, uv.y});
       }
       if (!wanted.smooth) continue;
       aiVector3D n;  // none: the tracer takes the face's
@@ -183,19 +209,40 @@ void warn_of_lines(const aiScene& scene, Mesh& mesh) {
                   counted(lines, "face")));
 }
 
+// assimp invents the coordinates of faces that have none, if other faces of their part have some.
+void warn_of_missing_uv(Mesh& mesh) {
+  const auto is_origin = [&](std::uint32_t vertex) {
+    return mesh.uv[vertex] == std::array<float, 2>{0, 0};
+  };
+  const auto missing = static_cast<std::size_t>(
+      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& triangle) {
+        return std::all_of(triangle.begin(), triangle.end(), is_origin);
+      }));
+  if (missing == 0) return;
+  mesh.warnings.push_back(
+      fmt::format("{} of {} triangles have the texture coordinates (0, 0) at all corners, as faces "
+                  "without any have; the lower left corner of the image scales them",
+                  missing, mesh.triangles.size()));
+}
+
 }  // namespace
 
 Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                          MeshReflectivity reflectivity) {
-  Wanted wanted{normals == Normals::smooth, reflectivity == MeshReflectivity::vertex_color, {}};
+  Wanted wanted{normals == Normals::smooth,
+                reflectivity == MeshReflectivity::vertex_color,
+                reflectivity == MeshReflectivity::texture,
+                {}};
   Assimp::Importer importer;
   unsigned steps = aiProcess_Triangulate;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
-  // assimp joins vertices of unequal colors. Smooth normals do not need joined ones.
-  if (wanted.smooth && !wanted.colors) steps |= aiProcess_JoinIdenticalVertices;
+  // assimp joins vertices of unequal colors or texture coordinates. Smooth normals do not need
+  // joined ones.
+  if (wanted.smooth && !wanted.colors && !wanted.uv) steps |= aiProcess_JoinIdenticalVertices;
   // Without the mesh's own materials, textures and colors, equal vertices can be joined.
-  unsigned removed = aiComponent_TEXCOORDS | aiComponent_MATERIALS;
+  unsigned removed = aiComponent_MATERIALS;
   if (!wanted.colors) removed |= aiComponent_COLORS;
+  if (!wanted.uv) removed |= aiComponent_TEXCOORDS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
   if (Status whole = check_mesh_file(file); !whole) return whole.error();
   const aiScene* scene = importer.ReadFile(file.string(), 0);
@@ -209,11 +256,14 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
   Mesh mesh;
   name_parts(*scene, wanted, mesh);
-  warn_of_textures(*scene, mesh);
+  if (!wanted.uv) warn_of_textures(*scene, mesh);
   scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
   if (scene == nullptr) return broken_mesh(file, "cannot be divided into triangles");
   if (wanted.colors) {
     if (Status sound = check_colors(*scene, file); !sound) return sound.error();
+  }
+  if (wanted.uv) {
+    if (Status sound = check_uv(*scene, file); !sound) return sound.error();
   }
   // assimp rotates files with a given up axis so that y is up; here z is up.
   aiMatrix4x4 placement;
@@ -231,6 +281,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   drop_faces_without_area(mesh);
   if (mesh.triangles.empty()) return broken_mesh(file, "all its faces have zero area");
   warn_of_lines(*scene, mesh);
+  if (wanted.uv) warn_of_missing_uv(mesh);
   for (std::string& warning : mesh.warnings) {
     warning = fmt::format("{}: {}", file.string(), warning);
   }

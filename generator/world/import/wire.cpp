@@ -11,7 +11,7 @@
 namespace ensonify {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31796669'6e6f736eu;
+constexpr std::uint64_t kMagic = 0x32796669'6e6f736eu;
 enum class Payload : std::uint32_t { mesh = 1, density = 2, error = 3 };
 constexpr std::uint64_t kMostTexts = 4096, kMostTextBytes = 1 << 20;
 
@@ -94,9 +94,10 @@ std::optional<Error> read_head(const WireInput& in, Payload wanted) {
   return error;
 }
 
-bool is_finite(const std::vector<std::array<float, 3>>& points) {
+template <std::size_t N>
+bool is_finite(const std::vector<std::array<float, N>>& points) {
   return std::all_of(points.begin(), points.end(), [](const auto& p) {
-    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+    return std::all_of(p.begin(), p.end(), [](float x) { return std::isfinite(x); });
   });
 }
 
@@ -105,9 +106,10 @@ bool is_sound(const Mesh& mesh) {
   const auto all_or_none = [](std::size_t have, std::size_t all) {
     return have == 0 || have == all;
   };
-  if (!is_finite(mesh.vertices)) return false;
+  if (!is_finite(mesh.vertices) || !is_finite(mesh.uv)) return false;
   if (!all_or_none(mesh.normals.size(), vertices)) return false;
   if (!all_or_none(mesh.reflectivity.size(), vertices)) return false;
+  if (!all_or_none(mesh.uv.size(), vertices)) return false;
   if (!all_or_none(mesh.part.size(), mesh.triangles.size())) return false;
   for (const auto& triangle : mesh.triangles) {
     if (std::max({triangle[0], triangle[1], triangle[2]}) >= vertices) return false;
@@ -145,7 +147,7 @@ bool is_sound(const DensityGrid& grid) {
 bool write_mesh(WireOutput out, const Mesh& mesh) {
   return put_head(out, Payload::mesh) && put_list(out, mesh.vertices) &&
          put_list(out, mesh.normals) && put_list(out, mesh.triangles) &&
-         put_list(out, mesh.reflectivity) && put_list(out, mesh.part) &&
+         put_list(out, mesh.reflectivity) && put_list(out, mesh.uv) && put_list(out, mesh.part) &&
          put_texts(out, mesh.part_names) && put_texts(out, mesh.warnings);
 }
 
@@ -165,8 +167,8 @@ Result<Mesh> read_mesh(const WireInput& in) {
   Mesh mesh;
   const bool whole = get_list(in, mesh.vertices) && get_list(in, mesh.normals) &&
                      get_list(in, mesh.triangles) && get_list(in, mesh.reflectivity) &&
-                     get_list(in, mesh.part) && get_texts(in, mesh.part_names) &&
-                     get_texts(in, mesh.warnings);
+                     get_list(in, mesh.uv) && get_list(in, mesh.part) &&
+                     get_texts(in, mesh.part_names) && get_texts(in, mesh.warnings);
   if (!whole || !is_sound(mesh)) return kNonsense;
   return mesh;
 }
