@@ -8,32 +8,42 @@
 namespace ensonify {
 namespace {
 
-constexpr int kSteps = 2048;
+constexpr double kLeastSteps = 2048, kMostSteps = 65536;
 constexpr double kGeometrical = 1000;  // of g
 constexpr double kLowestDb = -300;
 constexpr double kSmallestTerm = 1e-14;  // relative to the sum
 
+// log(n!) - (n log(n) - n + log(2 pi n)/2), by Stirling's series where it is exact to 1e-8.
+double stirling_rest(double n) {
+  double rest = 0;
+  for (; n < 10; ++n) rest += (n + 0.5) * std::log1p(1 / n) - 1;
+  return rest + 1 / (12 * n) - 1 / (360 * n * n * n);
+}
+
 // e^(-g) sum_n g^n / (n! n) e^(-q / n), from the largest term outward.
 double series(double g, double q) {
-  const auto term = [&](double n) {
-    return std::exp(n * std::log(g) - g - std::lgamma(n + 1) - q / n) / n;
-  };
   // The logarithm of a term is concave in n. Its derivative, log(g / n) + q / n^2, is 0 above g.
   double low = std::max(1.0, std::floor(g)), high = std::max(2.0, 2 * (g + std::sqrt(q) + 1));
   while (high - low > 1) {
     const double n = std::floor((low + high) / 2);
     (std::log(g / n) + q / (n * n) > 0 ? low : high) = n;
   }
+  // Terms relative to the largest one, which may be too small for a double.
+  const auto log_term = [&](double n) {
+    return n * std::log(g / n) + n - g - std::log(2 * kPi * n) / 2 - stirling_rest(n) - q / n -
+           std::log(n);
+  };
+  const double most = log_term(low);
   double sum = 0;
   for (double n = low; n >= 1; --n) {
-    const double t = term(n);
+    const double t = std::exp(log_term(n) - most);
     sum += t;
-    if (t <= kSmallestTerm * sum) break;
+    if (!(t > kSmallestTerm * sum)) break;
   }
   for (double n = low + 1;; ++n) {
-    const double t = term(n);
+    const double t = std::exp(log_term(n) - most);
     sum += t;
-    if (t <= kSmallestTerm * sum) return sum;
+    if (!(t > kSmallestTerm * sum)) return sum * std::exp(most);
   }
 }
 
@@ -58,9 +68,11 @@ double rough_backscatter_strength(const RoughSurface& surface, double wavelength
 }
 
 BackscatterTable rough_backscatter_table(const RoughSurface& surface, double wavelength_m) {
+  const double kl = 2 * kPi / wavelength_m * surface.correlation_m;
+  const int steps = static_cast<int>(std::clamp(8 * kl, kLeastSteps, kMostSteps));
   BackscatterTable table;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double grazing = kPi / 2 * i / kSteps;
+  for (int i = 0; i <= steps; ++i) {
+    const double grazing = kPi / 2 * i / steps;
     const double strength = rough_backscatter_strength(surface, wavelength_m, std::sin(grazing));
     table.grazing_rad.push_back(grazing);
     table.strength_db.push_back(strength > 0 ? std::max(10 * std::log10(strength), kLowestDb)

@@ -52,8 +52,8 @@ double backscatter_strength(const Material& material, double cos_incidence) {
 ScattererMoments scatterer_moments(const Material& material, double reflectivity_factor,
                                    double cos_incidence, double range_m, double solid_angle_sr) {
   double strength = reflectivity_factor * per_cross_section(material, cos_incidence);
-  if (!material.rough.grazing_rad.empty() && cos_incidence > 0) {
-    strength += std::pow(10.0, tabulated_db(material.rough, std::asin(cos_incidence)) / 10) /
+  if (material.rough != nullptr && cos_incidence > 0) {
+    strength += std::pow(10.0, tabulated_db(*material.rough, std::asin(cos_incidence)) / 10) /
                 cos_incidence;
   }
   const double sigma_squared = strength * range_m * range_m * solid_angle_sr;

@@ -157,13 +157,14 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   heard = kirchhoff_scatterers(moment.fan, hits, moment.tracer, moment.sonar_in_world,
                                moment.scattering, workers);
   const std::vector<Pose> objects = object_poses(session, moment.ping);
+  other.points = point_scatterers(moment, workers);
   const PlacedWorld placed{session.world, moment.tracer, objects, moment.sonar_in_world};
   for (const std::vector<Scatterer>& more :
        {edge_scatterers(placed, moment.scattering, workers),
-        elastic_scatterers(placed, session.sonar, session.water, workers)}) {
+        elastic_scatterers(placed, session.sonar, session.water, workers,
+                           moment.with_hidden ? &other.points.hidden : nullptr)}) {
     heard.insert(heard.end(), more.begin(), more.end());
   }
-  other.points = point_scatterers(moment, workers);
   heard.insert(heard.end(), other.points.heard.begin(), other.points.heard.end());
   other.most = heard.size();
   // Motion separates the two directions of a path: the places of an element at both arrivals

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -23,36 +22,34 @@ ElasticBody body_of(const ElasticSpec& spec, double radius_m, const Water& water
   return body;
 }
 
-// The responses of bodies, computed once for equal ones.
-class Responses {
- public:
-  Responses(const Sonar& sonar, const Water& water) : sonar_(sonar), water_(water) {}
-
-  Ringing of(const ElasticBody& body, bool is_cylinder) {
-    for (const Known& known : known_) {
-      if (known.body == body && known.is_cylinder == is_cylinder) return known.ringing;
-    }
-    const auto compute = is_cylinder ? cylinder_taps : sphere_taps;
-    ElasticTaps taps = compute(body, water_, sonar_.frequency_hz, sonar_.bandwidth_hz);
-    known_.push_back({body, is_cylinder, {std::move(taps.taps), taps.error}});
-    return known_.back().ringing;
-  }
-
- private:
-  struct Known {
-    ElasticBody body;
-    bool is_cylinder;
-    Ringing ringing;
-  };
-  const Sonar& sonar_;
-  const Water& water_;
-  std::vector<Known> known_;
-};
-
 }  // namespace
 
-void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& water, World& world) {
-  Responses responses(sonar, water);
+Ringing RingingLibrary::response(const ElasticBody& body, bool is_cylinder, const Sonar& sonar,
+                                 const Water& water) {
+  // Randomized bodies are all different, so only the last ones are kept.
+  constexpr std::size_t kKept = 256;
+  const std::lock_guard lock(mutex_);
+  for (const Known& known : known_) {
+    if (known.body == body && known.is_cylinder == is_cylinder &&
+        known.frequency_hz == sonar.frequency_hz && known.bandwidth_hz == sonar.bandwidth_hz &&
+        known.sound_speed_m_s == water.sound_speed_m_s &&
+        known.density_kg_m3 == water.density_kg_m3) {
+      return known.ringing;
+    }
+  }
+  const auto compute = is_cylinder ? cylinder_taps : sphere_taps;
+  ElasticTaps taps = compute(body, water, sonar.frequency_hz, sonar.bandwidth_hz);
+  if (known_.size() >= kKept) known_.erase(known_.begin());
+  known_.push_back({body, is_cylinder, sonar.frequency_hz, sonar.bandwidth_hz,
+                    water.sound_speed_m_s, water.density_kg_m3,
+                    {std::move(taps.taps), taps.error}});
+  return known_.back().ringing;
+}
+
+void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& water,
+                 RingingLibrary* library, World& world) {
+  RingingLibrary own;
+  RingingLibrary& responses = library != nullptr ? *library : own;
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const std::optional<ElasticSpec>& spec = scenario.objects[i].elastic;
     if (!spec) continue;
@@ -61,7 +58,7 @@ void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& wate
     const double radius_m =
         cylinder != nullptr ? cylinder->radius_m : std::get<SphereShape>(object.shape).radius_m;
     const ElasticBody body = body_of(*spec, radius_m, water);
-    object.ringing = responses.of(body, cylinder != nullptr);
+    object.ringing = responses.response(body, cylinder != nullptr, sonar, water);
     world.instances[object.instance - 1].elastic = body;
   }
   for (std::size_t i = 0; i < world.point_targets.size(); ++i) {
@@ -69,7 +66,7 @@ void ring_bodies(const Scenario& scenario, const Sonar& sonar, const Water& wate
     if (!spec) continue;
     const ElasticBody body = body_of(*spec, spec->radius_m, water);
     PointTarget& target = world.point_targets[i];
-    target.ringing = responses.of(body, false);
+    target.ringing = responses.response(body, false, sonar, water);
     Instance& instance = world.instances[target.instance - 1];
     instance.elastic = body;
     instance.target_strength_db =

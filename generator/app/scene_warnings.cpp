@@ -182,6 +182,28 @@ void warn_of_ringing(const Session& session, std::vector<std::string>& warnings)
   }
 }
 
+bool may_have_edges(const Shape& shape) {
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return !box->inside;
+  if (const auto* mesh = std::get_if<MeshShape>(&shape)) return !mesh->ground;
+  return std::holds_alternative<CylinderShape>(shape);
+}
+
+// Edges that no object of the material has.
+void warn_of_edges(const Session& session, std::vector<std::string>& warnings) {
+  std::map<std::string, bool> found;  // by material
+  for (const WorldObject& object : session.world.objects) {
+    if (!object.material.edges) continue;
+    found[instance_of(session.world, object).material] |= may_have_edges(object.shape);
+  }
+  for (const auto& [material, has] : found) {
+    if (has) continue;
+    warnings.push_back(fmt::format(
+        "{}: coherent.edges has no effect, because no object of this material is a box, a cylinder "
+        "or a mesh",
+        material));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> scene_warnings(const Session& session) {
@@ -191,6 +213,7 @@ std::vector<std::string> scene_warnings(const Session& session) {
   warn_of_solids(session, warnings);
   warn_of_coincidence(session, warnings);
   warn_of_ringing(session, warnings);
+  warn_of_edges(session, warnings);
   return warnings;
 }
 

@@ -51,7 +51,7 @@ Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, ErrorPlaces places
   return drawn_session({[&](SequenceDraw draw) { return source_.scenario(draw, places); },
                         [&](Scenario scenario, std::uint32_t of) {
                           Result<Session> session =
-                              prepare_session(std::move(scenario), of, meshes_.get());
+                              prepare_session(std::move(scenario), of, shared_.get());
                           const bool is_told = session || places == ErrorPlaces::hidden;
                           return is_told ? std::move(session) : source_.placed(session.error());
                         }},

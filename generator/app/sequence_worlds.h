@@ -84,11 +84,11 @@ class SequenceWorlds {
  private:
   explicit SequenceWorlds(ScenarioSource source) : source_(std::move(source)) {}
 
-  // prepare_session for drawn_session, with the meshes that earlier worlds read.
+  // prepare_session for drawn_session, with what earlier worlds have read and computed.
   Result<Session> drawn(std::uint32_t sequence, ErrorPlaces places) const;
 
   ScenarioSource source_;
-  std::unique_ptr<MeshLibrary> meshes_ = std::make_unique<MeshLibrary>();
+  std::unique_ptr<SharedWorlds> shared_ = std::make_unique<SharedWorlds>();
   std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;
 };

@@ -150,7 +150,7 @@ void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
 }
 
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
-                        bool is_built) {
+                        bool is_built, RingingLibrary* ringing = nullptr) {
   Session session;
   session.sonar = sonar_of(scenario);
   session.sonar.elevation_line =
@@ -186,7 +186,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
 
   remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
-  ring_bodies(scenario, session.sonar, session.water, session.world);
+  ring_bodies(scenario, session.sonar, session.water, ringing, session.world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
@@ -213,10 +213,12 @@ void give_back_import(const World& world) {
   }
 }
 
-Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence, MeshLibrary* library) {
-  Result<World> world = build_world(scenario, sequence, library);
+Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence, SharedWorlds* shared) {
+  Result<World> world =
+      build_world(scenario, sequence, shared != nullptr ? &shared->meshes : nullptr);
   if (world) give_back_import(*world);
-  return prepare_in_world(std::move(scenario), sequence, std::move(world));
+  return prepare(std::move(scenario), sequence, std::move(world), true,
+                 shared != nullptr ? &shared->ringing : nullptr);
 }
 
 Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world) {

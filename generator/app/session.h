@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "app/ringing.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/ping.h"
@@ -45,9 +46,14 @@ struct Session {
 // those of load_pulse_table, build_world, load_path and ping_times, all together; of
 // make_bounce_plan; a sonar that leaves the water between surface and bottom; more scatterers on
 // surfaces than kMostLeaves in a ping. Objects that the world leaves out are removed from the
-// scenario as well. `library`: as for build_world.
+// scenario as well. `shared` holds what the worlds of many sequences have in common, and may be
+// null.
+struct SharedWorlds {
+  MeshLibrary meshes;
+  RingingLibrary ringing;
+};
 Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence,
-                                MeshLibrary* library = nullptr);
+                                SharedWorlds* shared = nullptr);
 
 // The same with the world, or error, that build_world made from a scenario that is equal in
 // everything that worlds depend on (world_key, sweep_parts.h).

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,7 +70,8 @@ struct Material {
   double roughness_rms_m = 0;  // h of kirchhoff
   // L of kirchhoff; 0: the energy that roughness takes from the specular echo is lost.
   double roughness_correlation_m = 0;
-  BackscatterTable rough{};  // of this energy at a sonar's wavelength; empty: none
+  // Of this energy at a sonar's wavelength; null: none.
+  std::shared_ptr<const BackscatterTable> rough = nullptr;
   bool edges = false;        // of kirchhoff: sharp edges diffract
   SurfaceTexture texture{};
   std::optional<Wall> wall{};

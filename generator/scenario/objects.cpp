@@ -150,7 +150,7 @@ static void fields(Fields& f, RingingSphereSpec& sphere) {
   elastic_fields(f, sphere, radius ? std::optional(sphere.radius_m) : std::nullopt);
 }
 
-// The radius of a shape that may be an elastic body.
+// The radius of a shape that may be an elastic body; 0 if it could not be read.
 static std::optional<double> elastic_radius_m(const ShapeSpec& shape) {
   if (const auto* cylinder = std::get_if<CylinderSpec>(&shape)) return cylinder->radius_m;
   const auto* sphere = std::get_if<SphereSpec>(&shape);
@@ -167,9 +167,9 @@ static void object_elastic_fields(Fields& f, ObjectSpec& object) {
   }
   if (!object.elastic) object.elastic.emplace();
   const std::optional<double> radius_m = elastic_radius_m(object.shape);
-  elastic_fields(f, *object.elastic, radius_m);
+  elastic_fields(f, *object.elastic, radius_m && *radius_m > 0 ? radius_m : std::nullopt);
   f.end();
-  if (radius_m && *radius_m <= 1) return;
+  if ((radius_m && *radius_m <= 1) || (!f.writing() && f.peek("shape") == nullptr)) return;
   f.fault("elastic", radius_m
                          ? fmt::format("the radius of {} is too large; expected at most 1 m",
                                        *radius_m)
@@ -231,6 +231,22 @@ void fields(Fields& f, PointTargetSpec& target) {
             kRequired);
 }
 
+// The material of that name, or what grows on it, if either has a specular echo or a wall.
+static const MaterialSpec* coherent_material(const Scenario& scenario, const std::string& name) {
+  const auto named = [&](const std::string& wanted) {
+    return std::ranges::find(scenario.materials, wanted, &MaterialSpec::name);
+  };
+  const auto is_coherent = [](const MaterialSpec& material) {
+    return material.wall || std::holds_alternative<KirchhoffSpec>(material.coherent);
+  };
+  const auto own = named(name);
+  if (own == scenario.materials.end()) return nullptr;
+  if (is_coherent(*own)) return &*own;
+  if (!own->growth) return nullptr;
+  const auto grown = named(own->growth->material);
+  return grown != scenario.materials.end() && is_coherent(*grown) ? &*grown : nullptr;
+}
+
 void check_elastic(Faults& faults, const Value& root, const Scenario& scenario) {
   const auto list = child(root, "objects");
   if (!list || list->node->kind != NodeKind::list) return;
@@ -239,11 +255,9 @@ void check_elastic(Faults& faults, const Value& root, const Scenario& scenario) 
     const ObjectSpec& object = scenario.objects[i];
     const auto value = child(item(*list, i), "elastic");
     if (!object.elastic || !value) continue;
-    const auto material =
-        std::ranges::find(scenario.materials, object.material, &MaterialSpec::name);
-    if (material == scenario.materials.end()) continue;
+    const MaterialSpec* material = coherent_material(scenario, object.material);
+    if (material == nullptr) continue;
     const bool is_smooth = std::holds_alternative<KirchhoffSpec>(material->coherent);
-    if (!is_smooth && !material->wall) continue;
     add_fault(faults, value->place, value->path,
               fmt::format("the material {} has {}, which would count the same echo twice; expected "
                           "a material that only scatters",

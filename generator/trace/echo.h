@@ -92,8 +92,10 @@ inline void add_tap(const Scatterer& center, const Tap& tap, std::size_t number,
   s.mean = std::complex<float>(tap.gain);
   s.key |= std::uint64_t{number} << 32;
 }
-// Of a piece of an elastic body, whose taps come in bits 32 and up: apart from the keys of point
-// targets, and from those of smooth surfaces and edges, which have bit 62.
+// Of an edge, whose pieces come in the lowest 28 bits: bits 60 and 62. Smooth surfaces have bit 62
+// alone and chains of mirrors bits 61 and 62. No amplitude is random.
+inline std::uint64_t edge_key(std::uint64_t edge) { return std::uint64_t{5} << 60 | edge << 28; }
+// Of a piece of an elastic body, whose taps come in bits 32 and up: bits 60 and 61.
 inline std::uint64_t elastic_key(std::uint32_t instance, int piece) {
   return std::uint64_t{3} << 60 | std::uint64_t{instance} << 44 | static_cast<std::uint32_t>(piece);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "acoustics/scattering.h"
@@ -60,10 +61,12 @@ struct Side {
 };
 
 std::vector<Side> sides_of(const Mesh& mesh) {
-  std::map<std::array<float, 3>, std::uint32_t> first_at;
-  std::vector<std::uint32_t> same(mesh.vertices.size());
-  for (std::uint32_t i = 0; i < same.size(); ++i) {
-    same[i] = first_at.try_emplace(mesh.vertices[i], i).first->second;
+  std::vector<std::uint32_t> order(mesh.vertices.size()), same(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return mesh.vertices[i]; });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool again = i > 0 && mesh.vertices[order[i]] == mesh.vertices[order[i - 1]];
+    same[order[i]] = again ? same[order[i - 1]] : order[i];
   }
   std::vector<Side> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -100,6 +103,8 @@ void add_mesh_edges(const Mesh& mesh, const PartMaterials& parts, std::vector<Ed
     const Vec3 first = into_face(mesh, middle, along, sides[i].apex);
     const Vec3 second = next - i == 1 ? first : into_face(mesh, middle, along, sides[i + 1].apex);
     if (next - i == 2 && -dot(first, second) > std::cos(kSharp_rad)) continue;
+    // The third corner of a sliver may lie on the edge.
+    if (!std::isfinite(dot(first, second))) continue;
     edges.push_back({{middle, half}, first, second, part});
   }
 }
@@ -195,13 +200,14 @@ void EdgeEchoes::add(const BodyEdges& body, const Edge& local, std::uint64_t key
                           normalized(turned(local.line.half_m)),
                           material(object, local),
                           object.instance};
-  const Line& line = placed.edge.line;
-  const int count = pieces_of(line, view.sonar_in_world.position_m, scattering.sonar,
-                              scattering.water);
+  const Vec3 eye = view.sonar_in_world.position_m;
+  const auto line = within_range(placed.edge.line, eye, scattering.sonar.range_max_m);
+  if (!line) return;
+  const int count = pieces_of(*line, eye, scattering.sonar, scattering.water);
   for (int i = 0; i < count; ++i) {
     std::optional<Scatterer> s =
-        piece(placed, piece_middle_m(line, i, count), line.length_m() / count);
-    if (!s) continue;
+        piece(placed, piece_middle_m(*line, i, count), line->length_m() / count);
+    if (!s || !(std::norm(s->mean) > 0)) continue;
     s->key = key + static_cast<std::uint64_t>(i);
     scatterers.push_back(*s);
   }
@@ -211,6 +217,7 @@ void EdgeEchoes::add(const BodyEdges& body, const Edge& local, std::uint64_t key
 
 std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m) {
   std::vector<BodyEdges> bodies;
+  std::map<const Mesh*, std::size_t> first_with;  // of meshes without parts, in `bodies`
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const WorldObject& object = world.objects[i];
     if (!diffracts(object.material) && std::ranges::none_of(object.parts.materials, diffracts)) {
@@ -218,7 +225,14 @@ std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m
     }
     BodyEdges body{i, {}};
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-      if (!mesh->ground) add_mesh_edges(*mesh->mesh, object.parts, body.edges);
+      if (mesh->ground) continue;
+      const auto known = first_with.find(mesh->mesh.get());
+      if (known != first_with.end()) {
+        body.edges = bodies[known->second].edges;
+      } else {
+        add_mesh_edges(*mesh->mesh, object.parts, body.edges);
+        if (object.parts.of_part.empty()) first_with[mesh->mesh.get()] = bodies.size();
+      }
     } else {
       std::visit(
           [&](const auto& shape) {
@@ -228,7 +242,7 @@ std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m
           },
           object.shape);
     }
-    if (!body.edges.empty()) bodies.push_back(std::move(body));
+    bodies.push_back(std::move(body));
   }
   return bodies;
 }
@@ -242,8 +256,7 @@ std::vector<Scatterer> edge_scatterers(const PlacedWorld& view, const SurfaceSca
   for (const BodyEdges& body : scattering.edges) {
     std::vector<std::vector<Scatterer>> by_edge(body.edges.size());
     workers.for_each(body.edges.size(), [&](std::size_t i) {
-      // Apart from the keys of rays, targets and parts of smooth surfaces. No amplitude is random.
-      const std::uint64_t key = std::uint64_t{3} << 61 | (number + i) << 28;
+      const std::uint64_t key = edge_key(number + i);
       echoes.add(body, body.edges[i], key, by_edge[i]);
     });
     number += body.edges.size();

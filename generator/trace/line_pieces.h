@@ -1,17 +1,18 @@
 // Lines in the world, cut into pieces that are one scatterer each. Private to trace/.
 //
 //   PlacedWorld   the world at the moment of a ping
-//   Line          line_between  pieces_of  piece_middle_m
+//   Line          within_range  pieces_of  piece_middle_m
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "core/sonar.h"
 #include "core/units.h"
-#include "trace/tracer.h"
 #include "trace/cell_cutting.h"
+#include "trace/tracer.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -30,11 +31,29 @@ struct Line {
   double length_m() const { return 2 * length(half_m); }
 };
 
+// Keys leave room for so many. A line of 100 m at 10 MHz has fewer.
+inline constexpr int kMostPiecesOfLine = 1 << 26;
+
 // Two-way phase that a straight piece may bend by.
 inline constexpr double kLineBend_rad = 0.1;
 
-// How many pieces a line is cut into: a piece changes range by at most c/24b, bends by
-// kLineBend_rad and is a quarter of a beam cell long. 0: it lies beyond the range.
+// The part of a line that is no farther than `range_m` from the eye; none if all of it is farther.
+inline std::optional<Line> within_range(const Line& line, Vec3 eye_m, double range_m) {
+  const double half = length(line.half_m);
+  const Vec3 way = eye_m - line.middle_m;
+  if (half == 0) return length(way) <= range_m ? std::optional(line) : std::nullopt;
+  const Vec3 along = (1 / half) * line.half_m;
+  const double foot = dot(way, along);
+  const double beside_squared = std::max(0.0, dot(way, way) - foot * foot);
+  if (beside_squared > range_m * range_m) return std::nullopt;
+  const double reach = std::sqrt(range_m * range_m - beside_squared);
+  const double low = std::max(-half, foot - reach), high = std::min(half, foot + reach);
+  if (!(low < high)) return std::nullopt;
+  return Line{line.middle_m + ((low + high) / 2) * along, ((high - low) / 2) * along};
+}
+
+// How many pieces a line within range is cut into: a piece changes range by at most c/24b, bends by
+// kLineBend_rad and is a quarter of a beam cell long, but not below an eighth of a wavelength.
 inline int pieces_of(const Line& line, Vec3 eye_m, const Sonar& sonar, const Water& water) {
   const double half = length(line.half_m), c = water.sound_speed_m_s;
   if (half == 0) return 1;
@@ -42,11 +61,11 @@ inline int pieces_of(const Line& line, Vec3 eye_m, const Sonar& sonar, const Wat
   const Vec3 way = eye_m - line.middle_m, along = (1 / half) * line.half_m;
   const double foot = std::clamp(dot(way, along), -half, half);
   const double nearest = length(foot * along - way);
-  if (nearest > sonar.range_max_m) return 0;
   const double longest = std::min({kLongestRange_pulses * c / sonar.bandwidth_hz,
                                    nearest * sonar.beam_spacing_rad / 4,
                                    std::sqrt(kLineBend_rad * nearest * wavelength / (kPi / 2))});
-  return static_cast<int>(std::ceil(2 * half / std::max(longest, wavelength / 8)));
+  const double count = std::ceil(2 * half / std::max(longest, wavelength / 8));
+  return static_cast<int>(std::min(count, double(kMostPiecesOfLine)));
 }
 
 inline Vec3 piece_middle_m(const Line& line, int piece, int count) {

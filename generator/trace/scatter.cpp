@@ -209,16 +209,41 @@ static void add_wall(const Material& material, SurfaceScattering& scattering) {
       {wall, wall_response(wall, scattering.water, sonar.frequency_hz, sonar.bandwidth_hz)});
 }
 
-// Adds what depends on the sonar.
-static void complete(Material& material, SurfaceScattering& scattering) {
-  add_wall(material, scattering);
-  if (material.coherent != CoherentModel::kirchhoff || material.roughness_correlation_m == 0) {
-    return;
+namespace {
+
+// What depends on the sonar, computed once for equal surfaces.
+class SonarMaterials {
+ public:
+  explicit SonarMaterials(SurfaceScattering& scattering) : scattering_(scattering) {}
+
+  void complete(Material& material) {
+    add_wall(material, scattering_);
+    if (material.coherent != CoherentModel::kirchhoff || material.roughness_correlation_m == 0) {
+      return;
+    }
+    const RoughSurface surface{material.reflection, material.roughness_rms_m,
+                               material.roughness_correlation_m};
+    const auto known = std::ranges::find(known_, surface, &Known::surface);
+    if (known != known_.end()) {
+      material.rough = known->table;
+      return;
+    }
+    const double wavelength = scattering_.water.sound_speed_m_s / scattering_.sonar.frequency_hz;
+    material.rough =
+        std::make_shared<const BackscatterTable>(rough_backscatter_table(surface, wavelength));
+    known_.push_back({surface, material.rough});
   }
-  material.rough = rough_backscatter_table(
-      {material.reflection, material.roughness_rms_m, material.roughness_correlation_m},
-      scattering.water.sound_speed_m_s / scattering.sonar.frequency_hz);
-}
+
+ private:
+  struct Known {
+    RoughSurface surface;
+    std::shared_ptr<const BackscatterTable> table;
+  };
+  SurfaceScattering& scattering_;
+  std::vector<Known> known_;
+};
+
+}  // namespace
 
 SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
                                           const World& world) {
@@ -230,9 +255,10 @@ SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water
     scattering.part_material.resize(scattering.material.size());
     scattering.part_material[object.instance] = object.parts.materials;
   }
-  for (Material& material : scattering.material) complete(material, scattering);
+  SonarMaterials materials(scattering);
+  for (Material& material : scattering.material) materials.complete(material);
   for (auto& parts : scattering.part_material) {
-    for (Material& material : parts) complete(material, scattering);
+    for (Material& material : parts) materials.complete(material);
   }
   scattering.edges = diffracting_edges(world, water.sound_speed_m_s / sonar.frequency_hz);
   return scattering;

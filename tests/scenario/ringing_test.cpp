@@ -104,6 +104,10 @@ TEST_CASE("spheres and cylinders may be elastic, and nothing else may") {
       {elastic_object("sphere: {radius_m: 0.5, inward_facing: true}", steel), "has no resonances"},
       {elastic_object(rod, steel + ", wall_m: 0.2"), "expected a thinner wall"},
       {elastic_object(rod, "wall_m: 0.01"), "either material or density_kg_m3"},
+      {elastic_object(rod, steel,
+                      "{reflectivity: 0, growth: {material: steel_smooth, cover: 0.5, "
+                      "correlation_m: 0.1}}"),
+       "the material `steel_smooth` has a specular echo"},
       {elastic_object(rod, steel, "{reflectivity: 1, coherent: {model: kirchhoff}}"),
        "objects.0.elastic: the material `m` has a specular echo"},
       {elastic_object(rod, steel,
@@ -121,6 +125,14 @@ TEST_CASE("spheres and cylinders may be elastic, and nothing else may") {
       return fault.find(part) != std::string::npos;
     }));
   }
+}
+
+// One error, not what follows from it.
+TEST_CASE("an elastic cylinder without a radius is one error") {
+  const auto faults =
+      faults_of(elastic_object("cylinder: {height_m: 1}", "material: steel, wall_m: 0.01"));
+  REQUIRE(faults.size() == 1);
+  CHECK(faults[0].find("radius_m: missing") != std::string::npos);
 }
 
 }  // namespace ensonify

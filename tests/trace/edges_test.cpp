@@ -217,5 +217,21 @@ TEST_CASE("what stands in front hides an edge, and rooms and plain materials hav
   }
 }
 
+// Protects against as many pieces as a long edge has, most of them beyond the range.
+TEST_CASE("an edge is cut only where it is within range") {
+  const Vec3 eye{0, 0, 0};
+  const Line line{{2, 0, 0}, {0, 1e7, 0}};
+  const auto near = within_range(line, eye, 12);
+  REQUIRE(near);
+  CHECK(length(near->middle_m + near->half_m) == Approx(12).epsilon(1e-6));
+  CHECK(near->length_m() == Approx(2 * std::sqrt(140)).epsilon(1e-6));
+  CHECK(pieces_of(*near, eye, narrow_sonar(), kEdgeWater) < 100'000);
+  CHECK_FALSE(within_range({{13, 0, 0}, {0, 1e7, 0}}, eye, 12));
+  CHECK_FALSE(within_range({{0, 30, 0}, {0, 10, 0}}, eye, 12));
+  const auto all = edge_echoes(edged_body(BoxShape{{1, 1e7, 0.2}, false}, {{4, 0, 0}, {}}),
+                               narrow_sonar());
+  CHECK(all.size() > 1000);
+}
+
 }  // namespace
 }  // namespace ensonify

@@ -29,12 +29,13 @@ World ringing_world(Shape shape, Pose pose) {
   return world;
 }
 
-std::vector<Scatterer> ringing_echoes(const World& world, int threads = 1) {
+std::vector<Scatterer> ringing_echoes(const World& world, int threads = 1,
+                                      std::vector<HiddenTarget>* hidden = nullptr) {
   std::vector<Pose> poses;
   for (const WorldObject& object : world.objects) poses.push_back(object.pose);
   const Tracer tracer(world);
   return elastic_scatterers({world, tracer, poses, {}}, ringing_sonar(), kRingingWater,
-                            Workers(threads));
+                            Workers(threads), hidden);
 }
 
 // sum of a r^-2 e^(-i 2 pi f delay) with the elevation pattern divided out.
@@ -69,7 +70,8 @@ TEST_CASE("an elastic sphere is one echo for each tap, at its center") {
 
 // The integral along the axis of spherical waves with the response of each element.
 TEST_CASE("an elastic cylinder is the integral along its axis, broadside and tilted") {
-  for (const double tilt_deg : {0.0, 1.0, 4.0}) {
+  // At 14 and 60 degrees, longer pieces without directivity would have lobes of their own.
+  for (const double tilt_deg : {0.0, 1.0, 4.0, 14.0, 60.0}) {
     const double half = 0.3, tilt = radians(tilt_deg);
     const Pose pose{{4, 0, 0}, {std::cos(tilt / 2), 0, std::sin(tilt / 2), 0}};
     const auto scatterers = ringing_echoes(ringing_world(CylinderShape{0.05, half}, pose));
@@ -101,7 +103,10 @@ TEST_CASE("another body hides an elastic one, and threads change nothing") {
   CHECK(upper.size() == Approx(seen.size() / 2.0).margin(4));
   for (const Scatterer& s : upper) CHECK(s.position_m.z > 0);
   world.objects[1].pose.position_m.z = 0;
-  CHECK(ringing_echoes(world).empty());
+  std::vector<HiddenTarget> hidden;
+  CHECK(ringing_echoes(world, 2, &hidden).empty());
+  REQUIRE(hidden.size() == seen.size());
+  for (const HiddenTarget& target : hidden) CHECK(target.occluder == 2);
 }
 
 }  // namespace
