@@ -50,13 +50,6 @@ PARTS = {
         on=("materials.body.wall={thickness_m: {uniform: [0.003, 0.008]}, density_kg_m3: 1100, speed_m_s: 1600, "
             "loss: 0.1}",),
         classes=("soft_pipeline",)),
-    "ringing": Part(
-        "cylinders of steel that are full of water, as elastic bodies in place of walls",
-        on=("materials.skin={backscatter_strength_db: {uniform: [-36.0, -20]}, texture: {model: gamma, shape: "
-            "{log_uniform: [0.5, 4]}, correlation_m: {log_uniform: [0.01, 0.05]}}}",
-            "objects.target.material=skin",
-            "objects.target.elastic={material: steel, wall_m: {log_uniform: [5e-4, 4e-3]}, filling: water}"),
-        classes=("cylinder",)),
     "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
     "reverberation": Part(
         "echo of the water",
