@@ -226,20 +226,23 @@ constexpr std::uint64_t kWallEchoes = 16;
 
 // The echoes of edges and elastic bodies, for the pieces at the first ping and twice as many, since
 // the sonar may come nearer.
-std::uint64_t line_echoes(const Session& session) {
+struct LineEchoes {
+  std::uint64_t edges = 0, elastic = 0;
+};
+LineEchoes line_echoes(const Session& session) {
   const Pose body = pose_at(session.path, session.ping_times_s.front());
   const Vec3 eye = compose(body, session.mount).position_m;
   const auto pieces = [&](const Line& line) -> std::uint64_t {
     const auto near = within_range(line, eye, session.sonar.range_max_m);
     return near ? pieces_of(*near, eye, session.sonar, session.water) : 0;
   };
-  std::uint64_t count = 0;
+  LineEchoes count;
   const double wavelength = session.water.sound_speed_m_s / session.sonar.frequency_hz;
   for (const BodyEdges& edged : diffracting_edges(session.world, wavelength)) {
     const Pose pose = object_pose(session.world.objects[edged.object], session.ping_times_s[0]);
     for (const Edge& edge : edged.edges) {
-      count += pieces({transform_point(pose, edge.line.middle_m),
-                       rotate(pose.rotation, edge.line.half_m)});
+      count.edges += 2 * pieces({transform_point(pose, edge.line.middle_m),
+                                 rotate(pose.rotation, edge.line.half_m)});
     }
   }
   for (const WorldObject& object : session.world.objects) {
@@ -247,9 +250,10 @@ std::uint64_t line_echoes(const Session& session) {
     const Pose pose = object_pose(object, session.ping_times_s[0]);
     const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
     const Vec3 half{0, 0, cylinder != nullptr ? cylinder->half_height_m : 0};
-    count += object.ringing.taps.size() * pieces({pose.position_m, rotate(pose.rotation, half)});
+    count.elastic +=
+        2 * object.ringing.taps.size() * pieces({pose.position_m, rotate(pose.rotation, half)});
   }
-  return 2 * count;
+  return count;
 }
 
 EchoCounts most_echoes(const Session& session) {
@@ -262,9 +266,12 @@ EchoCounts most_echoes(const Session& session) {
   const std::uint64_t bounces = session.scenario.bounces;
   most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
   if (has_walls(session.scenario)) most.coherent += rays * kWallEchoes * (1 + bounces);
-  most.coherent += line_echoes(session);
+  const LineEchoes lines = line_echoes(session);
+  most.coherent += lines.edges + lines.elastic;
   for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
-  if (wants_hidden(session.scenario.output.selection)) most.hidden = rays * (kMostLayers - 1);
+  if (wants_hidden(session.scenario.output.selection)) {
+    most.hidden = rays * (kMostLayers - 1) + lines.elastic;
+  }
   return most;
 }
 

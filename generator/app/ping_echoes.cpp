@@ -258,11 +258,13 @@ EchoCounts count_echoes(const Moment& moment, const Workers& workers) {
                                        session.sonar, session.water, workers);
   EchoCounts count;
   count.surface = surface_echoes(moment, hits, paths, workers).size();
-  count.coherent = other_echoes(moment, hits, workers).most;
+  const OtherEchoes other = other_echoes(moment, hits, workers);
+  count.coherent = other.most;
   if (!moment.with_hidden) return count;
   count.hidden = trace_behind(moment.tracer, moment.fan, hits, moment.sonar_in_world, session.sonar,
                               session.water, workers)
-                     .behind.hits.size();
+                     .behind.hits.size() +
+                 other.points.hidden.size();
   return count;
 }
 

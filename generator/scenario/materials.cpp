@@ -145,11 +145,11 @@ void texture_fields(Fields& f, SurfaceTexture& texture, const TextureWords& word
   f.number(
       {"spread_db", "Spread",
        "Of lognormal: standard deviation of the level; needed with lognormal", "dB"},
-      texture.spread_db, from_to(0, 20),
+      texture.spread_db, from_to(0, words.widest_spread_db),
       useless_if(is_gamma, "with model gamma; expected shape",
                  {.need = is_lognormal ? Need::required : Need::optional, .has_default = false}));
   f.number({"correlation_m", "Correlation length", words.correlation}, texture.correlation_m,
-           kFieldCorrelation, kRequired);
+           from_to(words.shortest_m, 1e3), kRequired);
   if (is_gamma) texture.model = TextureModel::gamma;
   if (is_lognormal) texture.model = TextureModel::lognormal;
 }

@@ -160,8 +160,8 @@ static std::optional<double> elastic_radius_m(const ShapeSpec& shape) {
 static void object_elastic_fields(Fields& f, ObjectSpec& object) {
   const bool has_body = f.writing() ? object.elastic.has_value() : f.peek("elastic") != nullptr;
   if (!f.begin({"elastic", "Elastic body",
-                "The sphere or cylinder echoes with its resonances, beside what its material "
-                "scatters; left out: only the material echoes"},
+                "The sphere or cylinder echoes with its resonances, in addition to what its "
+                "material scatters; left out: only the material echoes"},
                written_if(has_body, {.has_default = false}))) {
     return;
   }

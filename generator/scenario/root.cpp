@@ -267,7 +267,9 @@ bool varies_by_sequence(const Scenario& scenario) {
            (object.trajectory && object.trajectory->wave_motion);
   };
   const auto is_drawn_volume = [](const VolumeSpec& volume) {
-    return std::holds_alternative<PlumeSpec>(volume.kind) ||
+    const auto* uniform = std::get_if<UniformVolumeSpec>(&volume.kind);
+    return (uniform != nullptr && uniform->patches) ||
+           std::holds_alternative<PlumeSpec>(volume.kind) ||
            std::holds_alternative<SchoolSpec>(volume.kind);
   };
   const auto is_uneven = [](const MaterialSpec& material) {

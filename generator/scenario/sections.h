@@ -36,6 +36,8 @@ void fields(Fields& f, MaterialSpec& material);
 // A random factor with mean 1, with the meanings of its keys.
 struct TextureWords {
   std::string_view model, correlation;
+  double shortest_m = 1e-3;      // correlation length
+  double widest_spread_db = 20;  // of lognormal
 };
 void texture_fields(Fields& f, SurfaceTexture& texture, const TextureWords& words);
 void fields(Fields& f, ObjectSpec& object);

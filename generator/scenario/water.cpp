@@ -155,15 +155,15 @@ static void fields(Fields& f, UniformVolumeSpec& uniform) {
            uniform.strength_db, kStrength, kRequired);
   f.numbers({"size_m", "Size", "[x, y, z]; left out: all the water"}, uniform.size_m, kLength);
   if (!f.begin({"patches", "Patches",
-                "Random variation of the density, which strength and extinction follow, fixed to "
-                "the volume; left out: none"},
+                "Random variation of the density, which strength follows, fixed to the volume; left "
+                "out: none"},
                written_if(uniform.patches.has_value(), {.has_default = false}))) {
     return;
   }
   if (!uniform.patches) uniform.patches.emplace();
   texture_fields(f, *uniform.patches,
                  {"Distribution of the density, whose mean is 1: gamma or lognormal",
-                  "Distance over which the field decorrelates to 1/e"});
+                  "Distance over which the field decorrelates to 1/e", 0.05, 12});
   f.end();
 }
 

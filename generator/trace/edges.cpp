@@ -226,12 +226,13 @@ std::vector<BodyEdges> diffracting_edges(const World& world, double wavelength_m
     BodyEdges body{i, {}};
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
       if (mesh->ground) continue;
+      const bool has_parts = !object.parts.of_part.empty();
       const auto known = first_with.find(mesh->mesh.get());
-      if (known != first_with.end()) {
+      if (known != first_with.end() && !has_parts) {
         body.edges = bodies[known->second].edges;
       } else {
         add_mesh_edges(*mesh->mesh, object.parts, body.edges);
-        if (object.parts.of_part.empty()) first_with[mesh->mesh.get()] = bodies.size();
+        if (!has_parts) first_with[mesh->mesh.get()] = bodies.size();
       }
     } else {
       std::visit(

@@ -15,17 +15,18 @@ struct Sight {
   std::uint32_t occluder = 0;
 };
 
-Sight sight_of(const PlacedWorld& placed, Vec3 place_m, std::uint32_t instance) {
+Sight sight_of(const PlacedWorld& placed, Vec3 place_m, std::uint32_t instance,
+               bool wants_occluder) {
   const Vec3 eye = placed.sonar_in_world.position_m, way = place_m - eye;
   const Ray ray{eye, normalized(way)};
   const Hit first = placed.tracer.first_hit(ray, length(way));
   if (first.instance == instance) return {true, 0};
-  std::uint32_t others = 0;
+  if (!wants_occluder) return {};
   for (const Hit& hit : placed.tracer.hits_along(ray, length(way))) {
     if (hit.instance == instance) break;
-    ++others;
+    if (hit.instance != first.instance) return {};
   }
-  return {false, others == 1 ? first.instance : 0};
+  return {false, first.instance};
 }
 
 // Those of one object.
@@ -35,7 +36,7 @@ struct BodyEchoes {
 };
 
 void add_body(const PlacedWorld& placed, std::size_t index, const Sonar& sonar, const Water& water,
-              BodyEchoes& echoes) {
+              bool wants_hidden, BodyEchoes& echoes) {
   const WorldObject& object = placed.world.objects[index];
   const Pose& pose = placed.object_in_world[index];
   const Vec3 eye = placed.sonar_in_world.position_m;
@@ -59,7 +60,7 @@ void add_body(const PlacedWorld& placed, std::size_t index, const Sonar& sonar, 
     s->cos_incidence = 1;
     s->instance = object.instance;
     s->key = elastic_key(object.instance, i);
-    const Sight sight = sight_of(placed, place, object.instance);
+    const Sight sight = sight_of(placed, place, object.instance, wants_hidden);
     std::vector<Scatterer> taps;
     for (std::size_t tap = 0; tap < object.ringing.taps.size(); ++tap) {
       add_tap(*s, object.ringing.taps[tap], tap, taps);
@@ -68,8 +69,8 @@ void add_body(const PlacedWorld& placed, std::size_t index, const Sonar& sonar, 
     for (const Scatterer& tap : taps) {
       if (sight.is_seen) {
         echoes.heard.push_back(tap);
-      } else {
-        echoes.hidden.push_back({tap, sight.occluder});
+      } else if (wants_hidden) {
+        echoes.hidden.push_back({tap, sight.occluder, true});
       }
     }
   }
@@ -83,7 +84,8 @@ std::vector<Scatterer> elastic_scatterers(const PlacedWorld& placed, const Sonar
   const std::vector<WorldObject>& objects = placed.world.objects;
   std::vector<BodyEchoes> by_object(objects.size());
   workers.for_each(objects.size(), [&](std::size_t i) {
-    if (!objects[i].ringing.taps.empty()) add_body(placed, i, sonar, water, by_object[i]);
+    if (objects[i].ringing.taps.empty()) return;
+    add_body(placed, i, sonar, water, hidden != nullptr, by_object[i]);
   });
   std::vector<Scatterer> all;
   for (const BodyEchoes& echoes : by_object) {

@@ -213,7 +213,7 @@ void DensityColumn::add(int step, double more_m) {
 }
 
 void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
-           DensityColumn& column) {
+           DensityColumn& column, bool has_patches) {
   column.clear();
   if (!(end_m > 0)) return;
   const Ray local{inverse_transform_point(volume.pose, ray.origin_m),
@@ -227,7 +227,7 @@ void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
     const Vec3 half = box->half_extents_m;
     span = span_within(local.origin_m, local.direction, -half, half, end_m);
   }
-  if (volume.patches) {
+  if (volume.patches && has_patches) {
     add_patches(volume, local, span, step_m, column);
   } else {
     add_uniform(span, step_m, column);
@@ -239,9 +239,7 @@ double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double 
   double sum_db = 0;
   for (const Volume& volume : volumes) {
     if (!(volume.extinction_db_m > 0)) continue;
-    // The patches are linear between their points, so longer steps have the same sum.
-    const double points_m = volume.patches ? volume.patch_m / kPointsPerPatch : 0;
-    march(volume, ray, std::max(step_m, points_m), end_m, column);
+    march(volume, ray, step_m, end_m, column, false);
     double length_m = 0;
     for (int k = column.first; k < column.last; ++k) length_m += column.length_m[k];
     sum_db += volume.extinction_db_m * length_m;

@@ -133,7 +133,9 @@ std::vector<double> occlusion_of(std::span<const Hit> hits, const HitsBehind& be
     if (in_range(hit.range_m, sonar)) add_hidden(hit.instance);
   }
   for (const Scatterer& s : points.heard) ++met[s.instance].all;
-  for (const HiddenTarget& target : points.hidden) add_hidden(target.scatterer.instance);
+  for (const HiddenTarget& target : points.hidden) {
+    if (!target.has_rays) add_hidden(target.scatterer.instance);
+  }
   std::vector<double> occlusion;
   for (const Meetings& m : met) {
     occlusion.push_back(m.all == 0 ? std::numeric_limits<double>::quiet_NaN()

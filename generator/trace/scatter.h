@@ -68,6 +68,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
 struct HiddenTarget {
   Scatterer scatterer;
   std::uint32_t occluder = 0;  // the only instance that hides it; 0: several do
+  bool has_rays = false;       // an object, whose rays count how much of it is hidden
 };
 
 // Point targets inside the fan and its ranges that no surface hides; amplitude 10^(TS/20), or one

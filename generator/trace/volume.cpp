@@ -64,7 +64,12 @@ class SectorMarch {
  public:
   SectorMarch(const Fan& fan, const std::vector<Volume>& volumes, const Pose& pose,
               const Sonar& sonar, const Water& water, int samples)
-      : fan_(fan), volumes_(volumes), pose_(pose), sonar_(sonar), columns_(volumes.size()) {
+      : fan_(fan),
+        volumes_(volumes),
+        pose_(pose),
+        sonar_(sonar),
+        columns_(volumes.size()),
+        mean_columns_(volumes.size()) {
     step_m_ = step_of(sonar, water);
     for (int n = 0; n < samples; ++n) {
       const double range = sample_range_m(sonar, water, n);
@@ -88,7 +93,9 @@ class SectorMarch {
         const double amplitude = elevation_pattern(sonar_, elevation) * transmit;
         const Vec3 direction = rotate(pose_.rotation, unit_vector(azimuth, elevation));
         for (std::size_t v = 0; v < volumes_.size(); ++v) {
-          march(volumes_[v], {pose_.position_m, direction}, step_m_, end, columns_[v]);
+          const Ray ray{pose_.position_m, direction};
+          march(volumes_[v], ray, step_m_, end, columns_[v]);
+          if (has_mean(volumes_[v])) march(volumes_[v], ray, step_m_, end, mean_columns_[v], false);
         }
         add_ray(fan_.solid_angle_sr[e] * amplitude * amplitude, elevation);
       }
@@ -127,7 +134,8 @@ class SectorMarch {
     for (int k = first; k < std::min(last, last_step); ++k) {
       double more = 0;
       for (std::size_t v = 0; v < volumes_.size(); ++v) {
-        more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(columns_[v], k);
+        const DensityColumn& column = has_mean(volumes_[v]) ? mean_columns_[v] : columns_[v];
+        more += 2 * kNepers_per_db * volumes_[v].extinction_db_m * length_in(column, k);
       }
       // The mean over the step of the energy that is left.
       const double before = depth > 0 ? std::exp(-depth) : 1;
@@ -145,6 +153,11 @@ class SectorMarch {
     }
   }
 
+  // Whether extinction follows another density than the echo.
+  static bool has_mean(const Volume& volume) {
+    return volume.patches != nullptr && volume.extinction_db_m > 0;
+  }
+
   static double length_in(const DensityColumn& column, int step) {
     return step >= column.first && step < column.last ? column.length_m[step] : 0;
   }
@@ -156,6 +169,7 @@ class SectorMarch {
   double step_m_ = 0;
   std::vector<double> cell_loss_;       // [samples], r^2 (two_way_loss)^2; 0: not heard
   std::vector<DensityColumn> columns_;  // of one ray, by volume
+  std::vector<DensityColumn> mean_columns_;  // without patches, where has_mean
   std::vector<Cells> cells_;            // of one beam cell, by volume
 };
 

@@ -31,11 +31,12 @@ struct DensityColumn {
 // exact. A grid is sampled in the middle of each step, or of at most 64 parts of it no longer than
 // the grid's spacing. Bricks without density are skipped, which does not change the result. Patches
 // are sampled in the middle of each step, or of at most 64 parts of it, linearly between points
-// that are an eighth of the correlation length apart.
+// that are an eighth of the correlation length apart; `has_patches` false gives their mean.
 void march(const Volume& volume, const Ray& ray, double step_m, double end_m,
-           DensityColumn& column);
+           DensityColumn& column, bool has_patches = true);
 
-// The one-way extinction of all volumes along a ray up to end_m, in dB. `column` is a buffer.
+// The one-way extinction of all volumes along a ray up to end_m, in dB. That of patches is the mean
+// one, since sound crosses many of them. `column` is a buffer.
 double extinction_db(const std::vector<Volume>& volumes, const Ray& ray, double step_m,
                      double end_m, DensityColumn& column);
 

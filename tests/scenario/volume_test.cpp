@@ -57,6 +57,19 @@ TEST_CASE("volumes of every kind are read") {
   CHECK(input_files(*scenario) == std::vector{folder.path() / "a.vdb"});
 }
 
+// Protects sequences and sweep runs from sharing the patches of the first one.
+TEST_CASE("volumes that are sampled differ between sequences") {
+  const auto varies = [](const std::string& volume) {
+    const auto scenario = parse_scenario(
+        kHead + "volumes: [{name: w, " + volume + "}]\n", "t.yaml", ".");
+    REQUIRE(scenario.ok());
+    return varies_by_sequence(*scenario);
+  };
+  CHECK_FALSE(varies("uniform: {strength_db: -60}"));
+  CHECK(varies("uniform: {strength_db: -60, patches: {model: gamma, shape: 2, correlation_m: 1}}"));
+  CHECK(varies("plume: {radius_m: 0.2, height_m: 3, strength_db: -30}"));
+}
+
 // Protects the identity of a data set, and the way of its files into it.
 TEST_CASE("volumes are written as they are read") {
   const test::TemporaryFolder folder;
@@ -102,6 +115,8 @@ TEST_CASE("wrong volumes are refused where they stand") {
        "4:65: volumes.0.extinction_db_m:", "from 0 to"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, correlation_m: 1}}}]",
        "4:56: volumes.0.uniform.patches.shape:", "missing"},
+      {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, correlation_m: 0.01}}}]",
+       "4:96: volumes.0.uniform.patches.correlation_m:", "from 0.05 to 1000"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2}}}]",
        "4:56: volumes.0.uniform.patches.correlation_m:", "missing"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, spread_db: 1, "

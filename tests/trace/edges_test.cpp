@@ -217,6 +217,21 @@ TEST_CASE("what stands in front hides an edge, and rooms and plain materials hav
   }
 }
 
+// Protects meshes that objects share: the second one may have parts of other materials.
+TEST_CASE("edges follow the parts of each object, not of the first one with the mesh") {
+  const auto square = mesh_of({{4, -0.2f, -0.2f}, {4, 0.2f, -0.2f}, {4, 0.2f, 0.2f}}, {{0, 1, 2}});
+  square->part = {0};
+  World world = edged_body(MeshShape{square}, {});
+  Material dull = with_edges();
+  dull.edges = false;
+  world.objects.push_back({2, MeshShape{square}, {{0, 0, 1}, {}}, with_edges()});
+  world.objects[1].parts = {{1}, {dull}};
+  world.instances.resize(2);
+  const auto echoes = edge_echoes(world, narrow_sonar());
+  REQUIRE_FALSE(echoes.empty());
+  for (const Scatterer& s : echoes) CHECK(s.instance == 1);
+}
+
 // Protects against as many pieces as a long edge has, most of them beyond the range.
 TEST_CASE("an edge is cut only where it is within range") {
   const Vec3 eye{0, 0, 0};
