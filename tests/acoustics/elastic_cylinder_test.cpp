@@ -52,7 +52,7 @@ TEST_CASE("a very stiff and heavy cylinder is rigid") {
   const ElasticBody rigid{kRod_m, {1e12, 1e7, 6e6}, 1};
   for (const double ka : {0.1, 1.0, 8.0, 40.0}) {
     const auto modes = cylinder_modes(rigid, kCylinderWater, cylinder_hz(ka));
-    for (int n = 0; n < 12; ++n) {
+    for (int n = 0; n < 10; ++n) {
       CAPTURE(ka, n);
       const Amplitude expected = -dcj(n, ka) / Amplitude(dcj(n, ka), -dcy(n, ka));
       CHECK(std::abs(modes[static_cast<std::size_t>(n)] - expected) <
