@@ -224,11 +224,11 @@ EchoCounts count_echoes(const Session& session) {
 // response.
 constexpr std::uint64_t kWallEchoes = 16;
 
-// The echoes of edges and elastic bodies, for the pieces at the first ping and twice as many, since
-// the sonar may come nearer.
 struct LineEchoes {
   std::uint64_t edges = 0, elastic = 0;
 };
+
+// Twice as many as at the first ping, since the sonar may come nearer.
 LineEchoes line_echoes(const Session& session) {
   const Pose body = pose_at(session.path, session.ping_times_s.front());
   const Vec3 eye = compose(body, session.mount).position_m;

@@ -123,10 +123,6 @@ struct EdgeEchoes {
   const SurfaceScattering& scattering;
   double wavelength_m;
 
-  const Material& material(const WorldObject& object, const Edge& edge) const {
-    return edge.part == 0 ? scattering.material[object.instance]
-                          : scattering.part_material[object.instance][edge.part - 1];
-  }
   bool is_seen(Vec3 place_m, const Edge& edge) const;
   std::optional<Scatterer> piece(const PlacedEdge& placed, Vec3 place_m, double length_m) const;
   void add(const BodyEdges& body, const Edge& local, std::uint64_t key,
@@ -192,13 +188,14 @@ std::optional<Scatterer> EdgeEchoes::piece(const PlacedEdge& placed, Vec3 place_
 void EdgeEchoes::add(const BodyEdges& body, const Edge& local, std::uint64_t key,
                      std::vector<Scatterer>& scatterers) const {
   const WorldObject& object = view.world.objects[body.object];
-  if (!diffracts(material(object, local))) return;
+  const Material& material = material_at(scattering, object.instance, local.part);
+  if (!diffracts(material)) return;
   const Pose& pose = view.object_in_world[body.object];
   const auto turned = [&](Vec3 v) { return rotate(pose.rotation, v); };
   const PlacedEdge placed{{{transform_point(pose, local.line.middle_m), turned(local.line.half_m)},
                            turned(local.first), turned(local.second), local.part},
                           normalized(turned(local.line.half_m)),
-                          material(object, local),
+                          material,
                           object.instance};
   const Vec3 eye = view.sonar_in_world.position_m;
   const auto line = within_range(placed.edge.line, eye, scattering.sonar.range_max_m);

@@ -37,9 +37,13 @@ struct SurfaceScattering {
   std::vector<BodyEdges> edges = {};  // of the objects whose edges diffract
 };
 
+// `part` as Hit::part.
+inline const Material& material_at(const SurfaceScattering& scattering, std::uint32_t instance,
+                                   std::uint16_t part) {
+  return part == 0 ? scattering.material[instance] : scattering.part_material[instance][part - 1];
+}
 inline const Material& material_at(const SurfaceScattering& scattering, const Hit& hit) {
-  return hit.part == 0 ? scattering.material[hit.instance]
-                       : scattering.part_material[hit.instance][hit.part - 1];
+  return material_at(scattering, hit.instance, hit.part);
 }
 
 // Null if the material is no wall.
