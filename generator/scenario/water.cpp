@@ -228,6 +228,54 @@ void fields(Fields& f, VolumeSpec& volume) {
                    "on a uniform volume without size_m, which is infinite"));
 }
 
+namespace {
+
+template <class Refuse>
+void refuse_materials(const Value& root, const Scenario& scenario, const Refuse& refuse) {
+  if (const auto materials = child(root, "materials")) {
+    for (const MaterialSpec& material : scenario.materials) {
+      const auto value = child(*materials, material.name);
+      if (material.wall) {
+        refuse(value ? child(*value, "wall") : value,
+               "paths through walls are straight; expected no wall with water.profile");
+      }
+      if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;
+      refuse(value ? child(*value, "coherent") : value,
+             "specular echoes are not computed along refracted rays; expected no model kirchhoff "
+             "with water.profile");
+    }
+  }
+}
+
+// Elastic objects, and volumes.
+template <class Refuse>
+void refuse_bodies(const Value& root, const Scenario& scenario, const Refuse& refuse) {
+  const auto objects = child(root, "objects");
+  for (std::size_t i = 0; objects && i < scenario.objects.size(); ++i) {
+    if (!scenario.objects[i].elastic) continue;
+    refuse(child(item(*objects, i), "elastic"),
+           "elastic bodies are not heard along refracted rays; expected no elastic with "
+           "water.profile");
+  }
+  const auto volumes = child(root, "volumes");
+  for (std::size_t i = 0; volumes && i < scenario.volumes.size(); ++i) {
+    const VolumeSpec& volume = scenario.volumes[i];
+    const auto* uniform = std::get_if<UniformVolumeSpec>(&volume.kind);
+    if (uniform != nullptr && uniform->patches) {
+      refuse(item(*volumes, i),
+             "patches are not found along refracted rays; expected no patches with water.profile");
+      continue;
+    }
+    const bool open = uniform != nullptr && !uniform->size_m;
+    if (open || std::holds_alternative<SchoolSpec>(volume.kind)) continue;
+    refuse(item(*volumes, i),
+           "bounded volumes are not computed along refracted rays; expected uniform volumes "
+           "without size_m, or schools, with water.profile");
+  }
+}
+
+}  // namespace
+
 void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario) {
   if (!scenario.water.profile) return;
   const auto refuse = [&](std::optional<Value> value, const std::string& text) {
@@ -254,41 +302,8 @@ void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& 
            "scatterers fixed on surfaces are not found along refracted rays; expected per_ping or "
            "per_ray with water.profile");
   }
-  if (const auto materials = child(root, "materials")) {
-    for (const MaterialSpec& material : scenario.materials) {
-      const auto value = child(*materials, material.name);
-      if (material.wall) {
-        refuse(value ? child(*value, "wall") : value,
-               "paths through walls are straight; expected no wall with water.profile");
-      }
-      if (!std::holds_alternative<KirchhoffSpec>(material.coherent)) continue;
-      refuse(value ? child(*value, "coherent") : value,
-             "specular echoes are not computed along refracted rays; expected no model kirchhoff "
-             "with water.profile");
-    }
-  }
-  const auto objects = child(root, "objects");
-  for (std::size_t i = 0; objects && i < scenario.objects.size(); ++i) {
-    if (!scenario.objects[i].elastic) continue;
-    refuse(item(*objects, i),
-           "elastic bodies are not heard along refracted rays; expected no elastic with "
-           "water.profile");
-  }
-  const auto volumes = child(root, "volumes");
-  for (std::size_t i = 0; volumes && i < scenario.volumes.size(); ++i) {
-    const VolumeSpec& volume = scenario.volumes[i];
-    const auto* uniform = std::get_if<UniformVolumeSpec>(&volume.kind);
-    if (uniform != nullptr && uniform->patches) {
-      refuse(item(*volumes, i),
-             "patches are not found along refracted rays; expected no patches with water.profile");
-      continue;
-    }
-    const bool open = uniform != nullptr && !uniform->size_m;
-    if (open || std::holds_alternative<SchoolSpec>(volume.kind)) continue;
-    refuse(item(*volumes, i),
-           "bounded volumes are not computed along refracted rays; expected uniform volumes "
-           "without size_m, or schools, with water.profile");
-  }
+  refuse_materials(root, scenario, refuse);
+  refuse_bodies(root, scenario, refuse);
 }
 
 }  // namespace ensonify
