@@ -3,11 +3,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "compare/statistics.h"
 
 namespace ensonify {
 namespace {
+
+// The place of the highest side lobe jumps between one key and the next; the cuts hold the same.
+bool is_smooth(const Statistic& statistic) {
+  return !std::string_view(statistic.id).ends_with("side_lobe");
+}
 
 // Subtracts from every block the mean over the values that are defined.
 void center(std::vector<std::vector<double>>& pseudo) {
@@ -40,6 +46,7 @@ MomentSample moments_of(const BlockStatistics& measured) {
   MomentSample sample;
   for (std::size_t s = 0; s < estimates.size(); ++s) {
     const Statistic& statistic = statistics()[s];
+    if (!is_smooth(statistic)) continue;
     std::vector<std::vector<double>> pseudo = estimates[s].pseudo;
     if (statistic.positions != nullptr && statistic.free_constant) center(pseudo);
     for (auto& values : pseudo) add_moment(std::move(values), sample);
@@ -50,6 +57,7 @@ MomentSample moments_of(const BlockStatistics& measured) {
 std::vector<std::string> moment_names(const BlockStatistics& measured) {
   std::vector<std::string> names;
   for (const Statistic& statistic : statistics()) {
+    if (!is_smooth(statistic)) continue;
     if (statistic.positions == nullptr) {
       names.emplace_back(statistic.id);
       continue;

@@ -12,7 +12,8 @@
 
 namespace ensonify {
 
-// All values of all statistics of pings, curves value by value, in one order for every data set.
+// All values of the statistics of pings but side lobes, curves value by value, in one order for
+// every data set.
 // Curves with a free constant are taken less their mean. Needs 2 blocks or more.
 MomentSample moments_of(const BlockStatistics& measured);
 

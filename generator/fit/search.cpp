@@ -241,7 +241,7 @@ Result<Settled> settle(Search& search, std::size_t center) {
     if (!there) return there.error();
     FitErrors errors = errors_at(search, *model, *there);
     const Vector error = errors.covariance.diagonal().cwiseSqrt();
-    const bool is_short = (s.cwiseAbs().array() <= 0.5 * error.array()).all();
+    const bool is_short = (s.cwiseAbs().array() <= error.array()).all();
     settled = Settled{at + s, *there, std::move(*model), std::move(errors), is_short};
     center = *there;
     radius = radius_of(settled->errors);
