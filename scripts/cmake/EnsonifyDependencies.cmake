@@ -28,6 +28,7 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   include(EnsonifyOpenVdb)  # after OpenEXR, which brings Imath
   find_package(CLI11 REQUIRED)
   find_package(fmt REQUIRED)
+  find_package(Eigen3 REQUIRED)
   find_package(nlohmann_json REQUIRED)
   find_package(valijson REQUIRED)  # newer releases call the target ValiJSON::valijson
   if(NOT TARGET ValiJSON::valijson)
