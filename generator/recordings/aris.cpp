@@ -52,11 +52,6 @@ enum FileMember : std::size_t {
   kFileLargeLens = 452,
 };
 
-template <class T>
-void put_at(std::string& bytes, std::size_t offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-}
-
 // The platform's attitude or, where it is not recorded, that of the compass.
 void take_attitude(std::string_view bytes, ArisHead& head) {
   head.heading_deg = value_at<float>(bytes, kHeading);
@@ -244,41 +239,41 @@ Result<LogEnd> read_aris(const LogBytes& log, const LogFrames& frames) {
 
 std::string aris_file_header(const ArisHead& first, std::uint32_t frames) {
   std::string bytes(kArisHeader, '\0');
-  put_at(bytes, 0, kSignature);
-  put_at(bytes, kFrameCount, frames);
-  put_at(bytes, kHighResolution, first.high_frequency);
-  put_at(bytes, kRawBeams, static_cast<std::uint32_t>(aris_beams(first.ping_mode)));
-  put_at(bytes, kSamplesPerChannel, first.samples);
-  put_at(bytes, kFileSerial, first.serial);
-  put_at(bytes, kFileLargeLens, first.large_lens);
+  put_value_at(bytes, 0, kSignature);
+  put_value_at(bytes, kFrameCount, frames);
+  put_value_at(bytes, kHighResolution, first.high_frequency);
+  put_value_at(bytes, kRawBeams, static_cast<std::uint32_t>(aris_beams(first.ping_mode)));
+  put_value_at(bytes, kSamplesPerChannel, first.samples);
+  put_value_at(bytes, kFileSerial, first.serial);
+  put_value_at(bytes, kFileLargeLens, first.large_lens);
   return bytes;
 }
 
 std::string aris_frame_header(const ArisHead& head) {
   std::string bytes(kArisHeader, '\0');
   const float metres_per_us = head.sound_speed_m_s / 2 * 1e-6f;
-  put_at(bytes, kFrameIndex, head.frame);
-  put_at(bytes, kFrameTime, head.time_us);
-  put_at(bytes, kVersion, kSignature);
-  put_at(bytes, kSonarTime, head.time_us);
-  put_at(bytes, kWindowStart, static_cast<float>(head.sample_start_us) * metres_per_us);
-  put_at(bytes, kWindowLength,
-         static_cast<float>(head.sample_period_us * head.samples) * metres_per_us);
-  put_at(bytes, kDepth, head.depth_m);
-  put_at(bytes, kPitch, head.pitch_deg);
-  put_at(bytes, kRoll, head.roll_deg);
-  put_at(bytes, kHeading, head.heading_deg);
-  put_at(bytes, kSampleRate, 1e6f / static_cast<float>(head.sample_period_us));
-  put_at(bytes, kPingMode, head.ping_mode);
-  put_at(bytes, kFrequencyHigh, head.high_frequency);
-  put_at(bytes, kSamplePeriod, head.sample_period_us);
-  put_at(bytes, kSoundSpeed, head.sound_speed_m_s);
-  put_at(bytes, kSamples, head.samples);
-  put_at(bytes, kSampleStart, head.sample_start_us);
-  put_at(bytes, kLargeLens, head.large_lens);
-  put_at(bytes, kSystem, head.system);
-  put_at(bytes, kSerial, head.serial);
-  put_at(bytes, kReordered, std::uint32_t{1});
+  put_value_at(bytes, kFrameIndex, head.frame);
+  put_value_at(bytes, kFrameTime, head.time_us);
+  put_value_at(bytes, kVersion, kSignature);
+  put_value_at(bytes, kSonarTime, head.time_us);
+  put_value_at(bytes, kWindowStart, static_cast<float>(head.sample_start_us) * metres_per_us);
+  put_value_at(bytes, kWindowLength,
+               static_cast<float>(head.sample_period_us * head.samples) * metres_per_us);
+  put_value_at(bytes, kDepth, head.depth_m);
+  put_value_at(bytes, kPitch, head.pitch_deg);
+  put_value_at(bytes, kRoll, head.roll_deg);
+  put_value_at(bytes, kHeading, head.heading_deg);
+  put_value_at(bytes, kSampleRate, 1e6f / static_cast<float>(head.sample_period_us));
+  put_value_at(bytes, kPingMode, head.ping_mode);
+  put_value_at(bytes, kFrequencyHigh, head.high_frequency);
+  put_value_at(bytes, kSamplePeriod, head.sample_period_us);
+  put_value_at(bytes, kSoundSpeed, head.sound_speed_m_s);
+  put_value_at(bytes, kSamples, head.samples);
+  put_value_at(bytes, kSampleStart, head.sample_start_us);
+  put_value_at(bytes, kLargeLens, head.large_lens);
+  put_value_at(bytes, kSystem, head.system);
+  put_value_at(bytes, kSerial, head.serial);
+  put_value_at(bytes, kReordered, std::uint32_t{1});
   return bytes;
 }
 

@@ -319,42 +319,38 @@ Result<LogEnd> read_items(const LogBytes& log, const LogFrames& frames, std::uin
   return pings.end;
 }
 
-template <class T>
-void put_at(std::string& bytes, std::size_t offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-}
-
 // The numbers of a message of version 2; the flags ask for meters, and for 16 bits and gains where
 // there are any.
 std::string ping_numbers(const OculusPing& ping, std::uint32_t number, std::uint64_t image_size) {
   const PingLayout& at = kVersion2;
   std::string bytes(at.end, '\0');
-  put_at(bytes, 0, kMessageMark);
-  put_at(bytes, 6, kSimplePing);
-  put_at(bytes, 8, std::uint16_t{2});
-  put_at(bytes, 10, static_cast<std::uint32_t>(ping.image_offset + image_size - kMessageHeader));
-  put_at(bytes, kMode, ping.mode);
-  put_at(bytes, kGamma, static_cast<std::uint8_t>(std::lround(255 * ping.gamma)));
+  put_value_at(bytes, 0, kMessageMark);
+  put_value_at(bytes, 6, kSimplePing);
+  put_value_at(bytes, 8, std::uint16_t{2});
+  put_value_at(bytes, 10,
+               static_cast<std::uint32_t>(ping.image_offset + image_size - kMessageHeader));
+  put_value_at(bytes, kMode, ping.mode);
+  put_value_at(bytes, kGamma, static_cast<std::uint8_t>(std::lround(255 * ping.gamma)));
   const int flags = 1 | (ping.bytes_per_count > 1 ? 2 : 0) | (ping.row_gains ? 4 : 0) | 8;
-  put_at(bytes, kFlags, static_cast<std::uint8_t>(flags));
-  put_at(bytes, kRange, ping.samples * ping.range_step_m);
-  put_at(bytes, kDemandedSpeed, ping.sound_speed_m_s);
-  put_at(bytes, kPingId, number);
-  put_at(bytes, at.frequency, ping.frequency_hz);
+  put_value_at(bytes, kFlags, static_cast<std::uint8_t>(flags));
+  put_value_at(bytes, kRange, ping.samples * ping.range_step_m);
+  put_value_at(bytes, kDemandedSpeed, ping.sound_speed_m_s);
+  put_value_at(bytes, kPingId, number);
+  put_value_at(bytes, at.frequency, ping.frequency_hz);
   if (ping.attitude) {
-    put_at(bytes, at.attitude, ping.attitude->heading_deg);
-    put_at(bytes, at.attitude + 8, ping.attitude->pitch_deg);
-    put_at(bytes, at.attitude + 16, ping.attitude->roll_deg);
+    put_value_at(bytes, at.attitude, ping.attitude->heading_deg);
+    put_value_at(bytes, at.attitude + 8, ping.attitude->pitch_deg);
+    put_value_at(bytes, at.attitude + 16, ping.attitude->roll_deg);
   }
-  put_at(bytes, at.sound_speed, ping.sound_speed_m_s);
-  put_at(bytes, at.start, ping.start_s);
-  put_at(bytes, at.data_size, static_cast<std::uint8_t>(ping.bytes_per_count - 1));
-  put_at(bytes, at.range_step, ping.range_step_m);
-  put_at(bytes, at.samples, static_cast<std::uint16_t>(ping.samples));
-  put_at(bytes, at.beams, static_cast<std::uint16_t>(ping.beams));
-  put_at(bytes, at.image_offset, static_cast<std::uint32_t>(ping.image_offset));
-  put_at(bytes, at.image_size, static_cast<std::uint32_t>(image_size));
-  put_at(bytes, at.message_size, static_cast<std::uint32_t>(ping.image_offset + image_size));
+  put_value_at(bytes, at.sound_speed, ping.sound_speed_m_s);
+  put_value_at(bytes, at.start, ping.start_s);
+  put_value_at(bytes, at.data_size, static_cast<std::uint8_t>(ping.bytes_per_count - 1));
+  put_value_at(bytes, at.range_step, ping.range_step_m);
+  put_value_at(bytes, at.samples, static_cast<std::uint16_t>(ping.samples));
+  put_value_at(bytes, at.beams, static_cast<std::uint16_t>(ping.beams));
+  put_value_at(bytes, at.image_offset, static_cast<std::uint32_t>(ping.image_offset));
+  put_value_at(bytes, at.image_size, static_cast<std::uint32_t>(image_size));
+  put_value_at(bytes, at.message_size, static_cast<std::uint32_t>(ping.image_offset + image_size));
   return bytes;
 }
 
@@ -417,11 +413,11 @@ Result<LogEnd> read_oculus(const LogBytes& log, const LogFrames& frames) {
 
 std::string oculus_file_header(double time_s) {
   std::string bytes(kFileHeader, '\0');
-  put_at(bytes, 0, kFileMark);
-  put_at(bytes, 4, static_cast<std::uint32_t>(kFileHeader));
+  put_value_at(bytes, 0, kFileMark);
+  put_value_at(bytes, 4, static_cast<std::uint32_t>(kFileHeader));
   bytes.replace(8, 6, "Oculus");
-  put_at(bytes, 24, std::uint16_t{1});
-  put_at(bytes, 40, time_s);
+  put_value_at(bytes, 24, std::uint16_t{1});
+  put_value_at(bytes, 40, time_s);
   return bytes;
 }
 
@@ -439,12 +435,12 @@ std::string oculus_ping_item(const OculusPing& ping, std::uint32_t number, doubl
     message += counts.substr(row * row_bytes, row_bytes);
   }
   std::string item(kItemHeader, '\0');
-  put_at(item, 0, kItemMark);
-  put_at(item, 4, static_cast<std::uint32_t>(kItemHeader));
-  put_at(item, 8, kSonarItem);
-  put_at(item, 16, time_s);
-  put_at(item, 28, static_cast<std::uint32_t>(message.size()));
-  put_at(item, 32, static_cast<std::uint32_t>(message.size()));
+  put_value_at(item, 0, kItemMark);
+  put_value_at(item, 4, static_cast<std::uint32_t>(kItemHeader));
+  put_value_at(item, 8, kSonarItem);
+  put_value_at(item, 16, time_s);
+  put_value_at(item, 28, static_cast<std::uint32_t>(message.size()));
+  put_value_at(item, 32, static_cast<std::uint32_t>(message.size()));
   return item + message;
 }
 
