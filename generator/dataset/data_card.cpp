@@ -38,7 +38,7 @@ The sonar of sequence 0; others may differ, see `sequences/*/sequence.json`:
       fmt::arg("spacing", degrees(sonar.beam_spacing_rad)),
       fmt::arg("width", degrees(sonar.beam_width_rad)), fmt::arg("near", sonar.range_min_m),
       fmt::arg("far", sonar.range_max_m), fmt::arg("samples", first.record.samples),
-      fmt::arg("step", sample_range_m(sonar, first.water, 1)),
+      fmt::arg("step", range_step_m(sonar, first.water)),
       fmt::arg("c", first.water.sound_speed_m_s),
       fmt::arg("profile", first.water.profile ? " for the range axis; the water has the profile in "
                                                 "`sequence.json`, which refracts rays"

@@ -109,7 +109,7 @@ Json sequence_json(const ShownSequence& sequence, const std::vector<std::string>
           {"samples", stored.samples},
           {"azimuth_rad", std::move(azimuth)},
           {"range_step_m", stored.range_step_m},
-          {"first_range_m", 0},
+          {"first_range_m", stored.first_range_m},
           {"sonar", std::move(sonar)},
           {"instances", instances_json(sequence, classes)},
           {"path", std::move(path)},
