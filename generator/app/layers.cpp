@@ -83,7 +83,11 @@ std::vector<Layer> layers_of(const SequenceInfo& info) {
     if (holds(layer)) layers.push_back(layer);
   }
   if (!info.paths.empty()) layers.push_back(Layer::multipath);
-  if (info.sonar.adc) layers.push_back(Layer::quantisation);
+  if (info.sonar.front_end) {
+    layers.push_back(Layer::electronics);
+  } else if (info.sonar.adc) {
+    layers.push_back(Layer::quantisation);
+  }
   return layers;
 }
 

@@ -5,9 +5,11 @@
 
 #include "acoustics/refraction.h"
 #include "app/layers.h"
-#include "core/random.h"
+#include "app/ping_series.h"
 #include "core/stage_times.h"
+#include "core/units.h"
 #include "formats/half_floats.h"
+#include "instrument/recorder.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
 #include "labels/cartesian_display.h"
@@ -19,16 +21,6 @@
 
 namespace ensonify {
 namespace {
-
-RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
-  RandomKeys keys;
-  keys.speckle = stream_key(info.seed, Stream::speckle, info.sequence);
-  keys.speckle_ping = info.speckle == SpeckleMode::per_ping ? ping : 0;
-  keys.noise = stream_key(info.seed, Stream::noise, info.sequence);
-  keys.noise_ping = ping;
-  keys.volume = stream_key(info.seed, Stream::volume, info.sequence);
-  return keys;
-}
 
 bool only_level(const OutputSelection& output) {
   return has_pictures(output) && !output.any_timeseries() && !output.layers;
@@ -49,46 +41,9 @@ std::vector<float> first_return_of(const Session& session, const PingEchoes& ech
                         by_delay ? session.water.sound_speed_m_s : 0);
 }
 
-PingSeries synthesized(const PingSetup& setup, const PingTask& task, const Workers& workers) {
-  const StageTimer timer(workers, Stage::synthesis);
-  PingSeries series;
-  setup.tables->backend->synthesize({&task, 1}, {&series, 1}, workers);
-  return series;
-}
-
-PingSeries series_of(const PingSetup& setup, const PingEchoes& echoes, std::uint32_t ping,
-                     bool wants_clean, bool only_level, const Workers& workers) {
-  const SequenceInfo& info = setup.info;
-  PingTask task{&echoes.scatterers, keys_of(info, ping), info.noise_power_pa2, echoes.volumes};
-  task.wants_clean = wants_clean;
-  task.wants_channels = info.output.channels;
-  task.converts = true;
-  task.only_level = only_level;
-  return synthesized(setup, task, workers);
-}
-
-// Runs the same tasks with fewer items. Keys, and therefore all random numbers, are those of the
-// complete task.
-std::vector<LayerSeries> layers_of_ping(const PingSetup& setup,
-                                        const std::vector<Layer>& layer_of_instance,
-                                        const PingEchoes& echoes, std::uint32_t ping,
-                                        const PingSeries& whole, const Workers& workers) {
-  const SequenceInfo& info = setup.info;
-  std::vector<LayerSeries> layers;
-  for (const Layer layer : info.layers) {
-    if (layer == Layer::quantisation) {
-      layers.push_back({layer, remainder(whole.pressure_pa, layers)});
-      continue;
-    }
-    const ScattererList part = scatterers_of(layer, layer_of_instance, echoes.scatterers);
-    PingTask task{&part, keys_of(info, ping), 0, {}, false};
-    if (layer == Layer::noise) task.noise_power_pa2 = info.noise_power_pa2;
-    if (layer == Layer::volume) task.volumes = echoes.volumes;
-    layers.push_back({layer, synthesized(setup, task, workers).pressure_pa});
-  }
-  // If there is an ADC, the rest is in its own layer.
-  if (!setup.session.sonar.adc) settle(whole.pressure_pa, layers);
-  return layers;
+ReceivedParts received_parts(const PingSetup& setup, const PingEchoes& echoes,
+                             std::uint32_t ping) {
+  return {setup.session, setup.info, *setup.tables, echoes, ping};
 }
 
 PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series) {
@@ -182,7 +137,27 @@ std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const Polar
   return list;
 }
 
-void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSeries& series,
+// [samples x beams] from [beams x samples].
+std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
+                                   std::size_t beams) {
+  const std::size_t samples = pressure_pa.size() / beams;
+  std::vector<float> level_db(pressure_pa.size());
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      level_db[n * beams + beam] = image_level_db(std::norm(pressure_pa[beam * samples + n]));
+    }
+  }
+  return level_db;
+}
+
+void add_recorded(const PingSetup& setup, std::span<const float> level_db, PingResult& result) {
+  const SequenceInfo& info = setup.info;
+  result.recorded = record_ping(*info.recorder, level_db, info.sonar.beam_count,
+                                sample_range_m(info.sonar, info.water, 1),
+                                info.water.absorption_db_m);
+}
+
+void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeries& series,
                   std::optional<LabelledImage> made, const Workers& workers, PingResult& result) {
   const SequenceInfo& info = setup.info;
   const OutputSelection& output = info.output;
@@ -191,6 +166,8 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, const PingSe
   LabelledImage polar =
       made ? std::move(*made)
            : timed(workers, Stage::labels, [&] { return polar_image(input, workers); });
+  polar.artifact = std::move(series.artifact);
+  if (info.recorder) add_recorded(setup, polar.level_db, result);
   HiddenLabels hidden;
   if (output.shadow || output.amodal) {
     const StageTimer timer(workers, Stage::shadow);
@@ -267,8 +244,9 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   PingEchoes echoes = echoes_of(setup, 0, wish.keeps_ping_zero && wants_hidden(output), workers);
   // With snr_db the noise is not known yet, so this is not the final time series of the ping.
   const bool keeps_series = wish.keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
-  PingSeries series =
-      series_of(setup, echoes, 0, true, keeps_series ? only_level(output) : true, workers);
+  ReceivedSeries series =
+      received_series(received_parts(setup, echoes, 0), true,
+                      keeps_series ? only_level(output) : true, workers);
   if (info.noise_snr_db) {
     const Result<double> noise_pa2 =
         noise_power_of_snr(info, mean_clean_pa2(setup, echoes, series));
@@ -313,13 +291,18 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
     }
   }
   const bool pictures = has_pictures(output);
-  PingSeries series = start.series
-                          ? std::move(*start.series)
-                          : series_of(setup_, echoes, ping, pictures, only_level(output), workers);
+  const ReceivedParts parts = received_parts(setup_, echoes, ping);
+  ReceivedSeries series = start.series
+                              ? std::move(*start.series)
+                              : received_series(parts, pictures, only_level(output), workers);
   if (output.layers) {
-    result.layers = layers_of_ping(setup_, layer_of_instance_, echoes, ping, series, workers);
+    result.layers = received_layers(parts, layer_of_instance_, series, workers);
   }
-  if (pictures) add_pictures(setup_, echoes, series, std::move(start.polar), workers, result);
+  if (pictures) {
+    add_pictures(setup_, echoes, series, std::move(start.polar), workers, result);
+  } else if (setup_.info.recorder) {
+    add_recorded(setup_, polar_levels_db(series.pressure_pa, session.sonar.beam_count), result);
+  }
   if (!scene_) {
     result.scatterers = std::move(start.echoes->scatterers);
   } else if (output.scatterers || output.points) {

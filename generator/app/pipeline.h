@@ -14,6 +14,7 @@
 
 #include "app/instance_measures.h"
 #include "app/ping_echoes.h"
+#include "app/ping_series.h"
 #include "app/session.h"
 #include "app/tables.h"
 #include "core/error.h"
@@ -48,7 +49,7 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
 // Existing parts are not computed again when the ping is made.
 struct PingStart {
   std::optional<PingEchoes> echoes;
-  std::optional<PingSeries> series;
+  std::optional<ReceivedSeries> series;
   std::optional<LabelledImage> polar;
 };
 

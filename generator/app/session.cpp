@@ -17,6 +17,7 @@
 #include "app/ringing.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "instrument/front_end.h"
 #include "labels/cartesian.h"
 #include "scenario/tables.h"
 #include "synthesis/beamforming.h"
@@ -143,6 +144,15 @@ Status cut_surfaces(Session& session) {
           leaves, kMostLeaves)};
 }
 
+void set_beam_responses(const Scenario& scenario, Sonar& sonar) {
+  if (!scenario.sonar.electronics) return;
+  const double gain_db = scenario.sonar.electronics->beam_gain_error_db;
+  const double phase_rad = radians(scenario.sonar.electronics->beam_phase_error_deg);
+  if (gain_db == 0 && phase_rad == 0) return;
+  sonar.front_end->beam_response =
+      beam_responses(scenario.seed, sonar.beam_count, gain_db, phase_rad);
+}
+
 void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
   std::erase_if(scenario.objects, [&](const ObjectSpec& spec) {
     return std::find(names.begin(), names.end(), spec.name) != names.end();
@@ -155,6 +165,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.sonar = sonar_of(scenario);
   session.sonar.elevation_line =
       make_shaded_line(session.sonar.elevation_line.shading, session.sonar.elevation_width_rad);
+  set_beam_responses(scenario, session.sonar);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
   session.mount = pose_of(scenario.sonar.mount);
 
@@ -181,7 +192,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
       array_receiver(scenario, session.sonar, session.water, session.record);
   if (!array) return array.error();
   session.sonar.array = std::move(*array);
-  Result<std::vector<double>> times = ping_times(scenario.trajectory, *path);
+  Result<std::vector<double>> times = ping_times(
+      scenario.trajectory, *path,
+      {stream_key(scenario.seed, Stream::dropped, sequence),
+       scenario.sonar.recorder ? scenario.sonar.recorder->dropped : 0});
   if (!times) return times.error();
 
   remove_objects(scenario, world->left_out);
@@ -252,6 +266,10 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   }
   info.processing_gain = processing_gain(session.sonar);
   info.pulse_extent_s = pulse_extent_s(session.sonar);
+  if (scenario.sonar.recorder && scenario.output.selection.pings) {
+    info.recorder = scenario.sonar.recorder->recorder;
+  }
+  info.noise_correlated = scenario.noise_correlated;
   info.noise_snr_db = scenario.noise_snr_db;
   info.noise_spectrum_level_db = scenario.noise_spectrum_level_db;
   if (scenario.noise_spectrum_level_db) {

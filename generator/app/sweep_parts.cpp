@@ -205,6 +205,7 @@ std::string world_key(const Scenario& scenario) {
   part.motion_within_ping = none.motion_within_ping;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
   part.noise_snr_db = none.noise_snr_db;
+  part.noise_correlated = none.noise_correlated;
   part.synthesis_tolerance = none.synthesis_tolerance;
   part.output = none.output;
   part.splits = none.splits;

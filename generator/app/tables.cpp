@@ -116,6 +116,7 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
           footprints(grid, session.sonar, session.water, session.record, tables->cartesian_map);
     }
   }
+  if (session.scenario.noise_correlated) tables->beam_noise.emplace(session.sonar);
   tables->hidden_power = hidden_power(session.sonar, session.water, session.record);
   return tables;
 }
@@ -144,6 +145,8 @@ std::string table_key(const Scenario& scenario) {
   part.motion_within_ping = none.motion_within_ping;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
   part.noise_snr_db = none.noise_snr_db;
+  part.sonar.electronics = none.sonar.electronics;
+  part.sonar.recorder = none.sonar.recorder;
   part.output.png_db = none.output.png_db;
   part.output.png = none.output.png;
   part.output.png.resampling =

@@ -22,6 +22,7 @@
 #include "core/error.h"
 #include "core/runtime.h"
 #include "core/sonar.h"
+#include "instrument/beam_noise.h"
 #include "labels/cartesian_display.h"
 #include "synthesis/backend.h"
 #include "trace/tracer.h"
@@ -66,6 +67,7 @@ struct PipelineTables {
   std::vector<std::int32_t> cartesian_map;
   std::optional<Footprints> footprints;  // unless 8-bit images are nearest neighbor
   HiddenPower hidden_power;
+  std::optional<BeamNoise> beam_noise;  // with noise.correlated
 };
 
 // Whether there are 8-bit Cartesian images that are not nearest neighbor.

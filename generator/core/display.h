@@ -11,6 +11,9 @@
 namespace ensonify {
 
 enum class GreyScale { db, amplitude };
+constexpr const char* name_of(GreyScale scale) {
+  return scale == GreyScale::db ? "db" : "amplitude";
+}
 enum class Flip { none, horizontal, vertical, both };
 constexpr const char* flip_name(Flip flip) {
   constexpr const char* kNames[] = {"none", "horizontal", "vertical", "both"};

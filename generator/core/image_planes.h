@@ -64,6 +64,7 @@ inline constexpr ImagePlane kImagePlanes[] = {
      &OutputSelection::surfaces},
     {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count,
      &OutputSelection::surfaces},
+    {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, &OutputSelection::artifact},
 };
 
 template <class Planes, class Use>

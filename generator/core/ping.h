@@ -54,6 +54,8 @@ struct ImagePlanes {
   std::vector<float> highest_elevation_rad = {};  // at its highest echo
   std::vector<float> highest_range_m = {};
   std::vector<float> surface_count = {};  // 0: none
+  // Bits of Artifact (core/electronics.h). Empty: not requested.
+  std::vector<std::uint8_t> artifact = {};
 };
 
 // An image with its ground truth, [rows x columns].
@@ -101,17 +103,24 @@ struct Annotation {
 // Signal components, whose sum is the time series. `target`: the chosen instances; `background`:
 // all other surfaces and point targets; `volume`: water, its volumes and their fish; `multipath`:
 // all echoes over specular reflectors, which the other components do not contain; `quantisation`:
-// the ADC's rounding error.
-enum class Layer { noise, volume, target, background, multipath, quantisation };
+// the ADC's rounding error; `electronics`: what Sonar::front_end adds to the sum of all others.
+enum class Layer { noise, volume, target, background, multipath, quantisation, electronics };
 constexpr const char* layer_name(Layer layer) {
-  constexpr const char* kNames[] = {"noise",      "volume",    "target",
-                                    "background", "multipath", "quantisation"};
+  constexpr const char* kNames[] = {"noise",     "volume",       "target",     "background",
+                                    "multipath", "quantisation", "electronics"};
   return kNames[static_cast<int>(layer)];
 }
 
 struct LayerSeries {
   Layer layer = Layer::noise;
   std::vector<std::complex<float>> pressure_pa;  // [beams x samples]
+};
+
+// What a recorder stores of a ping.
+struct RecordedPing {
+  std::vector<std::uint8_t> counts_8;    // [samples x beams] of 8 bits; empty: 16 bits
+  std::vector<std::uint16_t> counts_16;  // ... of 16 bits; empty: 8 bits
+  std::vector<float> row_gain;           // power gain of each sample; empty: none
 };
 
 struct PingResult {
@@ -121,6 +130,7 @@ struct PingResult {
   std::vector<Pose> object_in_world;          // by instance id - 1
   std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: nothing needs it
   std::vector<LayerSeries> layers;            // as SequenceInfo::layers
+  RecordedPing recorded = {};                 // as SequenceInfo::recorder
   std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
   std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
@@ -203,6 +213,7 @@ struct OutputSelection {
   bool amodal = true;      // in the annotations of all images
   bool multipath = false;  // ghost masks beside polar and Cartesian images
   bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
+  bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
@@ -268,6 +279,8 @@ struct SequenceInfo {
   double synthesis_tolerance = 1e-5;
   SpeckleMode speckle = SpeckleMode::per_ping;
   bool motion_within_ping = false;
+  std::optional<Recorder> recorder = {};  // absent: there are no counts
+  bool noise_correlated = false;          // between beams, as they overlap
   std::optional<double> noise_spectrum_level_db;
   std::optional<double> noise_snr_db;  // against the mean clean power of ping 0
   double noise_power_pa2 = 0;          // E|p|^2 of the noise in every sample; 0: none

@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/electronics.h"
 #include "core/vec.h"
 
 namespace ensonify {
@@ -110,6 +111,7 @@ struct Sonar {
   Normalization normalization = Normalization::calibrated;
   std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;
+  std::optional<FrontEnd> front_end = {};  // absent: ideal electronics
 };
 
 // Sound speed against depth: linear between the rows, constant beyond the first and the last.

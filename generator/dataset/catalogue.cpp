@@ -20,7 +20,12 @@ std::span<const CatalogueRow> catalogue() {
 }
 
 FileSelection selection_of(const SequenceInfo& info) {
-  return {info.output, info.layers, info.sdf.has_value(), !info.multipath && !info.paths.empty()};
+  return {info.output,
+          info.layers,
+          info.sdf.has_value(),
+          !info.multipath && !info.paths.empty(),
+          info.recorder ? info.recorder->bits : 0,
+          info.recorder && info.recorder->row_gain_db > 0};
 }
 
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {

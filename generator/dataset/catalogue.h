@@ -55,6 +55,8 @@ struct FileSelection {
   std::vector<Layer> layers = {};
   bool sdf = false;
   bool bounces = false;
+  int recorded_bits = 0;  // of the counts of a recorder; 0: none
+  bool row_gains = false;  // of a recorder
 };
 
 // Packed sequences have `array`, one file of all pings, instead of a `file` per ping. Packed
@@ -83,8 +85,9 @@ struct CatalogueRow {
 };
 
 std::span<const CatalogueRow> catalogue();
-// Makes the rows; only for catalogue().
+// Make the rows, all and those of recorded counts; only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
+std::vector<CatalogueRow> recorded_rows();
 
 FileSelection selection_of(const SequenceInfo& info);
 bool is_wanted(const CatalogueRow& row, const FileSelection& selection);

@@ -154,7 +154,7 @@ void add_series(Rows& rows) {
 void add_layers(Rows& rows) {
   const std::size_t first = rows.size();
   for (const Layer layer : {Layer::noise, Layer::volume, Layer::target, Layer::background,
-                            Layer::multipath, Layer::quantisation}) {
+                            Layer::multipath, Layer::quantisation, Layer::electronics}) {
     const std::string name = layer_name(layer);
     rows.push_back(series_row("layers/{ping}_" + name + ".npy", "layers_" + name + ".npy"));
     rows.back().layer = layer;
@@ -224,6 +224,11 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"highest_elevation_rad", 0.4},
     {"highest_range_m", 0.4},
     {"surface_count", 0.05},
+    {"artifact", 0.02, "",
+     "| `polar/PPPPPP_artifact.png` | 8-bit, what the electronics changed: 1 clipped, 2 streak, 4 "
+     "interference, 8 leakage, 16 blanked |",
+     "| `polar_artifact.npy` | uint8, what the electronics changed: 1 clipped, 2 streak, 4 "
+     "interference, 8 leakage, 16 blanked |"},
 };
 
 constexpr const PlaneFile* file_of(const ImagePlane& plane) {
@@ -397,6 +402,7 @@ std::vector<CatalogueRow> catalogue_rows() {
   add_images(rows, ImageView::polar);
   add_images(rows, ImageView::cartesian);
   add_greys(rows);
+  for (CatalogueRow& row : recorded_rows()) rows.push_back(std::move(row));
   add_lists(rows);
   return rows;
 }

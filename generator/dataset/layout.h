@@ -41,6 +41,9 @@ inline constexpr char kCartesianGrey[] = "png/{ping}_cartesian.png";
 inline constexpr char kChannels[] = "channels/{ping}.npy";
 inline constexpr char kScatterers[] = "scatterers/{ping}.npy";
 inline constexpr char kScattererVia[] = "scatterers/{ping}_via.npy";
+inline constexpr char kRecorded8[] = "recorded/{ping}_8bit.png";
+inline constexpr char kRecorded16[] = "recorded/{ping}_16bit.png";
+inline constexpr char kRecordedRowGain[] = "recorded/{ping}_row_gain.npy";
 inline constexpr char kPoints[] = "points/{ping}.ply";
 
 // A ping's part of arrays (packed.h), until the sequence is finished.

@@ -52,6 +52,7 @@ void noise_members(Io& io, Info& info) {
   io("spectrum_level_db", info.noise_spectrum_level_db);
   io("snr_db", info.noise_snr_db);
   io("power_pa2", info.noise_power_pa2);
+  if (!Io::kWrites || info.noise_correlated) io("correlated", info.noise_correlated);
 }
 
 // Everything that turns the level Y of the EXR file into the 8-bit value.
@@ -119,7 +120,7 @@ void write_layers(const SequenceInfo& info, MemberWriter& io) {
 void read_layers(MemberReader& io, SequenceInfo& info) {
   io.group("layers", [&](MemberReader& layers) {
     info.output.layers = true;
-    for (int i = 0; i <= static_cast<int>(Layer::quantisation); ++i) {
+    for (int i = 0; i <= static_cast<int>(Layer::electronics); ++i) {
       layers.group(layer_name(static_cast<Layer>(i)), [&](MemberReader& about) {
         info.layers.push_back(static_cast<Layer>(i));
         if (info.layers.back() == Layer::target) about("instances", info.target_instances);
@@ -177,6 +178,8 @@ void number_members(Io& io, Info& info) {
   io("split", info.split);
   io.pings(info.first_ping, info.last_ping);
   io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });
+  io.maybe("recorder", info.recorder,
+           [](Io& recorder, auto& values) { recorder_members(recorder, values); });
   io.group("water",
            [&](Io& water) { water_members(water, info.water, info.recording.has_value()); });
   io.group("record", [&](Io& record) { record_members(record, info); });

@@ -2,7 +2,6 @@
 
 namespace ensonify {
 
-static const char* name_of(GreyScale value) { return value == GreyScale::db ? "db" : "amplitude"; }
 
 static const char* name_of(Resampling value) { return resampling_name(value); }
 

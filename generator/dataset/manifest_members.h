@@ -1,7 +1,7 @@
 // Lists of members that manifests share, and the words and formulas of sequence.json. Every symbol
 // in them is a number of sequence.json or a field of scatterers/*.npy. Private to dataset/.
 //
-//   sonar_members  instance_members   in the order of the file, for a writer and for a reader
+//   sonar_members  recorder_members  instance_members   in the order of the file, for a writer and for a reader
 //   placed_class_members
 //   model_json                        the beam model, or that of an element-level array
 //   axes_json                         rows and columns, units and frames
@@ -20,6 +20,9 @@ namespace ensonify {
 
 void sonar_members(MemberWriter& io, const SequenceInfo& info);
 void sonar_members(MemberReader& io, SequenceInfo& info);
+
+void recorder_members(MemberWriter& io, const Recorder& recorder);
+void recorder_members(MemberReader& io, Recorder& recorder);
 
 // `classes` and `instances`.
 void instance_members(MemberWriter& io, const SequenceInfo& info);

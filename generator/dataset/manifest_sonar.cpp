@@ -96,6 +96,57 @@ void recorded_members(Io& io, Value& sonar) {
   });
 }
 
+template <class Io, class Value>
+void front_end_members(Io& io, Value& front) {
+  std::vector<double> re, im;
+  for (const std::complex<double>& response : front.beam_response) {
+    re.push_back(response.real());
+    im.push_back(response.imag());
+  }
+  io("response_re", re);
+  io("response_im", im);
+  if constexpr (!Io::kWrites) {
+    for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
+      front.beam_response.emplace_back(re[i], im[i]);
+    }
+  }
+  io("crosstalk_db", front.crosstalk_db);
+  io.optional("leakage", front.leakage, [](Io& g, auto& leakage) {
+    g("level_db", leakage.level_db);
+    g("decay_m", leakage.decay_m);
+  });
+  io.optional("interference", front.interference, [](Io& g, auto& other) {
+    g("level_db", other.level_db);
+    g("ping_rate_hz", other.ping_rate_hz);
+    g("duration_s", other.duration_s);
+    g("azimuth_rad", other.azimuth_rad);
+  });
+  io("blanking_m", front.blanking_m);
+  io.optional("saturation", front.saturation, [](Io& g, auto& saturation) {
+    g("level_db", saturation.level_db);
+    g("streak_db", saturation.streak_db);
+    g("streak_m", saturation.streak_m);
+  });
+}
+
+template <class Io, class Value>
+void recorder_of(Io& io, Value& recorder) {
+  io("bits", recorder.bits);
+  io.word("scale", recorder.scale, GreyScale::amplitude);
+  io("db", recorder.db);
+  io("gamma", recorder.gamma);
+  io("spreading", recorder.spreading);
+  io("absorption", recorder.absorption);
+  io("step_db", recorder.step_db);
+  io.optional("range_gain", recorder.range_gain, [](Io& g, auto& gain) {
+    g("level_db", gain.level_db);
+    g("attack_m", gain.attack_m);
+    g("release_m", gain.release_m);
+    g("max_gain_db", gain.max_gain_db);
+  });
+  io("row_gain_db", recorder.row_gain_db);
+}
+
 template <class Io, class Info>
 void instrument_members(Io& io, Info& info) {
   auto& sonar = info.sonar;
@@ -134,11 +185,15 @@ void instrument_members(Io& io, Info& info) {
   io.word("normalization", sonar.normalization, Normalization::mean_square);
   io.maybe("receiver", sonar.array,
            [&](Io& receiver, auto& array) { receiver_members(receiver, info, array); });
+  io.maybe("electronics", sonar.front_end,
+           [](Io& electronics, auto& front) { front_end_members(electronics, front); });
 }
 
 }  // namespace
 
 void sonar_members(MemberWriter& io, const SequenceInfo& info) { instrument_members(io, info); }
 void sonar_members(MemberReader& io, SequenceInfo& info) { instrument_members(io, info); }
+void recorder_members(MemberWriter& io, const Recorder& recorder) { recorder_of(io, recorder); }
+void recorder_members(MemberReader& io, Recorder& recorder) { recorder_of(io, recorder); }
 
 }  // namespace ensonify

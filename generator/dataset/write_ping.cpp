@@ -111,13 +111,11 @@ Result<std::string> encode_cells(const CatalogueRow& row, const SequenceInfo& in
   return std::visit(
       [&](auto cells) -> Result<std::string> {
         using Value = std::remove_const_t<typename decltype(cells)::element_type>;
-        if constexpr (std::is_same_v<Value, std::complex<float>>) {
+        if constexpr (!std::is_integral_v<Value>) {
           return encode_npy(cells, shape);
-        } else if constexpr (std::is_integral_v<Value>) {
+        } else {
           return encode_png(cells, static_cast<int>(shape[0]), static_cast<int>(shape[1]));
         }
-        ENSONIFY_ASSERT(false);
-        return std::string();
       },
       row.cells(result));
 }

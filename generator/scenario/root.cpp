@@ -83,6 +83,14 @@ void noise_fields(Fields& f, Scenario& scenario) {
               "noise power; in place of spectrum_level_db"},
              scenario.noise_snr_db, from_to(-100, 200));
   }
+  const bool is_array = scenario.sonar.array.has_value();
+  f.boolean({"correlated", "Correlated",
+             "Whether the noise of neighboring beams is correlated as their patterns overlap; "
+             "false: it is independent"},
+            scenario.noise_correlated,
+            useless_if(is_array, "with sonar.receiver.mode: array, whose beams share the noise of "
+                                 "the elements; expected no key",
+                       written_if(!is_array)));
   f.end();
 }
 
@@ -217,6 +225,16 @@ static void motion_fields(Fields& f, Scenario& scenario) {
             scenario.motion_within_ping, written_if(scenario.motion_within_ping));
 }
 
+// Masks accompany images of electronics that leave marks in them.
+static void select_artifacts(Scenario& scenario) {
+  if (!scenario.sonar.electronics) return;
+  const FrontEnd& front = scenario.sonar.electronics->front_end;
+  const bool marks =
+      front.leakage || front.interference || front.blanking_m > 0 || front.saturation;
+  OutputSelection& selection = scenario.output.selection;
+  selection.artifact = marks && (selection.polar || selection.cartesian);
+}
+
 static void product_fields(Fields& f, Scenario& scenario) {
   if (f.begin({"synthesis", "Synthesis", "Accuracy of the time series"})) {
     f.number(
@@ -248,6 +266,7 @@ void fields(Fields& f, Scenario& scenario) {
   motion_fields(f, scenario);
   noise_fields(f, scenario);
   product_fields(f, scenario);
+  select_artifacts(scenario);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_places(reader->faults(), reader->map());

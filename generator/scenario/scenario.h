@@ -64,6 +64,17 @@ std::string dead_trouble(const std::vector<int>& dead, int elements);
 // The keys of a preset, overridden by the keys that are given with it. Required without a preset:
 // all but pulse, window, range_min_m, beams.shading, beams.transmit_width_deg, elevation.shading,
 // elevation.fan_deg, rays.azimuth, rays.min_per_cell, receiver and mount.
+struct ElectronicsSpec {
+  double beam_gain_error_db = 0, beam_phase_error_deg = 0;  // standard deviations
+  double interference_azimuth_deg = 0;
+  FrontEnd front_end;  // without beam responses
+};
+
+struct RecorderSpec {
+  Recorder recorder;
+  double dropped = 0;  // probability of a frame
+};
+
 struct SonarSpec {
   double frequency_hz = 0;
   double bandwidth_hz = 0;
@@ -85,6 +96,8 @@ struct SonarSpec {
   int rays_per_cell = 20;          // 0: no adaptive refinement
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
+  std::optional<ElectronicsSpec> electronics = {};  // absent: ideal
+  std::optional<RecorderSpec> recorder = {};        // absent: no counts
   PoseSpec mount;
 };
 
@@ -277,6 +290,7 @@ struct Scenario {
   bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // one of these, or neither
   std::optional<double> noise_snr_db;
+  bool noise_correlated = false;  // between beams
   double synthesis_tolerance = 1e-5;  // relative L2 error of the time series
   OutputSpec output;
   SplitsSpec splits;

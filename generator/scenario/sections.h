@@ -31,6 +31,8 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need);
 // Whether a kind of shading was read or written.
 bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {});
 void receiver_fields(Fields& f, SonarSpec& sonar);
+void fields(Fields& f, ElectronicsSpec& electronics);
+void fields(Fields& f, RecorderSpec& recorder);
 void fields(Fields& f, WaterSpec& water);
 void fields(Fields& f, MaterialSpec& material);
 // A random factor with mean 1, with the meanings of its keys.

@@ -226,6 +226,12 @@ void fields(Fields& f, SonarSpec& sonar) {
     receiver_fields(f, sonar);
     f.end();
   }
+  f.map({"electronics", "Electronics",
+         "What the receiver's electronics do to the beams before the ADC; left out: nothing"},
+        sonar.electronics);
+  f.map({"recorder", "Recorder",
+         "How the instrument stores its images, as counts; left out: no counts are written"},
+        sonar.recorder);
   f.map({"mount", "Mount", "Pose of the sonar on the body that the trajectory moves"}, sonar.mount);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
@@ -282,6 +288,12 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.shading = spec.shading;
   sonar.transmit_width_rad = radians(spec.transmit_width_deg.value_or(0));
   sonar.adc = spec.adc;
+  if (spec.electronics) {
+    sonar.front_end = spec.electronics->front_end;
+    if (auto& other = sonar.front_end->interference) {
+      other->azimuth_rad = radians(spec.electronics->interference_azimuth_deg);
+    }
+  }
   sonar.source_level_db = spec.source_level_db;
   sonar.range_min_m = spec.range_min_m;
   sonar.range_max_m = spec.range_max_m;

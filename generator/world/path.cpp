@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/counted.h"
+#include "core/random.h"
 #include "scenario/text.h"
 
 namespace ensonify {
@@ -76,7 +77,8 @@ TimeSpan span_of(const Path& path) {
   return std::visit([](const auto& nominal) { return span_of(nominal); }, path.nominal);
 }
 
-Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path) {
+Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
+                                       const FrameDrops& drops) {
   const TimeSpan span = span_of(path);
   const double duration = span.end_s - span.start_s;
   // The last ping must not be lost by the rounding of two time stamps (1e-7 s for Unix times).
@@ -88,17 +90,23 @@ Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& p
                  fmt::format("trajectory: {} s at {} pings/s are {} pings; expected at most {}",
                              duration, spec.ping_rate_hz, fitting, kMaxPings)};
   }
-  const int pings = spec.pings ? *spec.pings : static_cast<int>(fitting);
+  const auto wanted = static_cast<std::size_t>(spec.pings ? *spec.pings : fitting);
   const auto* sampled = std::get_if<SampledPath>(&path.nominal);
   const bool rests = sampled && sampled->points.size() == 1;
-  if (!rests && pings > fitting) {
+  const bool endless = rests && spec.pings.has_value();
+  std::vector<double> times;
+  for (std::uint64_t k = 0; times.size() < wanted; ++k) {
+    if (!endless && static_cast<double>(k) >= fitting) break;
+    if (k > 0 && drops.share > 0 && uniform(drops.key, 0, k, 0) < drops.share) continue;
+    times.push_back(span.start_s + static_cast<double>(k) / spec.ping_rate_hz);
+  }
+  if (spec.pings && times.size() < wanted) {
     return Error{ErrorKind::usage,
                  fmt::format("trajectory.pings: the path lasts {} s, which is {} pings at {} "
-                             "pings/s, fewer than the requested {}",
-                             duration, fitting, spec.ping_rate_hz, pings)};
+                             "pings/s{}, fewer than the requested {}",
+                             duration, times.size(), spec.ping_rate_hz,
+                             drops.share > 0 ? " without dropped frames" : "", wanted)};
   }
-  std::vector<double> times(pings);
-  for (int k = 0; k < pings; ++k) times[k] = span.start_s + k / spec.ping_rate_hz;
   return times;
 }
 

@@ -6,7 +6,7 @@
 //   CarriedPath                                         path of something fixed to a moving body
 //   Path    load_path                                   a nominal path with its wave motion
 //   pose_at  span_of                                    of any of them
-//   ping_times                                          transmission times of a trajectory's pings
+//   FrameDrops  ping_times                              transmission times of a trajectory's pings
 #pragma once
 
 #include <array>
@@ -122,8 +122,16 @@ Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key);
 Pose pose_at(const Path& path, double time_s);
 TimeSpan span_of(const Path& path);
 
-// Start of the path + k / rate, for the requested number of pings or for the whole path (both ends
-// included). Errors (usage): more pings than fit into a path of more than one pose.
-Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path);
+// Frames that a recorder drops: each but the first with this probability, by draws of this key.
+struct FrameDrops {
+  std::uint64_t key = 0;
+  double share = 0;
+};
+
+// Start of the path + k / rate for the frames k that are not dropped: the requested number of
+// pings, or all of the path (both ends included). Errors (usage): more pings than fit into a path
+// of more than one pose.
+Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
+                                       const FrameDrops& drops = {});
 
 }  // namespace ensonify

@@ -1,0 +1,185 @@
+#include "instrument/front_end.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "acoustics/pattern.h"
+#include "core/error.h"
+#include "core/random.h"
+#include "core/units.h"
+
+namespace ensonify {
+namespace {
+
+using Complex = std::complex<float>;
+
+// Purposes of draws of Stream::electronics.
+enum Draw : std::uint32_t { kResponse, kLeakage, kStreak, kBurst, kOtherSonar };
+
+double amplitude_pa(double level_db) { return std::pow(10.0, (level_db - 120) / 20); }
+
+std::uint64_t pixel_item(std::size_t beam, int sample) {
+  return (static_cast<std::uint64_t>(beam) << 32) | static_cast<std::uint32_t>(sample);
+}
+
+// The parts of a ping that every beam needs.
+struct FrontEndPing {
+  const Sonar& sonar;
+  const FrontEnd& front;
+  const Record& record;
+  double range_step_m;
+  std::uint64_t instrument_key, sequence_key;
+  PingMoment moment;
+};
+
+void mark(std::uint8_t& flags, Artifact artifact) {
+  flags = static_cast<std::uint8_t>(flags | static_cast<std::uint8_t>(artifact));
+}
+
+// Adds `extra` to the sample, and marks it if it is stronger than what was there.
+void add_foreign(std::complex<double> extra, Artifact artifact, Complex& p, std::uint8_t& flags) {
+  if (std::abs(extra) > std::abs(p)) mark(flags, artifact);
+  p += Complex(extra);
+}
+
+void add_leakage(const FrontEndPing& ping, std::size_t beam, Complex* p, std::uint8_t* flags) {
+  const Leakage& leakage = *ping.front.leakage;
+  const double start_pa = amplitude_pa(leakage.level_db);
+  const double fall = ping.range_step_m / leakage.decay_m;
+  constexpr double kHeard = 1e-6;  // of its amplitude at range 0
+  const int end = static_cast<int>(std::min<double>(ping.record.samples, 1 - std::log(kHeard) / fall));
+  for (int n = 0; n < end; ++n) {
+    const ComplexDraw xi = complex_normal(ping.instrument_key, 0, pixel_item(beam, n), kLeakage);
+    const double a = start_pa * std::exp(-n * fall);
+    add_foreign({a * xi.re, a * xi.im}, Artifact::leakage, p[n], flags[n]);
+  }
+}
+
+// A burst has the envelope sin^2(pi t/T), a carrier of its own within the middle 80 % of the band,
+// fixed in a sequence, and a random phase. The pulse compression is left out.
+void add_interference(const FrontEndPing& ping, std::size_t beam, Complex* p, std::uint8_t* flags) {
+  const Interference& other = *ping.front.interference;
+  const Philox4 fixed = random_words(ping.sequence_key, 0, 0, kOtherSonar);
+  const double first = uniform_from_word(fixed.v[0]);
+  const double offset_hz = 0.8 * ping.sonar.bandwidth_hz * (uniform_from_word(fixed.v[1]) - 0.5);
+  const double off_axis = beam_azimuth_rad(ping.sonar, static_cast<int>(beam)) - other.azimuth_rad;
+  const ShadedLine line = make_shaded_line(ping.sonar.shading, ping.sonar.beam_width_rad);
+  const double a = amplitude_pa(other.level_db) * shaded_pattern(line, off_axis);
+  const double dt = ping.record.sample_interval_s;
+  const double end_s = ping.moment.time_s + ping.record.samples * dt;
+  const double from = (ping.moment.time_s - other.duration_s) * other.ping_rate_hz - first;
+  for (double k = std::max(0.0, std::ceil(from));; ++k) {
+    const double start_s = (k + first) / other.ping_rate_hz;
+    if (start_s >= end_s) break;
+    const double phase =
+        2 * kPi * uniform(ping.sequence_key, 0, static_cast<std::uint64_t>(k), kBurst);
+    const double in_record_s = start_s - ping.moment.time_s;
+    const int low = std::max(0, static_cast<int>(std::ceil(in_record_s / dt)));
+    const int high = std::min<int>(
+        ping.record.samples, static_cast<int>(std::ceil((in_record_s + other.duration_s) / dt)));
+    for (int n = low; n < high; ++n) {
+      const double t = n * dt - in_record_s;
+      const double envelope = std::sin(kPi * t / other.duration_s);
+      add_foreign(std::polar(a * envelope * envelope, phase + 2 * kPi * offset_hz * t),
+                  Artifact::interference, p[n], flags[n]);
+    }
+  }
+}
+
+void saturate(const FrontEndPing& ping, std::size_t beam, Complex* p, std::uint8_t* flags) {
+  const Saturation& saturation = *ping.front.saturation;
+  const double limit_pa = amplitude_pa(saturation.level_db);
+  const double start = saturation.streak_db ? std::pow(10.0, *saturation.streak_db / 20) : 0;
+  const double keep = std::exp(-ping.range_step_m / saturation.streak_m);
+  double tail_pa = 0;  // rms
+  for (int n = 0; n < ping.record.samples; ++n) {
+    const double heard_pa = std::abs(p[n]);
+    const double excess_pa = heard_pa - limit_pa;
+    if (tail_pa > 0) {
+      const ComplexDraw xi =
+          complex_normal(ping.sequence_key, ping.moment.ping, pixel_item(beam, n), kStreak);
+      add_foreign({tail_pa * xi.re, tail_pa * xi.im}, Artifact::streak, p[n], flags[n]);
+    }
+    const double now_pa = std::abs(p[n]);
+    if (now_pa > limit_pa) {
+      p[n] *= static_cast<float>(limit_pa / now_pa);
+      mark(flags[n], Artifact::clipped);
+    }
+    tail_pa = std::max(tail_pa * keep, start * std::max(0.0, excess_pa));
+  }
+}
+
+void blank(const FrontEndPing& ping, Complex* p, std::uint8_t* flags) {
+  for (int n = 0; n < ping.record.samples && n * ping.range_step_m < ping.front.blanking_m; ++n) {
+    p[n] = 0;
+    flags[n] = static_cast<std::uint8_t>(Artifact::blanked);
+  }
+}
+
+void distort(const FrontEndPing& ping, std::size_t beam, Complex* p, std::uint8_t* flags) {
+  if (ping.front.leakage) add_leakage(ping, beam, p, flags);
+  if (ping.front.interference) add_interference(ping, beam, p, flags);
+  if (ping.front.blanking_m > 0) blank(ping, p, flags);
+  if (ping.front.saturation) saturate(ping, beam, p, flags);
+}
+
+// Each beam gets a share of its two neighbors, with their errors.
+void respond(const FrontEnd& front, int beams, int samples, std::span<Complex> pressure_pa,
+             const Workers& workers) {
+  if (front.beam_response.empty() && !front.crosstalk_db) return;
+  const float share =
+      front.crosstalk_db ? static_cast<float>(std::pow(10.0, *front.crosstalk_db / 20)) : 0;
+  workers.for_each(samples, [&](std::size_t n) {
+    const auto heard = [&](int beam) -> Complex {
+      const Complex p = pressure_pa[static_cast<std::size_t>(beam) * samples + n];
+      return front.beam_response.empty() ? p : p * Complex(front.beam_response[beam]);
+    };
+    Complex before = 0, here = heard(0);
+    for (int beam = 0; beam < beams; ++beam) {
+      const Complex after = beam + 1 < beams ? heard(beam + 1) : Complex(0);
+      pressure_pa[static_cast<std::size_t>(beam) * samples + n] = here + share * (before + after);
+      before = here;
+      here = after;
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<std::complex<double>> beam_responses(std::uint64_t seed, int beams,
+                                                 double gain_error_db, double phase_error_rad) {
+  const std::uint64_t key = stream_key(seed, Stream::electronics, 0);
+  std::vector<std::complex<double>> responses;
+  for (int beam = 0; beam < beams; ++beam) {
+    const ComplexDraw xi = complex_normal(key, 0, static_cast<std::uint64_t>(beam), kResponse);
+    const double gain_db = gain_error_db * std::sqrt(2.0) * xi.re;
+    responses.push_back(
+        std::polar(std::pow(10.0, gain_db / 20), phase_error_rad * std::sqrt(2.0) * xi.im));
+  }
+  return responses;
+}
+
+std::vector<std::uint8_t> front_end(const Sonar& sonar, const Water& water, const Record& record,
+                                    const PingMoment& moment, bool marks,
+                                    std::span<Complex> pressure_pa, const Workers& workers) {
+  ENSONIFY_ASSERT(sonar.front_end.has_value());
+  const std::size_t beams = sonar.beam_count, samples = record.samples;
+  ENSONIFY_ASSERT(pressure_pa.size() == beams * samples);
+  const FrontEndPing ping{sonar,
+                          *sonar.front_end,
+                          record,
+                          sample_range_m(sonar, water, 1),
+                          stream_key(moment.seed, Stream::electronics, 0),
+                          stream_key(moment.seed, Stream::electronics, moment.sequence + 1),
+                          moment};
+  respond(ping.front, sonar.beam_count, record.samples, pressure_pa, workers);
+  std::vector<std::uint8_t> flags(marks ? beams * samples : 0);
+  workers.for_each(beams, [&](std::size_t beam) {
+    std::vector<std::uint8_t> of_beam(samples);
+    distort(ping, beam, pressure_pa.data() + beam * samples, of_beam.data());
+    for (std::size_t n = 0; n < samples && marks; ++n) flags[n * beams + beam] = of_beam[n];
+  });
+  return flags;
+}
+
+}  // namespace ensonify
