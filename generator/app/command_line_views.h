@@ -7,6 +7,7 @@
 //   add_figure   run_figure
 //   add_export   run_export
 //   add_render   run_render
+//   add_import   run_import
 //   add_presets
 #pragma once
 
@@ -42,6 +43,8 @@ struct ViewArguments {
   FigureWords figure_words;
   RenderOptions render;
   RenderWords render_words;
+  ImportOptions imported;
+  std::string imported_pings;  // A:B
   bool quiet = false;
 };
 
@@ -55,12 +58,15 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
 void add_render(CLI::App& app, ViewArguments& arguments);
+// In import_command.cpp.
+void add_import(CLI::App& app, ViewArguments& arguments);
 void add_presets(CLI::App& app, std::optional<std::string>& preset);
 
 Status run_report(const ViewArguments& arguments);
 Status run_preview(ScenarioOptions input, const ViewArguments& arguments);
 Status run_figure(const ViewArguments& arguments);
 Status run_export(const ViewArguments& arguments);
+Status run_import(const ViewArguments& arguments);
 Status run_render(const ViewArguments& arguments);
 
 }  // namespace ensonify

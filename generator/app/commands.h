@@ -3,7 +3,7 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
-//   report_command preview figure_command render_command
+//   report_command preview figure_command render_command import_command
 #pragma once
 
 #include <atomic>
@@ -21,6 +21,7 @@
 #include "core/runtime.h"
 #include "export/export.h"
 #include "figure/figure.h"
+#include "recordings/import.h"
 #include "render/render.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
@@ -156,6 +157,10 @@ Status figure_command(FigureOptions options, bool quiet);
 
 // Makes the 8-bit images of a finished data set again. Error kinds: usage, io, interrupted.
 Status render_command(RenderOptions options, bool quiet);
+
+// Makes a data set from a log of a real sonar, or resumes it. Error kinds: usage (nothing written),
+// io, interrupted.
+Status import_command(ImportOptions options, bool quiet);
 
 // Prints all presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);
