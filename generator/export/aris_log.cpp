@@ -17,10 +17,6 @@ namespace {
 
 constexpr double kTableSlack_beams = 1;  // between an azimuth and that of the table
 
-Error refused(const StoredSequence& sequence, const std::string& what) {
-  return {ErrorKind::usage, fmt::format("sequence {}: {}", sequence.row.sequence, what)};
-}
-
 struct ArisModel {
   std::uint32_t system = kAris3000, large_lens = 0;
   const char* name = "";  // as settings_of in recordings/aris.cpp
@@ -48,9 +44,10 @@ Result<ArisModel> model_of(const StoredSequence& sequence) {
   const SequenceInfo& info = sequence.manifest.info;
   const int beams = info.sonar.beam_count;
   if (beams != 48 && beams != 64 && beams != 96 && beams != 128) {
-    return refused(sequence, fmt::format("{} beams; an ARIS has 48, 64, 96 or 128. Use --format "
-                                         "oculus, or generate with one of these numbers",
-                                         beams));
+    return refused_sequence(sequence,
+                            fmt::format("{} beams; an ARIS has 48, 64, 96 or 128. Use --format "
+                                        "oculus, or generate with one of these numbers",
+                                        beams));
   }
   ArisModel best;
   double distance = std::numeric_limits<double>::infinity();
@@ -63,10 +60,10 @@ Result<ArisModel> model_of(const StoredSequence& sequence) {
     }
   }
   if (distance <= kTableSlack_beams) return best;
-  return refused(sequence,
-                 fmt::format("its beams differ by {:.1f} beams from those of {} with {} beams, the "
-                             "nearest sonar; an .aris file has no azimuths. Use --format oculus",
-                             distance, best.name, beams));
+  return refused_sequence(
+      sequence, fmt::format("its beams differ by {:.1f} beams from those of {} with {} beams, the "
+                            "nearest sonar; an .aris file has no azimuths. Use --format oculus",
+                            distance, best.name, beams));
 }
 
 std::uint32_t ping_mode_of(const SequenceInfo& info) {
@@ -105,10 +102,10 @@ Result<ArisHead> head_of(const StoredSequence& sequence) {
   const double period_us = std::max(1.0, std::round(sequence.range_step_m * two_way_us));
   const double speed_m_s = 2e6 * sequence.range_step_m / period_us;
   if (!(speed_m_s >= 1000 && speed_m_s <= 2000) || sequence.samples > kMostLogSamples) {
-    return refused(sequence,
-                   fmt::format("samples of {:.3g} m; an ARIS has a whole number of microseconds "
-                               "from one to the next, and at most {} samples. Use --format oculus",
-                               sequence.range_step_m, kMostLogSamples));
+    return refused_sequence(
+        sequence, fmt::format("samples of {:.3g} m; an ARIS has a whole number of microseconds "
+                              "from one to the next, and at most {} samples. Use --format oculus",
+                              sequence.range_step_m, kMostLogSamples));
   }
   head.sample_period_us = static_cast<std::uint32_t>(period_us);
   head.sound_speed_m_s = static_cast<float>(speed_m_s);
@@ -119,13 +116,13 @@ Result<ArisHead> head_of(const StoredSequence& sequence) {
 }
 
 // Whether recorded/ holds counts of this scale.
-bool has_counts(const StoredSequence& sequence) {
+bool has_aris_counts(const StoredSequence& sequence) {
   const auto& recorder = sequence.manifest.info.recorder;
   return recorder && recorder->bits == 8 && recorder->scale == GreyScale::db &&
          recorder->db[1] - recorder->db[0] == kArisSpan_db;
 }
 
-std::string bytes_of(const LogPing& ping, double full_scale_db) {
+std::string aris_counts(const LogPing& ping, double full_scale_db) {
   std::string bytes;
   for (const std::uint16_t count : ping.counts) bytes += static_cast<char>(count);
   for (const float level_db : ping.level_db) {
@@ -135,11 +132,11 @@ std::string bytes_of(const LogPing& ping, double full_scale_db) {
   return bytes;
 }
 
-Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
-                      const StoredSequence& sequence) {
+Status write_aris_sequence(const ExportJob& job, const std::filesystem::path& path,
+                           const StoredSequence& sequence) {
   auto head = head_of(sequence);
   if (!head) return head.error();
-  const bool counts = has_counts(sequence);
+  const bool counts = has_aris_counts(sequence);
   const auto full_scale_db = counts ? Result<double>(0.0) : full_scale_of(job, sequence);
   if (!full_scale_db) return full_scale_db.error();
   StreamedFile file(path);
@@ -154,7 +151,7 @@ Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
     head->pitch_deg = static_cast<float>(attitude.pitch_deg);
     head->roll_deg = static_cast<float>(attitude.roll_deg);
     file.append(aris_frame_header(*head));
-    file.append(bytes_of(*cells, *full_scale_db));
+    file.append(aris_counts(*cells, *full_scale_db));
     ++head->frame;
     return {};
   });
@@ -165,7 +162,8 @@ Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
 
 Status write_aris(const ExportJob& job, const std::filesystem::path& target) {
   return for_each_sequence(job, [&](const StoredSequence& sequence) {
-    return write_sequence(job, target / fmt::format("{:06}.aris", sequence.row.sequence), sequence);
+    return write_aris_sequence(job, target / fmt::format("{:06}.aris", sequence.row.sequence),
+                               sequence);
   });
 }
 

@@ -1,5 +1,7 @@
 #include "export/log_counts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -62,6 +64,10 @@ Result<double> full_scale_of(const ExportJob& job, const StoredSequence& sequenc
   const auto first = log_ping_of(job, sequence, sequence.row.first_ping, false);
   if (!first) return first.error();
   return std::ceil(double{*std::max_element(first->level_db.begin(), first->level_db.end())});
+}
+
+Error refused_sequence(const StoredSequence& sequence, const std::string& what) {
+  return {ErrorKind::usage, fmt::format("sequence {}: {}", sequence.row.sequence, what)};
 }
 
 }  // namespace ensonify

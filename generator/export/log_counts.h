@@ -4,6 +4,7 @@
 //   attitude_of            heading, pitch and roll of a pose
 //   log_time_us            the time of a ping on the clock of its log
 //   full_scale_of          the level of the largest count
+//   refused_sequence       the Error for a sequence that a log cannot hold
 #pragma once
 
 #include <cstdint>
@@ -31,5 +32,8 @@ std::int64_t log_time_us(const StoredSequence& sequence, const StoredPing& ping)
 // --full-scale-db, or else the white limit of the 8-bit images, or else the largest level of the
 // sequence's first ping, rounded up.
 Result<double> full_scale_of(const ExportJob& job, const StoredSequence& sequence);
+
+// Usage; "sequence N: WHAT".
+Error refused_sequence(const StoredSequence& sequence, const std::string& what);
 
 }  // namespace ensonify

@@ -14,14 +14,10 @@
 namespace ensonify {
 namespace {
 
-constexpr std::uint64_t kMost = 65'535;  // beams or samples
-
-Error refused(const StoredSequence& sequence, const std::string& what) {
-  return {ErrorKind::usage, fmt::format("sequence {}: {}", sequence.row.sequence, what)};
-}
+constexpr std::uint64_t kMostOculusCells = 65'535;  // beams or samples
 
 // Whether recorded/ holds counts that a ping can have: its gamma is a multiple of 1/255.
-bool has_counts(const StoredSequence& sequence) {
+bool has_oculus_counts(const StoredSequence& sequence) {
   const auto& recorder = sequence.manifest.info.recorder;
   if (!recorder || recorder->scale != GreyScale::amplitude) return false;
   const double steps = 255 * recorder->gamma;
@@ -37,17 +33,19 @@ double gain_scale(const SequenceInfo& info) {
   return std::exp2(std::clamp(std::floor(32 - 1e-9 - std::log2(most)), 0.0, 16.0));
 }
 
-Result<OculusPing> ping_of(const StoredSequence& sequence, bool counts) {
+Result<OculusPing> oculus_ping_of(const StoredSequence& sequence, bool counts) {
   const SequenceInfo& info = sequence.manifest.info;
-  if (sequence.beams < 2 || sequence.beams > kMost || sequence.samples < 2 ||
-      sequence.samples > kMost) {
-    return refused(sequence, fmt::format("{} beams of {} samples; a ping has 2 to {} of each",
-                                         sequence.beams, sequence.samples, kMost));
+  if (sequence.beams < 2 || sequence.beams > kMostOculusCells || sequence.samples < 2 ||
+      sequence.samples > kMostOculusCells) {
+    return refused_sequence(
+        sequence, fmt::format("{} beams of {} samples; a ping has 2 to {} of each", sequence.beams,
+                              sequence.samples, kMostOculusCells));
   }
   if (sequence.first_range_m > sequence.range_step_m / 2) {
-    return refused(sequence, fmt::format("ranges begin at {:.3g} m; those of an Oculus begin at 0. "
-                                         "Use --format aris",
-                                         sequence.first_range_m));
+    return refused_sequence(sequence,
+                            fmt::format("ranges begin at {:.3g} m; those of an Oculus begin at 0. "
+                                        "Use --format aris",
+                                        sequence.first_range_m));
   }
   OculusPing ping;
   const bool recorded = info.recording && info.recording->format == "oculus";
@@ -64,29 +62,30 @@ Result<OculusPing> ping_of(const StoredSequence& sequence, bool counts) {
     const auto before =
         ping.bearing_cdeg.empty() ? -1e9 : static_cast<double>(ping.bearing_cdeg.back());
     if (!(std::abs(cdeg) <= 18'000) || std::round(cdeg) <= before) {
-      return refused(sequence,
-                     "beams less than 0.01 degrees apart, which the log cannot tell apart");
+      return refused_sequence(
+          sequence, "beams less than 0.01 degrees apart, which the log cannot tell apart");
     }
     ping.bearing_cdeg.push_back(static_cast<std::int16_t>(std::lround(cdeg)));
   }
   return ping;
 }
 
-std::uint16_t count_of(float level_db, double full_scale_db) {
+std::uint16_t oculus_count_of(float level_db, double full_scale_db) {
   if (level_db <= kNoEnergyDb) return 0;
   const double share = std::pow(10.0, (level_db - full_scale_db) / 20);
   return static_cast<std::uint16_t>(std::lround(65'535 * std::min(share, 1.0)));
 }
 
 // Rows in the order of the message: port first.
-std::string bytes_of(const LogPing& cells, const OculusPing& ping, double full_scale_db) {
+std::string oculus_counts(const LogPing& cells, const OculusPing& ping, double full_scale_db) {
   const auto beams = static_cast<std::size_t>(ping.beams);
   std::string bytes;
   for (std::size_t row = 0; row < static_cast<std::size_t>(ping.samples); ++row) {
     for (std::size_t beam = beams; beam-- > 0;) {
       const std::size_t i = row * beams + beam;
-      const std::uint16_t count =
-          cells.counts.empty() ? count_of(cells.level_db[i], full_scale_db) : cells.counts[i];
+      const std::uint16_t count = cells.counts.empty()
+                                      ? oculus_count_of(cells.level_db[i], full_scale_db)
+                                      : cells.counts[i];
       if (ping.bytes_per_count == 1) {
         bytes += static_cast<char>(count);
       } else {
@@ -97,10 +96,10 @@ std::string bytes_of(const LogPing& cells, const OculusPing& ping, double full_s
   return bytes;
 }
 
-Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
-                      const StoredSequence& sequence) {
-  const bool counts = has_counts(sequence);
-  auto ping = ping_of(sequence, counts);
+Status write_oculus_sequence(const ExportJob& job, const std::filesystem::path& path,
+                             const StoredSequence& sequence) {
+  const bool counts = has_oculus_counts(sequence);
+  auto ping = oculus_ping_of(sequence, counts);
   if (!ping) return ping.error();
   const auto full_scale_db = counts ? Result<double>(0.0) : full_scale_of(job, sequence);
   if (!full_scale_db) return full_scale_db.error();
@@ -118,7 +117,8 @@ Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
         ping->start_s = stored.time_s;
         const double time_s = static_cast<double>(log_time_us(sequence, stored)) / 1e6;
         file.append(oculus_ping_item(*ping, stored.ping, time_s,
-                                     bytes_of(*cells, *ping, *full_scale_db), cells->row_gain));
+                                     oculus_counts(*cells, *ping, *full_scale_db),
+                                     cells->row_gain));
         return {};
       });
   return read ? file.close() : read;
@@ -128,8 +128,8 @@ Status write_sequence(const ExportJob& job, const std::filesystem::path& path,
 
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target) {
   return for_each_sequence(job, [&](const StoredSequence& sequence) {
-    return write_sequence(job, target / fmt::format("{:06}.oculus", sequence.row.sequence),
-                          sequence);
+    return write_oculus_sequence(job, target / fmt::format("{:06}.oculus", sequence.row.sequence),
+                                 sequence);
   });
 }
 
