@@ -110,6 +110,7 @@ Json sequence_json(const ShownSequence& sequence, const std::vector<std::string>
           {"azimuth_rad", std::move(azimuth)},
           {"range_step_m", stored.range_step_m},
           {"first_range_m", stored.first_range_m},
+          {"recorded", stored.manifest.info.recording.has_value()},
           {"sonar", std::move(sonar)},
           {"instances", instances_json(sequence, classes)},
           {"path", std::move(path)},
