@@ -60,7 +60,7 @@ class Aris(Case):
             self.assertLess(abs(ping.polar.level_db - expected).max(), 0.033)  # steps of half precision
         # Beam 0 of the file is on the right: the most negative azimuth. Centers of the published table.
         self.assertAlmostEqual(math.degrees(sequence.azimuth_rad[0]), -15.0068, places=10)
-        self.assertAlmostEqual(math.degrees(sequence.azimuth_rad[127]), 15.0068, places=10)
+        self.assertAlmostEqual(math.degrees(sequence.azimuth_rad[127]), 15.0156, places=10)
         speed = float(np.float32(1480.5))
         expected = (2700 + 10 * np.arange(40)) * 1e-6 * speed / 2
         np.testing.assert_allclose(sequence.range_m, expected, rtol=1e-14)
@@ -183,7 +183,7 @@ class Oculus(Case):
         data = self.imported(logs.oculus([logs.oculus_item(logs.oculus_message(counts, BEARINGS), 1)]))
         grid = data.sequence(0).info["cartesian"]
         image = data[0].cartesian.grey
-        row, column = np.unravel_index(image.argmax(), image.shape)
+        row, column = np.argwhere(image == image.max()).mean(axis=0)
         x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
         y = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
         bearing = math.radians(BEARINGS[26] / 100)
@@ -260,12 +260,12 @@ class RoundTrip(Case):
         self.assertLess(abs(again[1].polar.level_db - shown).max(), 0.5 * 80 / 255 + 0.04)
         np.testing.assert_allclose(again.sequence(0).range_m, tank.sequence(0).range_m, rtol=1e-6)
         self.assertEqual(again[1].time_s, tank[1].time_s)
-        ensonify("export", tank.folder, "--format", "oculus", "-o", self.folder / "as_oculus", "--full-scale-db", 200)
+        ensonify("export", tank.folder, "--format", "oculus", "-o", self.folder / "as_oculus", "--full-scale-db", 110)
         log = (self.folder / "as_oculus/000000.oculus").read_bytes()
         levels = self.imported(log, out="oculus")[1].polar.level_db
-        strong = level > 140
-        self.assertTrue(strong.any())
-        self.assertLess(abs(levels - (level - 200))[strong].max(), 0.15)
+        shown = (level > 60) & (level < 110)  # at least 200 counts
+        self.assertGreater(shown.sum(), 1000)
+        self.assertLess(abs(levels - (level - 110))[shown].max(), 0.08)
 
     def test_what_a_log_cannot_hold_is_refused(self):
         ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:1", "--quiet")
