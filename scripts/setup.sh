@@ -7,8 +7,8 @@ build_packages=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
-  libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libisal-dev libqhull-dev libpng-dev libssl-dev
-  libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libisal-dev libqhull-dev libpng-dev libjpeg-dev libssl-dev
+  libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev libeigen3-dev
   pybind11-dev python3-dev
 )
 test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema mypy)

@@ -316,6 +316,7 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("import")) return exit_status(run_import(arguments.views));
   if (app.got_subcommand("bench")) return exit_status(run_bench_command(arguments));
   if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
+  if (app.got_subcommand("compare")) return exit_status(run_compare(arguments.views));
   if (app.got_subcommand("figure")) return exit_status(run_figure(arguments.views));
   if (app.got_subcommand("preview")) {
     Result<ScenarioOptions> input = scenario_options(arguments);
@@ -365,6 +366,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_export(app, arguments.views);
   add_render(app, arguments.views);
   add_report(app, arguments.views);
+  add_compare(app, arguments.views);
   add_figure(app, arguments.views);
   add_scenario_arguments(add_preview(app, arguments.views), arguments);
   add_sweep(app, arguments);

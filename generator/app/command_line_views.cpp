@@ -69,6 +69,45 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
   return command;
 }
 
+void add_compare(CLI::App& app, ViewArguments& arguments) {
+  CLI::App& command = *app.add_subcommand(
+      "compare", "measure how a simulated data set differs from a real one");
+  CompareOptions& options = arguments.compare;
+  command
+      .add_option("REAL", options.real, "folder of a finished data set, or of crops (PNG, JPEG)")
+      ->required();
+  command.add_option("SIMULATED", options.simulated, "another one of the same kind")->required();
+  command
+      .add_option("--pings", options.amount.images,
+                  "largest number of pings or crops of each that are measured; default: 200")
+      ->check(CLI::Range(2, 100'000));
+  command
+      .add_option("--blocks", options.amount.blocks,
+                  "blocks of consecutive pings, for the errors; default: 10, or one for each of 10 "
+                  "to 40 sequences")
+      ->check(CLI::Range(2, 1000));
+  command.add_option("--mask-real", options.mask_real,
+                     "8-bit PNG [samples, beams] of the real data; pixels with 0 are not measured");
+  command.add_option("--mask-simulated", options.mask_simulated, "the same of the simulated data");
+  command.add_option("--bottom-real", options.bottom_real_m,
+                     "height z of a flat bottom in meters, in the frame of the poses of the real "
+                     "data; with --bottom-simulated, levels are compared by grazing angle");
+  command.add_option("--bottom-simulated", options.bottom_simulated_m,
+                     "the same of the simulated data");
+  command
+      .add_option("--gamma", options.gamma,
+                  "of crops: gray level = amplitude to this power; default: 1")
+      ->check(CLI::Range(0.05, 20.0));
+  command.add_option("--json", options.json, "also write all numbers to this file");
+  command.add_option("--report", options.page, "also write an HTML page with curves and images");
+  command.add_option("--seed", options.seed, "seed of the permutations of blocks; default: 0");
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--overwrite", options.overwrite,
+                   "overwrite a file that is not a page of ensonify compare");
+  command.add_flag("--quiet", arguments.quiet, "print no table");
+}
+
 void add_figure(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("figure", "draw a ping with axes and a color bar");
   FigureOptions& options = arguments.figure;
@@ -148,6 +187,10 @@ Status run_figure(const ViewArguments& arguments) {
   options.view = words.view == "polar" ? FigureView::polar : FigureView::cartesian;
   options.bilinear = words.interpolation == "bilinear";
   return figure_command(options, arguments.quiet);
+}
+
+Status run_compare(const ViewArguments& arguments) {
+  return compare_command(arguments.compare, arguments.quiet);
 }
 
 Status run_export(const ViewArguments& arguments) {

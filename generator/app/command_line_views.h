@@ -5,6 +5,7 @@
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
+//   add_compare  run_compare
 //   add_export   run_export
 //   add_render   run_render
 //   add_import   run_import
@@ -39,6 +40,7 @@ struct ViewArguments {
   std::string format, view, labels;  // of `export`
   ReportOptions report;
   PreviewOptions preview;
+  CompareOptions compare;
   FigureOptions figure;
   FigureWords figure_words;
   RenderOptions render;
@@ -56,6 +58,7 @@ void add_report(CLI::App& app, ViewArguments& arguments);
 // The caller adds the options that name the scenario.
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
+void add_compare(CLI::App& app, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
 void add_render(CLI::App& app, ViewArguments& arguments);
 // In import_command.cpp.
@@ -65,6 +68,7 @@ void add_presets(CLI::App& app, std::optional<std::string>& preset);
 Status run_report(const ViewArguments& arguments);
 Status run_preview(ScenarioOptions input, const ViewArguments& arguments);
 Status run_figure(const ViewArguments& arguments);
+Status run_compare(const ViewArguments& arguments);
 Status run_export(const ViewArguments& arguments);
 Status run_import(const ViewArguments& arguments);
 Status run_render(const ViewArguments& arguments);

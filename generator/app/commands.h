@@ -3,7 +3,7 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
-//   report_command preview figure_command render_command import_command
+//   report_command preview figure_command render_command compare_command import_command
 #pragma once
 
 #include <atomic>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "app/tables.h"
+#include "compare/run.h"
 #include "core/error.h"
 #include "core/runtime.h"
 #include "export/export.h"
@@ -151,6 +152,10 @@ Status report_command(const ReportOptions& options, bool quiet);
 // Writes the page of a few pings at reduced cost. Error kinds: those of generate and of
 // write_report. With `watch` it ends on an interrupt, or if the page cannot be written.
 Status preview(const PreviewOptions& options);
+
+// Prints the table of a comparison of two data sets, or folders of crops. Error kinds: usage, io,
+// interrupted.
+Status compare_command(CompareOptions options, bool quiet);
 
 // Draws one ping, or a range of them. Error kinds: usage, io, interrupted.
 Status figure_command(FigureOptions options, bool quiet);

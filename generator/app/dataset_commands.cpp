@@ -6,6 +6,7 @@
 #include "app/make_dataset.h"
 #include "app/program.h"
 #include "app/terminal.h"
+#include "compare/comparison_text.h"
 #include "core/counted.h"
 #include "dataset/verify.h"
 #include "render/warning.h"
@@ -144,6 +145,16 @@ Status report_command(const ReportOptions& given, bool quiet) {
     tell("{}: {} of {}, {:.1f} MB\n", summary->output.string(), summary->shown,
          counted(summary->pings, "ping"), static_cast<double>(summary->bytes) / 1e6);
   }
+  return {};
+}
+
+Status compare_command(CompareOptions options, bool quiet) {
+  listen_for_interrupts();
+  options.stop = interrupted;
+  const Result<Comparison> comparison = compare_folders(options);
+  if (!comparison) return comparison.error();
+  if (!quiet) answer("{}", comparison_table(*comparison));
+  if (!quiet && !options.page.empty()) tell("{}: written\n", options.page.string());
   return {};
 }
 

@@ -14,6 +14,7 @@ import numpy as np
 from .files import DatasetError, decode_rle, read_bytes, read_exr, read_npy, read_png
 from .footprints import Footprints
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
+from .recorded import recorded_counts, recorded_level_db
 from .statistics import Statistics, statistics_of
 from .transforms import Display
 
@@ -112,6 +113,8 @@ class View:
     surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
     shadow = _Plane(np.int32, "The instance whose shadow it is.")
     multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
+    artifact = _Plane(np.int32, "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, "
+                                "16 blanked.")
 
     @property
     def surface_normal(self) -> np.ndarray:
@@ -263,24 +266,22 @@ class Ping:
         single = folder / "channels" / f"{self.stem}.npy"
         return self._array(folder / "channels.npy", single, "channels")
 
+    @property
+    def recorded(self) -> np.ndarray:
+        """uint8 or uint16 [samples, beams]: the counts that the instrument stores (`sonar.recorder`, or a recording)."""
+        return recorded_counts(self.sequence.folder, self.sequence.info, self.row, self.stem)
+
+    @property
+    def recorded_level_db(self) -> np.ndarray:
+        """float32 [samples, beams]: the levels of `recorded`, without row gains; -99 for a count of 0 of amplitudes."""
+        return recorded_level_db(self.sequence.folder, self.sequence.info, self.row, self.stem)
+
     def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
         if packed.exists():
             return read_row(packed, self.row)
         if not single.exists():
             raise missing(single, what)
         return read_npy(single)
-
-    @property
-    def recorded(self) -> np.ndarray:
-        """uint8 or uint16 [samples, beams]: the counts of the instrument (`sonar.recorder`, or a recording)."""
-        folder = self.sequence.folder
-        for bits in (8, 16):
-            packed, single = folder / f"recorded_{bits}bit.npy", folder / "recorded" / f"{self.stem}_{bits}bit.png"
-            if packed.exists():
-                return np.array(read_row(packed, self.row))
-            if single.exists():
-                return read_png(single)
-        raise missing(folder / "recorded", "counts")
 
     @property
     def row_gain(self) -> np.ndarray:

@@ -108,7 +108,16 @@ TEST_CASE("layers add up to the series") {
                {kHead + kNoise, {}, {"noise"}},
                {kHead + kRoom + kNoise + kWater,
                 converter,
-                {"noise", "volume", "target", "background", "quantisation"}}};
+                {"noise", "volume", "target", "background", "quantisation"}},
+               {kHead + kRoom + "noise: {spectrum_level_db: 60, correlated: true}\n",
+                {},
+                {"noise", "target", "background"}},
+               {kHead + kRoom + kNoise,
+                {{adc, "{bits: 12, full_scale_db: 190}"},
+                 {"sonar.electronics",
+                  "{crosstalk_db: -20, beam_gain_error_db: 1, leakage: {level_db: 150}, "
+                  "saturation: {level_db: 165, streak_db: -10}}"}},
+                {"noise", "target", "background", "electronics"}}};
   for (const auto& scene : cases) {
     const PingResult ping = Scene(scene.text, scene.overrides).ping();
     CHECK(names_of(ping) == scene.layers);

@@ -39,7 +39,7 @@ class Scenes(Folder):
         self.assertIn("clean_db", labels.channels)
         for name, channel in labels.channels.items():
             self.same(getattr(view, name), channel, np.float32)
-        for name in ("instance", "semantic", "shadow", "multipath"):
+        for name in ("instance", "semantic", "shadow", "multipath", "artifact"):
             path = folder / view.kind / f"{stem}_{name}.png"
             self.assertEqual(view.has(name), path.exists())
             if view.has(name):

@@ -96,6 +96,40 @@ TEST_CASE("ping times") {
   CHECK(ping_times(spec, still)->size() == 32);
 }
 
+// Protects dropped frames: those that stay keep their times, as many are dropped as was asked, and a
+// path that ends gives fewer pings.
+TEST_CASE("dropped frames leave gaps") {
+  const Path still{SampledPath{{{3, {}}}}, {}};
+  TrajectorySpec spec;
+  spec.ping_rate_hz = 4;
+  spec.pings = 4000;
+  const FrameDrops drops{11, 0.25};
+  const auto times = ping_times(spec, still, drops);
+  REQUIRE(times.ok());
+  REQUIRE(times->size() == 4000);
+  CHECK(times->front() == 3);
+  for (std::size_t k = 1; k < times->size(); ++k) {
+    const double periods = ((*times)[k] - (*times)[k - 1]) * 4;
+    CHECK(periods == Approx(std::round(periods)));
+    CHECK(periods > 0.9);
+  }
+  // 4000 of 4000/0.75 frames; their standard deviation is sqrt(4000 * 0.25)/0.75 = 42.
+  CHECK((times->back() - 3) * 4 == Approx(4000 / 0.75).margin(4 * 42));
+  CHECK(ping_times(spec, still, drops).ok());
+  CHECK(*ping_times(spec, still, FrameDrops{12, 0.25}) != *times);
+
+  const Path path{SampledPath{{{0, {}}, {100, {}}}}, {}};
+  spec.pings.reset();
+  const auto some = ping_times(spec, path, drops);
+  REQUIRE(some.ok());
+  CHECK(some->size() < 401);
+  CHECK(some->back() <= 100);
+  spec.pings = 401;
+  const auto all = ping_times(spec, path, drops);
+  REQUIRE_FALSE(all.ok());
+  CHECK(all.error().message.find("without dropped frames") != std::string::npos);
+}
+
 // Protects recorded paths: at Unix times a stamp's last digit is 2e-7 s.
 TEST_CASE("large stamps cost no ping") {
   const Path path{SampledPath{{{1700000000.0, {}}, {1700000000.6, {}}}}, {}};

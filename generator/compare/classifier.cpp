@@ -1,0 +1,272 @@
+#include "compare/classifier.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "compare/jackknife.h"
+
+namespace ensonify {
+namespace {
+
+constexpr std::size_t kFolds = 10, kLeastPatches = 20;
+constexpr std::size_t kWeights = kFeatures + 1;  // with the constant
+constexpr double kRidge = 1e-3;                  // times the number of patches
+constexpr int kIterations = 25;
+
+using Weights = std::array<double, kWeights>;
+using Matrix = std::array<std::array<double, kWeights>, kWeights>;
+using Blocks = std::vector<std::vector<PatchFeatures>>;
+
+struct Scaling {
+  PatchFeatures mean{}, deviation{};
+
+  Weights row(const PatchFeatures& patch) const {
+    Weights x{};
+    x[kFeatures] = 1;
+    for (std::size_t k = 0; k < kFeatures; ++k) x[k] = (patch[k] - mean[k]) / deviation[k];
+    return x;
+  }
+};
+
+// By Gauss with pivots; the matrix is positive definite.
+Weights solved(Matrix a, Weights b) {
+  for (std::size_t i = 0; i < kWeights; ++i) {
+    std::size_t pivot = i;
+    for (std::size_t r = i + 1; r < kWeights; ++r) {
+      if (std::abs(a[r][i]) > std::abs(a[pivot][i])) pivot = r;
+    }
+    std::swap(a[i], a[pivot]);
+    std::swap(b[i], b[pivot]);
+    for (std::size_t r = i + 1; r < kWeights; ++r) {
+      const double factor = a[r][i] / a[i][i];
+      for (std::size_t c = i; c < kWeights; ++c) a[r][c] -= factor * a[i][c];
+      b[r] -= factor * b[i];
+    }
+  }
+  for (std::size_t i = kWeights; i-- > 0;) {
+    for (std::size_t c = i + 1; c < kWeights; ++c) b[i] -= a[i][c] * b[c];
+    b[i] /= a[i][i];
+  }
+  return b;
+}
+
+double product(const Weights& a, const Weights& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < kWeights; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+struct Training {
+  std::vector<Weights> rows;
+  std::vector<double> labels, weights;  // weights: both data sets count as much
+};
+
+Weights fitted(const Training& training) {
+  Weights beta{};
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Matrix hessian{};
+    Weights gradient{};
+    for (std::size_t i = 0; i < training.rows.size(); ++i) {
+      const Weights& x = training.rows[i];
+      const double p = 1 / (1 + std::exp(-product(beta, x)));
+      const double w = training.weights[i] * std::max(p * (1 - p), 1e-9);
+      const double rest = training.weights[i] * (training.labels[i] - p);
+      for (std::size_t r = 0; r < kWeights; ++r) {
+        gradient[r] += rest * x[r];
+        for (std::size_t c = 0; c < kWeights; ++c) hessian[r][c] += w * x[r] * x[c];
+      }
+    }
+    for (std::size_t k = 0; k < kWeights; ++k) {
+      const double ridge = k == kFeatures ? 1e-9 : kRidge;
+      hessian[k][k] += ridge;
+      gradient[k] -= ridge * beta[k];
+    }
+    const Weights step = solved(hessian, gradient);
+    double largest = 0;
+    for (std::size_t k = 0; k < kWeights; ++k) {
+      beta[k] += step[k];
+      largest = std::max(largest, std::abs(step[k]));
+    }
+    if (largest < 1e-8) break;
+  }
+  return beta;
+}
+
+Scaling scaling_of(const Blocks& a, const Blocks& b) {
+  PatchFeatures sum{}, squares{};
+  double count = 0;
+  for (const Blocks* blocks : {&a, &b}) {
+    for (const auto& block : *blocks) {
+      for (const PatchFeatures& patch : block) {
+        count += 1;
+        for (std::size_t k = 0; k < kFeatures; ++k) {
+          sum[k] += patch[k];
+          squares[k] += patch[k] * patch[k];
+        }
+      }
+    }
+  }
+  Scaling scaling;
+  for (std::size_t k = 0; k < kFeatures; ++k) {
+    scaling.mean[k] = sum[k] / count;
+    const double variance = squares[k] / count - scaling.mean[k] * scaling.mean[k];
+    scaling.deviation[k] = variance > 1e-20 ? std::sqrt(variance) : 1;
+  }
+  return scaling;
+}
+
+void add_training(const Blocks& blocks, std::size_t fold, std::size_t folds, double label, const Scaling& scaling,
+                  Training& training) {
+  const std::size_t first = training.rows.size();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (b % folds == fold) continue;
+    for (const PatchFeatures& patch : blocks[b]) training.rows.push_back(scaling.row(patch));
+  }
+  const auto added = static_cast<double>(training.rows.size() - first);
+  training.labels.resize(training.rows.size(), label);
+  training.weights.resize(training.rows.size(), added > 0 ? 0.5 / added : 0);
+}
+
+using Scores = std::vector<std::vector<double>>;  // [blocks][patches]
+
+// Sorted scores of all blocks of a fold.
+std::vector<double> sorted_scores(const Scores& scores, std::size_t fold, std::size_t folds) {
+  std::vector<double> all;
+  for (std::size_t b = fold; b < scores.size(); b += folds) {
+    all.insert(all.end(), scores[b].begin(), scores[b].end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+// Share of the sorted scores under the value; ties count half.
+double share_under(const std::vector<double>& sorted, double value) {
+  const auto low = std::lower_bound(sorted.begin(), sorted.end(), value);
+  const auto high = std::upper_bound(low, sorted.end(), value);
+  return (static_cast<double>(low - sorted.begin()) + 0.5 * static_cast<double>(high - low)) /
+         static_cast<double>(sorted.size());
+}
+
+// The mean over the patches of a data set, and its squared error from the block sums of their
+// distances from it.
+struct ClusterMean {
+  double mean = 0, variance = 0;
+  std::size_t blocks = 0;
+};
+
+ClusterMean cluster_mean(const std::vector<std::vector<double>>& values) {
+  ClusterMean result;
+  double sum = 0, count = 0;
+  for (const auto& block : values) {
+    for (const double v : block) sum += v;
+    count += static_cast<double>(block.size());
+    if (!block.empty()) ++result.blocks;
+  }
+  if (count == 0) return result;
+  result.mean = sum / count;
+  for (const auto& block : values) {
+    double rest = 0;
+    for (const double v : block) rest += v - result.mean;
+    result.variance += rest * rest / (count * count);
+  }
+  const auto blocks = static_cast<double>(result.blocks);
+  if (result.blocks > 1) result.variance *= blocks / (blocks - 1);
+  return result;
+}
+
+// Scores are compared within folds, since each has a classifier of its own.
+std::vector<std::vector<double>> placements(const Scores& scores, const Scores& others,
+                                            std::size_t folds, bool above) {
+  std::vector<std::vector<double>> shares(scores.size());
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    const std::vector<double> sorted = sorted_scores(others, fold, folds);
+    if (sorted.empty()) continue;
+    for (std::size_t b = fold; b < scores.size(); b += folds) {
+      for (const double score : scores[b]) {
+        const double under = share_under(sorted, score);
+        shares[b].push_back(above ? under : 1 - under);
+      }
+    }
+  }
+  return shares;
+}
+
+Auc auc_of(const Scores& real, const Scores& simulated, std::size_t folds) {
+  const ClusterMean a = cluster_mean(placements(real, simulated, folds, true));
+  const ClusterMean b = cluster_mean(placements(simulated, real, folds, false));
+  Auc auc;
+  auc.value = (a.mean + b.mean) / 2;
+  auc.error = std::sqrt(a.variance + b.variance);
+  const double freedom =
+      std::max(1.0, static_cast<double>(std::min(a.blocks, b.blocks)) - 1);
+  const double half = t_quantile(0.975, freedom) * auc.error;
+  auc.low = std::max(0.0, auc.value - half);
+  auc.high = std::min(1.0, auc.value + half);
+  auc.differs = auc.low > 0.5 || auc.high < 0.5;
+  return auc;
+}
+
+Scores scores_of(const Blocks& blocks, const Scaling& scaling,
+                 const std::vector<Weights>& betas) {
+  Scores scores(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (const PatchFeatures& patch : blocks[b]) {
+      scores[b].push_back(product(betas[b % betas.size()], scaling.row(patch)));
+    }
+  }
+  return scores;
+}
+
+Scores feature_of(const Blocks& blocks, std::size_t feature) {
+  Scores scores(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (const PatchFeatures& patch : blocks[b]) scores[b].push_back(patch[feature]);
+  }
+  return scores;
+}
+
+struct PatchCount {
+  std::size_t patches = 0, blocks = 0;
+};
+
+PatchCount count_of(const Blocks& blocks) {
+  PatchCount amount;
+  for (const auto& block : blocks) {
+    amount.patches += block.size();
+    if (!block.empty()) ++amount.blocks;
+  }
+  return amount;
+}
+
+}  // namespace
+
+std::optional<ClassifierResult> classify(const BlockStatistics& real,
+                                         const BlockStatistics& simulated) {
+  const PatchCount a = count_of(real.patches), b = count_of(simulated.patches);
+  if (std::min(a.patches, b.patches) < kLeastPatches || std::min(a.blocks, b.blocks) < 2) {
+    return std::nullopt;
+  }
+  const std::size_t folds =
+      std::min({kFolds, real.patches.size(), simulated.patches.size()});
+  const Scaling scaling = scaling_of(real.patches, simulated.patches);
+  std::vector<Weights> betas;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    Training training;
+    add_training(real.patches, fold, folds, 1, scaling, training);
+    add_training(simulated.patches, fold, folds, 0, scaling, training);
+    betas.push_back(fitted(training));
+  }
+  ClassifierResult result;
+  result.real_patches = a.patches;
+  result.simulated_patches = b.patches;
+  result.all = auc_of(scores_of(real.patches, scaling, betas),
+                      scores_of(simulated.patches, scaling, betas), folds);
+  for (std::size_t k = 0; k < kFeatures; ++k) {
+    result.single.push_back(
+        auc_of(feature_of(real.patches, k), feature_of(simulated.patches, k), 1));
+  }
+  return result;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,59 @@
+// Errors from blocks. Private to compare/.
+//
+//   Estimate  jackknife      a value, or several, with pseudo-values by blocks
+//   t_quantile               of Student's distribution
+//   Interval  difference_of  of two estimates of one value
+//   CurveTest  test_curves   of two estimates of a curve
+//
+// Jackknife over B blocks (Quenouille; Tukey, "Bias and confidence in not quite large samples",
+// 1958): with theta from all blocks and theta_b from all but block b, the pseudo-values
+// p_b = B theta - (B - 1) theta_b have a mean without the bias of order 1/B, and s^2 / B, of their
+// variance s^2, is the mean's squared standard error with B - 1 degrees of freedom.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace ensonify {
+
+struct Estimate {
+  // Means of the pseudo-values, and their standard errors; NaN where a value is not defined for all
+  // blocks but one, whichever it is.
+  std::vector<double> value, error;
+  std::vector<std::vector<double>> pseudo;  // [values][blocks]
+
+  std::size_t blocks() const { return pseudo.empty() ? 0 : pseudo.front().size(); }
+};
+
+// `all` are the values from all blocks, `without[b]` from all but block b. Needs 2 blocks or more
+// and equally many values.
+Estimate jackknife(const std::vector<double>& all, const std::vector<std::vector<double>>& without);
+
+// The q-quantile for `freedom` > 0 degrees of freedom, which need not be whole; 0 < q < 1.
+double t_quantile(double q, double freedom);
+
+struct Interval {
+  double difference = 0, error = 0, low = 0, high = 0;
+};
+
+// The first value of a less that of b, with the 95 % interval of Welch (1947): degrees of freedom
+// (va + vb)^2 / (va^2/(Ba - 1) + vb^2/(Bb - 1)), of the squared errors va and vb.
+Interval difference_of(const Estimate& a, const Estimate& b);
+
+struct CurveTest {
+  double rms = 0;    // weighted root mean square of the differences
+  double limit = 0;  // what it exceeds for 5 % of the permutations
+  double share = 1;  // of permutations with as large a difference
+};
+
+// Permutation test: if both data sets are alike, their blocks may be exchanged. The differences of
+// the mean pseudo-values are weighted by the inverse variance over the blocks of both. The curves
+// are centered, so that a constant makes no difference, if `free_constant`. Uses the values
+// that are defined in both. None if these are fewer than 2.
+std::optional<CurveTest> test_curves(const Estimate& a, const Estimate& b, bool free_constant,
+                                     std::uint64_t seed);
+
+}  // namespace ensonify

@@ -1,0 +1,263 @@
+#include "compare/measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compare/measure_parts.h"
+#include "core/error.h"
+
+namespace ensonify {
+namespace {
+
+constexpr double kGroundOverFloor = 4;     // 6 dB
+constexpr double kGroundUnderMedian = 0.1;  // 10 dB
+constexpr int kFloorHalfRows = 4;
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_step(const std::vector<double>& at) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
+  const double step = median_of(std::move(steps));
+  return step > 0 ? step : 1;
+}
+
+double median_interval(const PolarPings& pings) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < pings.block.size(); ++i) {
+    if (pings.block[i] == pings.block[i - 1]) {
+      intervals.push_back(pings.time_s[i] - pings.time_s[i - 1]);
+    }
+  }
+  return median_of(std::move(intervals));
+}
+
+int bin_of(double value, double from, double to, int bins) {
+  if (!(value >= from && value <= to) || !(to > from)) return -1;
+  return std::min(bins - 1, static_cast<int>((value - from) / (to - from) * bins));
+}
+
+void set_windows(Frame& frame, double range_step, double azimuth_step) {
+  const MeasureSettings& s = frame.settings;
+  const auto steps = [](double size, double step) {
+    return std::clamp(static_cast<int>(std::lround(size / step)), 1, 1000);
+  };
+  frame.half_rows = steps(s.range_window, range_step);
+  frame.half_columns = steps(s.azimuth_window, azimuth_step);
+  frame.guard_rows = std::max(1, frame.half_rows / 3);
+  frame.guard_columns = std::max(1, (frame.half_columns + 1) / 3);
+  frame.range_lags = std::min(400, static_cast<int>(std::ceil(kLags * s.range_lag / range_step)));
+  frame.azimuth_lags =
+      std::min(400, static_cast<int>(std::ceil(kLags * s.azimuth_lag / azimuth_step)));
+}
+
+// Mean intensity of each pixel over all pings, in bands of rows.
+std::vector<double> mean_intensity(const PolarPings& pings, const Workers& workers) {
+  const auto rows = static_cast<std::size_t>(pings.samples());
+  const auto columns = static_cast<std::size_t>(pings.beams());
+  std::vector<double> mean(rows * columns, 0);
+  workers.for_each(rows, [&](std::size_t r) {
+    for (const auto& amplitude : pings.amplitude) {
+      for (std::size_t i = r * columns; i < (r + 1) * columns; ++i) {
+        mean[i] += static_cast<double>(amplitude[i]) * static_cast<double>(amplitude[i]);
+      }
+    }
+  });
+  for (double& value : mean) value /= static_cast<double>(std::max<std::size_t>(1, pings.amplitude.size()));
+  return mean;
+}
+
+void find_ground(Frame& frame, const std::vector<double>& mean) {
+  const WindowSums sums(std::span<const double>(mean), frame.measured, frame.rows, frame.columns);
+  double floor = std::numeric_limits<double>::infinity();
+  for (int r = 0; r < frame.rows; ++r) {
+    const auto band =
+        sums.rectangle(r - kFloorHalfRows, r + kFloorHalfRows, 0, frame.columns - 1);
+    if (band.count > 0 && band.sum > 0) floor = std::min(floor, band.mean());
+  }
+  std::vector<double> used;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    if (frame.measured[i] != 0 && mean[i] > 0) used.push_back(mean[i]);
+  }
+  const double least =
+      std::min(kGroundOverFloor * floor, kGroundUnderMedian * median_of(std::move(used)));
+  // Speckle of the few pings must not decide: the mean of 3 x 3 pixels does.
+  frame.ground.assign(mean.size(), 0);
+  const double threshold = std::isfinite(floor) ? std::max(least, 0.0) : 0;
+  for (int r = 0; r < frame.rows; ++r) {
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      frame.ground[i] = frame.measured[i] != 0 && sums.around(r, c, 1, 1).mean() > threshold;
+    }
+  }
+}
+
+Frame frame_of(const PolarPings& pings, const MeasureSettings& settings, const Workers& workers) {
+  Frame frame;
+  frame.settings = settings;
+  frame.rows = pings.samples();
+  frame.columns = pings.beams();
+  frame.range_m = pings.range_m;
+  set_windows(frame, median_step(pings.range_m), median_step(pings.azimuth_rad));
+  const double far_from = settings.range_to - (settings.range_to - settings.range_from) / 10;
+  for (const double range : pings.range_m) {
+    frame.range_bin.push_back(
+        bin_of(range, settings.range_from, settings.range_to, kLevelRangeBins));
+    frame.shape_bin.push_back(bin_of(range, settings.range_from, settings.range_to, kShapeBins));
+    frame.is_far.push_back(range >= far_from);
+  }
+  for (const double azimuth : pings.azimuth_rad) {
+    frame.azimuth_bin.push_back(
+        bin_of(azimuth, settings.azimuth_from, settings.azimuth_to, kLevelAzimuthBins));
+  }
+  frame.measured.assign(frame.at(frame.rows, 0), 0);
+  for (int r = 0; r < frame.rows; ++r) {
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      frame.measured[i] = frame.range_bin[static_cast<std::size_t>(r)] >= 0 &&
+                          frame.azimuth_bin[static_cast<std::size_t>(c)] >= 0 &&
+                          (pings.use.empty() || pings.use[i] != 0);
+    }
+  }
+  find_ground(frame, mean_intensity(pings, workers));
+  std::vector<float> tops(pings.amplitude.size(), 0);
+  workers.for_each(tops.size(), [&](std::size_t i) {
+    for (const float a : pings.amplitude[i]) tops[i] = std::max(tops[i], a);
+  });
+  for (const float top : tops) frame.top = std::max(frame.top, top);
+  return frame;
+}
+
+struct MeasuredImage {
+  Sums sums;
+  std::vector<PatchFeatures> patches;
+  std::vector<float> x;
+};
+
+MeasuredImage measure_image(const Frame& frame, const GridImage& image, double height_m) {
+  MeasuredImage measured;
+  Picture picture = picture_of(frame, image);
+  measured.sums.images = 1;
+  add_levels(frame, picture, height_m, measured.sums);
+  add_texture(frame, picture, measured.sums);
+  add_patches(frame, picture, measured.patches);
+  if (!frame.settings.crops) {
+    add_maxima(frame, picture, measured.sums);
+    add_darkness(frame, picture, measured.sums);
+    measured.x = std::move(picture.x);
+  }
+  return measured;
+}
+
+// Adds up the images of each block in their order.
+void gather(std::vector<MeasuredImage>& images, const std::vector<std::uint32_t>& block,
+            BlockStatistics& statistics) {
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    add(statistics.blocks[block[i]], images[i].sums);
+    auto& patches = statistics.patches[block[i]];
+    patches.insert(patches.end(), images[i].patches.begin(), images[i].patches.end());
+  }
+}
+
+}  // namespace
+
+std::vector<std::size_t> block_sizes(std::size_t count, std::size_t blocks) {
+  blocks = std::max<std::size_t>(1, std::min(blocks, count));
+  std::vector<std::size_t> sizes;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    sizes.push_back((b + 1) * count / blocks - b * count / blocks);
+  }
+  return sizes;
+}
+
+MeasureSettings common_settings(const PolarPings& a, const PolarPings& b) {
+  ENSONIFY_ASSERT(!a.range_m.empty() && !b.range_m.empty());
+  ENSONIFY_ASSERT(!a.azimuth_rad.empty() && !b.azimuth_rad.empty());
+  MeasureSettings settings;
+  settings.range_lag = std::max(median_step(a.range_m), median_step(b.range_m));
+  settings.azimuth_lag = std::max(median_step(a.azimuth_rad), median_step(b.azimuth_rad));
+  settings.range_window *= settings.range_lag;
+  settings.azimuth_window *= settings.azimuth_lag;
+  settings.range_from = std::max(a.range_m.front(), b.range_m.front());
+  settings.range_to = std::min(a.range_m.back(), b.range_m.back());
+  settings.azimuth_from = std::max(a.azimuth_rad.front(), b.azimuth_rad.front());
+  settings.azimuth_to = std::min(a.azimuth_rad.back(), b.azimuth_rad.back());
+  return settings;
+}
+
+MeasureSettings crop_settings() {
+  MeasureSettings settings;
+  settings.crops = true;
+  return settings;
+}
+
+BlockStatistics measure_pings(const PolarPings& pings, const MeasureSettings& settings,
+                              const Workers& workers) {
+  const Frame frame = frame_of(pings, settings, workers);
+  BlockStatistics statistics;
+  statistics.settings = settings;
+  statistics.range_step = median_step(pings.range_m);
+  statistics.azimuth_step = median_step(pings.azimuth_rad);
+  statistics.ping_interval_s = median_interval(pings);
+  statistics.half_rows = frame.half_rows;
+  statistics.half_columns = frame.half_columns;
+  statistics.images = pings.amplitude.size();
+  const auto count = [](const std::vector<std::uint8_t>& pixels) {
+    return static_cast<double>(std::count(pixels.begin(), pixels.end(), 1));
+  };
+  statistics.ground_share = count(frame.ground) / std::max(1.0, count(frame.measured));
+  statistics.blocks.resize(pings.blocks());
+  statistics.patches.resize(pings.blocks());
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  std::vector<MeasuredImage> images(pings.amplitude.size());
+  workers.for_each(images.size(), [&](std::size_t i) {
+    images[i] = measure_image(frame, pings.image(i),
+                              pings.height_m.empty() ? unknown : pings.height_m[i]);
+  });
+  workers.for_each(images.size(), [&](std::size_t i) {
+    for (std::size_t lag = 0; lag <= kPingLags; ++lag) {
+      if (i + lag < images.size() && pings.block[i + lag] == pings.block[i]) {
+        add_ping_pairs(images[i].x, images[i + lag].x, static_cast<int>(lag), images[i].sums);
+      }
+    }
+  });
+  gather(images, pings.block, statistics);
+  return statistics;
+}
+
+BlockStatistics measure_crops(const Crops& crops, const MeasureSettings& settings,
+                              const Workers& workers) {
+  BlockStatistics statistics;
+  statistics.settings = settings;
+  statistics.images = crops.crops.size();
+  statistics.ground_share = 1;
+  statistics.blocks.resize(crops.blocks());
+  statistics.patches.resize(crops.blocks());
+  Frame frame;
+  frame.settings = settings;
+  set_windows(frame, 1, 1);
+  statistics.half_rows = frame.half_rows;
+  statistics.half_columns = frame.half_columns;
+  for (const Crops::Crop& crop : crops.crops) {
+    for (const float amplitude : crop.amplitude) frame.top = std::max(frame.top, amplitude);
+  }
+  std::vector<MeasuredImage> images(crops.crops.size());
+  workers.for_each(images.size(), [&](std::size_t i) {
+    Frame own = frame;
+    own.rows = crops.crops[i].rows;
+    own.columns = crops.crops[i].columns;
+    own.measured.assign(crops.crops[i].amplitude.size(), 1);
+    own.ground = own.measured;
+    images[i] = measure_image(own, crops.image(i), std::numeric_limits<double>::quiet_NaN());
+  });
+  gather(images, crops.block, statistics);
+  return statistics;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,67 @@
+// What a comparison measures, as arrays: pings as polar images, or crops of images.
+//
+//   GridImage     one image of amplitudes
+//   PolarPings    pings of one grid, in blocks
+//   Crops         images of any sizes, in blocks
+//   block_sizes   how many pings, or crops, each block gets
+//   amplitude_of_level
+//
+// A block is a run of consecutive pings. Errors are computed from differences between blocks, so
+// that pings within a block may be as correlated as they like.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/units.h"
+
+namespace ensonify {
+
+// Amplitudes of any scale, row-major; 0: no echo. Rows are samples, columns beams.
+struct GridImage {
+  int rows = 0, columns = 0;
+  std::span<const float> amplitude;
+};
+
+struct PolarPings {
+  std::vector<double> range_m;      // [samples], rising
+  std::vector<double> azimuth_rad;  // [beams], rising
+  std::vector<std::vector<float>> amplitude;  // [pings][samples x beams]
+  std::vector<double> time_s;                 // [pings]
+  std::vector<std::uint32_t> block;           // [pings], from 0, rising
+  std::vector<std::uint8_t> use;  // [samples x beams], 0: not measured; empty: all are measured
+  // [pings], of the sonar over a flat bottom; empty: not known.
+  std::vector<double> height_m;
+
+  int samples() const { return static_cast<int>(range_m.size()); }
+  int beams() const { return static_cast<int>(azimuth_rad.size()); }
+  std::uint32_t blocks() const { return block.empty() ? 0 : block.back() + 1; }
+  GridImage image(std::size_t ping) const { return {samples(), beams(), amplitude[ping]}; }
+};
+
+struct Crops {
+  struct Crop {
+    int rows = 0, columns = 0;
+    std::vector<float> amplitude;
+  };
+  std::vector<Crop> crops;
+  std::vector<std::uint32_t> block;  // [crops], from 0, rising
+
+  std::uint32_t blocks() const { return block.empty() ? 0 : block.back() + 1; }
+  GridImage image(std::size_t crop) const {
+    return {crops[crop].rows, crops[crop].columns, crops[crop].amplitude};
+  }
+};
+
+// Splits `count` into `blocks` numbers that differ by 1 at most, or into `count` ones.
+std::vector<std::size_t> block_sizes(std::size_t count, std::size_t blocks);
+
+// 10^(level / 20), and 0 for the level of pixels without energy.
+inline float amplitude_of_level(float level_db) {
+  return level_db <= kNoEnergyDb ? 0.0f : std::pow(10.0f, level_db / 20);
+}
+
+}  // namespace ensonify

@@ -1,0 +1,148 @@
+#include "compare/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "compare/comparison_text.h"
+#include "compare/page_text.h"
+#include "compare/read_pings.h"
+#include "formats/output.h"
+
+namespace ensonify {
+namespace {
+
+Error wrong(const std::string& what) { return {ErrorKind::usage, what}; }
+
+void take_notes(std::vector<std::string>& notes, std::vector<std::string> more) {
+  notes.insert(notes.end(), std::make_move_iterator(more.begin()),
+               std::make_move_iterator(more.end()));
+}
+
+bool is_own_page(const std::filesystem::path& path) {
+  std::string head(kComparePageMark.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return file.gcount() == static_cast<std::streamsize>(head.size()) && head == kComparePageMark;
+}
+
+Status check_outputs(const CompareOptions& options) {
+  for (const auto* path : {&options.json, &options.page}) {
+    if (path->empty()) continue;
+    std::error_code error;
+    if (!path->has_filename() || std::filesystem::is_directory(*path, error)) {
+      return wrong(path->string() + ": is a folder; name the file to write");
+    }
+    for (const auto* folder : {&options.real, &options.simulated}) {
+      if (lies_in(*path, *folder)) {
+        return wrong(fmt::format("{}: lies in {}; name a place outside it", path->string(),
+                                 folder->string()));
+      }
+    }
+  }
+  std::error_code error;
+  if (!options.page.empty() && std::filesystem::exists(options.page, error) &&
+      !options.overwrite && !is_own_page(options.page)) {
+    return wrong(options.page.string() +
+                 ": already exists and is not a page of ensonify compare; name another file, or "
+                 "give --overwrite to replace it");
+  }
+  return {};
+}
+
+struct Compared {
+  Comparison comparison;
+  std::vector<ExampleImage> real, simulated;
+};
+
+Result<Compared> compare_pings(const CompareOptions& options, const Workers& workers) {
+  const auto real = read_pings({options.real, options.amount, options.mask_real,
+                                options.bottom_real_m, options.stop},
+                               workers);
+  if (!real) return real.error();
+  const auto simulated = read_pings({options.simulated, options.amount, options.mask_simulated,
+                                     options.bottom_simulated_m, options.stop},
+                                    workers);
+  if (!simulated) return simulated.error();
+  const MeasureSettings settings = common_settings(real->pings, simulated->pings);
+  if (!(settings.range_to > settings.range_from) ||
+      !(settings.azimuth_to > settings.azimuth_from)) {
+    return wrong(fmt::format("{} and {} have no ranges or no azimuths in common",
+                             options.real.string(), options.simulated.string()));
+  }
+  const BlockStatistics a = measure_pings(real->pings, settings, workers);
+  const BlockStatistics b = measure_pings(simulated->pings, settings, workers);
+  Compared compared{compare_statistics(a, b, options.seed), example_pings(real->pings),
+                    example_pings(simulated->pings)};
+  take_notes(compared.comparison.notes, real->notes);
+  take_notes(compared.comparison.notes, simulated->notes);
+  return compared;
+}
+
+Result<Compared> compare_crops(const CompareOptions& options, const Workers& workers) {
+  if (!options.mask_real.empty() || !options.mask_simulated.empty()) {
+    return wrong("--mask-real and --mask-simulated: are of polar images; crops have none");
+  }
+  if (options.bottom_real_m || options.bottom_simulated_m) {
+    return wrong("--bottom-real and --bottom-simulated: crops have no poses");
+  }
+  const auto real =
+      read_crops({options.real, options.amount, options.gamma, options.stop}, workers);
+  if (!real) return real.error();
+  const auto simulated =
+      read_crops({options.simulated, options.amount, options.gamma, options.stop}, workers);
+  if (!simulated) return simulated.error();
+  const MeasureSettings settings = crop_settings();
+  const BlockStatistics a = measure_crops(real->crops, settings, workers);
+  const BlockStatistics b = measure_crops(simulated->crops, settings, workers);
+  Compared compared{compare_statistics(a, b, options.seed), example_crops(real->crops),
+                    example_crops(simulated->crops)};
+  take_notes(compared.comparison.notes, real->notes);
+  take_notes(compared.comparison.notes, simulated->notes);
+  return compared;
+}
+
+Result<Comparison> compare_both(const CompareOptions& options) {
+  if (const Status fit = check_outputs(options); !fit) return fit.error();
+  const Workers workers(options.threads);
+  const bool real_set = is_dataset(options.real), simulated_set = is_dataset(options.simulated);
+  if (real_set != simulated_set) {
+    return wrong(fmt::format("{} is a data set and {} is not; compare two data sets or two folders "
+                             "of crops (ensonify export --format crops makes them)",
+                             (real_set ? options.real : options.simulated).string(),
+                             (real_set ? options.simulated : options.real).string()));
+  }
+  if (real_set && options.gamma != 1) {
+    return wrong("--gamma: is of the gray levels of crops; data sets hold levels in dB");
+  }
+  if (options.bottom_real_m.has_value() != options.bottom_simulated_m.has_value()) {
+    return wrong("--bottom-real and --bottom-simulated: give both or neither");
+  }
+  auto compared =
+      real_set ? compare_pings(options, workers) : compare_crops(options, workers);
+  if (!compared) return compared.error();
+  const std::string real = options.real.string(), simulated = options.simulated.string();
+  if (!options.json.empty()) {
+    const Status written =
+        write_whole(options.json, comparison_json(compared->comparison, real, simulated));
+    if (!written) return written.error();
+  }
+  if (!options.page.empty()) {
+    const auto page = comparison_page({compared->comparison, real, simulated, compared->real,
+                                       compared->simulated});
+    if (!page) return page.error();
+    if (const Status written = write_whole(options.page, *page); !written) return written.error();
+  }
+  return std::move(compared->comparison);
+}
+
+}  // namespace
+
+Result<Comparison> compare_folders(const CompareOptions& options) {
+  return without_exceptions("comparing", [&] { return compare_both(options); });
+}
+
+}  // namespace ensonify

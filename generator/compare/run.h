@@ -1,0 +1,33 @@
+// The whole comparison of two folders.
+//
+//   CompareOptions  compare_folders
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "compare/compare.h"
+#include "compare/read_pings.h"
+
+namespace ensonify {
+
+struct CompareOptions {
+  std::filesystem::path real, simulated;
+  Amount amount;
+  std::filesystem::path mask_real, mask_simulated;           // empty: none
+  std::optional<double> bottom_real_m, bottom_simulated_m;   // z of a flat bottom
+  double gamma = 1;                                          // of crops
+  std::filesystem::path json, page;                          // empty: not written
+  std::uint64_t seed = 0;                                    // of the permutations
+  int threads = 0;
+  bool overwrite = false;  // may replace files other than pages of `ensonify compare`
+  bool (*stop)() = nullptr;
+};
+
+// Reads both, compares them, and writes the files that are asked for. Error kinds: usage (a folder
+// or option that cannot be used), io, interrupted.
+Result<Comparison> compare_folders(const CompareOptions& options);
+
+}  // namespace ensonify

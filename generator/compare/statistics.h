@@ -1,0 +1,51 @@
+// The statistics, each a function of sums. Private to compare/; docs/compare.md lists them.
+//
+//   Statistic  statistics        name, unit and formula of each
+//   estimate_of                  its value in a data set, by blocks
+//
+// K shape: for the intensity of a K distribution of shape nu, E I^2 / (E I)^2 = 2 (1 + 1/nu), and 2
+// for Rayleigh amplitudes (Jakeman & Pusey 1976). With N effective pixels in the window of the
+// normalization, 1/nu = m2 (N + 1) / (2 N) - 1 of the moment m2 of x.
+//
+// Effective pixels: N = n / (s_range s_azimuth) with s = 1 + 2 sum_l rho(l) (1 - l/w) over the lags
+// up to the first with rho < 0.05, for the autocovariance rho and the window's width w, and n
+// pixels in the window.
+//
+// Gains of beams: from mean levels y_j of the ground, sigma^2 = mean (y_j - (y_(j-1) +
+// y_(j+1))/2)^2 / 1.5, which a linear trend does not change. Those of samples likewise.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "compare/jackknife.h"
+#include "compare/measure.h"
+
+namespace ensonify {
+
+enum class StatisticUse { all, pings, geometry };  // geometry: pings with known heights
+
+struct Statistic {
+  const char* group;
+  const char* id;
+  const char* title;
+  const char* unit;
+  StatisticUse use = StatisticUse::all;
+  bool free_constant = false;  // of a curve
+  const char* lacks = "";      // why it may be undefined
+  // Values: one, or those of a curve. NaN: not defined.
+  std::vector<double> (*values)(const BlockStatistics& measured, const Sums& sums);
+  // Of a curve: where its values lie, and the axis' title; null for a single value.
+  std::vector<double> (*positions)(const BlockStatistics& measured) = nullptr;
+  const char* axis = "";
+};
+
+const std::vector<Statistic>& statistics();
+
+// Needs 2 blocks or more.
+std::vector<Estimate> estimates_of(const BlockStatistics& measured);
+
+double effective_pixels(const BlockStatistics& measured, const Sums& sums);
+
+}  // namespace ensonify

@@ -1,0 +1,113 @@
+"""Data sets of an instrument with electronics and a recorder: counts against levels, masks against layers, packed and
+by ping, one thread and two, frames dropped."""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "scripts"))
+from ensonify_dataset import SonarDataset  # noqa: E402
+
+ENSONIFY = os.environ["ENSONIFY"]
+
+SCENARIO = """ensonify: 1
+seed: 3
+sonar:
+  preset: paper_table1
+  bandwidth_hz: 29900
+  range_max_m: 6
+  beams: {count: 24, fov_deg: 24, receive_width_deg: 2}
+  rays: {elevation: 8, min_per_cell: 0}
+  electronics:
+    crosstalk_db: -30
+    leakage: {level_db: 190, decay_m: 0.2}
+    interference: {level_db: 185, ping_rate_hz: 200, duration_s: 2e-4, azimuth_deg: 4}
+    blanking_m: 0.4
+    saturation: {level_db: 180, streak_db: -6, streak_m: 1}
+  recorder: {db: [90, 180]}
+materials: {m: {reflectivity: 1e-3}, bright: {reflectivity: 1}}
+objects:
+  - {name: room, material: m, shape: {box: {size_m: [9, 9, 3], inward_facing: true}}}
+  - {name: ball, material: bright, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [2, 0.2, 0]}}
+noise: {spectrum_level_db: 60, correlated: true}
+trajectory: {ping_rate_hz: 5, pings: 3}
+output: {layers: true, cartesian: {height_px: 80}}
+"""
+
+
+class Electronics(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        (self.folder / "scenario.yaml").write_text(SCENARIO)
+
+    def make(self, name, *more):
+        out = self.folder / name
+        for command in (["generate", self.folder / "scenario.yaml", "-o", out, "--quiet", *more], ["verify", out]):
+            result = subprocess.run([ENSONIFY, *map(str, command)], capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        return SonarDataset(out)
+
+    def test_counts_stand_for_the_levels_of_the_image(self):
+        for ping in self.make("db"):
+            counts = ping.recorded
+            self.assertEqual((counts.dtype, counts.shape), (np.uint8, ping.polar.level_db.shape))
+            shown = np.clip(ping.polar.level_db, 90, 180)
+            # Half a step of 90/255 dB, and half a step of the half floats of the image.
+            self.assertLess(np.abs(ping.recorded_level_db - shown).max(), 0.5 * 90 / 255 + 0.0626)
+
+    def test_row_gains_are_stored_and_taken_out(self):
+        recorder = "sonar.recorder={bits: 16, scale: amplitude, db: [0, 185], gamma: 0.8, row_gain_db: 40}"
+        ping = self.make("amplitude", "--set", recorder)[1]
+        self.assertEqual(ping.recorded.dtype, np.uint16)
+        heard = ping.polar.level_db > 100
+        self.assertLess(np.abs(ping.recorded_level_db - ping.polar.level_db)[heard].max(), 0.2)
+        loud = ping.recorded.max(axis=1)[ping.polar.level_db.max(axis=1) > 150]
+        self.assertGreater(loud.min(), 65000)
+
+    def test_masks_mark_what_the_layer_adds(self):
+        for ping in self.make("masks"):
+            artifact, extra = ping.polar.artifact, np.abs(ping.layer("electronics")).T
+            rest = np.abs(ping.series - ping.layer("electronics")).T
+            self.assertEqual(set(np.unique(artifact)) & {1, 2, 4, 8, 16}, {1, 2, 4, 8, 16})
+            blanked = artifact == 16
+            self.assertTrue((np.abs(ping.series.T)[blanked] == 0).all())
+            clipped = artifact & 1 > 0
+            np.testing.assert_allclose(np.abs(ping.series.T)[clipped], 1e3, rtol=1e-5)
+            # Cross-talk moves a few percent of an amplitude, and leaves no mark.
+            unmarked = (artifact == 0) & (extra > 0.5 * rest + 1)
+            self.assertLess(unmarked.mean(), 0.01)
+            marked = artifact & (2 | 4 | 8) > 0
+            self.assertTrue((extra[marked] > 0).all())
+            pixels = ping.sequence.cartesian_map
+            mapped = np.where(pixels < 0, 0, artifact.ravel()[np.maximum(pixels, 0)])
+            np.testing.assert_array_equal(ping.cartesian.artifact, mapped)
+
+    def test_packed_and_by_thread_the_same_numbers(self):
+        one = self.make("one", "--threads", "1")
+        packed = self.make("packed", "--threads", "2", "--set", "output.one_file_per=sequence")
+        for a, b in zip(one, packed):
+            np.testing.assert_array_equal(a.recorded, b.recorded)
+            np.testing.assert_array_equal(a.polar.artifact, b.polar.artifact)
+            np.testing.assert_array_equal(a.series, b.series)
+
+    def test_counts_without_images(self):
+        alone = self.make("alone", "--set", "output={polar: false, cartesian: false, png: false}")
+        whole = self.make("whole")
+        for a, b in zip(alone, whole):
+            np.testing.assert_array_equal(a.recorded, b.recorded)
+
+    def test_dropped_frames_leave_gaps(self):
+        data = self.make("dropped", "--set", "sonar.recorder.dropped=0.6", "--set", "trajectory.pings=12")
+        periods = np.diff([ping.time_s for ping in data]) * 5
+        np.testing.assert_allclose(periods, np.round(periods), atol=1e-9)
+        self.assertEqual((len(data), periods.min() > 0.5, periods.max() > 1.5), (12, True, True))
+
+
+if __name__ == "__main__":
+    unittest.main()

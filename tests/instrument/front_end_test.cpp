@@ -1,0 +1,181 @@
+// Each effect of the electronics against its formula.
+#include "instrument/front_end.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "acoustics/pattern.h"
+#include "catch.h"
+#include "sonar_fixture.h"
+
+using namespace ensonify;
+using namespace ensonify::test;
+
+namespace {
+
+using Samples = std::vector<std::complex<float>>;
+
+struct Receiver {
+  explicit Receiver(int beams, double range_m = 10) : sonar(p900(beams, beams * 0.5, range_m)) {
+    sonar.front_end.emplace();
+    record = make_record(sonar, water, 1e-4);
+  }
+  FrontEnd& front() { return *sonar.front_end; }
+  std::vector<std::uint8_t> run(Samples& p, PingMoment moment = {5, 0, 0, 0}) const {
+    return front_end(sonar, water, record, moment, true, p, Workers());
+  }
+  Samples silence() const { return Samples(std::size_t(sonar.beam_count) * record.samples); }
+  double step_m() const { return sample_range_m(sonar, water, 1); }
+
+  Sonar sonar;
+  Water water;
+  Record record;
+};
+
+double pa(double level_db) { return std::pow(10.0, (level_db - 120) / 20); }
+bool has(std::uint8_t flags, Artifact artifact) {
+  return (flags & static_cast<std::uint8_t>(artifact)) != 0;
+}
+
+}  // namespace
+
+TEST_CASE("a receiver without effects changes nothing") {
+  Receiver receiver(6);
+  Samples p = receiver.silence();
+  for (std::size_t i = 0; i < p.size(); ++i) p[i] = {float(i), -1};
+  const Samples before = p;
+  const auto flags = receiver.run(p);
+  CHECK(p == before);
+  CHECK(std::all_of(flags.begin(), flags.end(), [](auto f) { return f == 0; }));
+}
+
+TEST_CASE("each beam has its response, and leaks into its neighbors alone") {
+  Receiver receiver(5);
+  receiver.front().beam_response = {1, {0, 2}, 3, 1, 1};
+  receiver.front().crosstalk_db = -20;
+  Samples p = receiver.silence();
+  const int samples = receiver.record.samples;
+  p[1 * samples + 7] = 4;
+  receiver.run(p);
+  const auto at = [&](int beam) { return p[std::size_t(beam) * samples + 7]; };
+  CHECK(std::abs(at(1) - std::complex<float>(0, 8)) < 1e-5f);
+  CHECK(std::abs(at(0) - std::complex<float>(0, 0.8f)) < 1e-5f);
+  CHECK(std::abs(at(2) - std::complex<float>(0, 0.8f)) < 1e-5f);
+  CHECK(at(3) == 0.0f);
+}
+
+TEST_CASE("errors of beams have their standard deviations and depend on the seed alone") {
+  constexpr int kBeams = 4000;
+  const auto responses = beam_responses(9, kBeams, 1.5, 0.2);
+  double gain = 0, phase = 0;
+  for (const auto& r : responses) {
+    gain += std::pow(20 * std::log10(std::abs(r)), 2);
+    phase += std::pow(std::arg(r), 2);
+  }
+  // Standard error of a standard deviation: sigma/sqrt(2 n), 1.1 %.
+  CHECK(std::sqrt(gain / kBeams) == Approx(1.5).epsilon(0.045));
+  CHECK(std::sqrt(phase / kBeams) == Approx(0.2).epsilon(0.045));
+  CHECK(beam_responses(9, kBeams, 1.5, 0.2) == responses);
+  CHECK(beam_responses(10, kBeams, 1.5, 0.2) != responses);
+}
+
+TEST_CASE("leakage falls exponentially and is the same in every ping") {
+  Receiver receiver(3000, 3);
+  receiver.front().leakage = {150, 0.3};
+  Samples p = receiver.silence(), again = receiver.silence();
+  const auto flags = receiver.run(p);
+  receiver.run(again, {5, 4, 8, 2.5});
+  CHECK(p == again);
+  CHECK(has(flags[0], Artifact::leakage));
+  for (const int n : {0, 10, 40}) {
+    double power = 0;
+    for (int beam = 0; beam < 3000; ++beam) {
+      power += std::norm(p[std::size_t(beam) * receiver.record.samples + n]);
+    }
+    const double expected = std::pow(pa(150) * std::exp(-n * receiver.step_m() / 0.3), 2);
+    CHECK(power / 3000 == Approx(expected).epsilon(4 / std::sqrt(3000.0)));
+  }
+}
+
+TEST_CASE("bursts of another sonar come at its ping rate, weighted by the beam pattern") {
+  Receiver receiver(41, 20);
+  const double azimuth_rad = beam_azimuth_rad(receiver.sonar, 25);
+  receiver.front().interference = {140, 80, 1e-3, azimuth_rad};
+  const double dt = receiver.record.sample_interval_s;
+  std::vector<double> middles;
+  for (std::uint32_t ping = 0; ping < 3; ++ping) {
+    const double time_s = 0.31 * ping;
+    Samples p = receiver.silence();
+    const auto flags = receiver.run(p, {5, 0, ping, time_s});
+    const auto beam = [&](int j) { return p.data() + std::size_t(j) * receiver.record.samples; };
+    int strongest = 0;
+    for (int n = 0; n < receiver.record.samples; ++n) {
+      if (std::abs(beam(25)[n]) > std::abs(beam(25)[strongest])) strongest = n;
+      CHECK(has(flags[std::size_t(n) * 41 + 25], Artifact::interference) ==
+            (std::abs(beam(25)[n]) > 0));
+    }
+    // One of at least two bursts of 30 samples has a sample within half a step of its middle.
+    CHECK(std::abs(beam(25)[strongest]) == Approx(pa(140)).epsilon(0.005));
+    middles.push_back(time_s + strongest * dt);
+    for (const int j : {24, 27, 40}) {
+      const double off_rad = beam_azimuth_rad(receiver.sonar, j) - azimuth_rad;
+      const double weight = line_pattern(off_rad, receiver.sonar.beam_width_rad);
+      const double ratio =
+          std::abs(beam(j)[strongest]) / double(std::abs(beam(25)[strongest]));
+      CHECK(ratio == Approx(std::abs(weight)).margin(1e-5));
+    }
+  }
+  for (const double middle : middles) {
+    const double periods = (middle - middles[0]) * 80;
+    CHECK(std::abs(periods - std::round(periods)) < 80 * dt);
+  }
+}
+
+TEST_CASE("a saturated receiver clips, and a tail follows that falls by e over its length") {
+  Receiver receiver(4000, 8);
+  receiver.front().saturation = {130, -20, 1.5};
+  const int samples = receiver.record.samples;
+  Samples p = receiver.silence();
+  for (int beam = 0; beam < 4000; beam += 2) {
+    p[std::size_t(beam) * samples + 20] = float(5 * pa(130));
+  }
+  const auto flags = receiver.run(p);
+  CHECK(std::abs(p[20]) == Approx(pa(130)));
+  CHECK(has(flags[20 * 4000], Artifact::clipped));
+  CHECK(flags[20 * 4000 + 1] == 0);
+  CHECK(p[19] == 0.0f);
+  for (const int behind : {1, 30, 90}) {
+    double power = 0;
+    for (int beam = 0; beam < 4000; beam += 2) {
+      power += std::norm(p[std::size_t(beam) * samples + 20 + behind]);
+    }
+    CHECK(p[samples + 20 + behind] == 0.0f);
+    CHECK(has(flags[std::size_t(20 + behind) * 4000], Artifact::streak));
+    const double expected = 0.1 * 4 * pa(130) * std::exp(-(behind - 1) * receiver.step_m() / 1.5);
+    CHECK(power / 2000 == Approx(expected * expected).epsilon(4 / std::sqrt(2000.0)));
+  }
+}
+
+TEST_CASE("the limit alone leaves no tail") {
+  Receiver receiver(1);
+  receiver.front().saturation = {130, {}, 1};
+  Samples p = receiver.silence();
+  p[20] = {0, float(-3 * pa(130))};
+  receiver.run(p);
+  CHECK(std::abs(p[20] - std::complex<float>(0, float(-pa(130)))) < 1e-5f);
+  CHECK(p[21] == 0.0f);
+}
+
+TEST_CASE("a blanked receiver hears nothing, not even its own pulse") {
+  Receiver receiver(2);
+  receiver.front().leakage = {170, 1};
+  receiver.front().blanking_m = 2;
+  Samples p = receiver.silence();
+  const auto flags = receiver.run(p);
+  for (int n = 0; n < receiver.record.samples; ++n) {
+    const bool off = n * receiver.step_m() < 2;
+    CHECK((p[n] == 0.0f) == off);
+    CHECK(has(flags[2 * n], Artifact::blanked) == off);
+    CHECK(has(flags[2 * n], Artifact::leakage) == !off);
+  }
+}
