@@ -268,7 +268,7 @@ class Ping:
 
     @property
     def recorded(self) -> np.ndarray:
-        """uint8 or uint16 [samples, beams]: the counts that the instrument stores (`sonar.recorder`, or a recording)."""
+        """uint8 or uint16 [samples, beams]: what the instrument stores (`sonar.recorder`, or a recording)."""
         return recorded_counts(self.sequence.folder, self.sequence.info, self.row, self.stem)
 
     @property

@@ -103,7 +103,8 @@ class Footprints:
 
 def _half_fan(azimuths: np.ndarray) -> float:
     """The larger angle from the boresight to an edge of the fan."""
-    return max(abs(azimuths[0] - (azimuths[1] - azimuths[0]) / 2), abs(azimuths[-1] + (azimuths[-1] - azimuths[-2]) / 2))
+    low, high = azimuths[0] - (azimuths[1] - azimuths[0]) / 2, azimuths[-1] + (azimuths[-1] - azimuths[-2]) / 2
+    return max(abs(low), abs(high))
 
 
 def _among(azimuths: np.ndarray, azimuth: np.ndarray) -> np.ndarray:

@@ -166,6 +166,7 @@ class Oculus(Case):
         heard = counts[row, ::-1] > 0
         self.assertLess(abs(level[row, heard] - 20 * np.log10(amplitude[heard])).max(), 0.07)
         self.assertTrue((level[3] == -99).all())
+        np.testing.assert_allclose(ping.recorded_level_db, level, atol=0.07)
 
     def test_a_stream_of_messages(self):
         first, second = self.message(start=100.0), self.message(start=100.125)
