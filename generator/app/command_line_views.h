@@ -1,7 +1,7 @@
 // The commands that show or convert existing results: their command line options, and the
 // conversion to the options of each command.
 //
-//   parse_range  A:B, for any command
+//   parse_range  parse_levels   A:B and MIN:MAX, for any command
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
@@ -12,6 +12,7 @@
 //   add_presets
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -46,13 +47,16 @@ struct ViewArguments {
   RenderOptions render;
   RenderWords render_words;
   ImportOptions imported;
-  std::string imported_pings;  // A:B
+  std::string imported_pings, imported_db;  // A:B, MIN:MAX
   bool quiet = false;
 };
 
 // Error (usage): not A:B in integers.
 Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                                                             const std::string& text);
+
+// Error (usage): not MIN:MAX in numbers, rising.
+Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text);
 
 void add_report(CLI::App& app, ViewArguments& arguments);
 // The caller adds the options that name the scenario.

@@ -14,7 +14,10 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand(
       "import", "make a data set without labels from a recording of a real sonar");
   ImportOptions& options = arguments.imported;
-  command.add_option("LOG", options.log, "file of an ARIS (.aris) or Oculus (.oculus) sonar")
+  command
+      .add_option("LOG", options.log,
+                  "log of an ARIS (.aris) or Oculus (.oculus) sonar, ROS 2 recording (.mcap), or "
+                  "folder of polar images with a recording.yaml")
       ->required();
   command.add_option("-o,--output", options.output, "folder of the data set")->required();
   command.add_option("--pings", arguments.imported_pings,
@@ -28,6 +31,11 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
       .add_option("--height-px", options.cartesian_height_px,
                   "rows of the Cartesian images; default: 1000")
       ->check(CLI::Range(1, 16384));
+  command.add_option("--topic", options.choices.topic,
+                     "MCAP: topic of the sonar images; default: the first one");
+  command.add_option("--db", arguments.imported_db,
+                     "MCAP: MIN:MAX: the counts are levels in dB, from 0 to full scale; default: "
+                     "they are amplitudes");
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command.add_flag("--overwrite", options.overwrite,
@@ -41,6 +49,11 @@ Status run_import(const ViewArguments& arguments) {
     const auto pings = parse_range("--pings", arguments.imported_pings);
     if (!pings) return pings.error();
     options.pings = *pings;
+  }
+  if (!arguments.imported_db.empty()) {
+    const auto db = parse_levels("--db", arguments.imported_db);
+    if (!db) return db.error();
+    options.choices.db = *db;
   }
   return import_command(std::move(options), arguments.quiet);
 }
@@ -60,8 +73,8 @@ Status import_command(ImportOptions options, bool quiet) {
     tell("{}: already complete, nothing to do\n", options.output.string());
     return {};
   }
-  tell("{}: {} of an {} in {}\n", options.output.string(), counted(report->pings, "ping"),
-       report->instrument, counted(report->sequences, "sequence"));
+  tell("{}: {} of {} ({})\n", options.output.string(), counted(report->pings, "ping"),
+       counted(report->sequences, "sequence"), report->instrument);
   if (report->sequences > 1) {
     tell("{}: a new sequence begins where the settings of the sonar change\n",
          options.output.string());

@@ -255,7 +255,7 @@ inline const char* name_of(ClassKind kind) { return kind == ClassKind::stuff ? "
 
 // The log that a recorded sequence was read from.
 struct Recording {
-  std::string format;             // of the log: aris or oculus
+  std::string format;             // of the log: aris, oculus, mcap or images
   std::string file;               // its name, without the folder
   std::string sha256;             // ... and hash
   std::string instrument;         // as the log names it

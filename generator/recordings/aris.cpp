@@ -75,7 +75,7 @@ LogSettings settings_of(const ArisHead& head, std::span<const double> azimuths_d
   settings.mode = head.ping_mode;
   settings.beams = static_cast<int>(azimuths_deg.size());
   settings.samples = static_cast<int>(head.samples);
-  settings.decibels = true;
+  settings.db = {{0, kArisSpan_db}};
   settings.frequency_hz = aris_frequency_hz(head.system, head.high_frequency != 0);
   settings.sound_speed_m_s = double{head.sound_speed_m_s};
   const double metres_per_us = settings.sound_speed_m_s / 2 * 1e-6;

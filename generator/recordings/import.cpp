@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 struct Import {
   const ImportOptions& options;
   LogSource source;
-  LogBytes log;
+  Log log;
   LogSurvey survey;
   std::string name;
   std::array<double, 2> limits_db{};
@@ -31,13 +31,18 @@ struct Import {
 // What stands in place of a scenario.
 std::string description(const Import& import) {
   const auto& sequences = import.survey.sequences;
+  const auto& choices = import.options.choices;
+  const std::string topic =
+      choices.topic.empty() ? "" : "  topic: " + quoted_text(choices.topic) + "\n";
+  const std::string db =
+      choices.db ? fmt::format("  db: [{}, {}]\n", (*choices.db)[0], (*choices.db)[1]) : "";
   return fmt::format(
       "# A recording, made by `ensonify import`; there is no scenario to generate.\n"
       "recording:\n  format: {}\n  file: {}\n  sha256: {}\n  frames: [{}, {}]\n  split: {}\n"
-      "  cartesian_height_px: {}\n",
+      "  cartesian_height_px: {}\n{}{}",
       log_format_name(import.source.format), quoted_text(import.source.name), import.source.sha256,
       sequences.front().first_frame, sequences.back().last_frame, import.options.split,
-      import.options.cartesian_height_px);
+      import.options.cartesian_height_px, topic, db);
 }
 
 WorkIdentity identity_of(const Import& import) {
@@ -161,19 +166,18 @@ class LogWriter {
 };
 
 Result<Import> open_import(const ImportOptions& options) {
-  auto log = file_log(options.log);
+  auto log = open_log(options.log, options.choices);
   if (!log) return log.error();
-  const auto format = log_format_of(*log);
-  if (!format) return format.error();
-  auto survey = survey_log(*format, *log, options.pings, options.stop);
+  auto survey = survey_log(*log, options.pings, options.stop);
   if (!survey) return survey.error();
-  auto hash = sha256_of_file(options.log);
+  auto hash = log->sha256();
   if (!hash) return hash.error();
+  const LogSource source{log->format, log->name, std::move(*hash)};
   Import import{options,
-                {*format, options.log.filename().string(), std::move(*hash)},
+                source,
                 std::move(*log),
                 std::move(*survey),
-                options.name.empty() ? options.log.stem().string() : options.name,
+                options.name.empty() ? fs::path(source.name).stem().string() : options.name,
                 {}};
   import.limits_db = limits_of(import.survey);
   return import;
@@ -181,10 +185,9 @@ Result<Import> open_import(const ImportOptions& options) {
 
 Status write_sequences(const Import& import, const Workers& workers) {
   LogWriter writer(import, workers);
-  const auto end =
-      read_log(import.source.format, import.log,
-               {[&](std::uint64_t frame) { return writer.wanted(frame).has_value(); },
-                [&](std::uint64_t frame, const LogFrame& of) { return writer.add(frame, of); }});
+  const auto end = import.log.read(
+      {[&](std::uint64_t frame) { return writer.wanted(frame).has_value(); },
+       [&](std::uint64_t frame, const LogFrame& of) { return writer.add(frame, of); }});
   return end ? Status() : Status(end.error());
 }
 

@@ -5,13 +5,16 @@
 //   LogSettings  same_sequence        what the frames of a sequence share
 //   LogFrame                          one ping with its counts
 //   LogFormat  LogFrames              which frames are read, and what is done with them
-//   log_format_of  read_log           recognizes the format and reads it
+//   LogChoices                        what a log leaves open
+//   log_format_of  read_log           recognizes the format of bytes and reads them
+//   Log  open_log                     the same for a file, or a folder of images
 //   log_error                         an Error at a byte of the log
 //
 // Counts are those of the instrument, bit by bit. Beams are ordered as in a data set: beam 0 to
 // starboard, with the most negative azimuth.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -42,9 +45,10 @@ struct LogSettings {
   int beams = 0, samples = 0;
   int bits = 8;            // of a count: 8, 16 or 32
   bool row_gains = false;  // amplitude = count / sqrt(gain of the sample)
-  bool decibels = false;   // 0 to full scale is 0 to 80 dB; otherwise a power of the
-                           // amplitude
-  double gamma = 1;        // ... this power
+  // Counts are linear in dB, from 0 to full scale between these levels; absent: they are a power of
+  // the amplitude.
+  std::optional<std::array<double, 2>> db = {};
+  double gamma = 1;  // ... this power
   double frequency_hz = 0;
   double sound_speed_m_s = 0;
   double first_range_m = 0, range_step_m = 0;
@@ -71,9 +75,10 @@ struct LogFrame {
   std::vector<float> row_gain;  // [samples], with counts and settings.row_gains
 };
 
-enum class LogFormat { aris, oculus };
+enum class LogFormat { aris, oculus, mcap, images };
 constexpr const char* log_format_name(LogFormat format) {
-  return format == LogFormat::aris ? "aris" : "oculus";
+  constexpr const char* kNames[] = {"aris", "oculus", "mcap", "images"};
+  return kNames[static_cast<int>(format)];
 }
 
 struct LogFrames {
@@ -86,13 +91,31 @@ struct LogEnd {
   std::string warning;  // that the last frame is cut off; empty: none
 };
 
-// By the first bytes. Error (usage): neither format, or a DIDSON file.
+// Of MCAP, whose messages do not say what their counts mean.
+struct LogChoices {
+  std::string topic = {};                        // of the images; empty: the first one
+  std::optional<std::array<double, 2>> db = {};  // as in LogSettings; absent: amplitudes
+};
+
+// By the first bytes. Error (usage): none of the formats, or a DIDSON file.
 Result<LogFormat> log_format_of(const LogBytes& log);
 
 // Calls `frames.use` for each frame and ends with its first Error. A frame that the end of the log
 // cuts off is left out with a warning. Error (usage): anything else that the format does not allow,
 // with the offset of the byte, or no frame at all; (io): the log cannot be read.
-Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& frames);
+Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& frames,
+                        const LogChoices& choices = {});
+
+struct Log {
+  LogFormat format = LogFormat::aris;
+  std::string name;                                      // of the file or folder
+  std::function<Result<LogEnd>(const LogFrames&)> read;  // as read_log, any number of times
+  std::function<Result<std::string>()> sha256;           // of the file; of a folder, see images.h
+};
+
+// Errors: those of file_log, log_format_of and open_images; (usage) choices for another format than
+// MCAP.
+Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choices);
 
 // "NAME: byte OFFSET: WHAT".
 Error log_error(const LogBytes& log, std::uint64_t offset, const std::string& what);

@@ -12,7 +12,6 @@
 #include "formats/half_floats.h"
 #include "instrument/recorder.h"
 #include "labels/cartesian.h"
-#include "recordings/aris.h"
 
 namespace ensonify {
 namespace {
@@ -21,8 +20,7 @@ constexpr double kMostRowGain_db = 96.33;  // of 32 bits
 
 class Surveyor {
  public:
-  Surveyor(const LogBytes& log,
-           const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames)
+  Surveyor(const Log& log, const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames)
       : log_(log) {
     if (!frames) return;
     first_ = frames->first;
@@ -34,8 +32,10 @@ class Surveyor {
   Status add(std::uint64_t number, const LogFrame& frame) {
     if (number < first_ || number >= last_) return {};
     if (frame.settings.bits > 16) {
-      return log_error(log_, frame.offset,
-                       "counts of 32 bits; record with 8 or 16 bits, which data sets hold");
+      return Error{ErrorKind::usage,
+                   fmt::format("{}: frame {}: counts of 32 bits; record with 8 or 16 bits, which "
+                               "data sets hold",
+                               log_.name, number)};
     }
     if (number == first_) found.first_level_db = log_levels_db(frame);
     auto& sequences = found.sequences;
@@ -70,7 +70,7 @@ class Surveyor {
  private:
   static constexpr std::uint64_t kAll = std::numeric_limits<std::uint64_t>::max();
 
-  const LogBytes& log_;
+  const Log& log_;
   std::uint64_t first_ = 0, last_ = kAll;
   std::int64_t last_us_ = 0;
   bool falls_ = false;
@@ -98,16 +98,16 @@ Sonar sonar_of(const LogSettings& settings) {
 
 }  // namespace
 
-Result<LogSurvey> survey_log(LogFormat format, const LogBytes& log,
+Result<LogSurvey> survey_log(const Log& log,
                              const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames,
                              const std::function<bool()>& stop) {
   Surveyor surveyor(log, frames);
   const auto end =
-      read_log(format, log,
-               {[&](std::uint64_t frame) { return surveyor.wants_counts(frame); },
+      log.read({[&](std::uint64_t frame) { return surveyor.wants_counts(frame); },
                 [&](std::uint64_t number, const LogFrame& frame) -> Status {
-                  if (stop && stop())
+                  if (stop && stop()) {
                     return Error{ErrorKind::interrupted, "interrupted; nothing was written"};
+                  }
                   return surveyor.add(number, frame);
                 }});
   if (!end) return end.error();
@@ -118,9 +118,9 @@ Result<LogSurvey> survey_log(LogFormat format, const LogBytes& log,
 Recorder recorder_of(const LogSettings& settings) {
   Recorder recorder;
   recorder.bits = settings.bits;
-  if (settings.decibels) {
+  if (settings.db) {
     recorder.scale = GreyScale::db;
-    recorder.db = {0, kArisSpan_db};
+    recorder.db = *settings.db;
     return recorder;
   }
   recorder.scale = GreyScale::amplitude;

@@ -45,11 +45,11 @@ struct LogSurvey {
 // `frames`: [first, last) of those that are used; absent: all. Reads the whole log, and counts of
 // the first frame only. Errors: those of read_log; (usage) none of these frames is in the log, a
 // frame has counts of 32 bits; `stop` returned true (interrupted).
-Result<LogSurvey> survey_log(LogFormat format, const LogBytes& log,
+Result<LogSurvey> survey_log(const Log& log,
                              const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames,
                              const std::function<bool()>& stop);
 
-// ARIS: 0 to 80 dB. Oculus: full scale is 0 dB.
+// Levels of amplitudes: full scale is 0 dB.
 Recorder recorder_of(const LogSettings& settings);
 
 // Without limits of 8-bit images. `height_px`: of Cartesian images.

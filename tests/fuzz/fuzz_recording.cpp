@@ -1,4 +1,4 @@
-// Logs of ARIS and Oculus sonars, told apart by their first bytes.
+// Logs of ARIS and Oculus sonars and MCAP files, told apart by their first bytes.
 #include <algorithm>
 
 #include "fuzz_file.h"

@@ -146,6 +146,9 @@ def recordings():
         message = logs.oculus_message(counts[:, :4].astype(kind), [-300, -50, 70, 300], gains, version)
         yield f"stream{version}_{kind.__name__}", message * 2
         yield f"items{version}_{kind.__name__}", logs.oculus([logs.oculus_item(message, 1.5)] * 2)
+        if kind is not numpy.uint32:
+            image = logs.projected_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], [1, 2], 1000, version == 2)
+            yield f"mcap_{kind.__name__}", logs.mcap([image] * 2, chunked=version == 1)
         yield f"zlib{version}_{kind.__name__}", logs.oculus([logs.oculus_item(message, 1.5, compressed=True)])
 
 

@@ -1,6 +1,7 @@
 """Writes logs of real sonars from their published layouts, without any code of the program.
 
-.aris: Sound Metrics, aris-file-sdk, type-definitions/C; .oculus: the drivers oculus_driver and liboculus.
+.aris: Sound Metrics, aris-file-sdk, type-definitions/C; .oculus: the drivers oculus_driver and liboculus; MCAP:
+https://mcap.dev/spec and the messages of marine_msgs.
 """
 from __future__ import annotations
 
@@ -47,8 +48,8 @@ def oculus_message(counts: np.ndarray, bearings: Sequence[int], gains: Optional[
                    frequency: float = 750e3, attitude: Sequence[float] = (0, 0, 0), start: float = 0) -> bytes:
     """`counts`: uint8, uint16 or uint32 [ranges, beams], in the order of `bearings`, hundredths of a degree."""
     size = {1: 0, 2: 1, 4: 3}[counts.dtype.itemsize]
-    rows = [(struct.pack("<I", gains[i]) if gains is not None else b"") + row.astype(row.dtype.newbyteorder("<")).tobytes()
-            for i, row in enumerate(counts)]
+    little = counts.astype(counts.dtype.newbyteorder("<"))
+    rows = [(struct.pack("<I", gains[i]) if gains is not None else b"") + row.tobytes() for i, row in enumerate(little)]
     image = b"".join(rows)
     fire = struct.pack("<BBBBB4d", mode, 0, 0, gamma, 0x19, 10.0, 50.0, 0.0, 0.0)
     if version == 2:
@@ -75,3 +76,62 @@ def oculus_item(payload: bytes, time_s: float, kind: int = 10, compressed: bool 
 
 def oculus(items: List[bytes], encryption: int = 0) -> bytes:
     return struct.pack("<II16sHH4xqd", 0x11223344, 48, b"Oculus", 1, encryption, 0, 1.6e9) + b"".join(items)
+
+
+class Cdr:
+    """Plain CDR: numbers are aligned to their size, counted behind the header."""
+
+    def __init__(self) -> None:
+        self.bytes = b""
+
+    def put(self, kind: str, *values: float) -> None:
+        size = struct.calcsize("<" + kind)
+        for value in values:
+            self.bytes += bytes(-len(self.bytes) % size) + struct.pack("<" + kind, value)
+
+    def text(self, text: str) -> None:
+        self.put("I", len(text) + 1)
+        self.bytes += text.encode() + b"\0"
+
+
+def projected_image(counts: np.ndarray, bearings: Sequence[float], ranges: Sequence[float], time_us: int,
+                    big_endian: bool = False) -> bytes:
+    """marine_acoustic_msgs/msg/ProjectedSonarImage; bearings in rad, to starboard."""
+    cdr = Cdr()
+    cdr.put("i", time_us // 1_000_000)
+    cdr.put("I", time_us % 1_000_000 * 1000)
+    cdr.text("sonar")
+    cdr.put("f", 1.2e6, 1490.0)
+    for _ in range(2):
+        cdr.put("I", len(bearings))
+        cdr.put("f", *[0.01] * len(bearings))
+    cdr.put("I", len(bearings))
+    for bearing in bearings:
+        cdr.put("d", 0, np.sin(bearing), np.cos(bearing))
+    cdr.put("I", len(ranges))
+    cdr.put("f", *ranges)
+    cdr.put("B", int(big_endian))
+    cdr.put("I", {1: 0, 2: 2}[counts.dtype.itemsize], counts.shape[1], counts.nbytes)
+    return b"\0\1\0\0" + cdr.bytes + counts.astype(counts.dtype.newbyteorder(">" if big_endian else "<")).tobytes()
+
+
+def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "") -> bytes:
+    def text(value: str) -> bytes:
+        return struct.pack("<I", len(value)) + value.encode()
+
+    def record(opcode: int, content: bytes) -> bytes:
+        return struct.pack("<BQ", opcode, len(content)) + content
+
+    def schema(number: int, name: str) -> bytes:
+        return record(3, struct.pack("<H", number) + text(name) + text("ros2msg") + text(""))
+
+    records = schema(1, "marine_acoustic_msgs/msg/ProjectedSonarImage") + schema(2, "std_msgs/msg/String")
+    records += record(4, struct.pack("<HH", 8, 2) + text("/words") + text("cdr") + struct.pack("<I", 0))
+    records += record(4, struct.pack("<HH", 7, 1) + text("/sonar") + text("cdr") + struct.pack("<I", 0))
+    for i, message in enumerate(messages):
+        records += record(5, struct.pack("<HIQQ", 8, i, i, i) + b"words")
+        records += record(5, struct.pack("<HIQQ", 7, i, i, i) + message)
+    if chunked or compression:
+        head = struct.pack("<QQQI", 0, 0, len(records), 0) + text(compression)
+        records = record(6, head + struct.pack("<Q", len(records)) + records)
+    return b"\x89MCAP0\r\n" + record(1, text("ros2") + text("test")) + records + record(15, struct.pack("<I", 0))
