@@ -313,6 +313,7 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   }
   if (app.got_subcommand("export")) return exit_status(run_export(arguments.views));
   if (app.got_subcommand("render")) return exit_status(run_render(arguments.views));
+  if (app.got_subcommand("import")) return exit_status(run_import(arguments.views));
   if (app.got_subcommand("bench")) return exit_status(run_bench_command(arguments));
   if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
   if (app.got_subcommand("compare")) return exit_status(run_compare(arguments.views));
@@ -363,6 +364,7 @@ int run_command_line(int argc, const char* const* argv) {
   verify_command.add_option("DIR", arguments.folder, "folder of a data set or a sweep")->required();
   verify_command.add_option("--threads", arguments.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
+  add_import(app, arguments.views);
   add_export(app, arguments.views);
   add_render(app, arguments.views);
   add_report(app, arguments.views);

@@ -36,6 +36,13 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                   option, text)};
 }
 
+Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text) {
+  const auto db = parse_pair<double>(text);
+  if (db && db->first < db->second) return std::array{db->first, db->second};
+  return Error{ErrorKind::usage,
+               fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB", option, text)};
+}
+
 void add_report(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("report", "write an HTML page that shows a data set");
   ReportOptions& options = arguments.report;
@@ -70,8 +77,8 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
 }
 
 void add_compare(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand(
-      "compare", "measure how a simulated data set differs from a real one");
+  CLI::App& command =
+      *app.add_subcommand("compare", "measure how a simulated data set differs from a real one");
   CompareOptions& options = arguments.compare;
   command
       .add_option("REAL", options.real, "folder of a finished data set, or of crops (PNG, JPEG)")
@@ -287,6 +294,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command
       .add_option("--margin-px", options.margin_px, "pixels around the box of a crop; default: 8")
       ->check(CLI::Range(0, 65535));
+  command.add_option("--full-scale-db", options.full_scale_db,
+                     "level of the largest count of a log, where the counts are not recorded");
   command.add_option("--split", options.split, "only the sequences of this split")
       ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_option("--render", options.render,

@@ -1,7 +1,7 @@
 // The commands that show or convert existing results: their command line options, and the
 // conversion to the options of each command.
 //
-//   parse_range  A:B, for any command
+//   parse_range  parse_levels   A:B and MIN:MAX, for any command
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
@@ -9,9 +9,11 @@
 //   add_fit  run_fit
 //   add_export   run_export
 //   add_render   run_render
+//   add_import   run_import
 //   add_presets
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -46,12 +48,17 @@ struct ViewArguments {
   FigureWords figure_words;
   RenderOptions render;
   RenderWords render_words;
+  ImportOptions imported;
+  std::string imported_pings, imported_db;  // A:B, MIN:MAX
   bool quiet = false;
 };
 
 // Error (usage): not A:B in integers.
 Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                                                             const std::string& text);
+
+// Error (usage): not MIN:MAX in numbers, rising.
+Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text);
 
 void add_report(CLI::App& app, ViewArguments& arguments);
 // The caller adds the options that name the scenario.
@@ -62,6 +69,8 @@ void add_compare(CLI::App& app, ViewArguments& arguments);
 void add_fit(CLI::App& command, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
 void add_render(CLI::App& app, ViewArguments& arguments);
+// In import_command.cpp.
+void add_import(CLI::App& app, ViewArguments& arguments);
 void add_presets(CLI::App& app, std::optional<std::string>& preset);
 
 Status run_report(const ViewArguments& arguments);
@@ -70,6 +79,7 @@ Status run_figure(const ViewArguments& arguments);
 Status run_compare(const ViewArguments& arguments);
 Status run_fit(ScenarioOptions scenario, const ViewArguments& arguments);
 Status run_export(const ViewArguments& arguments);
+Status run_import(const ViewArguments& arguments);
 Status run_render(const ViewArguments& arguments);
 
 }  // namespace ensonify

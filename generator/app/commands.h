@@ -3,7 +3,8 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
-//   report_command preview figure_command render_command compare_command  fit_command
+//   report_command preview figure_command render_command compare_command fit_command
+//   import_command
 #pragma once
 
 #include <atomic>
@@ -22,6 +23,7 @@
 #include "core/runtime.h"
 #include "export/export.h"
 #include "figure/figure.h"
+#include "recordings/import.h"
 #include "render/render.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
@@ -179,6 +181,10 @@ Status figure_command(FigureOptions options, bool quiet);
 
 // Makes the 8-bit images of a finished data set again. Error kinds: usage, io, interrupted.
 Status render_command(RenderOptions options, bool quiet);
+
+// Makes a data set from a log of a real sonar, or resumes it. Error kinds: usage (nothing written),
+// io, interrupted.
+Status import_command(ImportOptions options, bool quiet);
 
 // Prints all presets with their numbers, or the text of one.
 Status presets(const std::optional<std::string>& name);
